@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import time
-from abc import ABC
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flexgui.classroom.board import Entry, plain_name
 from flexgui.classroom.judging import NONE_GUESSED, NONE_TITLE, Guess, Judgement, judged
@@ -15,11 +14,12 @@ from flexgui.classroom.truth import hide, truth_in_words
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.jobs import Event, Finished, Task
-from flexgui.session.services import Services
 from flexgui.session.state import Topic
-from flexgui.stages.data.uploading import Uploading
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.views.ranking import sizes
+
+if TYPE_CHECKING:
+    from flexgui.session.session import Session
 
 SOURCE = "The challenge"
 LONGEST_SIZE = 80
@@ -28,7 +28,7 @@ __all__ = [
     "NONE_GUESSED",
     "NONE_TITLE",
     "Challenge",
-    "Challenging",
+    "Challenges",
     "Guess",
     "Revealed",
     "ToolAnswer",
@@ -94,147 +94,140 @@ class Challenge:
         )
 
 
-class Challenging(Uploading, ABC):
+class Challenges:
     """At most one challenge, which a new scenario ends."""
 
-    def __init__(self, key: str, folder: Path) -> None:
-        super().__init__(key, folder)
-        self.challenge: Challenge | None = None
+    def __init__(self, session: Session) -> None:
+        self._session = session
         self.nickname = ""
         """On the class's board; empty: somebody."""
-        self.tour: int | None = 0
-        """The first visit's tour: 0 while it is offered, 1 once begun, None where dismissed."""
         self._unsubscribe: Callable[[], None] = lambda: None
-        self._shelved: Challenge | None = None
+        self.forget()
+
+    def forget(self) -> None:
+        """Another scenario follows, or none."""
+        self._unsubscribe()
+        self.state: Challenge | None = None
+        self._aside: Challenge | None = None
         """Whose recordings made room for a person's own."""
 
-    def hide(self, seed: int, level: str, services: Services) -> bool:
+    def hide(self, seed: int, level: str) -> bool:
         """Starts over with recordings of an arm in which something is hidden."""
-        task = Task.of(hide, SOURCE, seed=seed, level=level, folder=str(self.folder))
+        task = Task.of(hide, SOURCE, seed=seed, level=level, folder=str(self._session.folder))
 
         def on_event(event: Event) -> None:
             if isinstance(event, Finished):
-                self._hidden(Challenge(seed, level, event.result[1]), event.result[0], services)
+                self._hidden(Challenge(seed, level, event.result[1]), event.result[0])
                 # It starts identified: everybody begins at the same question.
-                if self.challenge is not None:
-                    self.identify(services, lambda: self._ask_tool(services))
+                if self.state is not None:
+                    self._session.identification.start(self._ask_tool)
 
-        return self._submit(services, "hide", task, on_event)
+        return self._session.run.submit("hide", task, on_event)
 
-    def _hidden(self, made: Challenge, text: str, services: Services) -> None:
-        run = self.run
-        if not self.open(parse_scenario(text, SOURCE)):
+    def _hidden(self, made: Challenge, text: str) -> None:
+        run = self._session.run.state
+        if not self._session.open(parse_scenario(text, SOURCE)):
             return
-        with self._lock:
-            self.challenge, self.run = made, run
-        self._subscribe(services)
-        self.notify(Topic.CHALLENGE, Topic.RUN)
-        self.show_message(
+        with self._session.lock:
+            self.state, self._session.run.state = made, run
+        self._subscribe()
+        self._session.notify(Topic.CHALLENGE, Topic.RUN)
+        self._session.show_message(
             f"Challenge {made.seed} ({made.level}): something is hidden in these recordings."
         )
 
-    def _subscribe(self, services: Services) -> None:
+    def _subscribe(self) -> None:
         """The board of this challenge's class moves while others work at it."""
         self._unsubscribe()
-        self._unsubscribe = services.board.subscribe(lambda: self.notify(Topic.CHALLENGE))
+        board = self._session.services.board
+        self._unsubscribe = board.subscribe(lambda: self._session.notify(Topic.CHALLENGE))
 
-    def use_arrived(self, alone: bool) -> bool:
+    def lay_aside(self) -> None:
         """Who uses own recordings alone leaves the challenge until its recordings come back."""
-        if not super().use_arrived(alone):
-            return False
-        if alone and self.challenge is not None:
-            with self._lock:
-                self._shelved, self.challenge = self.challenge, None
-            self.notify(Topic.CHALLENGE)
-        return True
+        if self.state is not None:
+            with self._session.lock:
+                self._aside, self.state = self.state, None
+            self._session.notify(Topic.CHALLENGE)
 
-    def bring_back(self) -> bool:
-        if not super().bring_back():
-            return False
-        if self._shelved is not None:
-            with self._lock:
-                self.challenge, self._shelved = self._shelved, None
-            self.notify(Topic.CHALLENGE)
-        return True
-
-    def leave_waiting(self) -> None:
-        super().leave_waiting()
-        self._shelved = None
+    def take_back(self) -> None:
+        """Its recordings are back."""
+        if self._aside is not None:
+            with self._session.lock:
+                self.state, self._aside = self._aside, None
+            self._session.notify(Topic.CHALLENGE)
 
     def take_up(self, known: Challenge) -> None:
         """Another one's challenge, whose recordings are here already, from its beginning."""
-        with self._lock:
-            self.challenge = Challenge(known.seed, known.level, known.sealed)
-        self.notify(Topic.CHALLENGE)
+        with self._session.lock:
+            self.state = Challenge(known.seed, known.level, known.sealed)
+        self._session.notify(Topic.CHALLENGE)
 
-    def guess(self, guesses: tuple[Guess, ...], services: Services, name: str = "") -> bool:
+    def guess(self, guesses: tuple[Guess, ...], name: str = "") -> bool:
         """Commits to an answer, which stands until `change_guess`."""
-        known = self.challenge
+        known = self.state
         if known is None or known.revealed is not None:
-            self.show_message("There is no challenge to guess at; hide an effect first.", bad=True)
-            return False
+            return self._session.refuse("There is no challenge to guess at; hide an effect first.")
         if known.guesses and not known.changing:
-            self.show_message(
-                "Your guess is recorded; press Change my guess first, which is marked.", bad=True
+            return self._session.refuse(
+                "Your guess is recorded; press Change my guess first, which is marked."
             )
-            return False
         short = tuple(replace(one, size=one.size.strip()[:LONGEST_SIZE]) for one in guesses)
         unique = tuple({one.kind: one for one in short}.values())
-        with self._lock:
-            self.challenge = known.committed(unique, self.tool_asked)
+        with self._session.lock:
+            self.state = known.committed(unique, self.tool_asked)
             self.nickname = plain_name(name)
-        self._subscribe(services)
-        services.board.committed(known.seed, known.level, self.key)
-        self.notify(Topic.CHALLENGE)
+        self._subscribe()
+        self._session.services.board.committed(known.seed, known.level, self._session.key)
+        self._session.notify(Topic.CHALLENGE)
         return True
 
     def change_guess(self) -> bool:
         """Lets the person commit anew; another guess than before is noted on the board."""
-        known = self.challenge
+        known = self.state
         if known is None or not known.guesses or known.revealed is not None:
             return False
-        with self._lock:
-            self.challenge = replace(known, changing=True)
-        self.notify(Topic.CHALLENGE)
+        with self._session.lock:
+            self.state = replace(known, changing=True)
+        self._session.notify(Topic.CHALLENGE)
         return True
 
     @property
     def tool_asked(self) -> bool:
         """Whether the person has seen a ranking of these recordings."""
-        return any(look.ranking for look in self.shown_looks)
+        return any(look.ranking for look in self._session.diagnosis.shown_looks)
 
-    def reveal(self, services: Services) -> bool:
+    def reveal(self) -> bool:
         """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
         from flexgui.core.study.challenge import opened
 
-        known = self.challenge
+        known = self.state
         if known is None or not known.guesses or known.changing:
-            self.show_message("Guess first: the truth cannot be hidden again.", bad=True)
-            return False
+            return self._session.refuse("Guess first: the truth cannot be hidden again.")
         if known.revealed is not None:
             return False
         try:
             text = opened(known.sealed, SOURCE)
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self._session.refuse(error)
         judgement = judged(known.guesses, json.loads(text))
         asked = self.tool_asked
         found = Revealed(tuple(truth_in_words(text).splitlines()), judgement, asked)
-        with self._lock:
-            self.challenge = replace(known, revealed=found)
-        services.board.put(known.seed, known.level, self.key, self._entry(known, found))
-        self.notify(Topic.CHALLENGE)
-        self._ask_tool(services)
+        with self._session.lock:
+            self.state = replace(known, revealed=found)
+        self._session.services.board.put(
+            known.seed, known.level, self._session.key, self._entry(known, found)
+        )
+        self._session.notify(Topic.CHALLENGE)
+        self._ask_tool()
         return True
 
-    def _ask_tool(self, services: Services) -> None:
+    def _ask_tool(self) -> None:
         """Once the truth is known, where nobody has asked it yet and nothing else is computed."""
-        known = self.challenge
+        known = self.state
         if known is None or known.revealed is None or known.revealed.asked:
             return
-        if not (self.busy or self.tool_asked):
-            self.diagnose(services)
+        if not (self._session.run.busy or self.tool_asked):
+            self._session.diagnosis.search()
 
     def _entry(self, known: Challenge, found: Revealed) -> Entry:
         judgement = found.judgement
@@ -254,21 +247,15 @@ class Challenging(Uploading, ABC):
     @property
     def tool_answer(self) -> ToolAnswer | None:
         """As far as the looks at these recordings have come; None where none was taken."""
-        first = next((look for look in self.shown_looks if look.ranking), None)
+        first = next((look for look in self._session.diagnosis.shown_looks if look.ranking), None)
         if first is None:
             return None
         best = first.ranking[0]
         verdict = "still looking" if first.diagnosis is None else first.diagnosis.verdict
         size = f", {sizes(best)}" if best.parameters else ""
         words = f"{verdict.replace('_', ' ')}; first in its list: {best.title}{size}"
-        added = [kind for kind, _ in present(self.scenario)]
+        added = [kind for kind, _ in present(self._session.document.scenario)]
         if added:
             words += f"; added: {', '.join(titled(added))}"
         tried = first.diagnosis is not None and not (first.found and first.found.to_come)
         return ToolAnswer(tuple(added) or (best.effect,), words, bool(added) or tried)
-
-    def go_on_tour(self, step: int | None) -> None:
-        """Offers or begins the tour; None dismisses it."""
-        with self._lock:
-            self.tour = step
-        self.notify(Topic.TOUR)

@@ -121,18 +121,18 @@ def copy_session(teacher: Session, own: Session) -> None:
     from flexgui.session import Topic  # late: the server listens before it is there
 
     _copy_files(teacher.folder, own.folder)
-    own.open(teacher.scenario)
+    own.open(teacher.document.scenario)
     # Frozen records, which both may hold.
-    own.outcome, own.outcome_of = teacher.outcome, teacher.outcome_of
-    if teacher.challenge is None:
-        own.looks = teacher.looks
+    own.identification.take(teacher.identification.outcome, teacher.identification.outcome_of)
+    if teacher.challenge.state is None:
+        own.diagnosis.looks = teacher.diagnosis.looks
     else:
-        own.take_up(teacher.challenge)
-    own.live, own.stage = teacher.live, teacher.stage
-    own.cursor = replace(teacher.cursor, playing=False)
+        own.challenge.take_up(teacher.challenge.state)
+    own.document.live, own.stage = teacher.document.live, teacher.stage
+    own.playback.cursor = replace(teacher.playback.cursor, playing=False)
     own.notify(Topic.OUTCOME, Topic.DIAGNOSIS, Topic.STAGE, Topic.CURSOR)
-    own.refresh_live()
-    own.refresh_playback()
+    own.document.refresh()
+    own.playback.refresh()
 
 
 def _copy_files(source: Path, target: Path) -> None:

@@ -89,7 +89,7 @@ class ChallengeControls:
         )
         self._reveal = widgets.button(context, "Reveal", self._revealed, prominent=True)
         self._change = widgets.button(
-            context, "Change my guess (it will be noted)", context.session.change_guess
+            context, "Change my guess (it will be noted)", context.session.challenge.change_guess
         )
         self._take = widgets.button(
             context, "Hand in (file)", self._handed_in,
@@ -98,34 +98,34 @@ class ChallengeControls:
         self._truth, self._board = Words(gui), Words(gui)
 
     def _hidden(self) -> None:
-        session, context = self._context.session, self._context
+        session = self._context.session
         seed = self._seed.value
         if not isinstance(seed, int | float) or not 0 <= seed <= MOST:
             session.show_message(f"The seed must be a whole number from 0 to {MOST}.", bad=True)
             return
-        session.hide(int(seed), str(self._level.value), context.services)
+        session.challenge.hide(int(seed), str(self._level.value))
 
     def _guessed(self) -> None:
-        known, context = self._context.session.challenge, self._context
+        known, context = self._context.session.challenge.state, self._context
         second = known is not None and known.count > 1 and bool(self._fields[1].kind)
         found = [fields.guess() for fields in self._fields[: 1 + second]]
         guesses = tuple(one for one in found if one is not None)
         if len(guesses) == len(found):
-            context.session.guess(guesses, context.services, str(self._name.value))
+            context.session.challenge.guess(guesses, str(self._name.value))
 
     def _revealed(self) -> None:
         session = self._context.session
         if self._name.visible and str(self._name.value).strip():
-            session.nickname = plain_name(str(self._name.value))
-        session.reveal(self._context.services)
+            session.challenge.nickname = plain_name(str(self._name.value))
+        session.challenge.reveal()
 
     def _handed_in(self) -> None:
-        session, known = self._context.session, self._context.session.challenge
+        session, known = self._context.session, self._context.session.challenge.state
         if known is None or not known.guesses:
             return
         from flexgui.classroom.hand_in import HandIn  # late: few hand anything in
 
-        name = session.nickname or plain_name(str(self._name.value))
+        name = session.challenge.nickname or plain_name(str(self._name.value))
         given = HandIn(name, known.guesses, known.sealed, known.asked, known.changed)
         content = given.text().encode()
         self._context.client.send_file_download(given.filename, content, save_immediately=True)
@@ -134,14 +134,16 @@ class ChallengeControls:
     def refresh(self) -> None:
         """Shows what can be done next."""
         session = self._context.session
-        known = session.challenge
-        self._hide.disabled = session.busy or self._context.read_only
+        known = session.challenge.state
+        self._hide.disabled = session.run.busy or self._context.read_only
         self._hide.color = "blue" if known is None else "gray"
         self._above.show("" if known is None else paragraph(ABOVE, "soft"))
         # Fields first: a folder that comes is measured with what is in it.
         self._show_fields(known)
         self._state.show("" if known is None else self._state_of(known))
-        self._truth.show("" if known is None else _end(known, session.tool_answer, session.busy))
+        self._truth.show(
+            "" if known is None else _end(known, session.challenge.tool_answer, session.run.busy)
+        )
         self._board.show("" if known is None else self._class(known))
         self._form.visible = known is not None
 
@@ -153,19 +155,19 @@ class ChallengeControls:
         if asks and known is not None and known.changing and self._drawn != known:
             for fields, guess in zip(self._fields, known.guesses, strict=False):
                 fields.fill(guess)
-            self._name.value = self._context.session.nickname
+            self._name.value = self._context.session.challenge.nickname
         self._drawn = known
         self._fields[0].show(asks)
         self._fields[1].show(asks and known is not None and known.count > 1)
-        nameless = stands and not self._context.session.nickname
+        nameless = stands and not self._context.session.challenge.nickname
         self._nameless.show(paragraph(NAME_IT, "soft") if asks or nameless else "")
         self._name.visible, self._commit.visible = asks or nameless, asks
         self._reveal.visible = self._change.visible = stands
         self._take.visible = known is not None and bool(known.guesses) and not known.changing
 
     def _state_of(self, known: Challenge) -> Markup:
-        parts = [_state(known, self._context.session.tool_asked)]
-        look = self._context.session.look
+        parts = [_state(known, self._context.session.challenge.tool_asked)]
+        look = self._context.session.diagnosis.look
         if known.revealed is None and look is not None and look.found is not None:
             sentence = validation_words(look.error, unseen_rms(look.found.step.errors))
             parts += [paragraph(sentence, "soft")] if sentence else []
@@ -174,7 +176,7 @@ class ChallengeControls:
     def _class(self, known: Challenge) -> Markup:
         """What others found, told to those who know the truth; before it only how many there
         are."""
-        board = self._context.services.board
+        board = self._context.session.services.board
         entries = board.entries(known.seed, known.level)
         waiting = board.guessing(known.seed, known.level)
         if not entries and waiting <= bool(known.guesses):

@@ -11,7 +11,7 @@ from flexgui.core.diagnose.announce import aside
 from flexgui.page import widgets
 from flexgui.page.panel import PageContext
 from flexgui.page.widgets import Words, paragraph
-from flexgui.session.run_state import QUEUED, STOPPING, Run
+from flexgui.session.run_state import QUEUED, STOPPING, RunState
 
 
 class Busy:
@@ -21,19 +21,19 @@ class Busy:
         self._context, self._kinds = context, kinds
         self._status = Words(context.gui)
         self._bar: Any = context.gui.add_progress_bar(0.0, visible=False, animated=True)
-        self._stop = widgets.button(context, "Stop", context.session.stop)
+        self._stop = widgets.button(context, "Stop", context.session.run.stop)
         self._stop.visible = False
         self._aside = Words(context.gui)
 
     @property
     def running(self) -> bool:
         """Whether a job of these kinds waits or runs."""
-        run = self._context.session.run
+        run = self._context.session.run.state
         return run.busy and run.kind in self._kinds
 
     def refresh(self, otherwise: Callable[[], str]) -> None:
         """`else_said` is what stands there while nothing runs."""
-        running, run = self.running, self._context.session.run
+        running, run = self.running, self._context.session.run.state
         self._bar.visible = running
         self._bar.value = 100.0 * (run.share if run.share is not None else 1.0)
         self._stop.visible = running
@@ -44,7 +44,7 @@ class Busy:
         self._aside.show(paragraph(note, "soft") if running and note else "")
 
 
-def how_it_stands(run: Run) -> tuple[str, str, str]:
+def how_it_stands(run: RunState) -> tuple[str, str, str]:
     """The stage and how far it is; what it is at; and what is said in a lower voice."""
     if run.phase == QUEUED:
         place = "" if run.place is None else f", place {run.place} in the queue"

@@ -21,7 +21,7 @@ from flexgui.page.stagebar import StageBar
 from flexgui.page.timeline import TimeLine
 from flexgui.page.tour import Offer, Tour
 from flexgui.page.widgets import grey
-from flexgui.session import Services, Session, Topic
+from flexgui.session import Session, Topic
 from flexgui.session.state import STAGES, Part
 
 CURSOR_INTERVAL = 0.12
@@ -31,11 +31,9 @@ BESIDE = 20.0
 """px of the left panel that are not the figures'."""
 
 
-def build_page(
-    client: viser.ClientHandle, session: Session, services: Services, read_only: bool = False
-) -> Page:
+def build_page(client: viser.ClientHandle, session: Session, read_only: bool = False) -> Page:
     """Builds everything from the session's state; a follower's page is `read_only`."""
-    return Page(PageContext(client, session, services, read_only))
+    return Page(PageContext(client, session, read_only))
 
 
 class Page:
@@ -71,10 +69,10 @@ class Page:
         self._end = context.session.subscribe(self._painter.mark)
         for topic in Topic:
             self._painter.mark(topic)
-        if context.session.view is None:
-            context.session.refresh_live()
-        if context.session.playback is None:
-            context.session.refresh_playback()
+        if context.session.document.view is None:
+            context.session.document.refresh()
+        if context.session.playback.motion is None:
+            context.session.playback.refresh()
 
     def close(self) -> None:
         """Stops drawing; the session lives on."""
@@ -96,7 +94,10 @@ class Page:
     def _cursor_is_due(self) -> bool:
         """While it plays the arm moves at every frame, plots and slider less often."""
         now = time.monotonic()
-        due = not self.context.session.cursor.playing or now - self._cursor_drawn > CURSOR_INTERVAL
+        due = (
+            not self.context.session.playback.cursor.playing
+            or now - self._cursor_drawn > CURSOR_INTERVAL
+        )
         self._cursor_drawn = now if due else self._cursor_drawn
         return due
 
@@ -118,7 +119,7 @@ class Page:
             for part, draw in self._due(topics):
                 with self.context.faults.watch(part):
                     draw()
-        if self._behind_curtain and self.context.session.view is not None:
+        if self._behind_curtain and self.context.session.document.view is not None:
             self._behind_curtain = False
             lift(self.context.client)
         # Not at the next sixtieth of a second: a hand on a slider feels it.

@@ -10,7 +10,7 @@ from typing import ClassVar
 import viser
 
 from flexgui.page.layout import Theme
-from flexgui.session import Services, Session, Topic
+from flexgui.session import Session, Topic
 from flexgui.session.state import Faults
 
 
@@ -46,11 +46,10 @@ class Panel(ABC):
 
 @dataclass(frozen=True)
 class PageContext:
-    """One browser's page: its client, its session, what the server offers."""
+    """One browser's page: its client and its session."""
 
     client: viser.ClientHandle
     session: Session
-    services: Services
     read_only: bool = False
     """A follower sees everything and changes nothing: no callback is registered at all."""
     syncs: list[Callable[[], None]] = field(default_factory=list)

@@ -30,14 +30,14 @@ class ErrorsInScene:
     def draw(self, stage: Stage) -> None:
         """Shows the error at the cursor."""
         session = self._context.session
-        found = session.failing if session.stage in COLOURED else None
+        found = session.comparison.failing if session.stage in COLOURED else None
         self._paint(stage, found)
         self._show_board(stage, found if session.stage == BOARD else None)
 
     def _paint(self, stage: Stage, found: WhereItFails | None) -> None:
-        cursor, joints = self._context.session.cursor, stage.body.arm.joints
+        cursor, joints = self._context.session.playback.cursor, stage.body.arm.joints
         along = None if found is None else found.now.get(cursor.recording)
-        worst = 1.0 if found is None else self._context.session.worst_error
+        worst = 1.0 if found is None else self._context.session.comparison.worst_error
         colours = error_paint({} if along is None else along.at(cursor.time), joints, worst)
         key = (colours, stage.anchor("base"))
         if key != self._painted:
@@ -55,7 +55,7 @@ class ErrorsInScene:
                 pick = None if self._context.read_only else self._picked
                 owner = self._context.client
                 self._board = ErrorBoard(stage, owner, board.ratio, _short(board.recordings), pick)
-        cursor = self._context.session.cursor
+        cursor = self._context.session.playback.cursor
         if board is not None and self._board is not None and cursor.recording in board.recordings:
             row = board.recordings.index(cursor.recording)
             self._board.mark(row, cursor.time / float(board.edges[-1]))
@@ -63,11 +63,11 @@ class ErrorsInScene:
     def _picked(self, row: int, column: int) -> None:
         """Arm, time-line and plots go to the cell."""
         session = self._context.session
-        board = None if session.failing is None else session.failing.board
+        board = None if session.comparison.failing is None else session.comparison.failing.board
         if board is None or row >= len(board.recordings) or column + 1 >= len(board.edges):
             return
         middle = 0.5 * float(board.edges[column] + board.edges[column + 1])
-        session.set_cursor(recording=board.recordings[row], time=middle, playing=False)
+        session.playback.move(recording=board.recordings[row], time=middle, playing=False)
 
 
 def _short(names: Sequence[str]) -> list[str]:
@@ -81,12 +81,12 @@ BEFORE = Live().exaggeration
 
 def plays(session: Session) -> bool:
     """Whether the scene shows the recording and not the arm of the sliders."""
-    return session.stage != "Arm" and session.playback is not None
+    return session.stage != "Arm" and session.playback.motion is not None
 
 
 def exaggeration(session: Session) -> float:
     """Of what the scene shows now."""
-    chosen, motion = session.live.exaggeration, session.playback
+    chosen, motion = session.document.live.exaggeration, session.playback.motion
     if motion is None or not plays(session) or chosen != BEFORE:
         return chosen
     return motion.exaggeration
@@ -95,14 +95,14 @@ def exaggeration(session: Session) -> float:
 def has_camera(session: Session) -> bool:
     """Whether a camera is drawn: only where the recording holds what one saw. What a file holds is
     not known before it was read; simulated recordings have a camera."""
-    if session.recording is not None:
-        return session.recording.has("z1", "z2")
-    return all(spec.simulate is not None for spec in session.scenario.recordings)
+    if session.playback.recording is not None:
+        return session.playback.recording.has("z1", "z2")
+    return all(spec.simulate is not None for spec in session.document.scenario.recordings)
 
 
 def legend(session: Session) -> str:
     """What is what in the scene, in words; empty where it shows no recording."""
-    motion = session.playback
+    motion = session.playback.motion
     if motion is None or not plays(session):
         return ""
     arms = () if motion.ghost is None else (
@@ -111,6 +111,6 @@ def legend(session: Session) -> str:
     factor = exaggeration(session)
     bends = motion.arm.coordinates > motion.arm.joints
     bending = f"Bending drawn ×{factor:g}." if factor > 1.0 else "Bending drawn as it is."
-    larger = motion.ghost is not None and session.cursor.error > 1.0
-    error = (f"Error drawn ×{session.cursor.error:g}.",) if larger else ()
+    larger = motion.ghost is not None and session.playback.cursor.error > 1.0
+    error = (f"Error drawn ×{session.playback.cursor.error:g}.",) if larger else ()
     return " ".join((*arms, *((bending,) if bends else ()), *error))

@@ -78,7 +78,7 @@ class Scene:
     def draw(self, topics: frozenset[Topic]) -> None:
         """Shows what the session says now."""
         session = self._context.session
-        view, motion = session.view, session.playback
+        view, motion = session.document.view, session.playback.motion
         if view is None or not topics & DRAWN:
             return
         with self._lock:
@@ -93,13 +93,13 @@ class Scene:
             stage.show_camera(has_camera(session))
             self._show_effects(stage)
             self._errors.draw(stage)
-            if session.live.mode is not None and not self._swings:
+            if session.document.live.mode is not None and not self._swings:
                 self._swings = True
                 CREW.run(self._swing)
 
     def _show_effects(self, stage: Stage) -> None:
         """What was added to the model, where it acts; anew where the arm's nodes were."""
-        key = (places(self._context.session.scenario), stage.anchor("base"))
+        key = (places(self._context.session.document.scenario), stage.anchor("base"))
         if key != self._written:
             self._written = key
             show_effects(stage, self._context.client, [Drawn(*each) for each in key[0]])
@@ -160,7 +160,7 @@ class Scene:
         self._rebuild(stage, view.model.arm, view.numbers.p, view.q)
 
     def _show_recording(self, stage: Stage, motion: Playback) -> None:
-        cursor = self._context.session.cursor
+        cursor = self._context.session.playback.cursor
         fresh = self._shown is not motion
         if fresh:
             self._was_aimed = self._is_aimed()
@@ -185,7 +185,7 @@ class Scene:
         session = self._context.session
         while not self._closed.wait(1.0 / FRAMES_PER_SECOND):
             with self._lock:
-                mode, view, stage = session.live.mode, self._shown, self._stage
+                mode, view, stage = session.document.live.mode, self._shown, self._stage
                 if mode is None:
                     self._swings = False
                     return

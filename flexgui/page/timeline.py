@@ -33,22 +33,27 @@ class TimeLine:
 
     def __init__(self, context: PageContext, look_from: Callable[[str], None]) -> None:
         """`look_from` turns the view of the arm to one of DIRECTIONS."""
-        self._context, session = context, context.session
+        self._context, playback = context, context.session.playback
         gui = context.gui
         self._panel = gui.add_panel()
         with self._panel.add_tab("Time-line"):
             self._about = Words(gui, ROW)
             self._seek = widgets.slider(
-                context, "Time [s]", (0.0, 10.0, 0.01), lambda: session.cursor.time, self._to
+                context,
+                "Time [s]",
+                (0.0, 10.0, 0.01),
+                lambda: playback.cursor.time,
+                self._to,
             )
             self._buttons = gui.add_button_group("Move", ("◀ step", "Play", "Pause", "step ▶"))
             widgets.choice(
-                context, "Speed", tuple(SPEEDS), lambda: _named(SPEEDS, session.cursor.speed),
-                lambda v: session.set_cursor(speed=SPEEDS[v]),
+                context, "Speed", tuple(SPEEDS), lambda: _named(SPEEDS, playback.cursor.speed),
+                lambda v: playback.move(speed=SPEEDS[v]),
             )  # fmt: skip
             widgets.choice(
-                context, "Error drawn", tuple(ERRORS), lambda: _named(ERRORS, session.cursor.error),
-                lambda v: session.set_cursor(error=ERRORS[v]),
+                context, "Error drawn", tuple(ERRORS),
+                lambda: _named(ERRORS, playback.cursor.error),
+                lambda v: playback.move(error=ERRORS[v]),
                 "Draws the measured arm farther from the model.",
             )  # fmt: skip
             views = gui.add_button_group("View", tuple(DIRECTIONS))
@@ -70,9 +75,9 @@ class TimeLine:
     def refresh(self) -> None:
         """Shows the cursor."""
         session = self._context.session
-        motion, cursor = session.playback, session.cursor
+        motion, cursor = session.playback.motion, session.playback.cursor
         if motion is None or not plays(session):
-            none = UNREAD if session.scenario.recordings else NOTHING
+            none = UNREAD if session.document.scenario.recordings else NOTHING
             words = none if motion is None else POSTURE
             self._about.show(ROW + paragraph(words, "soft"))
             return
@@ -93,20 +98,20 @@ class TimeLine:
     def _error(self) -> str:
         """What the arm's colours say, in words."""
         session = self._context.session
-        found = session.failing if session.stage in COLOURED else None
-        along = None if found is None else found.now.get(session.cursor.recording)
+        found = session.comparison.failing if session.stage in COLOURED else None
+        along = None if found is None else found.now.get(session.playback.cursor.recording)
         if along is None:
             return ""
-        return f"; {error_words(along.at(session.cursor.time), along.units)}"
+        return f"; {error_words(along.at(session.playback.cursor.time), along.units)}"
 
     def _to(self, time: float) -> None:
-        self._context.session.set_cursor(time=time, playing=False)
+        self._context.session.playback.move(time=time, playing=False)
 
     def _pressed(self, what: str) -> None:
         session = self._context.session
         actions = {
-            "Play": lambda: session.set_cursor(playing=True),
-            "Pause": lambda: session.set_cursor(playing=False),
+            "Play": lambda: session.playback.move(playing=True),
+            "Pause": lambda: session.playback.move(playing=False),
             "◀ step": lambda: self._step(-STEP),
             "step ▶": lambda: self._step(STEP),
         }
@@ -114,8 +119,8 @@ class TimeLine:
 
     def _step(self, by: float) -> None:
         session = self._context.session
-        session.set_cursor(playing=False)
-        session.advance(by)
+        session.playback.move(playing=False)
+        session.playback.advance(by)
 
 
 def last_time(seconds: float) -> float:

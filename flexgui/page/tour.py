@@ -14,7 +14,7 @@ from flexgui.page import widgets
 from flexgui.page.panel import PageContext
 from flexgui.page.widgets import Words, paragraph
 from flexgui.session.demo import HIDDEN, is_of_tour
-from flexgui.session.tour_card import (
+from flexgui.session.tour import (
     AT,
     BEGIN,
     BEGUN,
@@ -50,7 +50,10 @@ class Tour:
         self._go: Any = widgets.button(context, BEGIN, self._pressed, prominent=True)
         self._away = Words(context.gui, AWAY)
         self._mine: Any = context.gui.add_upload_button(
-            OPEN_MINE, hint=upload_hint(context.services), disabled=context.read_only, color="gray"
+            OPEN_MINE,
+            hint=upload_hint(context.session.services),
+            disabled=context.read_only,
+            color="gray",
         )
         if not context.read_only:
             self._mine.on_upload(self._brought)
@@ -63,28 +66,28 @@ class Tour:
     def _pressed(self) -> None:
         """The card's own button: begins the tour, or ends it."""
         session = self._context.session
-        if session.tour != OFFERED:
-            session.go_on_tour(None)
-        elif session.choose(HIDDEN, self._context.services):
-            session.go_on_tour(BEGUN)
+        if session.tour.step != OFFERED:
+            session.tour.go_on(None)
+        elif session.choose(HIDDEN):
+            session.tour.go_on(BEGUN)
             session.show("Data")
 
     def _left_or_back(self) -> None:
         session = self._context.session
         if self._shown() is not None:
-            session.go_on_tour(None)
-        elif is_of_tour(session.scenario):
-            session.go_on_tour(BEGUN)
+            session.tour.go_on(None)
+        elif is_of_tour(session.document.scenario):
+            session.tour.go_on(BEGUN)
             if session.stage not in AT:
                 session.show(due_stage(session))
         else:
-            session.go_on_tour(OFFERED)
+            session.tour.go_on(OFFERED)
             session.show(FIRST_STAGE)
 
     def _brought(self, event: Any) -> None:
         file, session = event.target.value, self._context.session
         session.show("Data")
-        session.upload(file.name, file.content, self._context.services)
+        session.recordings.upload(file.name, file.content)
 
     def refresh(self) -> None:
         """Shows the card of the moment."""
@@ -102,7 +105,7 @@ class Tour:
         self._card.show(CARD.format("pair" if offers else "", shown.title, shown.text))
         self._go.label = shown.button or BEGIN
         # Where earlier work is offered, to restore it is the next thing to do.
-        self._go.color = "gray" if self._context.session.earlier is not None else "blue"
+        self._go.color = "gray" if self._context.session.store.earlier is not None else "blue"
         self._quiet.label = REFUSE if offers else LEAVE
 
 
@@ -115,7 +118,7 @@ class Offer:
 
     def __init__(self, context: PageContext) -> None:
         self._context = context
-        earlier = context.session.earlier
+        earlier = context.session.store.earlier
         self._folder = None
         if earlier is None or context.read_only:
             return
@@ -123,13 +126,15 @@ class Offer:
         with self._folder:
             question = f"Restore your work of {earlier.words}?"
             Words(context.gui).show(paragraph(question, "lead"))
-            widgets.button(context, "Restore it", lambda: context.session.restore(), prominent=True)
-            widgets.button(context, "Not now", lambda: context.session.decline())
+            widgets.button(
+                context, "Restore it", lambda: context.session.store.restore(), prominent=True
+            )
+            widgets.button(context, "Not now", lambda: context.session.store.decline())
 
     def refresh(self) -> None:
         """Takes the question away once it is answered."""
         if self._folder is not None:
-            self._folder.visible = self._context.session.earlier is not None
+            self._folder.visible = self._context.session.store.earlier is not None
 
 
 def to_identification(context: PageContext) -> None:
@@ -137,7 +142,7 @@ def to_identification(context: PageContext) -> None:
     session = context.session
     session.show("Identify")
     if is_on_tour(session) and is_to_be_fitted(session):
-        session.identify(context.services)
+        session.identification.start()
 
 
 def to_diagnosis(context: PageContext) -> None:
@@ -145,4 +150,4 @@ def to_diagnosis(context: PageContext) -> None:
     session = context.session
     session.show("Diagnose")
     if is_on_tour(session) and is_to_be_searched(session):
-        session.diagnose(context.services)
+        session.diagnosis.search()

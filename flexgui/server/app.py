@@ -21,7 +21,7 @@ from flexgui.server.access import AccessHandler
 from flexgui.server.browser_connection import FOLLOWER, Asking, BrowserConnection, store_key
 from flexgui.server.errors import Reports
 from flexgui.server.options import is_loopback, loopback_origins, neighbours, own_name, port_of
-from flexgui.server.services import Limits, Services
+from flexgui.server.services import Limits
 from flexgui.server.sessions import KeptWork, SessionStore
 from flexgui.server.viser_patches import (
     connection_of,
@@ -49,7 +49,6 @@ class Settings:
     """How a server is made."""
 
     make_session: Callable[[str, Path], Session]
-    services: Services
     warming: Warming | None = None
     """What a page waits for."""
     origins: tuple[str, ...] = ()
@@ -175,7 +174,7 @@ class PageServer:
         if self._settings.warming is not None:
             self._settings.warming.admit(browser.client)
         read_only = browser.role == FOLLOWER
-        return page.build_page(browser.client, browser.session, self._settings.services, read_only)
+        return page.build_page(browser.client, browser.session, read_only)
 
     def _leave(self, browser: BrowserConnection) -> None:
         browser.end()

@@ -67,18 +67,17 @@ def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
     sys.setswitchinterval(SWITCH)
     _return_memory()
     _log_to_terminal()
-    make_session = _session_maker(options.scenario, options.data, print_line)
-    limits = Limits()
+    limits, pool = Limits(), JobPool(options.workers)
+    services = Services(pool, options.data, limits.upload_bytes)
+    make_session = _session_maker(options.scenario, services, print_line)
     listener = bind(options.address, options.port, limits.ports)
     port = port_of(listener)
     if options.port not in (0, port):
         print_line(f"Port {options.port} is busy; FlexGUI takes {port}.")
     tickets, more = tickets_of(options), options.more_origins(port)
-    pool = JobPool(options.workers)
     warming = Warming(pool, print_line)
     settings = Settings(
         make_session=make_session,
-        services=Services(pool, options.data, limits.upload_bytes),
         warming=warming,
         origins=more,
         tickets=tickets,
@@ -128,10 +127,10 @@ def _return_memory() -> None:
 
 
 def _session_maker(
-    scenario: Path | None, data: Path | None, print_line: Callable[[str], None]
+    scenario: Path | None, services: Services, print_line: Callable[[str], None]
 ) -> Callable[[str, Path], Session]:
     """The scenario is read before anything is opened, so that its errors end the command."""
-    given, beside = None, Path()
+    given, beside, data = None, Path(), services.data_folder
     if scenario is not None:
         from flexgui.core.scenario.data_folder import outside
         from flexgui.core.scenario.read import read_scenario
@@ -144,10 +143,10 @@ def _session_maker(
         from flexgui.session import Session
         from flexgui.stages.data.uploads import fetch_files
 
-        session = Session(key, folder)
+        session = Session(key, folder, services)
         if given is not None:
             session.open(fetch_files(given, beside, data, folder))
-        session.keep_here()
+        session.store.begin()
         return session
 
     return make

@@ -181,10 +181,10 @@ class SessionStore:
 def leave_alone(session: Session) -> None:
     """Its jobs stop with the best they have so far: who comes back finds it. Nothing plays to
     nobody."""
-    session.stop()
-    session.stop_study()
-    if session.cursor.playing:
-        session.set_cursor(playing=False)
+    session.run.stop()
+    session.study.stop()
+    if session.playback.cursor.playing:
+        session.playback.move(playing=False)
 
 
 def _carefully(step: Callable[[Session], object], session: Session) -> None:

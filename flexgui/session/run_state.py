@@ -35,7 +35,7 @@ BUSY = (QUEUED, RUNNING, PAUSED, STOPPING)
 
 
 @dataclass(frozen=True)
-class Run:
+class RunState:
     """One job of the session as a page shows it."""
 
     kind: str = ""
@@ -62,28 +62,28 @@ class Run:
         """Of the current stage that is done, 0 to 1; None where nobody knows."""
         return min(self.done / self.total, 1.0) if self.total else None
 
-    def after(self, event: Event) -> Run:
+    def after(self, event: Event) -> RunState:
         """The record once the event has happened."""
         step = _STEPS.get(type(event))
         return self if step is None else step(self, event)
 
 
-def _generation(run: Run, event: Any) -> Run:
+def _generation(run: RunState, event: Any) -> RunState:
     """Of the populations only the newest is drawn; thousands of them would stay in memory."""
     generations = run.history.get(event.label, ())
     before = (*generations[:-1], *(replace(last, population=None) for last in generations[-1:]))
     return replace(run, history={**run.history, event.label: (*before, event.generation)})
 
 
-def _phase(phase: str) -> Callable[[Run, Any], Run]:
+def _phase(phase: str) -> Callable[[RunState, Any], RunState]:
     return lambda run, event: replace(run, phase=phase, place=None)
 
 
-def _bad(phase: str) -> Callable[[Run, Any], Run]:
+def _bad(phase: str) -> Callable[[RunState, Any], RunState]:
     return lambda run, event: replace(run, phase=phase, place=None, sentence=event.sentence)
 
 
-_STEPS: dict[type[Event], Callable[[Run, Any], Run]] = {
+_STEPS: dict[type[Event], Callable[[RunState, Any], RunState]] = {
     Queued: lambda run, event: replace(run, phase=QUEUED, place=event.place),
     Started: _phase(RUNNING),
     Paused: _phase(PAUSED),

@@ -3,41 +3,120 @@
 from __future__ import annotations
 
 import shutil
+import threading
+from collections.abc import Callable
+from pathlib import Path
 from typing import final
 
+from flexgui.classroom.challenging import Challenges
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
+from flexgui.core.sentences import brief
 from flexgui.jobs.inputs import leave
-from flexgui.places import is_kept
+from flexgui.places import is_kept, without_places
 from flexgui.session.demo import EMBEDDED, scenario_choices
-from flexgui.session.keeping import Keeping
+from flexgui.session.document import Document
+from flexgui.session.playback import Playback
+from flexgui.session.run import Run
 from flexgui.session.services import Services
-from flexgui.session.state import Cursor, Topic
-from flexgui.stages.data.uploading import check_suits
+from flexgui.session.state import STAGES, Faults, Message, Part, Subscriber, Topic
+from flexgui.session.store import Store
+from flexgui.session.tour import Tour
+from flexgui.stages.compare.state import Comparison
+from flexgui.stages.data.check import Check
+from flexgui.stages.data.state import Recordings, check_suits
 from flexgui.stages.data.uploads import fetch_files
+from flexgui.stages.diagnose.demonstration import Demonstrations
+from flexgui.stages.diagnose.state import Diagnosis
+from flexgui.stages.export.state import Export
+from flexgui.stages.identify.state import Identification
+from flexgui.stages.study.studying import Study
 
 
 @final
-class Session(Keeping):
-    """State and what may be done with it; subscribers hear which part changed, then read it.
+class Session:
+    """Owns the parts, side by side, and their one lock; subscribers hear which part has changed,
+    then read it. The lock is held for moments: never while something is computed or written."""
 
-    Its parts stand in files of their own: listened -> editing -> playing -> running ->
-    diagnosing -> demonstrating -> checking -> uploading -> challenging -> studying ->
-    keeping -> here.
-    """
+    def __init__(self, key: str, folder: Path, services: Services) -> None:
+        self.key, self.folder, self.services = key, folder, services
+        self.lock = threading.RLock()
+        self.closed = False
+        self.stage = STAGES[0]
+        """The one that is shown."""
+        self.message = Message("")
+        self.faults = Faults(lambda: self.notify(Topic.MESSAGE))
+        self._subscribers: list[Subscriber] = []
+        self.document = Document(self)
+        self.playback = Playback(self)
+        self.run = Run(self)
+        self.recordings, self.check = Recordings(self), Check(self)
+        self.identification = Identification(self)
+        self.comparison = Comparison(self)
+        self.diagnosis, self.demonstration = Diagnosis(self), Demonstrations(self)
+        self.export = Export(self)
+        self.study = Study(self)
+        self.challenge, self.tour = Challenges(self), Tour(self)
+        self.store = Store(self)
 
-    def choose(self, name: str, services: Services) -> bool:
+    def subscribe(self, callback: Subscriber) -> Callable[[], None]:
+        """Calls back with each topic that changes, from any thread; returns how to end that."""
+        with self.lock:
+            self._subscribers.append(callback)
+
+        def end() -> None:
+            with self.lock:
+                if callback in self._subscribers:
+                    self._subscribers.remove(callback)
+
+        return end
+
+    def notify(self, *topics: Topic) -> None:
+        """Lets the subscribers know, after what is to be kept was written."""
+        self.store.write(topics)
+        with self.lock:
+            subscribers = tuple(self._subscribers)
+        for topic in topics:
+            for subscriber in subscribers:
+                try:
+                    subscriber(topic)
+                except Exception:
+                    self.faults.fail(Part.PAGE)
+
+    def show_message(self, text: str, bad: bool = False) -> None:
+        """A sentence for the person, which does not say where the server keeps what."""
+        text = without_places(text, self.folder)
+        with self.lock:
+            self.message = Message(brief(text) if bad else text, bad, self.message.number + 1)
+        self.notify(Topic.MESSAGE)
+
+    def refuse(self, why: object) -> bool:
+        """Shows the person a sentence on what is not done; False."""
+        self.show_message(str(why), bad=True)
+        return False
+
+    def show(self, stage: str) -> None:
+        """Another stage of the work."""
+        if stage in STAGES and stage != self.stage:
+            self.stage = stage
+            self.notify(Topic.STAGE)
+            if self.message.text:
+                self.show_message("")
+            self.playback.stage_changed()
+
+    def choose(self, name: str) -> bool:
         """Starts over with the demo or a ready-made scenario."""
         choices = scenario_choices()
         try:
             if name not in choices:
                 raise InputError(f"There is no scenario {name}; choose one of the list.")
-            self.leave_waiting()
+            self.recordings.leave_waiting()
             path = choices[name]
             scenario = EMBEDDED[name]() if path is None else read_scenario(path)
             if path is not None:
-                scenario = fetch_files(scenario, path.parent, services.data_folder, self.folder)
+                data = self.services.data_folder
+                scenario = fetch_files(scenario, path.parent, data, self.folder)
         except InputError as error:
             return self.refuse(error)
         return self.open(scenario)
@@ -53,39 +132,44 @@ class Session(Keeping):
     def begin_with(self, scenario: Scenario) -> None:
         """As `open`, but InputError where the scenario is none for this session."""
         check_suits(scenario)
-        self.forget_job()
-        self.forget_study()
-        self.end_demonstration()
-        self.leave_waiting()
-        self._unsubscribe()
-        with self._lock:
-            self.scenario, self.recording, self.playback = scenario, None, None
-            self.outcome, self.outcome_of = None, None
-            self.looks, self.pending, self.challenge = (), None, None
-            self.mended = {}
-            self.cursor = Cursor()
+        self.run.forget()
+        self.study.forget()
+        self.demonstration.end()
+        self.recordings.leave_waiting()
+        with self.lock:
+            self.document.scenario = scenario
+            for part in (
+                self.playback, self.identification, self.export, self.diagnosis, self.challenge,
+                self.check,
+            ):  # fmt: skip
+                part.forget()
         self.notify(Topic.SCENARIO, Topic.RECORDINGS, Topic.RUN, Topic.OUTCOME, Topic.CURSOR)
         self.notify(Topic.DIAGNOSIS, Topic.CHALLENGE)
-        self.refresh_live()
-        self.refresh_playback()
+        self.document.refresh()
+        self.playback.refresh()
+
+    def scenario_changed(self) -> None:
+        """What follows from an edit besides the model of the sliders."""
+        self.playback.scenario_changed()
+        self.demonstration.scenario_changed()
 
     def wait_idle(self, timeout: float = 60.0) -> bool:
-        """Whether the session's own threads are at rest; for tests and scripts."""
-        return self._live_worker.wait_idle(timeout) and self._motion_worker.wait_idle(timeout)
+        """Whether the session's own threads are at rest within `timeout` s; for scripts."""
+        return self.document.wait_idle(timeout) and self.playback.wait_idle(timeout)
 
     def close(self) -> None:
         """Ends its threads and its job, and removes its folder where no work is kept in it."""
         self.closed = True
-        self._unsubscribe()
-        self.end_demonstration()
-        self.end_study()
-        self.end_check()
-        self.stop()
-        self._errands.close()
+        self.challenge.forget()
+        self.demonstration.end()
+        self.study.close()
+        self.check.close()
+        self.run.stop()
+        self.recordings.close()
         leave(self.key)
-        self._live_worker.close()
-        self._motion_worker.close()
-        with self._lock:
+        self.document.close()
+        self.playback.close()
+        with self.lock:
             self._subscribers.clear()
         if not is_kept(self.folder):
             shutil.rmtree(self.folder, ignore_errors=True)

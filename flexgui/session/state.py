@@ -11,8 +11,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 
-from flexgui.core.sentences import brief
-
 STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export", "Study")
 """The stages of the work, in order."""
 
@@ -132,47 +130,3 @@ class Faults:
             self.old = self.old | {part} if failed else self.old - {part}
         if changed:
             self._changed()
-
-
-class Observable:
-    """Subscribers, and the sentence that the person reads."""
-
-    def __init__(self) -> None:
-        self.message = Message("")
-        self.faults = Faults(lambda: self.notify(Topic.MESSAGE))
-        self._lock = threading.RLock()
-        self._subscribers: list[Subscriber] = []
-
-    def subscribe(self, callback: Subscriber) -> Callable[[], None]:
-        """Calls back with each topic that changes, from any thread; returns how to end that."""
-        with self._lock:
-            self._subscribers.append(callback)
-
-        def end() -> None:
-            with self._lock:
-                if callback in self._subscribers:
-                    self._subscribers.remove(callback)
-
-        return end
-
-    def notify(self, *topics: Topic) -> None:
-        """Lets the subscribers know."""
-        with self._lock:
-            subscribers = tuple(self._subscribers)
-        for topic in topics:
-            for subscriber in subscribers:
-                try:
-                    subscriber(topic)
-                except Exception:
-                    self.faults.fail(Part.PAGE)
-
-    def show_message(self, text: str, bad: bool = False) -> None:
-        """A sentence for the person."""
-        with self._lock:
-            self.message = Message(brief(text) if bad else text, bad, self.message.number + 1)
-        self.notify(Topic.MESSAGE)
-
-    def refuse(self, why: object) -> bool:
-        """Shows the person a sentence on what is not done; False."""
-        self.show_message(str(why), bad=True)
-        return False

@@ -81,7 +81,7 @@ async def slider(trace: Trace, port: int, session: Any) -> None:
     with trace.named("A job, on the side of the page"):
         await member.set("Start identification", True)
         async with asyncio.timeout(PATIENCE):
-            while session.outcome is None:
+            while session.identification.outcome is None:
                 await asyncio.sleep(0.1)
         await asyncio.sleep(SETTLED)
     await member.leave()
@@ -95,7 +95,7 @@ def page(trace: Trace) -> None:
 
     with JobPool(1) as pool, tempfile.TemporaryDirectory() as folder:
         desktop = Desktop(Offered(pool))
-        desktop.session = Session("trace", Path(folder))
+        desktop.session = Session("trace", Path(folder), desktop.services)
         asyncio.run(slider(trace, desktop.server.get_port(), desktop.session))
         desktop.server.stop()
         desktop.session.close()

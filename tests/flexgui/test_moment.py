@@ -120,8 +120,8 @@ def test_a_cursor_that_goes_to_another_recording_takes_the_residual_along() -> N
         Any, SimpleNamespace(move_cursor=lambda *_: None, refresh=lambda: None)
     )
     panel._residual_of = "th1"
-    cast(Any, panel)._show_residual = lambda: drawn.append(session.cursor.recording)
+    cast(Any, panel)._show_residual = lambda: drawn.append(session.playback.cursor.recording)
     for name in ("th1", "th2", "only validated"):
-        session.cursor = Cursor(name)
+        session.playback.cursor = Cursor(name)
         panel.move_cursor()
     assert drawn == ["th2"]

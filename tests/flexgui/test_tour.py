@@ -27,9 +27,9 @@ from flexgui.page.tour import to_diagnosis, to_identification
 from flexgui.session import Session
 from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.session.edit import edited
-from flexgui.session.run_state import QUEUED, RUNNING, STOPPING, Run
+from flexgui.session.run_state import QUEUED, RUNNING, STOPPING, RunState
 from flexgui.session.state import STAGES
-from flexgui.session.tour_card import (
+from flexgui.session.tour import (
     ADD,
     BEGIN,
     BEGUN,
@@ -47,6 +47,7 @@ from flexgui.session.tour_card import (
 from flexgui.stages.diagnose.effects import with_effect
 from flexgui.stages.diagnose.look import Change, Look, in_vain, last_change, worse
 from flexgui.stages.diagnose.looked import Looked
+from tests.session.helpers import alone
 
 FRICTION, JOINT = "Coulomb friction", "Elastic joint"
 WITH_FRICTION = edited(hidden_scenario(), with_effect("coulomb_friction", None))
@@ -56,9 +57,9 @@ WITH_FRICTION = edited(hidden_scenario(), with_effect("coulomb_friction", None))
 def session(tmp_path: Path) -> Iterator[Session]:
     """On the tour, with nothing done yet."""
     (tmp_path / "own").mkdir()
-    made = Session("a-person", tmp_path / "own")
-    made.scenario = hidden_scenario()
-    made.tour = BEGUN
+    made = alone("a-person", tmp_path / "own")
+    made.document.scenario = hidden_scenario()
+    made.tour.step = BEGUN
     yield made
     made.close()
 
@@ -84,8 +85,8 @@ def look(error: float, verdict: str | None, first: str, title: str = "") -> Look
 
 def go(session: Session, *looks: Look) -> None:
     """The way of these looks, at whose last model the person is."""
-    session.looks = looks
-    session.scenario = looks[-1].scenario if looks else hidden_scenario()
+    session.diagnosis.looks = looks
+    session.document.scenario = looks[-1].scenario if looks else hidden_scenario()
 
 
 LACKING = look(9.7, MISSING, FRICTION)
@@ -101,19 +102,19 @@ def at(session: Session, stage: str) -> Card:
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_tour_that_was_dismissed_says_nothing(session: Session, stage: str) -> None:
-    session.tour, session.stage = None, stage
+    session.tour.step, session.stage = None, stage
     assert card(session) is None
 
 
 def test_it_is_offered_at_the_first_stage_only(session: Session) -> None:
-    session.tour, session.scenario = OFFERED, demo_scenario()
+    session.tour.step, session.document.scenario = OFFERED, demo_scenario()
     assert at(session, "Arm").button == BEGIN
     session.stage = "Diagnose"
     assert card(session) is None
 
 
 def test_other_recordings_are_not_the_tours(session: Session) -> None:
-    session.scenario = demo_scenario()
+    session.document.scenario = demo_scenario()
     session.stage = "Data"
     assert card(session) is None
 
@@ -138,7 +139,10 @@ def test_walking_ahead_does_nothing_that_has_to_be_done(session: Session) -> Non
     [("Arm", LOOK), ("Data", LOOK), ("Identify", COMPARE), ("Compare", COMPARE)],
 )
 def test_the_card_goes_back_with_the_person(session: Session, stage: str, title: str) -> None:
-    session.outcome, session.outcome_of = outcome(), session.scenario
+    session.identification.outcome, session.identification.outcome_of = (
+        outcome(),
+        session.document.scenario,
+    )
     go(session, LACKING)
     assert at(session, "Diagnose").title == ADD
     assert at(session, stage).title == title
@@ -147,17 +151,20 @@ def test_the_card_goes_back_with_the_person(session: Session, stage: str, title:
 
 def test_after_the_fit_the_card_points_to_what_is_next(session: Session) -> None:
     assert "Press Start identification" in at(session, "Identify").text
-    session.outcome, session.outcome_of = outcome(), session.scenario
+    session.identification.outcome, session.identification.outcome_of = (
+        outcome(),
+        session.document.scenario,
+    )
     assert "Press Next: compare" in at(session, "Identify").text
 
 
 def test_a_fit_of_other_settings_is_to_be_done_again(session: Session) -> None:
-    session.outcome, session.outcome_of = outcome(), demo_scenario()
+    session.identification.outcome, session.identification.outcome_of = outcome(), demo_scenario()
     assert "Press Start identification" in at(session, "Identify").text
 
 
 def test_no_button_is_pressed_while_the_model_is_fitted(session: Session) -> None:
-    session.run = Run(kind="identify", phase=RUNNING)
+    session.run.state = RunState(kind="identify", phase=RUNNING)
     assert "Press" not in at(session, "Identify").text
 
 
@@ -168,21 +175,21 @@ def test_what_was_found_is_named_with_its_button(session: Session) -> None:
 
 def test_a_look_at_other_settings_is_to_be_taken_again(session: Session) -> None:
     go(session, LACKING)
-    session.scenario = WITH_FRICTION
+    session.document.scenario = WITH_FRICTION
     assert at(session, "Diagnose").title == DIAGNOSE
 
 
 def test_while_it_is_looked_for_nothing_is_pressed(session: Session) -> None:
-    session.pending = Look(session.scenario)
+    session.diagnosis.pending = Look(session.document.scenario)
     shown = at(session, "Diagnose")
     assert (shown.title, "Press" in shown.text) == (DIAGNOSE, False)
 
 
 def test_while_it_is_added_the_card_says_what_is_fitted(session: Session) -> None:
     go(session, LACKING)
-    session.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")
+    session.diagnosis.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")
     assert f"fitted with {FRICTION}" in at(session, "Diagnose").text
-    session.pending = look(0.99, None, JOINT, FRICTION)
+    session.diagnosis.pending = look(0.99, None, JOINT, FRICTION)
     shown = at(session, "Diagnose").text
     assert "fell from 9.7 to 0.99 times the noise floor" in shown
 
@@ -204,7 +211,7 @@ def test_once_nothing_is_missing_no_stage_sends_to_the_search_again(session: Ses
 
 def test_undoing_leads_back_to_adding(session: Session) -> None:
     go(session, LACKING, ADDED)
-    go(session, *session.looks[:-1])
+    go(session, *session.diagnosis.looks[:-1])
     assert at(session, "Diagnose").title == ADD
 
 
@@ -228,7 +235,10 @@ def test_an_error_that_fell_halfway_leads_on_or_back(session: Session) -> None:
 
 def test_elsewhere_the_card_says_where_the_tour_goes_on(session: Session) -> None:
     assert "continues at Identify" in at(session, "Export").text
-    session.outcome, session.outcome_of = outcome(), session.scenario
+    session.identification.outcome, session.identification.outcome_of = (
+        outcome(),
+        session.document.scenario,
+    )
     assert due_stage(session) == "Compare"
     go(session, LACKING)
     assert "continues at Diagnose" in at(session, "Export").text
@@ -260,7 +270,7 @@ def test_a_change_that_figures_do_not_show_is_none() -> None:
 
 
 def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
-    run = Run("diagnose", RUNNING, stage="Trying every known effect", done=11, total=29)
+    run = RunState("diagnose", RUNNING, stage="Trying every known effect", done=11, total=29)
     text = "Slow sensor (still to be compiled, once: Soft base)"
     assert how_it_stands(replace(run, text=text)) == (
         "Trying every known effect, 11 of 29", ": Slow sensor",
@@ -270,19 +280,19 @@ def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
 
 
 def test_a_job_that_waits_or_ends_says_so() -> None:
-    assert how_it_stands(Run("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
-    assert how_it_stands(Run("diagnose", STOPPING, stage="x"))[0] == "Stopping …"
+    assert how_it_stands(RunState("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
+    assert how_it_stands(RunState("diagnose", STOPPING, stage="x"))[0] == "Stopping …"
 
 
 def test_an_effect_that_waits_to_be_added_does_not_lead_back_to_diagnosing(
     session: Session,
 ) -> None:
-    session.pending = LACKING
+    session.diagnosis.pending = LACKING
     shown = at(session, "Diagnose")
     assert (shown.title, f"Press Add {FRICTION}" in shown.text) == (DIAGNOSE, True)
-    session.to_add = FRICTION
+    session.diagnosis.to_add = FRICTION
     assert at(session, "Diagnose").title == ADD
-    session.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")
+    session.diagnosis.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")
     assert at(session, "Diagnose").title == ADD
 
 
@@ -291,16 +301,19 @@ def test_on_the_tour_the_way_on_begins_what_is_done_there(
     session: Session, monkeypatch: pytest.MonkeyPatch, tours: bool
 ) -> None:
     begun: list[str] = []
-    monkeypatch.setattr(session, "identify", lambda _: begun.append("fit"))
-    monkeypatch.setattr(session, "diagnose", lambda _: begun.append("search"))
-    session.tour = BEGUN if tours else None
+    monkeypatch.setattr(session.identification, "start", lambda: begun.append("fit"))
+    monkeypatch.setattr(session.diagnosis, "search", lambda: begun.append("search"))
+    session.tour.step = BEGUN if tours else None
     context = cast(PageContext, SimpleNamespace(session=session, services=None))
     to_identification(context)
     assert session.stage == "Identify"
     to_diagnosis(context)
     assert session.stage == "Diagnose"
     assert begun == (["fit", "search"] if tours else [])
-    session.outcome, session.outcome_of = outcome(), session.scenario
+    session.identification.outcome, session.identification.outcome_of = (
+        outcome(),
+        session.document.scenario,
+    )
     go(session, LACKING)
     to_identification(context)
     to_diagnosis(context)

@@ -34,7 +34,7 @@ def test_three_sessions_take_turns_and_see_their_place(pool):
         for name in ("a1", "a2", "b1", "b2", "c1")
     ]
     assert [job.place for job in jobs] == [3, 5, 1, 4, 2]
-    first.stop()
+    first.run.stop()
     assert all(job.wait(PATIENCE) for job in jobs)
     assert eventually(lambda: len(order) == 5)
     assert [name[0] for name in order[:3]].count("b") == 1
@@ -48,7 +48,7 @@ def test_a_waiting_job_can_be_stopped_and_others_move_up(pool):
     second = pool.submit("b", task(count, steps=1), Listener())
     third = pool.submit("c", task(count, steps=1), heard)
     assert third.place == 2
-    second.stop()
+    second.run.stop()
     assert (second.state, third.place) == (State.STOPPED, 1)
     running.stop()
     heard.wait_for(Finished)

@@ -59,7 +59,7 @@ class Desktop:
 
     def _connected(self, client: viser.ClientHandle) -> None:
         assert self.session is not None
-        page = build_page(client, self.session, self.services, self.read_only)
+        page = build_page(client, self.session, self.read_only)
         self.pages.append(page)
         self._by_client[client.client_id] = page
 
@@ -78,7 +78,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: Any) -> Iterator[Any]:
     known = getattr(item, "funcargs", {})
     if report.failed and report.when == "call" and "session" in known:
         session: Session = known["session"]
-        state = f"{session.stage}\n{session.message}\n{session.run}\nbusy: {session.busy}"
+        state = f"{session.stage}\n{session.message}\n{session.run.state}\nbusy: {session.run.busy}"
         report.sections.append(("session", state))
         report.sections.append(("threads", "\n".join(_threads())))
     return report
@@ -107,7 +107,7 @@ def desktop(chromium: Any, job_pool: JobPool) -> Iterator[Desktop]:
 def session(desktop: Desktop, tmp_path: Path) -> Iterator[Session]:
     folder = tmp_path / "own"
     folder.mkdir()
-    made = desktop.session = Session(str(tmp_path), folder)
+    made = desktop.session = Session(str(tmp_path), folder, desktop.services)
     yield made
     for page in desktop.pages:
         page.close()

@@ -70,6 +70,6 @@ def small(session: Session) -> None:
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
 
-    assert session.change(
+    assert session.document.change(
         edit, put(("identify", "population"), 8), put(("identify", "generations"), 6)
     )

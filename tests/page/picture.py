@@ -41,7 +41,7 @@ class Served(Desktop):
 
 def wait(session: Session) -> None:
     """Until nothing is computed."""
-    while session.busy:
+    while session.run.busy:
         time.sleep(0.2)
 
 
@@ -51,15 +51,15 @@ def main(where: Path) -> None:
     (folder / "own").mkdir()
     with JobPool(2) as pool:
         desk = Served(Offered(pool))
-        session = desk.session = Session("picture", folder / "own")
+        session = desk.session = Session("picture", folder / "own", desk.services)
         few(session)
-        session.go_on_tour(None)
-        session.identify(desk.services)
+        session.tour.go_on(None)
+        session.identification.start()
         wait(session)
-        session.diagnose(desk.services)
+        session.diagnosis.search()
         wait(session)
         session.show("Diagnose")
-        session.set_cursor(time=AT)
+        session.playback.move(time=AT)
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
             page = browser.new_page(viewport=SIZE)

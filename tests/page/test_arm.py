@@ -56,8 +56,8 @@ def test_each_slider_changes_the_plots_and_the_arm(
     page.get_by_text("More about the arm", exact=True).click()
     for label, value in MORE.items():
         moved(page, desktop, label, value)
-    assert session.scenario.arm.overrides["young_modulus"] == 2e9
-    assert session.live.snr_db == 35
+    assert session.document.scenario.arm.overrides["young_modulus"] == 2e9
+    assert session.document.live.snr_db == 35
 
 
 @pytest.mark.long
@@ -108,11 +108,11 @@ def test_equations_and_matrices_are_rendered(page: Any) -> None:
 
 @pytest.mark.long
 def test_a_mode_swings_the_arm(page: Any, desktop: Desktop, session: Session) -> None:
-    session.set_live(mode=0)
+    session.document.set_live(mode=0)
     for _ in range(3):  # it goes on
         before = beams(desktop)
         until(lambda before=before: not np.array_equal(beams(desktop), before))  # type: ignore[misc]
-    session.set_live(mode=None)
+    session.document.set_live(mode=None)
     until(lambda: not desktop.pages[-1]._scene._swings)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.errors import InputError
-from flexgui.session import Session, playing
+from flexgui.session import Session, playback
 from flexgui.session.demo import demo_scenario
 from tests.page.helpers import press, sees
 from tests.session.helpers import until
@@ -31,10 +31,10 @@ SEEN = 0.02
 
 def test_the_line_moves_and_the_figure_stays(page: Any, session: Session) -> None:
     press(page, "Data")
-    until(lambda: session.playback is not None and page.evaluate(AT))
+    until(lambda: session.playback.motion is not None and page.evaluate(AT))
     before = page.evaluate(AT)
     for time in (0.5, 1.25):
-        session.set_cursor(time=time)
+        session.playback.move(time=time)
         until(lambda time=time: np.isclose(page.evaluate(AT)[0][0], time, atol=SEEN))  # type: ignore[misc]
     assert [key for _, key in page.evaluate(AT)] == [key for _, key in before]
     page.set_viewport_size({"width": 1200, "height": 800})
@@ -49,7 +49,7 @@ def test_a_recording_that_is_not_read_yet_is_told_and_read_at_the_next_stage(
 
     press(page, "Diagnose")
     with monkeypatch.context() as patched:
-        patched.setattr(playing, "read_one", late)
+        patched.setattr(playback.recorded, "read_one", late)
         assert session.open(demo_scenario())
         sees(page, "The worker was stopped.")
         sees(page, "The recording is not read yet")

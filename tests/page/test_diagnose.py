@@ -46,8 +46,8 @@ def few(session: Session) -> None:
             entry["simulate"]["seconds"] = 1.0
 
     kinds = ["coulomb_friction", "viscous_friction", "rotor_inertia", "tip_payload"]
-    assert session.choose("something hidden", None)  # type: ignore[arg-type]
-    assert session.change(edit, put(("diagnose", "candidates"), kinds))
+    assert session.choose("something hidden")
+    assert session.document.change(edit, put(("diagnose", "candidates"), kinds))
 
 
 def bars(page: Any) -> list[str]:
@@ -68,7 +68,11 @@ def headless(session: Session) -> float:
     from flexgui.core.progress import Silent
     from flexgui.core.scenario.stated_effects import base_model
 
-    scenario, asked, spec = session.scenario, session.scenario.diagnose, session.scenario.identify
+    scenario, asked, spec = (
+        session.document.scenario,
+        session.document.scenario.diagnose,
+        session.document.scenario.identify,
+    )
     if asked.output is not None:
         spec = spec.model_copy(update={"output": asked.output})
     model = base_model(scenario)
@@ -99,13 +103,13 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
         """() => [...document.querySelectorAll('.js-plotly-plot')].some(
           p => p.data.some(t => t.name === 'estimation recordings' && t.y.length === 2))"""
     )
-    first, second = ladder_steps(session.looks)
+    first, second = ladder_steps(session.diagnosis.looks)
     assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)
     assert second.cost_per_sample < 0.05 * first.cost_per_sample
     sees(page, "In the model: Coulomb friction.")
     press(page, "Undo the last step")
     sees(page, "Something is missing.")
-    until(lambda: len(bars(page)) == 1 and not present(session.scenario))
+    until(lambda: len(bars(page)) == 1 and not present(session.document.scenario))
 
 
 @pytest.mark.long
@@ -118,8 +122,8 @@ def test_a_worst_place_is_one_click_away(page: Any, session: Session) -> None:
     button.wait_for()
     label = button.inner_text()
     button.click()
-    until(lambda: session.cursor.time > 0.0)
-    assert f"recording {session.cursor.recording}: " in label
+    until(lambda: session.playback.cursor.time > 0.0)
+    assert f"recording {session.playback.cursor.recording}: " in label
 
 
 @pytest.mark.long
@@ -132,8 +136,8 @@ def test_a_click_on_the_map_in_the_scene_goes_there(
     press(page, "Next: compare model and measurements")
     errors = desktop.pages[-1]._scene._errors
     until(lambda: errors._board is not None)
-    assert errors._board is not None and session.failing is not None
-    board = session.failing.board
+    assert errors._board is not None and session.comparison.failing is not None
+    board = session.comparison.failing.board
     assert board is not None and len(board.recordings) == 3
     place = errors._board._point((7 + 0.5) / 12, (1 + 0.5) / 3)
 
@@ -141,10 +145,10 @@ def test_a_click_on_the_map_in_the_scene_goes_there(
         """The browser may not have drawn the map yet, or still turn the view."""
         page.mouse.click(*on_screen(page, desktop.pages[-1].context.client.camera, place))
         page.wait_for_timeout(500)
-        return session.cursor.recording == board.recordings[1]
+        return session.playback.cursor.recording == board.recordings[1]
 
     until(clicked)
-    assert board.edges[7] < session.cursor.time < board.edges[8]
+    assert board.edges[7] < session.playback.cursor.time < board.edges[8]
     sees(page, "error now: θ₁ ")
     press(page, "Data")
     until(lambda: errors._board is None)
@@ -175,16 +179,16 @@ def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
     field(page, "Formula").fill("__import__('os').system('true')")
     press(page, "Add this formula")
     page.locator(".fx .bad", has_text="formula").first.wait_for()
-    assert not present(session.scenario)
+    assert not present(session.document.scenario)
     field(page, "Formula").fill("-a*tanh(dtheta1/0.001)")
     field(page, "Parameters").fill("a = 0.5 [N m]")
     page.wait_for_timeout(300)
     press(page, "Add this formula")
     sees(page, "In the model: Own effect 1 at joint1.")
     page.get_by_text("Your formula is number ").wait_for(timeout=FOUND)
-    until(lambda: session.look is not None and bool(session.look.ranking))
-    session.stop()  # its button may be gone: few candidates are soon refitted
-    until(lambda: not session.busy)
+    until(lambda: session.diagnosis.look is not None and bool(session.diagnosis.look.ranking))
+    session.run.stop()  # its button may be gone: few candidates are soon refitted
+    until(lambda: not session.run.busy)
     press(page, "Undo the last step")
     page.get_by_role("button", name="Add Own effect 1 at joint1", exact=True).wait_for()
 
@@ -194,22 +198,24 @@ def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
 def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) -> None:
     """On whole recordings with every effect. Held from that moment on, since on a busy machine the
     search can end before a click arrives; a search that is held is stopped like any other."""
-    assert session.choose("something hidden", None)  # type: ignore[arg-type]
+    assert session.choose("something hidden")
     press(page, "Diagnose")
     press(page, "Find what is missing")
     come: dict[str, Callable[[], bool]] = {
         "at once": lambda: True,
-        "first look": lambda: session.look is not None,
-        "ranking": lambda: session.look is not None and bool(session.look.ranking),
+        "first look": lambda: session.diagnosis.look is not None,
+        "ranking": lambda: (
+            session.diagnosis.look is not None and bool(session.diagnosis.look.ranking)
+        ),
     }
     until(come[moment])
-    session.pause()
+    session.run.pause()
     press(page, "Stop")
-    until(lambda: not session.busy and session.pending is None)
+    until(lambda: not session.run.busy and session.diagnosis.pending is None)
     sees(page, "Stopped")
     again = re.compile("Find what is missing|Repeat diagnosis")
     page.get_by_role("button", name=again, disabled=False).first.wait_for()
-    assert not present(session.scenario) and len(session.looks) <= 1
+    assert not present(session.document.scenario) and len(session.diagnosis.looks) <= 1
 
 
 @pytest.mark.long
@@ -222,7 +228,7 @@ def test_guess_and_reveal(page: Any, session: Session) -> None:
         "seed": 4, "level": "easy", "effects": ["coulomb_friction"], "EI": 520.0,
         "values": {"fc1": 0.1823, "fc2": 0.1}, "shown": {"coulomb_friction": 3.0},
     }  # fmt: skip
-    session.challenge = Challenge(4, "easy", obfuscate(json.dumps(truth), "4 easy"))
+    session.challenge.state = Challenge(4, "easy", obfuscate(json.dumps(truth), "4 easy"))
     session.show("Diagnose")
     sees(page, "Challenge")
     page.get_by_text("Challenge", exact=True).first.click()
@@ -256,7 +262,7 @@ that the click would take the place of the last key."""
 @pytest.mark.long
 def test_a_size_is_committed_as_the_field_shows_it(page: Any, session: Session) -> None:
     few(session)
-    session.challenge = Challenge(4, "easy", "sealed")
+    session.challenge.state = Challenge(4, "easy", "sealed")
     session.show("Diagnose")
     sees(page, "One effect is hidden.")
     choose(page, "Coulomb friction")
@@ -306,12 +312,12 @@ def stands(page: Any, name: str) -> None:
 def hidden_in(session: Session, page: Any, desktop: Desktop) -> Challenge:
     """The challenge, once it is made; where it is not, what the browser says instead."""
     end = time.monotonic() + FOUND / 1000.0
-    while session.challenge is None:
+    while session.challenge.state is None:
         if time.monotonic() > end:
             shown = page.locator("body").inner_text()
             pytest.fail(f"{len(desktop.pages)} pages: {shown}")
         page.wait_for_timeout(LOOK)
-    return session.challenge
+    return session.challenge.state
 
 
 def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desktop) -> None:
@@ -330,4 +336,4 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     answer(page, hidden[0])
     told = re.compile(r"\(used only now\)|It is examining the recordings now\.")
     page.get_by_text(told).first.wait_for()
-    session.stop()
+    session.run.stop()

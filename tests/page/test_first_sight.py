@@ -60,18 +60,18 @@ def test_the_systems_theme_is_followed_and_a_choice_is_kept(
 @pytest.mark.long
 def test_space_plays_and_arrows_step(page: Any, session: Session) -> None:
     press(page, "Data")
-    until(lambda: session.playback is not None)
+    until(lambda: session.playback.motion is not None)
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press(" ")
-    until(lambda: session.cursor.playing and session.cursor.time > 0.0)
+    until(lambda: session.playback.cursor.playing and session.playback.cursor.time > 0.0)
     page.keyboard.press(" ")
-    until(lambda: not session.cursor.playing)
-    stands = session.cursor.time
+    until(lambda: not session.playback.cursor.playing)
+    stands = session.playback.cursor.time
     page.keyboard.press("ArrowRight")
-    until(lambda: session.cursor.time > stands)
-    stepped = session.cursor.time
+    until(lambda: session.playback.cursor.time > stands)
+    stepped = session.playback.cursor.time
     page.keyboard.press("ArrowLeft")
-    until(lambda: session.cursor.time < stepped)
+    until(lambda: session.playback.cursor.time < stepped)
 
 
 @pytest.mark.long

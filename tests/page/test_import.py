@@ -39,8 +39,8 @@ NAMES = {
 def foreign(session: Session, tmp_path: Path) -> Path:
     """Other names, degrees, one gap and a swap."""
     made = tmp_path / "made.csv"
-    name = session.scenario.recordings[0].name
-    save_recording(read_one(session.scenario, name, session.folder), made)
+    name = session.document.scenario.recordings[0].name
+    save_recording(read_one(session.document.scenario, name, session.folder), made)
     table = pd.read_csv(made).rename(columns=NAMES)[list(NAMES.values())]
     table[["enc_1", "enc_2"]] = np.degrees(table[["enc_1", "enc_2"]])
     table.loc[400:405, "enc_1"] = np.nan
@@ -76,7 +76,9 @@ def shot(page: Any, name: str) -> None:
 def test_a_foreign_file_is_fitted_right_in_six_clicks(
     page: Any, session: Session, foreign: Path
 ) -> None:
-    session.change(put(("identify", "population"), 12), put(("identify", "generations"), 15))
+    session.document.change(
+        put(("identify", "population"), 12), put(("identify", "generations"), 15)
+    )
     page.set_default_timeout(PATIENT)
     hand = Clicks(page)
     hand.press("Data")
@@ -89,17 +91,19 @@ def test_a_foreign_file_is_fitted_right_in_six_clicks(
     sees(page, "bench.csv: 3000 samples at 1000 Hz, 3.00 s.")
     hand.press("Use it alone")
     sees(page, "1 to fit, 0 to validate.")
-    until(lambda: session.is_checked and not session.checking, PATIENT / 1000)
+    until(lambda: session.check.is_checked and not session.check.running, PATIENT / 1000)
     shot(page, "check")
     hand.press("Next: identify")
     hand.press("Start identification")
-    until(lambda: session.outcome is not None and not session.busy, PATIENT / 1000)
+    until(
+        lambda: session.identification.outcome is not None and not session.run.busy, PATIENT / 1000
+    )
     assert hand.count <= CLICKS
-    assert session.outcome is not None
-    (fit,) = session.outcome.fits
+    assert session.identification.outcome is not None
+    (fit,) = session.identification.outcome.fits
     found = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
     assert found["EI"] == pytest.approx(TRUE_EI, rel=CLOSE)
-    columns = session.scenario.recordings[0].columns
+    columns = session.document.scenario.recordings[0].columns
     assert columns["theta1"].name == "enc_2 [deg]" and columns["theta2"].name == "enc_1 [deg]"
 
 
@@ -123,7 +127,7 @@ def test_a_finding_is_shown_and_mended_with_one_click(
     sees(page, "The check finds nothing wrong with this recording.")
     sees(page, "In the scenario by now:")
     shot(page, "mended")
-    assert session.scenario.recordings[0].columns["z1"].sign == -1
+    assert session.document.scenario.recordings[0].columns["z1"].sign == -1
 
 
 @pytest.mark.long
@@ -132,7 +136,7 @@ def test_nothing_of_the_table_is_cut_off(
 ) -> None:
     """In windows of all sizes, of one file that was brought once."""
     session.show("Data")
-    session.upload(foreign.name, foreign.read_bytes(), desktop.services).result()
+    session.recordings.upload(foreign.name, foreign.read_bytes()).result()
     cut = {size: cut_off(desktop, chromium, size) for size in SIZES}
     assert not any(cut.values()), cut
 
@@ -159,10 +163,10 @@ def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None
     field = page.get_by_text("Rig", exact=True).first.get_attribute("for")
     page.locator(f'[id="{field}"]').click()
     page.get_by_role("option", name="Voltage recorded", exact=True).click()
-    until(lambda: session.scenario.drive.kind == "voltage")
+    until(lambda: session.document.scenario.drive.kind == "voltage")
     sees(page, "Resistances [Ω]")
     shot(page, "voltage")
-    assert session.scenario.recordings == ()
+    assert session.document.scenario.recordings == ()
 
 
 @pytest.mark.long
@@ -187,7 +191,10 @@ def test_several_files_of_one_choice_share_one_table(
     hand.press("Read the file")
     hand.press("Use these 2 alone")
     sees(page, "2 to fit, 0 to validate.")
-    assert [spec.file for spec in session.scenario.recordings] == ["bench.csv", "second.csv"]
+    assert [spec.file for spec in session.document.scenario.recordings] == [
+        "bench.csv",
+        "second.csv",
+    ]
 
 
 DROP = """names => {
@@ -207,4 +214,9 @@ def test_files_that_are_dropped_on_the_page_are_brought(
     page.get_by_text("Upload a recording or a scenario").wait_for()
     text = foreign.read_text()
     page.evaluate(DROP, [["a.csv", text], ["b.csv", text]])
-    until(lambda: session.waiting is not None and len(session.waiting.files) == 2, PATIENT / 1000)
+    until(
+        lambda: (
+            session.recordings.waiting is not None and len(session.recordings.waiting.files) == 2
+        ),
+        PATIENT / 1000,
+    )

@@ -42,17 +42,17 @@ def walk(page: Any, session: Session, right: str) -> None:
     press(page, "Find what is missing")
     page.get_by_text("Something is missing.").wait_for(timeout=SLOW)
     page.get_by_role("button", name=f"Add {title}", exact=True).wait_for()
-    assert session.look is not None and session.look.ranking[0].effect == right
+    assert session.diagnosis.look is not None and session.diagnosis.look.ranking[0].effect == right
     expected = headless(session)
     press(page, f"Add {title}")
     page.get_by_text(f"{title}: the error went from").wait_for(timeout=SLOW)
-    first, second = ladder_steps(session.looks)
+    first, second = ladder_steps(session.diagnosis.looks)
     assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)
     assert second.cost_per_sample < 0.5 * first.cost_per_sample
     until(lambda: len(bars(page)) == 2)
     press(page, "Undo the last step")
-    until(lambda: len(bars(page)) == 1 and not present(session.scenario))
-    assert ladder_steps(session.looks) == (first,)
+    until(lambda: len(bars(page)) == 1 and not present(session.document.scenario))
+    assert ladder_steps(session.diagnosis.looks) == (first,)
 
 
 def test_on_recordings_of_an_independent_engine(page: Any, session: Session) -> None:
@@ -61,7 +61,7 @@ def test_on_recordings_of_an_independent_engine(page: Any, session: Session) -> 
     scenario = fetch_files(scenario, path.parent, None, session.folder)
     assert session.open(scenario)
     kinds = ["tip_payload", "coulomb_friction", "viscous_friction", "camera_delay"]
-    assert session.change(put(("diagnose", "candidates"), kinds))
+    assert session.document.change(put(("diagnose", "candidates"), kinds))
     walk(page, session, "tip_payload")
 
 
@@ -72,7 +72,7 @@ def test_on_a_real_bench(page: Any, session: Session) -> None:
     scenario = fetch_files(scenario, path.parent, folder, session.folder)
     assert session.open(scenario)
     kinds = ["coulomb_friction", "viscous_friction", "presliding_friction", "gravity_tilt"]
-    assert session.change(put(("diagnose", "candidates"), kinds))
+    assert session.document.change(put(("diagnose", "candidates"), kinds))
     walk(page, session, "presliding_friction")
 
 
@@ -81,7 +81,7 @@ def test_on_a_challenge(page: Any, session: Session) -> None:
     page.get_by_text("Challenge", exact=True).first.click()
     press(page, "Hide an effect")
     page.get_by_text("something is hidden in these recordings").wait_for(timeout=SLOW)
-    known = session.challenge
+    known = session.challenge.state
     assert known is not None
     kind = json.loads(opened(known.sealed, "-"))["effects"][0]
     walk(page, session, kind)

@@ -30,8 +30,13 @@ def pick(page: Any, title: str) -> None:
 @pytest.mark.long
 def test_each_view_of_the_folder_is_offered_and_drawn(page: Any, session: Session) -> None:
     found = compared()
-    assert session.change(lambda document: document.update(found.project.scenario.model_dump()))
-    session.outcome, session.outcome_of = found.outcome, session.scenario
+    assert session.document.change(
+        lambda document: document.update(found.project.scenario.model_dump())
+    )
+    session.identification.outcome, session.identification.outcome_of = (
+        found.outcome,
+        session.document.scenario,
+    )
     session.notify(Topic.OUTCOME)
     session.show("Compare")
     sees(page, "fit of all recordings")

@@ -36,15 +36,15 @@ def test_from_the_button_to_the_tables(page: Any, session: Session, tmp_path: Pa
     press(page, "Start the study")
     sees(page, "Estimates at SNR ∞")
     page.get_by_text(re.compile("of 400 cases, about")).first.wait_for()
-    assert session.study.busy
+    assert session.study.state.busy
     until(lambda: "here, SNR ∞" in plots(page))
     press(page, "Stop")
     page.get_by_text(re.compile(r"Stopped: \d+ of 400 cases")).first.wait_for()
-    found = session.study.done
+    found = session.study.state.done
     enter(page, "Runs", "150")
     press(page, "Go on with the study")
     page.get_by_text("Finished: 300 of 300 cases").first.wait_for(timeout=120_000)
-    assert session.study.before >= min(found, 300)
+    assert session.study.state.before >= min(found, 300)
     with page.expect_download() as download:
         press(page, "Save the results (zip)")
     path = tmp_path / download.value.suggested_filename
@@ -67,14 +67,14 @@ def test_a_scenario_that_cannot_be_studied_says_what_to_do(page: Any, session: S
 
 def test_work_is_replaced_only_after_a_question(page: Any, session: Session) -> None:
     few(session)
-    session.looks = (Look(session.scenario),)
-    before = session.scenario
+    session.diagnosis.looks = (Look(session.document.scenario),)
+    before = session.document.scenario
     press(page, "Study")
     press(page, OPEN)
     sees(page, "Replace them?")
     press(page, "Keep my work")
     page.get_by_text("Replace them?").wait_for(state="detached")
-    assert session.scenario == before
+    assert session.document.scenario == before
     press(page, OPEN)
     press(page, "Replace my work")
-    until(lambda: session.scenario != before)
+    until(lambda: session.document.scenario != before)

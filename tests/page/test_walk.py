@@ -55,10 +55,10 @@ def walked(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     with JobPool(2, EVEN) as pool:
         desk = Served(Offered(pool))
         (folder / "own").mkdir()
-        session = desk.session = Session("walk", folder / "own")
+        session = desk.session = Session("walk", folder / "own", desk.services)
         few(session)
-        finish(session, session.identify(desk.services))
-        finish(session, session.diagnose(desk.services))
+        finish(session, session.identification.start())
+        finish(session, session.diagnosis.search())
         yield desk
         for page in desk.pages:
             page.close()
@@ -69,7 +69,7 @@ def walked(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
 def finish(session: Session, begun: bool) -> None:
     assert begun
     end = time.monotonic() + FOUND
-    while session.busy:
+    while session.run.busy:
         assert time.monotonic() < end
         time.sleep(0.2)
 

@@ -23,8 +23,8 @@ from tests.session.helpers import until
 def good(session: Session, tmp_path: Path) -> Path:
     """A recording of the session's own arm."""
     path = tmp_path / "good.csv"
-    name = session.scenario.recordings[0].name
-    save_recording(read_one(session.scenario, name, session.folder), path)
+    name = session.document.scenario.recordings[0].name
+    save_recording(read_one(session.document.scenario, name, session.folder), path)
     return path
 
 
@@ -55,13 +55,13 @@ def give(page: Any, path: Path) -> None:
 @pytest.mark.long
 def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> None:
     press(page, "Data")
-    before = session.scenario
+    before = session.document.scenario
     for path, said in bad_files(good).items():
         give(page, path)
         message = page.locator(".fx .bad", has_text=path.stem).first
         message.wait_for()
         assert said in message.inner_text()
-        assert session.scenario == before
+        assert session.document.scenario == before
     give(page, good)
     sees(page, "good.csv: 3000 samples at 1000 Hz, 3.00 s.")
     sees(page, "Use it alone, or add it to the 8 present recordings?")
@@ -148,7 +148,7 @@ def test_columns_with_other_names_are_chosen_on_the_page(
     sees(page, "8 recordings were set aside.")
     press(page, "Restore")
     sees(page, "8 to fit, 1 to validate.")
-    columns = session.scenario.recordings[-1].columns
+    columns = session.document.scenario.recordings[-1].columns
     assert {c: s.name.split(" ")[0] for c, s in columns.items()} == {
         "t": "clock", "dtheta1_ref": "speed",
     }  # fmt: skip
@@ -167,8 +167,8 @@ def test_stop_in_mid_run_keeps_the_last_result(page: Any, session: Session) -> N
     press(page, "Identify")
     press(page, "Start identification")
     sees(page, "EI (follows)")
-    complete = session.outcome
-    session.change(lambda d: d["identify"].update(generations=10_000, population=200))
+    complete = session.identification.outcome
+    session.document.change(lambda d: d["identify"].update(generations=10_000, population=200))
     press(page, "Start identification")
     sees(page, "Best so far")
     press(page, "Pause")
@@ -177,7 +177,7 @@ def test_stop_in_mid_run_keeps_the_last_result(page: Any, session: Session) -> N
     press(page, "Stop")
     sees(page, "Stopped; the last complete result is kept.")
     sees(page, "EI (follows)")
-    assert session.outcome is complete
+    assert session.identification.outcome is complete
 
 
 @pytest.mark.long
@@ -190,18 +190,18 @@ def test_the_cursor_moves_arm_and_plots(page: Any, session: Session) -> None:
           p => (p.layout.shapes || []).some(s => s.type === 'line' && s.x0 > 0.1))"""
     )
     press(page, "Pause")
-    until(lambda: not session.cursor.playing)
+    until(lambda: not session.playback.cursor.playing)
     stands = 0.3  # wherever it was paused, at the end too, after which it starts again
-    session.set_cursor(time=stands)
+    session.playback.move(time=stands)
     press(page, "step ▶")
-    until(lambda: session.cursor.time > stands)
+    until(lambda: session.playback.cursor.time > stands)
 
 
 @pytest.mark.long
 def test_texts_of_a_file_are_shown_and_not_run(page: Any, session: Session) -> None:
     evil = "<img src=x onerror='window.evil=1'>"
-    session.change(lambda d: d.update(title=evil))
-    session.change(lambda d: d["recordings"][0].update(name=evil))
+    session.document.change(lambda d: d.update(title=evil))
+    session.document.change(lambda d: d["recordings"][0].update(name=evil))
     session.show_message(evil, bad=True)
     sees(page, "onerror")
     press(page, "Data")

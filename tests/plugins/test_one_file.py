@@ -112,7 +112,7 @@ def test_an_effect_is_one_file(add: Add, tmp_path: Path) -> None:
     add("flexgui.core.effects", "return_spring", EFFECT)
     hidden = {"return_spring": {"ks1": 0.0, "ks2": 4.0}}
     made = machine().simulate(theta2=1.2, seconds=0.5, hidden=hidden)
-    rig = machine(recordings=[made.recording], identify=QUICK)
+    rig = machine(recordings=[made.playback.recording], identify=QUICK)
     found = rig.with_effects("return_spring").identify()
     assert found["ks2"].value == pytest.approx(4.0, rel=RECOVERED)
     asked = rig.with_settings(diagnose={"candidates": ["return_spring", "viscous_friction"]})
@@ -187,7 +187,7 @@ def test_an_effect_with_a_coordinate_of_its_own_is_one_file(add: Add) -> None:
     settings = {"theta2": 1.2, "seconds": 0.5}
     hidden = {"loose_mass": {"ml": 0.5, "wl": 40.0, "bl": 2.0}}
     made = machine().simulate(**settings, hidden=hidden)
-    rig = machine(recordings=[made.recording], identify=QUICK)
+    rig = machine(recordings=[made.playback.recording], identify=QUICK)
     found = rig.with_effects("loose_mass").identify()
     for name, value in hidden["loose_mass"].items():
         assert found[name].value == pytest.approx(value, rel=RECOVERED)
@@ -266,14 +266,14 @@ def test_a_new_sensor_is_identified_from_and_its_noise_is_known(add: Add) -> Non
     stated = {"accelerometer_noise": NOISE, "encoder_noise": 1e-5}
     made = machine(sensors=stated).simulate(theta2=1.2, seconds=0.5, seed=7)
     outputs = {**QUICK, "output": ["acceleration", "encoder"]}
-    rig = machine(recordings=[made.recording], sensors=stated, identify=outputs)
+    rig = machine(recordings=[made.playback.recording], sensors=stated, identify=outputs)
     found = rig.identify()
     assert abs(found["EI1"].value - EI) < SIGMAS * found["EI1"].std
     assert "a1" in {c.channel for c in found.compare().recordings[0].channels if c.fitted}
     step = rig.with_settings(diagnose={"candidates": ["viscous_friction"]}).diagnose().steps[0]
     floors = {e.channel: e for e in step.errors}
     assert floors["a1"].floor_source == "stated"
-    left = DiagnoseSpec().fidelity * np.std(made.recording["a1"])
+    left = DiagnoseSpec().fidelity * np.std(made.playback.recording["a1"])
     assert floors["a1"].floor == pytest.approx(np.hypot(NOISE, left), rel=0.02)
     assert rig.with_settings().scenario.sensors.noise_of("accelerometer_noise") == NOISE
     assert "accelerometer_noise" in rig.to_toml()
@@ -303,7 +303,9 @@ def test_a_new_sensor_has_a_delay_of_its_own(add: Add) -> None:
     late = {"sensor_delay": {"tacceleration1": 0.004, "tacceleration2": 0.004}}
     made = machine().simulate(theta2=1.2, seconds=0.5, seed=7, hidden=late)
     outputs = {"parameters": ["EI1"], "output": ["acceleration", "z", "encoder"], "generations": 0}
-    rig = machine(recordings=[made.recording], identify=outputs).with_effects("sensor_delay")
+    rig = machine(recordings=[made.playback.recording], identify=outputs).with_effects(
+        "sensor_delay"
+    )
     found = rig.identify()
     for name in ("tacceleration1", "tacceleration2"):
         assert found[name].value == pytest.approx(0.004, rel=RECOVERED)
@@ -367,7 +369,7 @@ def test_a_drive_is_one_file(add: Add) -> None:
     made = fg.project("paper", true, model={"level": "nonlinear"}).simulate(**settings)
     wrong = {**true, "damping": [50.0, 30.0]}
     rig = fg.project(
-        "paper", wrong, [made.recording], model={"level": "nonlinear"},
+        "paper", wrong, [made.playback.recording], model={"level": "nonlinear"},
         identify={**QUICK, "parameters": ["b1", "EI1"]},
     )  # fmt: skip
     assert rig.identify()["b1"].value == pytest.approx(60.0, rel=RECOVERED)
@@ -428,8 +430,10 @@ def test_a_drive_with_another_servo_is_one_file(add: Add, monkeypatch: pytest.Mo
 
     monkeypatch.setattr(module.LightServo, "response", response)
     made = machine().simulate(theta2=1.2, seconds=0.5)
-    kept = {name: made.recording[name] for name in ("u1", "u2", "theta1", "theta2", "z1", "z2")}
-    recording = replace(made.recording, channels=kept)
+    kept = {
+        name: made.playback.recording[name] for name in ("u1", "u2", "theta1", "theta2", "z1", "z2")
+    }
+    recording = replace(made.playback.recording, channels=kept)
     rig = fg.project(
         "paper", "lightly_served", [recording], model={"level": "nonlinear"},
         identify={**QUICK, "output": ["torque", "z"]},
@@ -448,7 +452,7 @@ def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.Monk
     monkeypatch.setattr(widgets, "slider", lambda context, label, *rest: shown.append(label))
     panel = ArmSliders.__new__(ArmSliders)
     panel._context = cast(Any, SimpleNamespace(session=session))
-    panel._scenario, panel._built = session.scenario, fg.presets()["paper"]
+    panel._scenario, panel._built = session.document.scenario, fg.presets()["paper"]
     panel._build_more()
     assert {"k1 [N m/rad]", "k2 [N m/rad]"} <= set(shown)
     assert not any(label.startswith("λ") for label in shown)
@@ -482,13 +486,13 @@ class ErrorHistogram(RecordingView):
 def test_a_view_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     add("flexgui.views.of_recording", "error_histogram", VIEW)
     made = machine().simulate(theta2=1.2, seconds=0.3)
-    compared = machine(recordings=[made.recording], identify=QUICK).compare()
+    compared = machine(recordings=[made.playback.recording], identify=QUICK).compare()
     figure = compared.plot("error_histogram")
     assert isinstance(figure, go.Figure)
     assert [trace.name for trace in figure.data] == ["z1", "z2", "theta1", "theta2"]
 
     assert "| `error_histogram` | histogram of the error |" in reference_text()
-    found = machine(recordings=[made.recording], identify=QUICK).identify()
+    found = machine(recordings=[made.playback.recording], identify=QUICK).identify()
     report = found.export(tmp_path / "report").read_text(encoding="utf-8")
     assert "Histogram of the error" in report and "White noise is a bell." in report
 

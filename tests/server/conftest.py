@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
 from flexgui.classroom import tickets
-from flexgui.jobs import JobPool
 from flexgui.page import page as page_module
 from flexgui.server import app, sessions
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
-from flexgui.server.services import Limits, Services
+from flexgui.server.services import Limits
 from tests.server.helpers import Browser, FakeClock, Pages, Shown, Thing
 
 SMALL = Limits(upload_bytes=100_000, session_bytes=150_000, key_wait=1.0, key_wait_longer=1.0)
@@ -61,8 +60,7 @@ def make_place(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Make
         monkeypatch.setattr(page_module, "build_page", pages)
         for module in (sessions, tickets):
             monkeypatch.setattr(module, "monotonic", clock)
-        services = Services(cast(JobPool, None))
-        settings = Settings(make_session=Thing, services=services, limits=limits, **more)
+        settings = Settings(make_session=Thing, limits=limits, **more)
         made.append(PageServer(bind("127.0.0.1", 0, 1), settings))
         return Place(made[-1], pages, clock)
 

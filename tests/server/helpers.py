@@ -49,15 +49,14 @@ class Thing:
         self.key, self.folder = key, folder
         self.values: dict[str, Any] = {}
         self.uploads: list[bytes] = []
-        self.cursor = SimpleNamespace(playing=False)
+        self.playback = SimpleNamespace(cursor=SimpleNamespace(playing=False))
+        self.study = SimpleNamespace(stop=lambda: None)
+        self.run = self
         self.stops = 0
         self.closed = False
 
     def stop(self) -> None:
         self.stops += 1
-
-    def stop_study(self) -> None:
-        pass
 
     def close(self) -> None:
         self.closed = True
@@ -83,9 +82,7 @@ class Pages:
     def __init__(self) -> None:
         self.all: list[Shown] = []
 
-    def __call__(
-        self, client: viser.ClientHandle, session: Thing, _: Any, read_only: bool
-    ) -> Shown:
+    def __call__(self, client: viser.ClientHandle, session: Thing, read_only: bool) -> Shown:
         gui = client.gui
         widgets: dict[str, Any] = {
             "slider": gui.add_slider("slider", 0.0, 3.0, 0.1, 1.0),

@@ -9,11 +9,10 @@ from random import Random
 import pytest
 
 from flexgui.core.scenario.read import scenario_toml
-from flexgui.session import Session
 from flexgui.session.edit import Document, put
 from tests.server.helpers import Browser, announcement, part
 from tests.server.served import Served, sees, served, texts, until, widget
-from tests.session.helpers import good_csv
+from tests.session.helpers import alone, good_csv
 
 pytestmark = pytest.mark.long
 
@@ -35,7 +34,7 @@ busy one, so that some kills come in the middle of it and some after it."""
 def recording(tmp_path: Path) -> bytes:
     folder = tmp_path / "made"
     folder.mkdir()
-    session = Session("maker", folder)
+    session = alone("maker", folder)
     content = good_csv(session)
     session.close()
     return content
@@ -139,11 +138,11 @@ def hidden(tmp_path: Path) -> bytes:
 
     folder = tmp_path / "made"
     folder.mkdir()
-    session = Session("maker", folder)
-    assert session.choose("something hidden", None)  # type: ignore[arg-type]
+    session = alone("maker", folder)
+    assert session.choose("something hidden")
     kinds = put(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"])
-    assert session.change(edit, kinds)
-    content = scenario_toml(session.scenario).encode()
+    assert session.document.change(edit, kinds)
+    content = scenario_toml(session.document.scenario).encode()
     session.close()
     return content
 

@@ -5,20 +5,18 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
 
 import pytest
 
-from flexgui.jobs import JobPool
 from flexgui.server import sessions
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
-from flexgui.server.services import Limits, Services
-from flexgui.session import Session
+from flexgui.server.services import Limits
 from flexgui.session.latest import LINGER
 from tests.server.conftest import Place
 from tests.server.helpers import Browser, FakeClock
 from tests.server.served import until, widget
+from tests.session.helpers import alone
 
 pytestmark = pytest.mark.long
 
@@ -71,7 +69,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> FakeClock:
 
 @pytest.fixture
 def real(clock: FakeClock) -> Iterator[PageServer]:
-    settings = Settings(make_session=Session, services=Services(cast(JobPool, None)))
+    settings = Settings(make_session=alone)
     made = PageServer(bind("127.0.0.1", 0, 1), settings)
     yield made
     made.close()

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
 
 import pytest
 
 from flexgui.classroom.demo import COPY
-from flexgui.jobs import JobPool
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
-from flexgui.server.services import Services
 from flexgui.session import Session
 from tests.server.helpers import Browser, announcement, part
 from tests.server.served import until, widget
 from tests.session.elsewhere import SECRET, names, secret, stated
+from tests.session.helpers import alone
 
 PATIENCE = 20.0
 """s for a page, on a busy machine."""
@@ -32,10 +30,10 @@ def sessions() -> list[Session]:
 @pytest.fixture
 def server(sessions: list[Session]) -> Iterator[PageServer]:
     def make(key: str, folder: Path) -> Session:
-        sessions.append(Session(key, folder))
+        sessions.append(alone(key, folder))
         return sessions[-1]
 
-    settings = Settings(make_session=make, services=Services(cast(JobPool, None)), demo=True)
+    settings = Settings(make_session=make, demo=True)
     made = PageServer(bind("127.0.0.1", 0, 1), settings)
     yield made
     made.close()

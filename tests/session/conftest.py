@@ -35,9 +35,9 @@ def services(job_pool: JobPool) -> Offered:
 
 
 @pytest.fixture
-def session(tmp_path: Path) -> Iterator[Session]:
+def session(tmp_path: Path, services: Offered) -> Iterator[Session]:
     folder = tmp_path / "own"
     folder.mkdir()
-    made = Session("a-person", folder)
+    made = Session("a-person", folder, services)
     yield made
     made.close()

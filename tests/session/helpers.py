@@ -9,11 +9,18 @@ from pathlib import Path
 from typing import Any
 
 from flexgui.cli import run
+from flexgui.jobs import JobPool
 from flexgui.session import Services, Session
 from flexgui.session.edit import Document, put
+from tests.session.conftest import Offered
 
 SOON = 60.0
 """s: a worker that has to compile first needs most of it."""
+
+
+def alone(key: str, folder: Path) -> Session:
+    """A session that begins no job."""
+    return Session(key, folder, Offered(JobPool()))
 
 
 def small(session: Session, generations: int = 4) -> None:
@@ -24,7 +31,7 @@ def small(session: Session, generations: int = 4) -> None:
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 0.5
 
-    assert session.change(
+    assert session.document.change(
         edit,
         put(("identify", "population"), 8),
         put(("identify", "generations"), generations),
@@ -45,12 +52,12 @@ def until(condition: Callable[[], bool], seconds: float = SOON) -> None:
 
 def bring(session: Session, name: str, content: bytes, services: Services) -> bool:
     """Uploads a recording and uses it beside those that stand."""
-    return session.upload(name, content, services).result() and settle(session)
+    return session.recordings.upload(name, content).result() and settle(session)
 
 
 def settle(session: Session) -> bool:
     """Beside those that stand, where that is asked."""
-    return not session.arrived or session.use_arrived(alone=False)
+    return not session.recordings.arrived or session.recordings.use_arrived(alone=False)
 
 
 def good_csv(session: Session) -> bytes:
@@ -58,9 +65,9 @@ def good_csv(session: Session) -> bytes:
     from flexgui.core.recording.save import save_recording
     from flexgui.scene.recorded import read_one
 
-    name = session.scenario.recordings[0].name
+    name = session.document.scenario.recordings[0].name
     path = session.folder / "good.csv"
-    save_recording(read_one(session.scenario, name, session.folder), path)
+    save_recording(read_one(session.document.scenario, name, session.folder), path)
     content = path.read_bytes()
     path.unlink()
     return content

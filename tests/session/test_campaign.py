@@ -39,15 +39,17 @@ def test_files_with_the_same_columns_are_read_with_one_table(
     gap = good.copy()
     gap.loc[400:405, "enc_1 [rad]"] = np.nan
     for name, table in (("a.csv", good), ("b.csv", gap), ("c.csv", good)):
-        assert not session.upload(name, content(table), services).result()
-    waiting = session.waiting
+        assert not session.recordings.upload(name, content(table)).result()
+    waiting = session.recordings.waiting
     assert waiting is not None and waiting.files == ("a.csv", "b.csv", "c.csv")
-    assert session.read_waiting().result() and session.use_arrived(alone=True), session.message.text
-    specs = session.scenario.recordings
+    assert session.recordings.read_waiting().result() and session.recordings.use_arrived(
+        alone=True
+    ), session.message.text
+    specs = session.document.scenario.recordings
     assert [spec.file for spec in specs] == ["a.csv", "b.csv", "c.csv"]
     assert len({str(spec.columns) for spec in specs}) == 1
     assert [spec.gaps is not None for spec in specs] == [False, True, False]
-    session.end_check()
+    session.check.close()
 
 
 def test_an_uneven_clock_is_no_dead_end(session: Session, services: Offered) -> None:
@@ -55,16 +57,18 @@ def test_an_uneven_clock_is_no_dead_end(session: Session, services: Offered) -> 
     rng = np.random.default_rng(0)
     table["clock"] += STEP * rng.uniform(-0.3, 0.3, len(table))
     table = table.drop(index=range(300, 306))
-    assert not session.upload("rig.csv", content(table), services).result()
-    waiting = session.waiting
+    assert not session.recordings.upload("rig.csv", content(table)).result()
+    waiting = session.recordings.waiting
     assert waiting is not None and "uneven" in waiting.rows[0].uneven
-    assert session.read_waiting().result() and session.use_arrived(alone=True), session.message.text
-    spec = session.scenario.recordings[-1]
+    assert session.recordings.read_waiting().result() and session.recordings.use_arrived(
+        alone=True
+    ), session.message.text
+    spec = session.document.scenario.recordings[-1]
     assert spec.resample is not None and spec.resample.how == "interpolate"
     assert spec.gaps is not None and spec.gaps.longest > 6 * STEP * 0.9
-    assert session.wait_idle() and session.recording is not None
-    assert "Resampled to" in " ".join(session.recording.warnings)
-    session.end_check()
+    assert session.wait_idle() and session.playback.recording is not None
+    assert "Resampled to" in " ".join(session.playback.recording.warnings)
+    session.check.close()
 
 
 def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(
@@ -73,28 +77,41 @@ def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(
     table = foreign(session)
     table["clock"] += STEP * np.random.default_rng(0).uniform(-0.3, 0.3, len(table))
     table.loc[400:405, "enc_1 [rad]"] = np.nan
-    session.upload("rig.csv", content(table), services).result()
-    session.answer(clock="count", gaps="cut", rate=500.0)
-    assert session.read_waiting().result() and session.use_arrived(alone=True), session.message.text
-    spec = session.scenario.recordings[-1]
+    session.recordings.upload("rig.csv", content(table)).result()
+    session.recordings.answer(clock="count", gaps="cut", rate=500.0)
+    assert session.recordings.read_waiting().result() and session.recordings.use_arrived(
+        alone=True
+    ), session.message.text
+    spec = session.document.scenario.recordings[-1]
     assert spec.resample is not None and (spec.resample.how, spec.resample.rate) == ("count", 500.0)
     assert spec.gaps is not None and spec.gaps.how == "cut"
-    session.end_check()
+    session.check.close()
 
 
 def test_a_file_with_other_columns_is_asked_about_next(session: Session, services: Offered) -> None:
     one = foreign(session)
     other = one.rename(columns={"clock": "zeit"})
-    session.upload("a.csv", content(one), services).result()
-    session.upload("b.csv", content(other), services).result()
-    session.upload("c.csv", content(one), services).result()
-    session.upload("d.csv", content(other), services).result()
-    assert session.waiting is not None and session.waiting.files == ("a.csv", "c.csv")
-    pressed_twice = session.read_waiting(), session.read_waiting()
+    session.recordings.upload("a.csv", content(one)).result()
+    session.recordings.upload("b.csv", content(other)).result()
+    session.recordings.upload("c.csv", content(one)).result()
+    session.recordings.upload("d.csv", content(other)).result()
+    assert session.recordings.waiting is not None and session.recordings.waiting.files == (
+        "a.csv",
+        "c.csv",
+    )
+    pressed_twice = session.recordings.read_waiting(), session.recordings.read_waiting()
     assert [one.result() for one in pressed_twice] == [True, False]
-    assert session.waiting is not None and session.waiting.files == ("b.csv", "d.csv")
-    assert session.read_waiting().result() and session.waiting is None
-    assert [one.entry["file"] for one in session.arrived] == ["a.csv", "c.csv", "b.csv", "d.csv"]
+    assert session.recordings.waiting is not None and session.recordings.waiting.files == (
+        "b.csv",
+        "d.csv",
+    )
+    assert session.recordings.read_waiting().result() and session.recordings.waiting is None
+    assert [one.entry["file"] for one in session.recordings.arrived] == [
+        "a.csv",
+        "c.csv",
+        "b.csv",
+        "d.csv",
+    ]
 
 
 def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(
@@ -104,19 +121,19 @@ def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(
     bad = good.copy()
     bad["clock"] = np.r_[good["clock"][:1500], good["clock"][: len(good) - 1500]]
     for name, table in (("a.csv", good), ("b.csv", bad)):
-        session.upload(name, content(table), services).result()
-    assert session.read_waiting().result() and session.waiting is None
+        session.recordings.upload(name, content(table)).result()
+    assert session.recordings.read_waiting().result() and session.recordings.waiting is None
     assert session.message.bad and session.message.text.startswith("b.csv: column clock falls back")
-    assert [one.entry["file"] for one in session.arrived] == ["a.csv"]
+    assert [one.entry["file"] for one in session.recordings.arrived] == ["a.csv"]
 
 
 def test_what_is_left_leaves_no_file_behind(session: Session, services: Offered) -> None:
     one = foreign(session)
-    session.upload("a.csv", content(one), services).result()
-    session.upload("b.csv", content(one), services).result()
-    session.upload("c.csv", content(one.rename(columns={"clock": "zeit"})), services).result()
-    session.leave_waiting()
-    assert session.waiting is None and not list(session.folder.glob("*.csv"))
+    session.recordings.upload("a.csv", content(one)).result()
+    session.recordings.upload("b.csv", content(one)).result()
+    session.recordings.upload("c.csv", content(one.rename(columns={"clock": "zeit"}))).result()
+    session.recordings.leave_waiting()
+    assert session.recordings.waiting is None and not list(session.folder.glob("*.csv"))
 
 
 def test_the_short_gap_is_that_of_the_scenario() -> None:

@@ -29,20 +29,20 @@ TRUTH = {
 
 @pytest.mark.long
 def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
-    assert not session.guess((FRICTION,), services) and session.message.bad
-    assert session.hide(SEED, "easy", services)
-    until(lambda: session.challenge is not None)
-    known = session.challenge
+    assert not session.challenge.guess((FRICTION,)) and session.message.bad
+    assert session.challenge.hide(SEED, "easy")
+    until(lambda: session.challenge.state is not None)
+    known = session.challenge.state
     assert known is not None and known.revealed is None
-    assert (session.folder / "th1.csv").is_file() and len(session.scenario.recordings) == 8
-    told = scenario_toml(session.scenario) + known.sealed
+    assert (session.folder / "th1.csv").is_file() and len(session.document.scenario.recordings) == 8
+    told = scenario_toml(session.document.scenario) + known.sealed
     assert "coulomb" not in told and "fc1" not in told
-    assert not session.reveal(services) and session.message.bad, "no truth before a guess"
-    assert session.guess((FRICTION,), services, " Ada \n Lovelace ")
+    assert not session.challenge.reveal() and session.message.bad, "no truth before a guess"
+    assert session.challenge.guess((FRICTION,), " Ada \n Lovelace ")
     assert services.board.guessing(SEED, "easy") == 1
-    assert not session.guess((Guess("rotor_inertia"),), services), "a guess stands"
-    assert session.reveal(services)
-    found = session.challenge
+    assert not session.challenge.guess((Guess("rotor_inertia"),)), "a guess stands"
+    assert session.challenge.reveal()
+    found = session.challenge.state
     assert found is not None and found.revealed is not None
     assert found.guesses == (Guess("coulomb_friction", "fc1 = 0.2 N m"),)
     judgement = found.revealed.judgement
@@ -50,39 +50,48 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert judgement.each[0].size.startswith("fc1: you 0.2 N m, true ")
     assert any("fc1" in line for line in found.revealed.truth)
     assert not found.revealed.asked
-    assert not session.guess((Guess("rotor_inertia"),), services), "the truth is known"
-    assert not session.change_guess()
+    assert not session.challenge.guess((Guess("rotor_inertia"),)), "the truth is known"
+    assert not session.challenge.change_guess()
     entry = services.board.entries(SEED, "easy")[0]
     assert (entry.name, entry.complete) == ("Ada Lovelace", True)
     assert not entry.asked and not entry.changed
     assert services.board.guessing(SEED, "easy") == 0
     # Whoever did not ask the tool gets its verdict beside the truth.
-    assert session.busy
-    until(lambda: session.tool_answer is not None)
-    assert session.tool_answer is not None and "first in its list" in session.tool_answer.words
-    session.stop()
-    until(lambda: not session.busy)
-    if session.look is not None and session.look.found is not None and session.look.found.to_come:
-        assert not session.tool_answer.whole, "a tool that was stopped has no verdict to judge"
+    assert session.run.busy
+    until(lambda: session.challenge.tool_answer is not None)
+    assert (
+        session.challenge.tool_answer is not None
+        and "first in its list" in session.challenge.tool_answer.words
+    )
+    session.run.stop()
+    until(lambda: not session.run.busy)
+    if (
+        session.diagnosis.look is not None
+        and session.diagnosis.look.found is not None
+        and session.diagnosis.look.found.to_come
+    ):
+        assert not session.challenge.tool_answer.whole, (
+            "a tool that was stopped has no verdict to judge"
+        )
 
 
 def test_a_class_hears_of_each_other(session: Session, services: Offered, tmp_path: Path) -> None:
-    assert session.hide(SEED, "easy", services)
-    until(lambda: session.challenge is not None)
-    known = session.challenge
+    assert session.challenge.hide(SEED, "easy")
+    until(lambda: session.challenge.state is not None)
+    known = session.challenge.state
     assert known is not None
     folder = tmp_path / "other"
     folder.mkdir()
-    other = Session("another", folder)
+    other = Session("another", folder, session.services)
     heard: list[object] = []
-    other.take_up(known)
-    assert other.guess((Guess("camera_delay"),), services)
+    other.challenge.take_up(known)
+    assert other.challenge.guess((Guess("camera_delay"),))
     other.subscribe(heard.append)
-    assert session.guess((FRICTION,), services)
+    assert session.challenge.guess((FRICTION,))
     assert heard, "a guess of somebody else moves the board"
     other.close()
     heard.clear()
-    assert session.change_guess() and session.guess((FRICTION,), services)
+    assert session.challenge.change_guess() and session.challenge.guess((FRICTION,))
     assert not heard
 
 
@@ -101,11 +110,11 @@ def test_a_guess_after_the_tool_is_noted() -> None:
 
 
 def test_no_truth_while_the_guess_is_being_changed(session: Session, services: Offered) -> None:
-    session.challenge = Challenge(1, "easy", "sealed")
-    assert not session.change_guess(), "there is none yet"
-    assert session.guess((FRICTION,), services) and session.change_guess()
-    assert not session.reveal(services) and session.message.bad
-    assert session.challenge.guesses, "nothing is lost"
+    session.challenge.state = Challenge(1, "easy", "sealed")
+    assert not session.challenge.change_guess(), "there is none yet"
+    assert session.challenge.guess((FRICTION,)) and session.challenge.change_guess()
+    assert not session.challenge.reveal() and session.message.bad
+    assert session.challenge.state.guesses, "nothing is lost"
 
 
 def test_the_board_says_who_asked_and_who_changed() -> None:
@@ -202,16 +211,16 @@ def test_a_board_keeps_no_more_than_a_class_needs() -> None:
 
 
 def test_a_wrong_level_and_another_scenario(session: Session, services: Offered) -> None:
-    assert session.hide(SEED, "absurd", services)
-    until(lambda: not session.busy and session.message.bad)
-    assert "absurd" in session.message.text and session.challenge is None
-    assert session.hide(SEED, "easy", services)
-    until(lambda: session.challenge is not None)
-    session.choose("demo", services)
-    assert session.challenge is None and not session.looks
+    assert session.challenge.hide(SEED, "absurd")
+    until(lambda: not session.run.busy and session.message.bad)
+    assert "absurd" in session.message.text and session.challenge.state is None
+    assert session.challenge.hide(SEED, "easy")
+    until(lambda: session.challenge.state is not None)
+    session.choose("demo")
+    assert session.challenge.state is None and not session.diagnosis.looks
 
 
 def test_the_tour_can_be_dismissed(session: Session) -> None:
-    assert session.tour == 0
-    session.go_on_tour(None)
-    assert session.tour is None
+    assert session.tour.step == 0
+    session.tour.go_on(None)
+    assert session.tour.step is None

@@ -28,7 +28,7 @@ def spoilt(session: Session) -> bytes:
 
 
 def checked(session: Session) -> bool:
-    return session.is_checked and not session.checking
+    return session.check.is_checked and not session.check.running
 
 
 @pytest.fixture
@@ -43,53 +43,55 @@ def stated(session: Session) -> Session:
     """With the same file in the scenario. Nobody looks at it first: bringing it takes ten seconds,
     and to mend a recording a session has to know its name."""
     (session.folder / "rig.csv").write_bytes(spoilt(session))
-    assert session.change(lambda d: d["recordings"].append({"name": "rig", "file": "rig.csv"}))
+    assert session.document.change(
+        lambda d: d["recordings"].append({"name": "rig", "file": "rig.csv"})
+    )
     return session
 
 
 @pytest.mark.long
 def test_a_file_that_arrives_is_checked_and_mended_by_buttons(brought: Session) -> None:
     """One fault hides the other: it is found once the first is mended."""
-    (first,) = brought.findings_of("rig")
+    (first,) = brought.check.findings_of("rig")
     assert (first.fault, first.channel) == ("millimetres", "z1")
     assert wording_of(brought, "rig") == "1 finding"
     said = finding_words(first)
     assert title_of(first.fault) in said and "<svg" in said
-    assert brought.mend(first)
+    assert brought.check.mend(first)
     until(lambda: checked(brought))
-    (second,) = brought.findings_of("rig")
+    (second,) = brought.check.findings_of("rig")
     assert (second.fault, second.channel) == ("degrees", "theta1")
-    assert brought.mend(second)
+    assert brought.check.mend(second)
     until(lambda: checked(brought))
     assert wording_of(brought, "rig") == "good"
-    columns = brought.scenario.recordings[-1].columns
+    columns = brought.document.scenario.recordings[-1].columns
     names = {c: entry.name for c, entry in columns.items()}
     assert names == {"theta1": "theta1 [deg]", "z1": "z1 [mm]"}
-    assert len(brought.mended["rig"]) == 2
-    written = tomllib.loads(scenario_toml(brought.scenario))
+    assert len(brought.check.mended["rig"]) == 2
+    written = tomllib.loads(scenario_toml(brought.document.scenario))
     assert "theta1 [deg]" in str(written["recordings"][-1]["columns"])
     swap = 'columns = { theta1 = "theta2", theta2 = "theta1" }'
-    assert brought.mend(Finding("swapped_joints", "rig", "theta1", 1.0, "", "Said.", swap))
-    columns = brought.scenario.recordings[-1].columns
+    assert brought.check.mend(Finding("swapped_joints", "rig", "theta1", 1.0, "", "Said.", swap))
+    columns = brought.document.scenario.recordings[-1].columns
     assert columns["theta2"].name == "theta1 [deg]"  # a column keeps its unit
     assert columns["theta1"].name == "theta2"
-    assert not brought.is_checked and wording_of(brought, "rig") in ("", "…")
+    assert not brought.check.is_checked and wording_of(brought, "rig") in ("", "…")
 
 
 def test_a_second_factor_comes_on_top_of_the_first(stated: Session) -> None:
     for sign, gain in ((-1, 2.0), (1, 4.0)):
         line = 'columns = { theta2 = { name = "theta2", sign = -1, gain = 2.0 } }'
-        assert stated.mend(Finding("sign", "rig", "theta2", -1.0, "", "Said.", line))
-        entry = stated.scenario.recordings[-1].columns["theta2"]
+        assert stated.check.mend(Finding("sign", "rig", "theta2", -1.0, "", "Said.", line))
+        entry = stated.document.scenario.recordings[-1].columns["theta2"]
         assert (entry.sign, entry.gain) == (sign, gain)
 
 
 def test_what_cannot_be_mended_changes_nothing(stated: Session) -> None:
-    before = stated.scenario
-    assert not stated.mend(Finding("delay", "rig", "z1", 0.1, "s", "Said."))
-    assert not stated.mend(Finding("sign", "gone", "z1", 0.1, "s", "Said.", "x = 1"))
-    assert not stated.mend(Finding("sign", "rig", "z1", 0.1, "s", "Said.", "x = ["))
-    assert stated.scenario == before
+    before = stated.document.scenario
+    assert not stated.check.mend(Finding("delay", "rig", "z1", 0.1, "s", "Said."))
+    assert not stated.check.mend(Finding("sign", "gone", "z1", 0.1, "s", "Said.", "x = 1"))
+    assert not stated.check.mend(Finding("sign", "rig", "z1", 0.1, "s", "Said.", "x = ["))
+    assert stated.document.scenario == before
 
 
 def test_a_sparkline_breaks_at_gaps_and_escapes_its_title() -> None:

@@ -25,14 +25,14 @@ def foreign(session: Session) -> bytes:
 
 def waits(session: Session, services: Offered) -> None:
     """Without what a first look has guessed."""
-    assert not session.upload("rig.csv", foreign(session), services).result()
-    assert session.waiting is not None
-    session.ask_again()
+    assert not session.recordings.upload("rig.csv", foreign(session)).result()
+    assert session.recordings.waiting is not None
+    session.recordings.ask_again()
 
 
 def test_a_file_with_other_names_waits_for_its_columns(session: Session, services: Offered) -> None:
-    assert not session.upload("rig.csv", foreign(session), services).result()
-    waiting = session.waiting
+    assert not session.recordings.upload("rig.csv", foreign(session)).result()
+    waiting = session.recordings.waiting
     assert waiting is not None and "clock" in waiting.headers
     assert waiting.headers_of == {"t": "clock", "theta1": "motor"}
     assert waiting.missing == ("dtheta1_ref",)
@@ -43,17 +43,17 @@ def test_a_file_with_other_names_waits_for_its_columns(session: Session, service
 
 def test_chosen_columns_make_it_a_recording(session: Session, services: Offered) -> None:
     waits(session, services)
-    assert session.map_column("t", "clock")
-    assert session.map_column("dtheta1_ref", "speed")
-    assert session.map_column("theta1", "motor", gain=2.0, sign=-1, unit="deg")
-    assert session.read_waiting().result() and settle(session), session.message.text
-    assert session.waiting is None
+    assert session.recordings.map_column("t", "clock")
+    assert session.recordings.map_column("dtheta1_ref", "speed")
+    assert session.recordings.map_column("theta1", "motor", gain=2.0, sign=-1, unit="deg")
+    assert session.recordings.read_waiting().result() and settle(session), session.message.text
+    assert session.recordings.waiting is None
     assert session.wait_idle()
-    found, spec = session.recording, session.scenario.recordings[-1]
+    found, spec = session.playback.recording, session.document.scenario.recordings[-1]
     assert found is not None and spec.columns["theta1"].name == "motor [deg]"
-    session.set_cursor(recording=session.scenario.recordings[0].name)
+    session.playback.move(recording=session.document.scenario.recordings[0].name)
     assert session.wait_idle()
-    plain = session.recording
+    plain = session.playback.recording
     assert plain is not None
     assert found["theta1"] == pytest.approx(-2.0 * np.radians(plain["theta1"]), rel=TEXT_DIGITS)
     assert found["dtheta1_ref"] == pytest.approx(plain["dtheta1_ref"])
@@ -63,11 +63,11 @@ def test_it_is_not_read_while_a_needed_column_is_missing(
     session: Session, services: Offered
 ) -> None:
     waits(session, services)
-    before = session.scenario
-    assert session.map_column("t", "clock")
-    assert not session.read_waiting().result()
+    before = session.document.scenario
+    assert session.recordings.map_column("t", "clock")
+    assert not session.recordings.read_waiting().result()
     assert session.message.bad and "dtheta1_ref" in session.message.text
-    assert session.scenario == before and session.waiting is not None
+    assert session.document.scenario == before and session.recordings.waiting is not None
 
 
 @pytest.mark.parametrize("pair", [("t", "nobody"), ("theta9", "clock")])
@@ -75,67 +75,71 @@ def test_what_is_not_there_cannot_be_chosen(
     session: Session, services: Offered, pair: tuple[str, str]
 ) -> None:
     waits(session, services)
-    before = session.waiting
-    assert not session.map_column(*pair)
-    assert session.waiting == before
+    before = session.recordings.waiting
+    assert not session.recordings.map_column(*pair)
+    assert session.recordings.waiting == before
 
 
 def test_a_file_that_needs_no_answers_is_read_while_another_one_waits(
     session: Session, services: Offered
 ) -> None:
     waits(session, services)
-    before = session.waiting
+    before = session.recordings.waiting
     assert bring(session, "th1.csv", good_csv(session), services)
-    assert session.waiting == before
+    assert session.recordings.waiting == before
     assert sorted(p.name for p in session.folder.iterdir()) == ["rig.csv", "th1.csv"]
-    session.leave_file()
+    session.recordings.leave_file()
     assert [p.name for p in session.folder.iterdir()] == ["th1.csv"]
 
 
 def test_a_bad_file_is_named_while_another_one_waits(session: Session, services: Offered) -> None:
     waits(session, services)
-    before = session.waiting
+    before = session.recordings.waiting
     heavy = good_csv(session).replace(b"z1 [m]", b"z1 [kg]", 1)
-    assert not session.upload("heavy.csv", heavy, services).result()
+    assert not session.recordings.upload("heavy.csv", heavy).result()
     assert session.message.bad and "heavy.csv" in session.message.text
-    assert session.waiting == before
+    assert session.recordings.waiting == before
 
 
 def test_columns_of_a_recording_can_be_chosen_again(session: Session, services: Offered) -> None:
     assert bring(session, "th1.csv", good_csv(session), services)
-    assert session.choose_columns("th1").result()
+    assert session.recordings.choose_columns("th1").result()
     one, two = (
-        next(h for h in session.waiting.headers if h.startswith(name))  # type: ignore[union-attr]
+        next(h for h in session.recordings.waiting.headers if h.startswith(name))  # type: ignore[union-attr]
         for name in ("theta1", "theta2")
     )
-    assert session.map_column("theta1", two, sign=-1)
-    assert session.waiting is not None and session.waiting.missing == ("theta2",)
-    assert session.map_column("theta2", one)
-    count = len(session.scenario.recordings)
-    assert session.read_waiting().result(), session.message.text
-    assert len(session.scenario.recordings) == count
-    assert session.scenario.recordings[-1].columns["theta1"].sign == -1
-    session.choose_columns("th1").result()
-    session.leave_waiting()
+    assert session.recordings.map_column("theta1", two, sign=-1)
+    assert session.recordings.waiting is not None and session.recordings.waiting.missing == (
+        "theta2",
+    )
+    assert session.recordings.map_column("theta2", one)
+    count = len(session.document.scenario.recordings)
+    assert session.recordings.read_waiting().result(), session.message.text
+    assert len(session.document.scenario.recordings) == count
+    assert session.document.scenario.recordings[-1].columns["theta1"].sign == -1
+    session.recordings.choose_columns("th1").result()
+    session.recordings.leave_waiting()
     assert (session.folder / "th1.csv").is_file()
 
 
 def test_a_simulated_recording_has_no_columns_to_choose(session: Session) -> None:
-    assert not session.choose_columns(session.scenario.recordings[0].name).result()
+    assert not session.recordings.choose_columns(
+        session.document.scenario.recordings[0].name
+    ).result()
     assert session.message.bad
 
 
 def test_the_choice_travels_with_the_scenario(session: Session, services: Offered) -> None:
     waits(session, services)
-    session.map_column("t", "clock")
-    session.map_column("dtheta1_ref", "speed")
-    assert session.read_waiting().result() and settle(session)
-    name, data = scenario_file(session.scenario, session.folder)
-    session.choose("demo", services)
+    session.recordings.map_column("t", "clock")
+    session.recordings.map_column("dtheta1_ref", "speed")
+    assert session.recordings.read_waiting().result() and settle(session)
+    name, data = scenario_file(session.document.scenario, session.folder)
+    session.choose("demo")
     for path in session.folder.iterdir():
         path.unlink()
-    assert session.upload(name, data, services).result(), session.message.text
-    assert session.scenario.recordings[-1].columns["t"].name == "clock"
+    assert session.recordings.upload(name, data).result(), session.message.text
+    assert session.document.scenario.recordings[-1].columns["t"].name == "clock"
 
 
 def bare(session: Session) -> bytes:
@@ -156,69 +160,77 @@ ANSWERS = {"t": "Zeit", "dtheta1_ref": "ref A", "dtheta2_ref": "ref B", "theta1"
 
 
 def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: Offered) -> None:
-    assert not session.upload("rig.csv", bare(session), services).result()
-    session.ask_again()
+    assert not session.recordings.upload("rig.csv", bare(session)).result()
+    session.recordings.ask_again()
     asked = []
     for _ in range(len(ANSWERS) + 1):
-        assert session.waiting is not None and session.waiting.questions
-        channel = session.waiting.questions[0]
+        assert session.recordings.waiting is not None and session.recordings.waiting.questions
+        channel = session.recordings.waiting.questions[0]
         asked.append(channel)
-        assert channel == "theta2" or ANSWERS[channel] in session.waiting.unused
+        assert channel == "theta2" or ANSWERS[channel] in session.recordings.waiting.unused
         if channel == "theta2":
-            session.answer(theta2=0.7)
+            session.recordings.answer(theta2=0.7)
         else:
-            assert session.map_column(channel, ANSWERS[channel])
+            assert session.recordings.map_column(channel, ANSWERS[channel])
         assert not session.message.bad, "an answer clears the sentence before it"
-    assert session.waiting is not None and not session.waiting.questions
+    assert session.recordings.waiting is not None and not session.recordings.waiting.questions
     assert asked[:4] == ["t", "dtheta1_ref", "dtheta2_ref", "theta2"]
     assert set(asked) == {*ANSWERS, "theta2"}
-    assert session.read_waiting().result() and session.use_arrived(alone=True), session.message.text
+    assert session.recordings.read_waiting().result() and session.recordings.use_arrived(
+        alone=True
+    ), session.message.text
     assert session.wait_idle()
-    spec, found = session.scenario.recordings[-1], session.recording
+    spec, found = session.document.scenario.recordings[-1], session.playback.recording
     assert spec.theta2 == 0.7 and found is not None and found.has("z1", "z2", "theta1")
-    assert session.playback is not None and not session.message.bad
+    assert session.playback.motion is not None and not session.message.bad
 
 
 def test_a_column_holds_one_channel(session: Session, services: Offered) -> None:
     waits(session, services)
-    assert session.map_column("t", "clock")
-    before = session.waiting
-    assert not session.map_column("dtheta1_ref", "clock")
+    assert session.recordings.map_column("t", "clock")
+    before = session.recordings.waiting
+    assert not session.recordings.map_column("dtheta1_ref", "clock")
     assert session.message.bad and "clock is the time t [s] already" in session.message.text
-    assert session.waiting == before
-    assert session.map_column("t", "speed") and session.map_column("dtheta1_ref", "clock")
+    assert session.recordings.waiting == before
+    assert session.recordings.map_column("t", "speed") and session.recordings.map_column(
+        "dtheta1_ref", "clock"
+    )
 
 
 def test_the_working_point_is_needed_where_no_column_has_it(
     session: Session, services: Offered
 ) -> None:
-    before = session.scenario
+    before = session.document.scenario
     content = good_csv(session).replace(b",theta2,", b",column 7,", 1)
-    assert not session.upload("rig.csv", content, services).result()
-    assert session.waiting is not None and session.waiting.missing == ("theta2",)
-    assert not session.read_waiting().result() and session.scenario == before
-    assert "[[" not in session.message.text and not session.arrived
-    session.answer(theta2=0.5)
-    assert session.read_waiting().result() and session.arrived
+    assert not session.recordings.upload("rig.csv", content).result()
+    assert session.recordings.waiting is not None and session.recordings.waiting.missing == (
+        "theta2",
+    )
+    assert not session.recordings.read_waiting().result() and session.document.scenario == before
+    assert "[[" not in session.message.text and not session.recordings.arrived
+    session.recordings.answer(theta2=0.5)
+    assert session.recordings.read_waiting().result() and session.recordings.arrived
 
 
 def test_what_is_only_useful_may_be_absent(session: Session, services: Offered) -> None:
     content = good_csv(session).replace(b",z1 ", b",remark ", 1)
-    assert not session.upload("rig.csv", content, services).result()
-    assert session.waiting is not None and session.waiting.questions == ("z1",)
-    assert not session.message.bad and not session.waiting.missing
-    session.no_column("t")
-    assert session.waiting.questions == ("z1",)
-    session.no_column("z1")
-    assert session.waiting.questions == () and session.read_waiting().result()
+    assert not session.recordings.upload("rig.csv", content).result()
+    assert session.recordings.waiting is not None and session.recordings.waiting.questions == (
+        "z1",
+    )
+    assert not session.message.bad and not session.recordings.waiting.missing
+    session.recordings.no_column("t")
+    assert session.recordings.waiting.questions == ("z1",)
+    session.recordings.no_column("z1")
+    assert session.recordings.waiting.questions == () and session.recordings.read_waiting().result()
 
 
 def test_begun_again_nothing_is_known(session: Session, services: Offered) -> None:
     waits(session, services)
-    first = session.waiting
-    assert session.map_column("t", "clock")
-    session.ask_again()
-    assert session.waiting == first
+    first = session.recordings.waiting
+    assert session.recordings.map_column("t", "clock")
+    session.recordings.ask_again()
+    assert session.recordings.waiting == first
 
 
 def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session, services: Offered) -> None:
@@ -232,21 +244,25 @@ def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session, service
     table.loc[400:405, "enc_1"] = np.nan
     kept = ["clock", "vel_cmd_1", "vel_cmd_2", "enc_1", "enc_2", "cam_x", "cam_y"]
     content = table[kept].to_csv(index=False).encode()
-    assert not session.upload("rig.csv", content, services).result()
-    waiting = session.waiting
+    assert not session.recordings.upload("rig.csv", content).result()
+    waiting = session.recordings.waiting
     assert waiting is not None and not waiting.missing and not waiting.questions
     assert waiting.settings() == {"gaps": {"how": "interpolate"}}
     assert waiting.rows[0].empty == {"enc_1": 6}
     names = {c: entry["name"] for c, entry in waiting.columns.items()}
     assert names["theta1"] == "enc_2 [deg]" and names["theta2"] == "enc_1 [deg]"
-    assert session.read_waiting().result() and session.use_arrived(alone=True), session.message.text
-    spec = session.scenario.recordings[-1]
+    assert session.recordings.read_waiting().result() and session.recordings.use_arrived(
+        alone=True
+    ), session.message.text
+    spec = session.document.scenario.recordings[-1]
     assert spec.gaps is not None and spec.gaps.how == "interpolate"
 
 
 def test_channels_are_named_in_plain_words(session: Session, services: Offered) -> None:
     waits(session, services)
-    assert session.waiting is not None
-    said = [session.waiting.words(channel) for channel in session.waiting.offered]
+    assert session.recordings.waiting is not None
+    said = [
+        session.recordings.waiting.words(channel) for channel in session.recordings.waiting.offered
+    ]
     assert said[0] == "the time t [s]" and len(set(said)) == len(said)
     assert not [text for text in said if "_ref" in text]

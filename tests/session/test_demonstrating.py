@@ -20,26 +20,26 @@ def short(session: Session) -> None:
         document["recordings"] = document["recordings"][:1]
         document["recordings"][0]["simulate"]["seconds"] = 1.0
 
-    session.choose("something hidden", None)  # type: ignore[arg-type]  (it reads no file)
-    assert session.change(edit)
+    session.choose("something hidden")
+    assert session.document.change(edit)
 
 
 def test_an_effect_is_shown_where_it_changes_most(session: Session, services: Offered) -> None:
     short(session)
-    assert session.demonstrate("coulomb_friction", services)
-    until(lambda: session.demonstration is not None or bool(session.not_shown))
-    shown = session.demonstration
-    assert shown is not None, session.not_shown
-    assert shown.kind == session.demonstrated == "coulomb_friction"
+    assert session.demonstration.start("coulomb_friction")
+    until(lambda: session.demonstration.shown is not None or bool(session.demonstration.not_shown))
+    shown = session.demonstration.shown
+    assert shown is not None, session.demonstration.not_shown
+    assert shown.kind == session.demonstration.kind == "coulomb_friction"
     assert {p.name for p in shown.sizes} == {"fc1", "fc2"}
     assert "f<sub>c1</sub>" in demonstration_summary(shown)
     assert np.abs(shown.with_it - shown.without).max() > 0.0
     assert len(shown.time) == len(shown.measured) < 1000
     names = [t["name"] for t in demonstration(shown)["data"]]
     assert names[:3] == ["measured", "without it", "with it"]
-    assert not session.busy, "the session's own job is another one"
-    session.end_demonstration()
-    assert session.demonstration is None
+    assert not session.run.busy, "the session's own job is another one"
+    session.demonstration.end()
+    assert session.demonstration.shown is None
 
 
 def test_every_listed_effect_is_shown_and_another_says_why_not(
@@ -47,42 +47,46 @@ def test_every_listed_effect_is_shown_and_another_says_why_not(
 ) -> None:
     """A diagnosis ranks in all that was measured, not only in the tip that is fitted here."""
     short(session)
-    assert session.scenario.identify.output == ("z",)
+    assert session.document.scenario.identify.output == ("z",)
     listed = ("torque_ripple", "extra_bending_mode", "sensor_lag", "sensor_gain", "sensor_delay")
     for kind in (*listed, "nobody"):
-        session.demonstrate(kind, services)
-        until(lambda: session.demonstration is not None or bool(session.not_shown))
-        assert (session.demonstration is not None) == (kind in listed), session.not_shown
-    assert session.not_shown.endswith((".", "?"))
+        session.demonstration.start(kind)
+        until(
+            lambda: session.demonstration.shown is not None or bool(session.demonstration.not_shown)
+        )
+        assert (session.demonstration.shown is not None) == (kind in listed), (
+            session.demonstration.not_shown
+        )
+    assert session.demonstration.not_shown.endswith((".", "?"))
 
 
 def test_another_model_ends_it(session: Session, services: Offered) -> None:
     short(session)
-    session.demonstrate("viscous_friction", services)
-    until(lambda: session.demonstration is not None)
-    session.change(lambda document: document["recordings"][0].update(role="validate"))
-    assert session.demonstration is None and not session.demonstrated
+    session.demonstration.start("viscous_friction")
+    until(lambda: session.demonstration.shown is not None)
+    session.document.change(lambda document: document["recordings"][0].update(role="validate"))
+    assert session.demonstration.shown is None and not session.demonstration.kind
 
 
 def test_the_missing_torque_is_shown_with_the_law_of_the_effect_in_it(
     session: Session, services: Offered
 ) -> None:
     short(session)
-    assert session.demonstrate("coulomb_friction", services)
-    until(lambda: session.demonstration is not None)
-    shown = session.demonstration
+    assert session.demonstration.start("coulomb_friction")
+    until(lambda: session.demonstration.shown is not None)
+    shown = session.demonstration.shown
     assert shown is not None and [t.joint for t in shown.torques] == [1, 2]
-    assert session.torques_demonstrated == (), "no diagnosis has told what is missing"
+    assert session.demonstration.torques == (), "no diagnosis has told what is missing"
     torques = tuple(missing(joint) for joint in (1, 2))
     seen = RecordingComparison(shown.recording, "estimate", "", (), torques)
-    session.looks = (Look(session.scenario, found=LOOKED, comparisons=(seen,)),)
-    assert session.torques_demonstrated == torques
+    session.diagnosis.looks = (Look(session.document.scenario, found=LOOKED, comparisons=(seen,)),)
+    assert session.demonstration.torques == torques
     data = missing_cloud(torques, shown.torques, shown.title)["data"]
     laws = [t for t in data if t["name"] == "Coulomb friction"]
     assert [t["yaxis"] for t in laws] == ["y", "y2"] and laws[0]["mode"] == "lines"
     assert laws[0]["y"][-1] > 0.0, "the drive spends what friction takes"
-    assert session.change(lambda d: d["recordings"][0].update(role="validate"))
-    assert session.torques_demonstrated == ()
+    assert session.document.change(lambda d: d["recordings"][0].update(role="validate"))
+    assert session.demonstration.torques == ()
 
 
 def test_an_effect_that_is_in_the_model_is_not_drawn_into_what_the_model_lacks(
@@ -90,15 +94,15 @@ def test_an_effect_that_is_in_the_model_is_not_drawn_into_what_the_model_lacks(
 ) -> None:
     short(session)
     fixed = {"id": "coulomb_friction", "fc1": 1.2, "fc2": 0.4}
-    assert session.change(lambda d: d.setdefault("model", {}).update(effects=[fixed]))
-    assert session.demonstrate("coulomb_friction", services)
-    until(lambda: session.demonstration is not None)
-    assert session.demonstration is not None
+    assert session.document.change(lambda d: d.setdefault("model", {}).update(effects=[fixed]))
+    assert session.demonstration.start("coulomb_friction")
+    until(lambda: session.demonstration.shown is not None)
+    assert session.demonstration.shown is not None
     seen = RecordingComparison(
-        session.demonstration.recording, "estimate", "", (), (missing(1), missing(2))
+        session.demonstration.shown.recording, "estimate", "", (), (missing(1), missing(2))
     )
-    session.looks = (Look(session.scenario, found=LOOKED, comparisons=(seen,)),)
-    assert session.torques_demonstrated == ()
+    session.diagnosis.looks = (Look(session.document.scenario, found=LOOKED, comparisons=(seen,)),)
+    assert session.demonstration.torques == ()
 
 
 def missing(joint: int) -> MissingTorque:

@@ -44,19 +44,19 @@ SAME_LADDER = 1e-2
 @pytest.fixture
 def friction(session: Session) -> Session:
     """Two short recordings with Coulomb friction that the model lacks."""
-    session.choose("something hidden", None)  # type: ignore[arg-type]  (it reads no file)
+    session.choose("something hidden")
 
     def edit(document: Document) -> None:
         document["recordings"] = [document["recordings"][k] for k in (0, 1, 3)]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
 
-    assert session.change(edit, put(("diagnose", "candidates"), CANDIDATES))
+    assert session.document.change(edit, put(("diagnose", "candidates"), CANDIDATES))
     return session
 
 
 def over(session: Session) -> None:
-    until(lambda: not session.busy and session.pending is None)
+    until(lambda: not session.run.busy and session.diagnosis.pending is None)
 
 
 def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
@@ -65,18 +65,23 @@ def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
     seen: list[tuple[str, ...]] = []
     friction.subscribe(
         lambda _: (
-            seen.append(tuple(r.effect for r in friction.look.ranking)) if friction.look else None
+            seen.append(tuple(r.effect for r in friction.diagnosis.look.ranking))
+            if friction.diagnosis.look
+            else None
         )
     )
-    assert friction.diagnose(services)
+    assert friction.diagnosis.search()
     over(friction)
-    assert friction.run.phase == DONE, friction.message
-    assert friction.look is not None and friction.look.diagnosis is not None
-    assert friction.look.diagnosis.verdict == "missing"
-    assert friction.look.ranking[0].effect == "coulomb_friction"
+    assert friction.run.state.phase == DONE, friction.message
+    assert friction.diagnosis.look is not None and friction.diagnosis.look.diagnosis is not None
+    assert friction.diagnosis.look.diagnosis.verdict == "missing"
+    assert friction.diagnosis.look.ranking[0].effect == "coulomb_friction"
     assert any(CANDIDATES[0] in each for each in seen[:-1]), "a ranking before the last"
-    assert friction.outcome is not None and friction.outcome_of == friction.scenario
-    found = friction.look.found
+    assert (
+        friction.identification.outcome is not None
+        and friction.identification.outcome_of == friction.document.scenario
+    )
+    found = friction.diagnosis.look.found
     assert isinstance(found, Looked)
     assert [r.shape for r in found.residual] == [p.shape for p in found.ranking[0].predicted]
     one_fit(friction)
@@ -86,7 +91,7 @@ def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
 
 def one_fit(session: Session) -> None:
     """Ladder, words, table of parameters and report's headline after a diagnosis."""
-    look, whole = session.looks[-1], session.whole
+    look, whole = session.diagnosis.looks[-1], session.diagnosis.whole
     assert look.found is not None and look.diagnosis is not None and whole is not None
     step, said = look.found.step, look.diagnosis
     assert step.cost_per_sample == said.steps[-1].cost_per_sample
@@ -102,36 +107,39 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(
     friction: Session, services: Offered, tmp_path: Path
 ) -> None:
     """The whole way in one test: what is asserted of its end needs all that came before."""
-    assert not friction.known_biased
-    friction.diagnose(services)
+    assert not friction.diagnosis.known_biased
+    friction.diagnosis.search()
     over(friction)
-    assert friction.known_biased, "once something is missing"
-    given, outcome = friction.scenario, friction.outcome
-    assert friction.add("coulomb_friction", services)
+    assert friction.diagnosis.known_biased, "once something is missing"
+    given, outcome = friction.document.scenario, friction.identification.outcome
+    assert friction.diagnosis.add("coulomb_friction")
     over(friction)
-    assert not friction.known_biased
-    assert friction.run.phase == DONE, friction.message
-    first, second = ladder_steps(friction.looks)
+    assert not friction.diagnosis.known_biased
+    assert friction.run.state.phase == DONE, friction.message
+    first, second = ladder_steps(friction.diagnosis.looks)
     assert first.cost_per_sample > FLOOR**2 > second.cost_per_sample
     assert second.added == "coulomb_friction"
     assert all(e.validation_rms < FLOOR * e.floor for e in second.errors)
-    assert friction.look is not None and friction.look.diagnosis is not None
-    assert friction.look.diagnosis.verdict == "nothing_missing"
-    assert friction.outcome is not outcome and friction.outcome_of == friction.scenario
-    told = story(friction.looks)
+    assert friction.diagnosis.look is not None and friction.diagnosis.look.diagnosis is not None
+    assert friction.diagnosis.look.diagnosis.verdict == "nothing_missing"
+    assert (
+        friction.identification.outcome is not outcome
+        and friction.identification.outcome_of == friction.document.scenario
+    )
+    told = story(friction.diagnosis.looks)
     assert told is not None and (told.verdict, told.final_verdict) == (
         "missing",
         "nothing_missing",
     )
     every_channel_agrees(friction)
-    alone = headless(scenario_toml(friction.scenario), tmp_path)
+    alone = headless(scenario_toml(friction.document.scenario), tmp_path)
     rms = [e["rms"] for e in alone["steps"][0]["errors"]]
     assert rms == pytest.approx([e.rms for e in second.errors], rel=SAME_LADDER)
     headline_of_the_whole_way(friction, reported(friction, services))
-    assert friction.undo()
-    assert friction.comparisons is friction.looks[0].comparisons
-    assert friction.scenario == given and friction.outcome is outcome
-    assert len(friction.looks) == 1 and not present(friction.scenario)
+    assert friction.diagnosis.undo()
+    assert friction.comparison.shown is friction.diagnosis.looks[0].comparisons
+    assert friction.document.scenario == given and friction.identification.outcome is outcome
+    assert len(friction.diagnosis.looks) == 1 and not present(friction.document.scenario)
 
 
 def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
@@ -143,33 +151,33 @@ def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
     assert given == {"EI": True}
     assert told["recordings"][0]["tip_rms_m"] < told["recordings_as_given"][0]["tip_rms_m"]
     assert "diagnosed.toml" in told["files"]
-    whole, scenario = session.whole, session.outcome_of
+    whole, scenario = session.diagnosis.whole, session.identification.outcome_of
     assert whole is not None and whole.diagnosis is not None and scenario is not None
     name, content = diagnosed_file(scenario, whole.diagnosis, session.folder)
     assert name.endswith("_diagnosed.toml")
     again = parse_scenario(content.decode(), name)
     fitted = {e.name: e.value for e in whole.diagnosis.parameters}
     assert base_model(again).effect_values["fc1"] == pytest.approx(fitted["fc1"])
-    assert again.identify.start["EI"] == pytest.approx(fitted["EI"])
+    assert again.identification.start.start["EI"] == pytest.approx(fitted["EI"])
 
 
 def every_channel_agrees(session: Session) -> None:
     """Map, ladder and Compare."""
-    for shown in (session.looks[1].comparisons, session.comparisons):
-        last = ladder_steps(session.looks)[-1]
+    for shown in (session.diagnosis.looks[1].comparisons, session.comparison.shown):
+        last = ladder_steps(session.diagnosis.looks)[-1]
         for role, name in (("estimate", "rms"), ("validate", "validation_rms")):
             seen = {e.channel: e.rms for e in channel_errors(with_role(shown, role))}
             told = {e.channel: getattr(e, name) for e in last.errors}
             assert {c: seen[c] for c in told} == pytest.approx(told, rel=SAME_FIT)
-    maps = error_maps(session.comparisons, session.floors)
+    maps = error_maps(session.comparison.shown, session.comparison.floors)
     assert {m.channel for m in maps.by_time} == {e.channel for e in last.errors}
-    assert session.floors == {e.channel: e.floor for e in last.errors}
+    assert session.comparison.floors == {e.channel: e.floor for e in last.errors}
 
 
 def reported(session: Session, services: Offered) -> dict[str, Any]:
     """What the page's own report holds."""
     done: list[Path] = []
-    assert session.report(services, done.append)
+    assert session.export.report(done.append)
     until(lambda: bool(done))
     return dict(json.loads((done[0] / "result.json").read_text()))
 
@@ -177,17 +185,17 @@ def reported(session: Session, services: Offered) -> dict[str, Any]:
 def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_stands(
     friction: Session, services: Offered
 ) -> None:
-    friction.diagnose(services)
-    until(lambda: friction.look is not None and bool(friction.look.ranking))
-    assert friction.add("coulomb_friction", services)
-    until(lambda: len(friction.looks) == 2 and not friction.busy)
-    assert [look.added for look in friction.looks] == [None, "coulomb_friction"]
-    assert friction.looks[1].error < FLOOR < friction.looks[0].error
-    told = story(friction.looks)
+    friction.diagnosis.search()
+    until(lambda: friction.diagnosis.look is not None and bool(friction.diagnosis.look.ranking))
+    assert friction.diagnosis.add("coulomb_friction")
+    until(lambda: len(friction.diagnosis.looks) == 2 and not friction.run.busy)
+    assert [look.added for look in friction.diagnosis.looks] == [None, "coulomb_friction"]
+    assert friction.diagnosis.looks[1].error < FLOOR < friction.diagnosis.looks[0].error
+    told = story(friction.diagnosis.looks)
     assert told is not None and told.standing_verdict == "nothing_missing"
     said = verdict_now(told)
     assert said.startswith("With Coulomb friction nothing is missing any more")
-    assert f"{format_number(friction.looks[1].error, 2, keep_zeros=True)} times" in said
+    assert f"{format_number(friction.diagnosis.looks[1].error, 2, keep_zeros=True)} times" in said
     assert not any("not found yet" in words for words in verdict_paragraphs(told))
     assert not told.stopped, "of a search that was stopped before"
 
@@ -204,65 +212,67 @@ def headless(scenario: str, folder: Path) -> dict[str, Any]:
 def test_a_formula_is_fitted_and_a_hostile_one_refused(
     friction: Session, services: Offered
 ) -> None:
-    friction.diagnose(services)
+    friction.diagnosis.search()
     over(friction)
-    given = friction.scenario
+    given = friction.document.scenario
     for formula in ("__import__('os').system('true')", "a*theta1.real", "a**", "a*nobody"):
-        assert not friction.add_own("joint1", formula, "a = 1", services)
+        assert not friction.diagnosis.add_own("joint1", formula, "a = 1")
         assert friction.message.bad and "formula" in friction.message.text
-        assert friction.scenario == given
-    assert not friction.add_own("joint1", "-a*dtheta1", "a is one", services)
+        assert friction.document.scenario == given
+    assert not friction.diagnosis.add_own("joint1", "-a*dtheta1", "a is one")
     assert "name = start" in friction.message.text
-    assert friction.add_own("joint1", "-a*tanh(dtheta1/0.001)", "a = 0.5 [N m]", services)
+    assert friction.diagnosis.add_own("joint1", "-a*tanh(dtheta1/0.001)", "a = 0.5 [N m]")
     over(friction)
-    assert friction.run.phase == DONE, friction.message
-    first, second = ladder_steps(friction.looks)
+    assert friction.run.state.phase == DONE, friction.message
+    first, second = ladder_steps(friction.diagnosis.looks)
     assert second.cost_per_sample < first.cost_per_sample
     a = next(e for e in second.parameters if e.name == "a")
     assert a.unit == "N m" and a.value == pytest.approx(1.2, rel=0.2)
-    ranking = friction.looks[0].ranking
+    ranking = friction.diagnosis.looks[0].ranking
     mine = next(r for r in ranking if r.effect == "own_1")
     assert ranking[0].effect == "coulomb_friction", "both joints rub; the formula knows one"
     assert 10.0 < (mine.refit_drop_percent or 0.0) < (ranking[0].refit_drop_percent or 0.0)
     assert [e.name for e in mine.parameters] == ["a"] and mine.predicted
-    assert own_place(*friction.looks).startswith("Your formula is number ")
+    assert own_place(*friction.diagnosis.looks).startswith("Your formula is number ")
     assert reported(friction, services)["ranking"]
-    assert friction.remove("own_1", services)
-    assert friction.scenario == given
-    assert friction.add("own_1", services), "from the list"
+    assert friction.diagnosis.remove("own_1")
+    assert friction.document.scenario == given
+    assert friction.diagnosis.add("own_1"), "from the list"
     over(friction)
-    assert [kind for kind, _ in present(friction.scenario)] == ["own_1"]
+    assert [kind for kind, _ in present(friction.document.scenario)] == ["own_1"]
 
 
 def test_a_stop_and_a_failure_leave_the_last_result(friction: Session, services: Offered) -> None:
-    friction.diagnose(services)
+    friction.diagnosis.search()
     over(friction)
-    complete, given = friction.looks, friction.scenario
-    assert friction.diagnose(services)
-    friction.stop()
+    complete, given = friction.diagnosis.looks, friction.document.scenario
+    assert friction.diagnosis.search()
+    friction.run.stop()
     over(friction)
-    assert friction.looks == complete and friction.scenario == given
-    friction.change(put(("identify", "parameters"), ["nobody"]))
-    assert friction.diagnose(services)
+    assert friction.diagnosis.looks == complete and friction.document.scenario == given
+    friction.document.change(put(("identify", "parameters"), ["nobody"]))
+    assert friction.diagnosis.search()
     over(friction)
-    assert friction.run.phase == FAILED and friction.message.bad
-    assert friction.looks == complete
+    assert friction.run.state.phase == FAILED and friction.message.bad
+    assert friction.diagnosis.looks == complete
 
 
 @pytest.mark.long
 def test_an_effect_in_the_middle_can_go(friction: Session, services: Offered) -> None:
-    friction.add("viscous_friction", services)
+    friction.diagnosis.add("viscous_friction")
     over(friction)
-    friction.add("coulomb_friction", services)
+    friction.diagnosis.add("coulomb_friction")
     over(friction)
-    assert [kind for kind, _ in present(friction.scenario)] == [
+    assert [kind for kind, _ in present(friction.document.scenario)] == [
         "viscous_friction",
         "coulomb_friction",
     ]
-    assert friction.remove("viscous_friction", services)
+    assert friction.diagnosis.remove("viscous_friction")
     over(friction)
-    assert [kind for kind, _ in present(friction.scenario)] == ["coulomb_friction"]
-    assert [look.title for look in friction.looks][-1] == "without: Viscous joint friction"
+    assert [kind for kind, _ in present(friction.document.scenario)] == ["coulomb_friction"]
+    assert [look.title for look in friction.diagnosis.looks][
+        -1
+    ] == "without: Viscous joint friction"
 
 
 def test_parameters_are_read_with_their_units() -> None:
@@ -289,12 +299,12 @@ def test_two_who_ask_at_the_same_moment_do_not_take_each_others_look_away(
     session: Session, services: Offered
 ) -> None:
     pool = SlowPool()
-    offered = replace(services, pool=cast(JobPool, pool))
+    session.services = replace(services, pool=cast(JobPool, pool))
     answers: dict[str, bool] = {}
 
     def ask(who: str) -> threading.Thread:
         def run() -> None:
-            answers[who] = session.diagnose(offered)
+            answers[who] = session.diagnosis.search()
 
         thread = threading.Thread(target=run)
         thread.start()
@@ -308,4 +318,4 @@ def test_two_who_ask_at_the_same_moment_do_not_take_each_others_look_away(
     for thread in (first, second):
         thread.join(SOON)
     assert answers == {"first": True, "second": False}
-    assert session.pending is not None
+    assert session.diagnosis.pending is not None

@@ -59,7 +59,7 @@ def test_a_bomb_is_refused_and_this_process_does_not_grow(
     watcher = threading.Thread(target=watch)
     watcher.start()
     try:
-        assert not session.upload(file, content, services).result()
+        assert not session.recordings.upload(file, content).result()
     finally:
         over.set()
         watcher.join()
@@ -75,9 +75,9 @@ def test_sliders_answer_while_more_files_than_threads_wait_for_a_worker(
     content, names = good_csv(session), [f"{k}.csv" for k in range(CALLBACK_THREADS)]
     with ThreadPoolExecutor(CALLBACK_THREADS) as threads, JobPool(0, inputs.SETTINGS) as nobody:
         monkeypatch.setattr(inputs, "_pool", cache(lambda: nobody))
-        brought = [threads.submit(session.upload, name, content, services) for name in names]
-        threads.submit(session.set_live, snr_db=30.0).result(SOON)
-        assert session.live.snr_db == 30.0
+        brought = [threads.submit(session.recordings.upload, name, content) for name in names]
+        threads.submit(session.document.set_live, snr_db=30.0).result(SOON)
+        assert session.document.live.snr_db == 30.0
         read = [one.result(SOON) for one in brought]
         assert {path.name for path in session.folder.iterdir()} == set(names)
     assert not any(one.result(SOON) for one in read)
@@ -90,16 +90,21 @@ def test_how_far_a_long_file_is_read_is_said_meanwhile(
     said: list[str] = []
     session.subscribe(lambda topic: said.append(session.message.text))
     content = long_csv(tmp_path / "th1.csv", 60_000).read_bytes()
-    session.upload("th1.csv", content, services).result()
+    session.recordings.upload("th1.csv", content).result()
     assert any(text.startswith("th1.csv, ") and "read …" in text for text in said)
     assert "read …" not in session.message.text
 
 
 def test_a_long_simulation_is_made_elsewhere_and_shown(session: Session) -> None:
     told: list[Topic] = []
-    assert session.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
+    assert session.document.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
     session.subscribe(told.append)
-    session.refresh_playback()
-    until(lambda: session.recording is not None and len(session.recording.time) == 31_000)
-    assert session.playback is not None and session.playback.ghost is not None
+    session.playback.refresh()
+    until(
+        lambda: (
+            session.playback.recording is not None
+            and len(session.playback.recording.time) == 31_000
+        )
+    )
+    assert session.playback.motion is not None and session.playback.motion.ghost is not None
     assert not session.message.bad

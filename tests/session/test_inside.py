@@ -17,7 +17,7 @@ from flexgui.core.scenario.data_folder import VARIABLE, Within
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.places import without_places
 from flexgui.session import Session
-from flexgui.stages.data.rows import headers, length_and_rate
+from flexgui.stages.data.inspect import headers, read_file
 from flexgui.stages.data.task import play
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpack, zipped
 from flexgui.stages.identify.task import identify
@@ -31,6 +31,7 @@ from tests.session.elsewhere import (
     secret,
     stated,
 )
+from tests.session.helpers import alone
 
 MANY = 40
 """Ways at least."""
@@ -59,7 +60,7 @@ class Trapped:
 def taken(session: Session) -> list[bytes]:
     """What Export → Scenario file gives, unpacked."""
     try:
-        _, content = scenario_file(session.scenario, session.folder)
+        _, content = scenario_file(session.document.scenario, session.folder)
     except InputError as error:
         return [str(error).encode()]
     if not zipfile.is_zipfile(io.BytesIO(content)):
@@ -81,16 +82,16 @@ def test_an_uploaded_scenario_reads_nothing_from_elsewhere(
     trapped: Trapped, services: Offered
 ) -> None:
     for file in trapped.names:
-        trapped.session.upload("it.toml", stated(file).encode(), services).result()
+        trapped.session.recordings.upload("it.toml", stated(file).encode()).result()
         trapped.gives_nothing_away(file, trapped.session)
 
 
 def test_neither_does_one_that_is_there_already(trapped: Trapped) -> None:
     """As it may stand in a session that was kept from before."""
     for file in trapped.names:
-        trapped.session.scenario = scenario(file)
-        trapped.session.refresh_playback()
-        trapped.session.choose_columns("it").result()
+        trapped.session.document.scenario = scenario(file)
+        trapped.session.playback.refresh()
+        trapped.session.recordings.choose_columns("it").result()
         trapped.gives_nothing_away(file, trapped.session)
 
 
@@ -115,7 +116,7 @@ def test_neither_do_those_that_look_into_what_was_brought(
         stated_here, entry = scenario(file), {"file": "it.csv"}
         for ask in (
             partial(headers, room, file),
-            partial(length_and_rate, room, file, entry, stated_here),
+            partial(read_file, room, file, [entry], stated_here),
             partial(play, stated_here, "it", room, {}),
             partial(unpack, room, file, UPLOAD_LIMIT),
         ):
@@ -131,8 +132,8 @@ def test_a_followers_copy_takes_nothing_from_elsewhere(trapped: Trapped) -> None
     for k, file in enumerate(trapped.names):
         folder = trapped.folder.parent / f"own-{k}"
         folder.mkdir()
-        own = Session(f"own-{k}", folder)
-        trapped.session.scenario = scenario(file)
+        own = alone(f"own-{k}", folder)
+        trapped.session.document.scenario = scenario(file)
         copy_session(trapped.session, own)
         trapped.gives_nothing_away(file, own)
         assert all(SECRET not in path.read_text() for path in folder.rglob("*"))
@@ -150,7 +151,7 @@ def test_a_zip_brings_no_file_out_of_the_folder_and_none_in(
         with zipfile.ZipFile(room, "w") as archive:
             archive.writestr("it.toml", stated(safe_name(file)))
             archive.writestr(linked(file, trapped.secret), str(trapped.secret))
-        trapped.session.upload("it.zip", room.getvalue(), services).result()
+        trapped.session.recordings.upload("it.zip", room.getvalue()).result()
         trapped.gives_nothing_away(file, trapped.session)
     new = set(trapped.folder.parent.rglob("*")) - before
     assert all(p.parent == trapped.folder and p.is_file() and not p.is_symlink() for p in new)
@@ -169,7 +170,7 @@ def test_an_upload_stays_in_the_folder_under_every_name(
 ) -> None:
     before = set(trapped.folder.parent.rglob("*"))
     for file in trapped.names:
-        trapped.session.upload(f"{file}.toml", stated("th1.csv").encode(), services).result()
+        trapped.session.recordings.upload(f"{file}.toml", stated("th1.csv").encode()).result()
     new = set(trapped.folder.parent.rglob("*")) - before
     assert new and {path.parent for path in new} == {trapped.folder}
     assert trapped.secret.read_text() == CONTENT
@@ -184,11 +185,11 @@ def test_a_plain_name_of_an_uploaded_file_is_found(session: Session) -> None:
 def test_a_scenario_with_its_recordings_in_folders_is_refused_in_words(
     session: Session, services: Offered
 ) -> None:
-    before = session.scenario
+    before = session.document.scenario
     content = zipped({"it.toml": stated("data/th1.csv").encode(), "data/th1.csv": b"t\n"})
-    assert not session.upload("work.zip", content, services).result()
+    assert not session.recordings.upload("work.zip", content).result()
     assert "no plain name" in session.message.text and session.message.bad
-    assert session.scenario == before
+    assert session.document.scenario == before
 
 
 @pytest.mark.parametrize("quote", ["{}", "'{}'", "in {}; and", "({})", '"{}".'])

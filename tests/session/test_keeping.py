@@ -26,7 +26,7 @@ from flexgui.library.shipped import shipped_folder
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server import sessions
 from flexgui.server.sessions import KeptWork
-from flexgui.session import Session, Topic, keeping
+from flexgui.session import Session, Topic, store
 from flexgui.session.demo import demo_scenario, hidden_scenario
 from flexgui.session.edit import put
 from flexgui.session.records import packed, unpacked
@@ -34,7 +34,7 @@ from flexgui.session.state import STAGES
 from flexgui.stages.study.state import DONE, STOPPED
 from tests.paper_study.helpers import short
 from tests.session.conftest import SOON, Offered
-from tests.session.helpers import bring, good_csv, small, until
+from tests.session.helpers import alone, bring, good_csv, small, until
 
 KEY = "k" * 32
 
@@ -57,17 +57,17 @@ def same(a: Any, b: Any) -> bool:
 
 
 def begun(work: KeptWork, key: str = KEY) -> Session:
-    made = Session(key, work.begin(key))
-    made.keep_here()
+    made = alone(key, work.begin(key))
+    made.store.begin()
     return made
 
 
 def dead(session: Session) -> None:
     """As after a SIGKILL: nothing is ended or removed; no process has the folder any more."""
-    session._keeps = False
-    session.stop()
-    session._live_worker.close()
-    session._motion_worker.close()
+    session.closed = True  # nothing more is written
+    session.run.stop()
+    session.document.close()
+    session.playback.close()
     (session.folder / OWNER).write_text("999999999")
 
 
@@ -87,8 +87,8 @@ def revived(work: KeptWork) -> Session:
     again = KeptWork(work.root)
     assert again.knows(KEY)
     made = begun(again)
-    assert made.earlier is not None and made.restore(), made.message
-    assert made.earlier is None and not earlier_folder(made.folder).exists()
+    assert made.store.earlier is not None and made.store.restore(), made.message
+    assert made.store.earlier is None and not earlier_folder(made.folder).exists()
     return made
 
 
@@ -96,21 +96,28 @@ def revived(work: KeptWork) -> Session:
 def found(services: Offered, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     """An identification and a diagnosis, short."""
     folder = tmp_path_factory.mktemp("found")
-    made = Session("found", folder)
-    made.choose("something hidden", services)
+    made = Session("found", folder, services)
+    made.choose("something hidden")
     small(made)
-    assert made.change(put(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"]))
-    assert made.identify(services)
-    until(lambda: not made.busy)
-    assert made.diagnose(services)
-    until(lambda: not made.busy and made.pending is None)
-    assert made.outcome is not None and made.looks
+    assert made.document.change(
+        put(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"])
+    )
+    assert made.identification.start()
+    until(lambda: not made.run.state.busy)
+    assert made.diagnosis.search()
+    until(lambda: not made.run.state.busy and made.diagnosis.pending is None)
+    assert made.identification.outcome is not None and made.diagnosis.looks
     yield made
     made.close()
 
 
 def test_results_are_the_same_after_writing_and_reading(found: Session) -> None:
-    stated = (found.outcome, found.outcome_of, found.looks, found.scenario)
+    stated = (
+        found.identification.outcome,
+        found.identification.outcome_of,
+        found.diagnosis.looks,
+        found.document.scenario,
+    )
     again = unpacked(packed(stated))
     assert same(stated, again)
     assert again[2][-1].outcome is again[0], "what was one record is one again"
@@ -146,17 +153,17 @@ def test_what_is_no_record_is_neither_written_nor_read() -> None:
 def test_edits_files_and_a_challenge_are_there_again(
     session: Session, work: KeptWork, services: Offered
 ) -> None:
-    assert session.change(put(("identify", "population"), 17))
+    assert session.document.change(put(("identify", "population"), 17))
     assert bring(session, "own.csv", good_csv(session), services)
-    session.challenge = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
+    session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
     session.notify(Topic.CHALLENGE)
-    scenario, content = session.scenario, (session.folder / "own.csv").read_bytes()
+    scenario, content = session.document.scenario, (session.folder / "own.csv").read_bytes()
     dead(session)
     made = revived(work)
-    assert made.scenario == scenario and made.scenario.identify.population == 17
+    assert made.document.scenario == scenario and made.document.scenario.identify.population == 17
     assert (made.folder / "own.csv").read_bytes() == content
-    assert made.wait_idle() and made.recording is not None
-    known = made.challenge
+    assert made.wait_idle() and made.playback.recording is not None
+    known = made.challenge.state
     assert known is not None and known.guesses == (Guess("rotor_inertia", "2"),)
     made.close()
 
@@ -164,16 +171,19 @@ def test_edits_files_and_a_challenge_are_there_again(
 def test_results_are_there_again(
     session: Session, work: KeptWork, found: Session, services: Offered
 ) -> None:
-    session.scenario = found.scenario
-    session.outcome, session.outcome_of, session.looks = (
-        found.outcome, found.outcome_of, found.looks
+    session.document.scenario = found.document.scenario
+    session.identification.outcome, session.identification.outcome_of, session.diagnosis.looks = (
+        found.identification.outcome, found.identification.outcome_of, found.diagnosis.looks
     )  # fmt: skip
     session.notify(Topic.OUTCOME)
     dead(session)
     made = revived(work)
-    assert same(made.outcome, found.outcome) and made.outcome_of == made.scenario
-    assert same(made.looks, found.looks)
-    assert made.diagnose(services), "it goes on from there"
+    assert (
+        same(made.identification.outcome, found.identification.outcome)
+        and made.identification.outcome_of == made.document.scenario
+    )
+    assert same(made.diagnosis.looks, found.diagnosis.looks)
+    assert made.diagnosis.search(), "it goes on from there"
     made.close()
 
 
@@ -182,39 +192,44 @@ def test_a_study_is_there_again_and_goes_on(
     session: Session, work: KeptWork, services: Offered, end: Callable[[Session], None]
 ) -> None:
     assert session.open(short().scenario)
-    session.choose_study(runs=3, at_once=1)
-    assert session.start_study(services)
-    until(lambda: session.study.done >= 2)
+    session.study.choose(runs=3, at_once=1)
+    assert session.study.start()
+    until(lambda: session.study.state.done >= 2)
     threads = [t for t in threading.enumerate() if t.name == "study"]
     if end is dead:
-        session.stop_study()
+        session.study.stop()
     end(session)
     for thread in threads:
         thread.join()
     work.end(session.folder)
     made = revived(work)
-    until(lambda: bool(made.study.sections))
-    assert made.study_choice == session.study_choice
-    assert (made.study.phase, made.study.total) == (STOPPED, 6)
-    known = made.study.done
+    until(lambda: bool(made.study.state.sections))
+    assert made.study.choice == session.study.choice
+    assert (made.study.state.phase, made.study.state.total) == (STOPPED, 6)
+    known = made.study.state.done
     assert known >= 2 and "restored" in made.message.text
-    assert made.start_study(services)
-    until(lambda: not made.study.busy)
-    assert (made.study.phase, made.study.before) == (DONE, known)
+    assert made.study.start()
+    until(lambda: not made.study.state.busy)
+    assert (made.study.state.phase, made.study.state.before) == (DONE, known)
     made.close()
 
 
 def test_a_verdict_is_kept_while_the_last_fit_goes_on(
     session: Session, work: KeptWork, found: Session
 ) -> None:
-    session.scenario, session.pending = found.scenario, found.looks[-1]
+    session.document.scenario, session.diagnosis.pending = (
+        found.document.scenario,
+        found.diagnosis.looks[-1],
+    )
     session.notify(Topic.DIAGNOSIS)
     written = (session.folder / RESULTS).stat().st_mtime_ns
     session.notify(Topic.DIAGNOSIS)
     assert (session.folder / RESULTS).stat().st_mtime_ns == written, "once"
     dead(session)
     made = revived(work)
-    assert same(made.looks, (found.looks[-1],)) and made.pending is None
+    assert (
+        same(made.diagnosis.looks, (found.diagnosis.looks[-1],)) and made.diagnosis.pending is None
+    )
     made.close()
 
 
@@ -226,11 +241,11 @@ def test_what_was_shown_was_written_before(session: Session, work: KeptWork) -> 
         if topic.value == "scenario":
             place = work.root.parent / f"copy-{len(copies)}"
             shutil.copytree(session.folder, place)
-            copies.append((session.scenario, place))
+            copies.append((session.document.scenario, place))
 
     session.subscribe(hear)
     for k in range(5):
-        assert session.change(put(("identify", "population"), 20 + k))
+        assert session.document.change(put(("identify", "population"), 20 + k))
     for scenario, place in copies:
         assert unpacked((place / WORK).read_bytes())["scenario"] == scenario
     assert len(copies) == 5
@@ -240,7 +255,7 @@ def test_nothing_is_kept_of_a_session_in_which_nothing_was_done(work: KeptWork) 
     made = begun(work)
     assert made.wait_idle()
     made.show("Data")
-    made.refresh_playback()
+    made.playback.refresh()
     assert made.wait_idle() and not is_kept(made.folder)
     made.close()
     work.end(made.folder)
@@ -249,21 +264,21 @@ def test_nothing_is_kept_of_a_session_in_which_nothing_was_done(work: KeptWork) 
 
 def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWork) -> None:
     first = begun(work)
-    assert first.change(put(("identify", "population"), 17))
+    assert first.document.change(put(("identify", "population"), 17))
     dead(first)
     second = begun(KeptWork(work.root))
-    second.decline()
-    assert second.earlier is None and is_kept(earlier_folder(second.folder))
+    second.store.decline()
+    assert second.store.earlier is None and is_kept(earlier_folder(second.folder))
     second.close()
     work.end(second.folder)
     third = begun(KeptWork(work.root))
-    assert third.earlier is not None
-    third.decline()
-    assert third.change(put(("identify", "population"), 19))
+    assert third.store.earlier is not None
+    third.store.decline()
+    assert third.document.change(put(("identify", "population"), 19))
     dead(third)
     fourth = begun(work)
-    assert fourth.change(put(("identify", "population"), 21))
-    assert fourth.restore() and fourth.scenario.identify.population == 19
+    assert fourth.document.change(put(("identify", "population"), 21))
+    assert fourth.store.restore() and fourth.document.scenario.identify.population == 19
     fourth.close()
     for why, population in (("declined", 17), ("replaced", 21)):
         (aside,) = work.root.glob(f"{why}-*")
@@ -274,11 +289,11 @@ def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWo
 def test_work_that_cannot_be_moved_stays_and_so_does_what_is_here(
     session: Session, work: KeptWork, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert session.change(put(("identify", "population"), 17))
+    assert session.document.change(put(("identify", "population"), 17))
     dead(session)
     made = begun(KeptWork(work.root))
     (made.folder / "own.csv").write_text("mine")
-    here, rename = made.scenario, Path.rename
+    here, rename = made.document.scenario, Path.rename
 
     def refuse(path: Path, target: Path) -> Path:
         if path == earlier_folder(made.folder):
@@ -286,11 +301,11 @@ def test_work_that_cannot_be_moved_stays_and_so_does_what_is_here(
         return rename(path, target)
 
     monkeypatch.setattr(Path, "rename", refuse)
-    assert not made.restore() and made.earlier is not None
+    assert not made.store.restore() and made.store.earlier is not None
     assert made.message.bad and "Directory not empty" in made.message.text
-    assert made.scenario == here and (made.folder / "own.csv").read_text() == "mine"
+    assert made.document.scenario == here and (made.folder / "own.csv").read_text() == "mine"
     monkeypatch.undo()
-    assert made.restore() and made.scenario.identify.population == 17
+    assert made.store.restore() and made.document.scenario.identify.population == 17
     made.close()
 
 
@@ -331,13 +346,13 @@ OTHER_VERSIONS: dict[str, Spoil] = {
 def test_work_of_another_version_is_taken_up(
     session: Session, work: KeptWork, version: str
 ) -> None:
-    assert session.change(put(("identify", "population"), 17))
-    session.challenge = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
+    assert session.document.change(put(("identify", "population"), 17))
+    session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
     session.notify(Topic.CHALLENGE)
     OTHER_VERSIONS[version](session.folder / WORK)
     dead(session)
     made = revived(work)
-    assert made.scenario.identify.population == 17 and made.challenge is not None
+    assert made.document.scenario.identify.population == 17 and made.challenge.state is not None
     assert made.stage in STAGES
     made.close()
 
@@ -354,15 +369,15 @@ UNREADABLE: dict[str, tuple[Spoil, str]] = {
 def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
     session: Session, work: KeptWork, fault: str
 ) -> None:
-    assert session.change(put(("identify", "population"), 17))
+    assert session.document.change(put(("identify", "population"), 17))
     (session.folder / "own.csv").write_text("mine")
     spoil, said = UNREADABLE[fault]
     spoil(session.folder / WORK)
     stored = (session.folder / WORK).read_bytes()
     dead(session)
     made = begun(KeptWork(work.root))
-    assert not made.restore() and made.earlier is None
-    assert made.change(put(("identify", "population"), 18)) and is_kept(made.folder)
+    assert not made.store.restore() and made.store.earlier is None
+    assert made.document.change(put(("identify", "population"), 18)) and is_kept(made.folder)
     made.close()
     (aside,) = work.root.glob("unread-*")
     assert aside.name in made.message.text and said in made.message.text
@@ -373,21 +388,21 @@ def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
 def test_results_that_cannot_be_read_are_set_aside_and_the_work_goes_on(
     session: Session, work: KeptWork
 ) -> None:
-    assert session.change(put(("identify", "population"), 17))
+    assert session.document.change(put(("identify", "population"), 17))
     (session.folder / RESULTS).write_bytes(b"no zip")
     dead(session)
     made = revived(work)
     (aside,) = made.folder.glob("unread-*")
     assert aside.name in made.message.text and aside.read_bytes() == b"no zip"
-    assert made.scenario.identify.population == 17 and made.outcome is None
+    assert made.document.scenario.identify.population == 17 and made.identification.outcome is None
     made.close()
 
 
 @pytest.mark.parametrize(
     "act",
     [
-        lambda session, services: session.change(put(("title",), "Another one")),
-        lambda session, services: session.add("coulomb_friction", services),
+        lambda session, services: session.document.change(put(("title",), "Another one")),
+        lambda session, services: session.diagnosis.add("coulomb_friction"),
     ],
     ids=["edit", "add"],
 )
@@ -406,16 +421,16 @@ def test_a_slow_disk_holds_up_nobody_who_moves_something_else(
         with replacing(path) as temporary:
             yield temporary
 
-    monkeypatch.setattr(keeping, "replacing", slow)
+    monkeypatch.setattr(store, "replacing", slow)
     with ThreadPoolExecutor() as threads:
         try:
             acted = threads.submit(act, session, services)
             assert asked.wait(SOON)
-            threads.submit(session.set_cursor, time=0.5).result(SOON)
+            threads.submit(session.playback.move, time=0.5).result(SOON)
         finally:
             free.set()
-        assert acted.result(SOON) and session.cursor.time == 0.5
-    session.stop()
+        assert acted.result(SOON) and session.playback.cursor.time == 0.5
+    session.run.stop()
     assert is_kept(session.folder)
 
 
@@ -423,11 +438,11 @@ def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPa
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("flexgui.session.keeping._write", full)
-    assert session.change(put(("identify", "population"), 17))
+    monkeypatch.setattr("flexgui.session.store._write", full)
+    assert session.document.change(put(("identify", "population"), 17))
     assert "cannot be written" in session.message.text
     session.show_message("")
-    assert session.change(put(("identify", "population"), 18)) and not session.message.text
+    assert session.document.change(put(("identify", "population"), 18)) and not session.message.text
 
 
 def test_the_folders_are_nobody_elses_and_tell_no_key(session: Session, work: KeptWork) -> None:
@@ -457,14 +472,14 @@ def test_the_oldest_go_first_and_none_that_is_in_use(
 
 
 def test_another_server_does_not_take_what_is_in_use(session: Session, work: KeptWork) -> None:
-    assert session.change(put(("identify", "population"), 17))
+    assert session.document.change(put(("identify", "population"), 17))
     assert not KeptWork(work.root).knows(KEY) and is_kept(session.folder)
     assert not (session.folder / RESULTS).exists()
 
 
 def test_what_was_half_written_goes_when_the_server_starts(work: KeptWork) -> None:
     session = begun(work)
-    assert session.change(put(("title",), "Mine"))
+    assert session.document.change(put(("title",), "Mine"))
     (session.folder / "th1.csv").write_text("t")
     (session.folder / ".0123.th2.csv").write_text("t,theta1")
     (session.folder / ".big.zip.unpacking").mkdir()
@@ -477,14 +492,14 @@ def test_what_was_half_written_goes_when_the_server_starts(work: KeptWork) -> No
 def test_a_number_that_another_process_has_by_now_is_no_owner(
     session: Session, work: KeptWork
 ) -> None:
-    assert session.change(put(("identify", "population"), 17))
+    assert session.document.change(put(("identify", "population"), 17))
     assert not KeptWork(work.root).knows(KEY), "this process has it"
     (session.folder / OWNER).write_text(f"{os.getpid()} 1")
     assert KeptWork(work.root).knows(KEY), "a process of that number, but a younger one"
 
 
 def test_what_was_replaced_goes_when_the_server_starts(session: Session, work: KeptWork) -> None:
-    assert session.change(put(("identify", "population"), 17))
+    assert session.document.change(put(("identify", "population"), 17))
     dead(session)
     replaced = session.folder.with_name(f"{session.folder.name}{FRESH}")
     shutil.copytree(session.folder, replaced)

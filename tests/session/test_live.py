@@ -8,17 +8,17 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from flexgui.session import Session, Topic, editing, playing
+from flexgui.session import Session, Topic, document, playback
 from flexgui.session.edit import arm_setting
 from flexgui.session.state import Part
 from flexgui.stages.arm.live import LiveModel
 
 
 def live(session: Session) -> LiveModel:
-    session.refresh_live()
+    session.document.refresh()
     assert session.wait_idle()
-    assert session.view is not None
-    return session.view
+    assert session.document.view is not None
+    return session.document.view
 
 
 def fails(*_: object) -> None:
@@ -28,8 +28,8 @@ def fails(*_: object) -> None:
 @pytest.mark.parametrize(
     ("part", "module", "function", "refresh"),
     [
-        (Part.MODEL, editing, "live_model", Session.refresh_live),
-        (Part.PLAYBACK, playing, "played", Session.refresh_playback),
+        (Part.MODEL, document, "live_model", lambda session: session.document.refresh()),
+        (Part.PLAYBACK, playback.recorded, "played", lambda session: session.playback.refresh()),
     ],
 )
 def test_what_our_own_fault_leaves_old_is_called_old_until_it_is_computed_anew(
@@ -40,14 +40,14 @@ def test_what_our_own_fault_leaves_old_is_called_old_until_it_is_computed_anew(
     refresh: Callable[[Session], None],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    session.refresh_playback()
+    session.playback.refresh()
     view = live(session)
-    motion = session.playback
+    motion = session.playback.motion
     with monkeypatch.context() as broken:
         broken.setattr(module, function, fails)
         refresh(session)
         assert session.wait_idle() and session.faults.old == {part}
-    assert session.view is view and session.playback is motion is not None
+    assert session.document.view is view and session.playback.motion is motion is not None
     refresh(session)
     assert session.wait_idle() and not session.faults.old
 
@@ -55,17 +55,17 @@ def test_what_our_own_fault_leaves_old_is_called_old_until_it_is_computed_anew(
 def test_every_slider_moves_the_poles(session: Session) -> None:
     before = live(session).at.poles
     for name, value in (("young_modulus", 2e9), ("width", 0.06), ("mass", [8.0, 6.0])):
-        session.change(arm_setting(session.scenario, name, value))
+        session.document.change(arm_setting(session.document.scenario, name, value))
         now = live(session).at.poles
         assert not np.allclose(now, before)
         before = now
-    session.set_live(theta2=2.0)
+    session.document.set_live(theta2=2.0)
     assert not np.allclose(live(session).at.poles, before)
 
 
 def test_a_stiffer_arm_bends_less(session: Session) -> None:
     soft = live(session).q[2:]
-    session.change(arm_setting(session.scenario, "young_modulus", 2e9))
+    session.document.change(arm_setting(session.document.scenario, "young_modulus", 2e9))
     assert live(session).q[2:] == pytest.approx(soft / 2.0)
 
 
@@ -73,26 +73,26 @@ def test_another_kind_of_arm_is_announced_while_it_is_made(session: Session) -> 
     live(session)
     told: list[str] = []
     session.subscribe(lambda topic: told.append(session.message.text))
-    session.change(arm_setting(session.scenario, "mass", [8.0, 6.0]))
+    session.document.change(arm_setting(session.document.scenario, "mass", [8.0, 6.0]))
     live(session)
     assert not any("compiled" in text for text in told)
-    session.change(arm_setting(session.scenario, "modes", [0, 1]))
+    session.document.change(arm_setting(session.document.scenario, "modes", [0, 1]))
     live(session)
     assert any("compiled" in text for text in told)
     assert session.message.text == ""
 
 
 def test_posture_stands_at_the_working_point(session: Session) -> None:
-    session.set_live(theta2=1.25)
+    session.document.set_live(theta2=1.25)
     assert live(session).q[1] == 1.25
 
 
 def test_noise_follows_its_level(session: Session) -> None:
-    session.set_live(snr_db=20.0)
+    session.document.set_live(snr_db=20.0)
     loud = live(session).noise
-    session.set_live(snr_db=40.0)
+    session.document.set_live(snr_db=40.0)
     assert live(session).noise == pytest.approx(loud / 10.0)
-    session.set_live(snr_db=None)
+    session.document.set_live(snr_db=None)
     assert not live(session).noise.any()
 
 
@@ -101,11 +101,11 @@ def test_newest_wish_wins(session: Session) -> None:
     told: list[Topic] = []
     session.subscribe(told.append)
     for degrees in range(10, 170):
-        session.set_live(theta2=np.radians(degrees))
+        session.document.set_live(theta2=np.radians(degrees))
     assert live(session).live.theta2 == pytest.approx(np.radians(169))
     assert told.count(Topic.LIVE) <= 161
 
 
 def test_model_without_bending_has_no_modes_to_bend(session: Session) -> None:
-    session.change(arm_setting(session.scenario, "modes", [0, 0]))
-    assert live(session).q == pytest.approx([0.0, session.live.theta2])
+    session.document.change(arm_setting(session.document.scenario, "modes", [0, 0]))
+    assert live(session).q == pytest.approx([0.0, session.document.live.theta2])

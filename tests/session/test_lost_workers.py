@@ -46,59 +46,62 @@ def readers() -> Iterator[JobPool]:
 
 @pytest.fixture
 def identified(session: Session, offered: Offered) -> Session:
-    assert session.choose("something hidden", offered)
+    assert session.choose("something hidden")
     small(session)
-    assert session.change(put(("diagnose", "candidates"), ["coulomb_friction"]))
-    assert session.identify(offered)
-    until(lambda: not session.busy, WARM)
-    assert session.outcome is not None, session.message
+    assert session.document.change(put(("diagnose", "candidates"), ["coulomb_friction"]))
+    assert session.identification.start()
+    until(lambda: not session.run.busy, WARM)
+    assert session.identification.outcome is not None, session.message
     return session
 
 
 def idle(session: Session, before: object, found: Callable[[], object]) -> bool:
-    until(lambda: not session.busy, WARM)
+    until(lambda: not session.run.busy, WARM)
     return found() is not before
 
 
 def identify(session: Session, offered: Offered) -> bool:
-    before = session.outcome
-    assert session.identify(offered)
-    return idle(session, before, lambda: session.outcome)
+    before = session.identification.outcome
+    assert session.identification.start()
+    return idle(session, before, lambda: session.identification.outcome)
 
 
 def diagnose(session: Session, offered: Offered) -> bool:
-    before = session.looks
-    assert session.diagnose(offered)
-    return idle(session, before, lambda: session.looks)
+    before = session.diagnosis.looks
+    assert session.diagnosis.search()
+    return idle(session, before, lambda: session.diagnosis.looks)
 
 
 def add(session: Session, offered: Offered) -> bool:
-    model = session.scenario.model
-    assert session.add("coulomb_friction", offered)
-    until(lambda: not session.busy and session.pending is None, WARM)
-    return session.scenario.model != model
+    model = session.document.scenario.model
+    assert session.diagnosis.add("coulomb_friction")
+    until(lambda: not session.run.busy and session.diagnosis.pending is None, WARM)
+    return session.document.scenario.model != model
 
 
 def report(session: Session, offered: Offered) -> bool:
     done: list[Path] = []
-    assert session.report(offered, done.append)
-    until(lambda: not session.busy, WARM)
+    assert session.export.report(done.append)
+    until(lambda: not session.run.busy, WARM)
     return bool(done)
 
 
 def hide(session: Session, offered: Offered) -> bool:
     said = session.message.number
-    assert session.hide(3, "easy", offered)
-    until(lambda: session.challenge is not None or session.message.number > said, WARM)
-    return session.challenge is not None
+    assert session.challenge.hide(3, "easy")
+    until(lambda: session.challenge.state is not None or session.message.number > said, WARM)
+    return session.challenge.state is not None
 
 
 def demonstrate(session: Session, offered: Offered) -> bool:
-    session.demonstrate("coulomb_friction", offered)
-    until(lambda: session.demonstration is not None or session.not_shown != "", WARM)
-    if session.demonstration is None:
-        session.show_message(session.not_shown, bad=True)
-    return session.demonstration is not None
+    session.demonstration.start("coulomb_friction")
+    until(
+        lambda: session.demonstration.shown is not None or session.demonstration.not_shown != "",
+        WARM,
+    )
+    if session.demonstration.shown is None:
+        session.show_message(session.demonstration.not_shown, bad=True)
+    return session.demonstration.shown is not None
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
@@ -107,10 +110,10 @@ def test_a_lost_worker_costs_one_try(
     identified: Session, offered: Offered, attempt: Try, number: int
 ) -> None:
     lose_worker(offered.pool, number)
-    outcome, looks = identified.outcome, identified.looks
+    outcome, looks = identified.identification.outcome, identified.diagnosis.looks
     assert not attempt(identified, offered)
     assert identified.message.bad and "start it again" in identified.message.text
-    assert (identified.outcome, identified.looks) == (outcome, looks)
+    assert (identified.identification.outcome, identified.diagnosis.looks) == (outcome, looks)
     assert attempt(identified, offered), identified.message
 
 
@@ -119,11 +122,13 @@ def test_a_lost_worker_costs_a_study_nothing(
     session: Session, offered: Offered, number: int
 ) -> None:
     assert session.open(short().scenario)
-    session.choose_study(runs=2, at_once=1)
+    session.study.choose(runs=2, at_once=1)
     lose_worker(offered.pool, number)
-    assert session.start_study(offered)
-    until(lambda: not session.study.busy, WARM)
-    assert (session.study.phase, session.study.done) == (DONE, 4), session.study.sentence
+    assert session.study.start()
+    until(lambda: not session.study.state.busy, WARM)
+    assert (session.study.state.phase, session.study.state.done) == (DONE, 4), (
+        session.study.state.sentence
+    )
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
@@ -138,10 +143,10 @@ def test_a_lost_reader_costs_one_upload(
     content = good_csv(session)
     before = {path.name for path in session.folder.iterdir()}
     lose_worker(readers, number)
-    assert not session.upload("own.csv", content, offered).result()
+    assert not session.recordings.upload("own.csv", content).result()
     assert session.message.bad and "own.csv" in session.message.text
     assert {path.name for path in session.folder.iterdir()} == before
-    assert session.upload("own.csv", content, offered).result(), session.message
+    assert session.recordings.upload("own.csv", content).result(), session.message
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
@@ -149,16 +154,16 @@ def test_a_lost_worker_costs_one_long_simulation(
     session: Session, readers: JobPool, number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(inputs, "_pool", cache(lambda: readers))
-    assert session.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
+    assert session.document.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
     assert session.wait_idle(WARM)
-    session.recording = session._recording_key = None
+    session.playback.recording = session._recording_key = None
     lose_worker(readers, number)
-    session.refresh_playback()
-    assert session.wait_idle(WARM) and session.recording is None
+    session.playback.refresh()
+    assert session.wait_idle(WARM) and session.playback.recording is None
     assert session.message.bad and "Recording" in session.message.text
-    session.refresh_playback()
+    session.playback.refresh()
     assert session.wait_idle(WARM)
-    assert session.recording is not None and len(session.recording.time) == 31_000
+    assert session.playback.recording is not None and len(session.playback.recording.time) == 31_000
 
 
 def lose_worker(pool: JobPool, number: int) -> None:

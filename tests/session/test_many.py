@@ -22,18 +22,18 @@ pytestmark = pytest.mark.long
 PEOPLE, SOON = 10, 900.0
 
 
-def made(folder: Path) -> Session:
+def made(folder: Path, services: Offered) -> Session:
     folder.mkdir()
-    session = Session(folder.name, folder)
+    session = Session(folder.name, folder, services)
 
     def edit(document: Document) -> None:
         document["recordings"] = document["recordings"][:2]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
 
-    session.choose("something hidden", None)  # type: ignore[arg-type]  (it reads no file)
+    session.choose("something hidden")
     kinds = ["coulomb_friction", "viscous_friction", "tip_payload"]
-    assert session.change(edit, put(("diagnose", "candidates"), kinds))
+    assert session.document.change(edit, put(("diagnose", "candidates"), kinds))
     return session
 
 
@@ -45,9 +45,9 @@ def test_all_end_in_fair_order_with_the_results_of_one_alone(tmp_path: Path) -> 
     with JobPool(2, EVEN) as pool:
         services = Offered(pool)
         alone = made(tmp_path / "alone")
-        assert alone.diagnose(services)
-        until(lambda: not alone.busy and alone.pending is None, SOON)
-        assert alone.look is not None
+        assert alone.diagnosis.search()
+        until(lambda: not alone.run.busy and alone.diagnosis.pending is None, SOON)
+        assert alone.diagnosis.look is not None
         people = [made(tmp_path / f"person{k}") for k in range(PEOPLE)]
         began: list[str] = []
         for one in people:
@@ -59,7 +59,7 @@ def test_all_end_in_fair_order_with_the_results_of_one_alone(tmp_path: Path) -> 
         print(f"{PEOPLE} at once: {time.monotonic() - start:.1f} s")
         for one in people:
             assert one.run.phase == DONE and one.look is not None, one.message
-            assert figures(one.look.ranking) == figures(alone.look.ranking)
+            assert figures(one.look.ranking) == figures(alone.diagnosis.look.ranking)
             one.close()
         alone.close()
     # Two workers take two at a time; nobody is overtaken by who came later than the next one.
@@ -68,11 +68,11 @@ def test_all_end_in_fair_order_with_the_results_of_one_alone(tmp_path: Path) -> 
 
 def watch(session: Session, began: list[str]) -> None:
     """Notes when its job begins."""
-    heard = session._heard
+    heard = session.run._heard
 
     def hear(event: Event) -> None:
         if isinstance(event, Started):
             began.append(session.key)
         heard(event)
 
-    session._heard = hear  # type: ignore[method-assign]
+    session.run._heard = hear  # type: ignore[method-assign]

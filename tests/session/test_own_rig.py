@@ -15,7 +15,7 @@ from flexgui.core.scenario.stated_effects import base_model
 from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import put, thawed
 from flexgui.stages.data.experiments import has_working_points
-from flexgui.stages.data.glance import CONTRADICT, glance
+from flexgui.stages.data.inspect import CONTRADICT, inspect_file
 from flexgui.stages.data.rigs import RIGS, arm_choices, arm_edit, rig_edit, rig_of
 from flexgui.stages.data.waiting_file import Waiting, waiting_again, wanted_channels
 
@@ -52,7 +52,7 @@ def first_look(scenario: Scenario, file: str) -> Waiting:
     model = base_model(scenario)
     references = tuple(model.drive.needed_channels(model.arm))
     wanted = wanted_channels(model.arm, references)
-    found = glance(str(DATA), file, scenario, wanted, progress=Silent())
+    found = inspect_file(str(DATA), file, scenario, wanted, progress=Silent())
     headings = tuple(read_table(DATA / file).columns)
     spec = RecordingSpec(file=file)
     return waiting_again(headings, model.arm, references, spec).guessed(found)
@@ -77,7 +77,7 @@ def test_experiments_at_working_points_are_offered_only_where_a_second_joint_fol
 @needs_data
 def test_nothing_is_asked_about_the_recorded_slide() -> None:
     waiting = first_look(chosen("single_axis", "Slide, force recorded"), "emps.csv")
-    assert not waiting.questions and not waiting.glance.findings
+    assert not waiting.questions and not waiting.inspection.findings
     assert {c: e["name"] for c, e in waiting.columns.items()} == {"theta1": "q", "u1": "force"}
 
 
@@ -89,4 +89,4 @@ def test_nothing_contradicts_the_bench_once_its_arm_is_chosen(file: str) -> None
     put(("drive", "torque_constants"), [8.925, 0.87])(document)
     waiting = first_look(Scenario.model_validate(document), file)
     assert not waiting.questions
-    assert not {fault for fault, _ in waiting.glance.findings.values()} & set(CONTRADICT)
+    assert not {fault for fault, _ in waiting.inspection.findings.values()} & set(CONTRADICT)

@@ -18,20 +18,22 @@ def brief(session: Session) -> None:
         for recording in document["recordings"]:
             recording["simulate"]["seconds"] = 1.0
 
-    assert session.change(edit)
+    assert session.document.change(edit)
 
 
 def test_the_files_to_play_and_the_words_are_handed_on(session: Session, services: Offered) -> None:
     brief(session)
     folders: list[Path] = []
     limits = {"speed": [0.3, 0.5]}
-    assert session.plan_next(services, 2.0, limits, folders.append)
-    until(lambda: not session.busy)
+    assert session.export.plan(2.0, limits, folders.append)
+    until(lambda: not session.run.busy)
     (folder,) = folders
     names = {path.name for path in folder.iterdir()}
     assert {"play1.csv", "expected1.csv", "plan.json", "plan.txt", "planned.toml"} <= names
-    assert session.planned[0].startswith("Record ")
-    assert "limits" not in session.scenario.model_dump(exclude_unset=True), "it is left as it is"
+    assert session.export.planned[0].startswith("Record ")
+    assert "limits" not in session.document.scenario.model_dump(exclude_unset=True), (
+        "it is left as it is"
+    )
     text = (folder / "planned.toml").read_text(encoding="utf-8")
     assert "speed = [" in text and 'played = "play1.csv"' in text
 
@@ -43,12 +45,12 @@ def test_a_shorter_plan_leaves_nothing_of_the_one_before(
     brief(session)
     folders: list[Path] = []
     for seconds, last in ((2.0, True), (1.0, False)):
-        assert session.plan_next(services, seconds, {}, folders.append)
-        until(lambda: not session.busy)
+        assert session.export.plan(seconds, {}, folders.append)
+        until(lambda: not session.run.busy)
         assert (folders[-1] / "play2.csv").exists() is last
 
 
 def test_a_wrong_limit_is_said(session: Session, services: Offered) -> None:
     brief(session)
-    assert not session.plan_next(services, 2.0, {"speed": [-1.0]}, lambda _: None)
+    assert not session.export.plan(2.0, {"speed": [-1.0]}, lambda _: None)
     assert "limits" in session.message.text

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 
@@ -15,19 +17,19 @@ NEAR = 2e-3
 
 @pytest.fixture
 def loaded(session: Session) -> Session:
-    session.refresh_playback()
+    session.playback.refresh()
     assert session.wait_idle()
     return session
 
 
 def test_ghost_and_model_of_the_same_arm_stand_together(loaded: Session) -> None:
-    assert loaded.playback is not None and loaded.playback.ghost is not None
-    model, ghost = loaded.playback.motion.q, loaded.playback.ghost
+    assert loaded.playback.motion is not None and loaded.playback.motion.ghost is not None
+    model, ghost = loaded.playback.motion.motion.q, loaded.playback.motion.ghost
     assert np.abs(model[:, :2] - ghost[:, :2]).max() < NEAR
 
 
 def test_frames_follow_the_cursor(loaded: Session) -> None:
-    motion = loaded.playback
+    motion = loaded.playback.motion
     assert motion is not None
     assert motion.frame(0.0) == 0
     assert motion.frame(motion.seconds) == len(motion.motion.time) - 1
@@ -35,12 +37,12 @@ def test_frames_follow_the_cursor(loaded: Session) -> None:
 
 
 def test_playing_moves_the_cursor_and_pausing_stops_it(loaded: Session) -> None:
-    loaded.set_cursor(playing=True)
-    until(lambda: loaded.cursor.time > 0.0)
-    loaded.set_cursor(playing=False)
-    until(lambda: not loaded._player._running)
-    stands = loaded.cursor.time
-    assert loaded.cursor.time == stands
+    loaded.playback.move(playing=True)
+    until(lambda: loaded.playback.cursor.time > 0.0)
+    loaded.playback.move(playing=False)
+    until(lambda: not any(t.name == "player" for t in threading.enumerate()))
+    stands = loaded.playback.cursor.time
+    assert loaded.playback.cursor.time == stands
 
 
 def test_a_tick_that_fails_ends_no_playing(
@@ -50,22 +52,22 @@ def test_a_tick_that_fails_ends_no_playing(
         raise ZeroDivisionError
 
     with monkeypatch.context() as broken:
-        broken.setattr(loaded, "advance", fails)
-        loaded.set_cursor(playing=True)
+        broken.setattr(loaded.playback, "advance", fails)
+        loaded.playback.move(playing=True)
         until(lambda: loaded.faults.old == {Part.CURSOR})
-    until(lambda: loaded.cursor.time > 0.0 and not loaded.faults.old)
-    loaded.set_cursor(playing=False)
+    until(lambda: loaded.playback.cursor.time > 0.0 and not loaded.faults.old)
+    loaded.playback.move(playing=False)
 
 
 def test_cursor_starts_again_at_the_end(loaded: Session) -> None:
-    assert loaded.playback is not None
-    loaded.set_cursor(time=loaded.playback.seconds)
-    loaded.advance(0.1)
-    assert loaded.cursor.time == 0.0
+    assert loaded.playback.motion is not None
+    loaded.playback.move(time=loaded.playback.motion.seconds)
+    loaded.playback.advance(0.1)
+    assert loaded.playback.cursor.time == 0.0
 
 
 def test_another_recording_is_read_and_shown(loaded: Session) -> None:
-    loaded.set_cursor(recording="sweep", time=0.0)
+    loaded.playback.move(recording="sweep", time=0.0)
     assert loaded.wait_idle()
-    assert loaded.playback is not None and loaded.playback.recording == "sweep"
-    assert loaded.recording is not None and loaded.recording.role == "validate"
+    assert loaded.playback.motion is not None and loaded.playback.motion.recording == "sweep"
+    assert loaded.playback.recording is not None and loaded.playback.recording.role == "validate"

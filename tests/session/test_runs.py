@@ -15,7 +15,7 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.export.formats import model_formats
 from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
 from flexgui.session import Session
-from flexgui.session.run_state import DONE, QUEUED, RUNNING, STOPPED, Run
+from flexgui.session.run_state import DONE, QUEUED, RUNNING, STOPPED, RunState
 from flexgui.stages.data.uploads import scenario_file
 from flexgui.stages.export.panel import ExportPanel
 from tests.session.conftest import SOON, Offered
@@ -27,7 +27,7 @@ SAME = 1e-9
 
 def test_run_follows_its_events() -> None:
     generation = Generation(1, 1.0, 2.0, 3.0, None)  # type: ignore[arg-type]
-    run = Run(kind="identify").after(Queued(2))
+    run = RunState(kind="identify").after(Queued(2))
     assert (run.phase, run.place) == (QUEUED, 2)
     run = run.after(Started()).after(Stage("Identifying", 10)).after(Advanced(4))
     assert (run.phase, run.share, run.place) == (RUNNING, 0.4, None)
@@ -39,7 +39,7 @@ def test_run_follows_its_events() -> None:
 
 def test_only_the_newest_population_is_kept() -> None:
     """Thousands of generations of a long search would stay in memory."""
-    run = Run(kind="identify")
+    run = RunState(kind="identify")
     for k in range(3):
         members = np.ones((4, 2))
         run = run.after(NewGeneration("all", Generation(k, 1.0, 2.0, 3.0, np.ones(2), members)))
@@ -48,73 +48,76 @@ def test_only_the_newest_population_is_kept() -> None:
 
 def test_identification_gives_an_outcome_that_plays(session: Session, services: Offered) -> None:
     small(session)
-    assert session.identify(services)
-    until(lambda: session.outcome is not None)
-    assert session.run.phase == DONE and session.run.history
-    session.refresh_playback()
+    assert session.identification.start()
+    until(lambda: session.identification.outcome is not None)
+    assert session.run.state.phase == DONE and session.run.state.history
+    session.playback.refresh()
     assert session.wait_idle()
-    assert session.playback is not None and session.playback.fitted
+    assert session.playback.motion is not None and session.playback.motion.fitted
 
 
 def test_nobody_begins_another_job_before_the_result_of_the_first_is_taken_over(
     session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    taken, keep, said = threading.Event(), session._identified, list[bool]()
+    taken, keep, said = threading.Event(), session.identification._identified, list[bool]()
 
     def late(event: Event, scenario: Scenario) -> None:
         if isinstance(event, Finished):
             taken.wait(SOON)
-            said.append(session.busy)
+            said.append(session.run.busy)
         keep(event, scenario)
 
-    monkeypatch.setattr(session, "_identified", late)
+    monkeypatch.setattr(session.identification, "_identified", late)
     small(session)
-    assert session.identify(services)
-    until(lambda: session.job is not None and session.job.over)
-    assert session.busy and not session.identify(services)
+    assert session.identification.start()
+    until(lambda: session.run.job is not None and session.run.job.over)
+    assert session.run.busy and not session.identification.start()
     taken.set()
-    until(lambda: not session.busy)
-    assert session.outcome is not None
+    until(lambda: not session.run.busy)
+    assert session.identification.outcome is not None
     assert said == [True], "whichever thread asks"
 
 
 def test_a_second_job_is_refused_in_words(session: Session, services: Offered) -> None:
-    session.change(lambda d: d["identify"].update(LONG))
-    assert session.identify(services)
-    assert not session.identify(services)
+    session.document.change(lambda d: d["identify"].update(LONG))
+    assert session.identification.start()
+    assert not session.identification.start()
     assert "already" in session.message.text
-    session.stop()
-    until(lambda: not session.run.busy)
+    session.run.stop()
+    until(lambda: not session.run.state.busy)
 
 
 def test_stop_keeps_the_last_complete_result(session: Session, services: Offered) -> None:
     small(session)
-    session.identify(services)
-    until(lambda: session.outcome is not None)
-    complete = session.outcome
-    assert session.change(lambda d: d["identify"].update(LONG))
-    assert session.identify(services)
-    until(lambda: bool(session.run.history))
-    session.stop()
-    until(lambda: session.run.phase == STOPPED)
-    assert session.outcome is complete
+    session.identification.start()
+    until(lambda: session.identification.outcome is not None)
+    complete = session.identification.outcome
+    assert session.document.change(lambda d: d["identify"].update(LONG))
+    assert session.identification.start()
+    until(lambda: bool(session.run.state.history))
+    session.run.stop()
+    until(lambda: session.run.state.phase == STOPPED)
+    assert session.identification.outcome is complete
 
 
 def test_stop_without_an_earlier_result_shows_the_best_so_far(
     session: Session, services: Offered
 ) -> None:
-    session.change(lambda d: d["identify"].update(LONG))
-    session.identify(services)
-    until(lambda: bool(session.run.history))
-    session.stop()
-    until(lambda: session.outcome is not None)
-    assert session.outcome is not None and session.outcome.fits[0].stopped
+    session.document.change(lambda d: d["identify"].update(LONG))
+    session.identification.start()
+    until(lambda: bool(session.run.state.history))
+    session.run.stop()
+    until(lambda: session.identification.outcome is not None)
+    assert (
+        session.identification.outcome is not None
+        and session.identification.outcome.fits[0].stopped
+    )
 
 
 def test_a_scenario_that_cannot_run_says_why(session: Session, services: Offered) -> None:
-    session.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
-    session.identify(services)
-    until(lambda: not session.run.busy)
+    session.document.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
+    session.identification.start()
+    until(lambda: not session.run.state.busy)
     assert session.message.bad and "epsilom" in session.message.text
 
 
@@ -122,25 +125,25 @@ def test_downloaded_scenario_gives_the_same_numbers_on_the_command_line(
     session: Session, services: Offered, tmp_path: Path
 ) -> None:
     small(session)
-    session.identify(services)
-    until(lambda: session.outcome is not None)
-    name, content = scenario_file(session.scenario, session.folder)
+    session.identification.start()
+    until(lambda: session.identification.outcome is not None)
+    name, content = scenario_file(session.document.scenario, session.folder)
     (tmp_path / name).write_bytes(content)
     told = exported(tmp_path / name, tmp_path / "out")["parameters"]
-    assert session.outcome is not None
-    fit = session.outcome.fits[0]
+    assert session.identification.outcome is not None
+    fit = session.identification.outcome.fits[0]
     ours = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
     assert {p["name"]: p["value"] for p in told} == pytest.approx(ours, rel=SAME)
 
 
 def test_report_is_written_by_the_pool(session: Session, services: Offered) -> None:
-    assert not session.report(services, lambda folder: None)
+    assert not session.export.report(lambda folder: None)
     small(session)
-    session.identify(services)
-    until(lambda: session.outcome is not None)
-    until(lambda: session.job is None or session.job.over)
+    session.identification.start()
+    until(lambda: session.identification.outcome is not None)
+    until(lambda: session.run.job is None or session.run.job.over)
     done: list[Path] = []
-    assert session.report(services, done.append)
+    assert session.export.report(done.append)
     until(lambda: bool(done))
     assert (done[0] / "report.html").stat().st_size > 0
 
@@ -148,14 +151,18 @@ def test_report_is_written_by_the_pool(session: Session, services: Offered) -> N
 def test_a_job_of_a_scenario_that_was_left_is_not_heard_of_again(
     session: Session, services: Offered
 ) -> None:
-    session.change(lambda d: d["identify"].update(LONG))
-    session.identify(services)
-    until(lambda: bool(session.run.history))
-    job = session.job
-    session.choose("demo", services)
+    session.document.change(lambda d: d["identify"].update(LONG))
+    session.identification.start()
+    until(lambda: bool(session.run.state.history))
+    job = session.run.job
+    session.choose("demo")
     assert job is not None
     until(lambda: job.over)
-    assert session.outcome is None and not session.run.busy and not session.message.text
+    assert (
+        session.identification.outcome is None
+        and not session.run.state.busy
+        and not session.message.text
+    )
 
 
 def exporting(session: Session, services: Offered) -> tuple[ExportPanel, dict[str, bytes]]:
@@ -173,12 +180,12 @@ def exporting(session: Session, services: Offered) -> tuple[ExportPanel, dict[st
 def test_everything_says_which_recording_it_lacks(session: Session, services: Offered) -> None:
     small(session)
     assert bring(session, "own.csv", good_csv(session), services)
-    session.identify(services)
-    until(lambda: not session.busy and session.outcome is not None)
+    session.identification.start()
+    until(lambda: not session.run.busy and session.identification.outcome is not None)
     (session.folder / "own.csv").unlink()
     panel, sent = exporting(session, services)
     panel._from_export("")
-    until(lambda: not session.busy and bool(sent))
+    until(lambda: not session.run.busy and bool(sent))
     assert session.message.bad
     assert "without recordings" in session.message.text and "own.csv" in session.message.text
 
@@ -192,14 +199,14 @@ def test_compilers_and_second_servers_run_in_no_process_of_a_page(
     monkeypatch.setattr("subprocess.run", here)
     monkeypatch.setattr("viser.ViserServer", here)
     small(session)
-    session.identify(services)
-    until(lambda: not session.busy and session.playback is not None)
+    session.identification.start()
+    until(lambda: not session.run.busy and session.playback.motion is not None)
     panel, sent = exporting(session, services)
     for one in model_formats():
         panel._save_model(one)
-        until(lambda: not session.busy)
+        until(lambda: not session.run.busy)
     panel._save_playback()
-    until(lambda: not session.busy)
+    until(lambda: not session.run.busy)
     assert not session.message.bad, session.message.text
     endings = {name.rpartition("_")[2] for name in sent}
     assert endings >= {"model.fmu", "model.xml", "playback.html"}

@@ -43,19 +43,19 @@ def test_what_the_page_changes_survives_the_file(modulus: float, modes: int) -> 
 
 
 def test_bounds_move_with_the_value_that_they_are_about(session: Session) -> None:
-    session.change(arm_setting(session.scenario, "young_modulus", 2e9))
-    assert session.scenario.identify.bounds["epsilon"] == pytest.approx((1.6e9, 2.4e9))
+    session.document.change(arm_setting(session.document.scenario, "young_modulus", 2e9))
+    assert session.document.scenario.identify.bounds["epsilon"] == pytest.approx((1.6e9, 2.4e9))
 
 
 def test_a_bad_change_changes_nothing_and_says_why(session: Session) -> None:
-    before = session.scenario
-    assert not session.change(put(("identify", "population"), 1))
-    assert session.scenario == before
+    before = session.document.scenario
+    assert not session.document.change(put(("identify", "population"), 1))
+    assert session.document.scenario == before
     assert session.message.bad and "population" in session.message.text
 
 
 def test_a_refused_number_of_gains_is_said_before_anything_runs(session: Session) -> None:
-    assert not session.change(put(("drive", "gains"), [60.0]))
+    assert not session.document.change(put(("drive", "gains"), [60.0]))
     assert "gains" in session.message.text
 
 
@@ -79,9 +79,9 @@ def test_a_subscriber_that_fails_is_told_of_and_hides_no_news_from_others(
 
 
 def test_experiments_replace_the_simulated_recordings_only(session: Session) -> None:
-    session.change(lambda d: d["recordings"].append({"file": "mine.csv"}))
-    session.change(Experiments(count=3, sweep=False).edit(None))
-    files = [spec.file for spec in session.scenario.recordings]
+    session.document.change(lambda d: d["recordings"].append({"file": "mine.csv"}))
+    session.document.change(Experiments(count=3, sweep=False).edit(None))
+    files = [spec.file for spec in session.document.scenario.recordings]
     assert files == [None, None, None, "mine.csv"]
 
 
@@ -91,10 +91,12 @@ def test_default_experiments_are_the_papers() -> None:
 
 
 def test_noise_reaches_the_experiments_and_not_the_sweep(session: Session) -> None:
-    session.set_noise(None)
-    assert all(s.simulate and s.simulate.snr_db is None for s in session.scenario.recordings)
-    session.set_noise(30.0)
-    levels = [s.simulate.snr_db for s in session.scenario.recordings if s.simulate]
+    session.document.set_noise(None)
+    assert all(
+        s.simulate and s.simulate.snr_db is None for s in session.document.scenario.recordings
+    )
+    session.document.set_noise(30.0)
+    levels = [s.simulate.snr_db for s in session.document.scenario.recordings if s.simulate]
     assert levels == [30.0] * 7 + [None]
 
 
@@ -103,7 +105,7 @@ def test_every_ready_made_scenario_can_be_opened_or_says_what_is_missing(
 ) -> None:
     assert set(scenarios()) < set(scenario_choices()), "one list for page and command line"
     for name in scenario_choices():
-        opened = session.choose(name, services)  # type: ignore[arg-type]
+        opened = session.choose(name)
         assert opened or "was not found" in session.message.text
 
 

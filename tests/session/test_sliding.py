@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import flexgui.session.editing as editing
 from flexgui.core.errors import InputError
 from flexgui.core.recent import Recent
 from flexgui.places import WORK, is_kept
-from flexgui.session import Session, Topic
+from flexgui.session import Session, Topic, document
 from flexgui.session.edit import Edit, arm_setting, edited, put
 from flexgui.session.latest import TURNS
 from flexgui.session.records import packed, unpacked
@@ -23,19 +22,19 @@ SOON = 60.0
 
 def stiffness(session: Session, value: float) -> Edit:
     """Of the segments' material, in Pa."""
-    return arm_setting(session.scenario, "young_modulus", value)
+    return arm_setting(session.document.scenario, "young_modulus", value)
 
 
 def drawn(session: Session, value: float) -> bool:
     """Whether the arm that is shown has it."""
-    view = session.view
+    view = session.document.view
     return view is not None and view.scenario.arm.model_dump()["young_modulus"] == value
 
 
 @pytest.fixture
 def kept(session: Session) -> Session:
-    session.keep_here()
-    session.refresh_live()
+    session.store.begin()
+    session.document.refresh()
     assert session.wait_idle(SOON)
     return session
 
@@ -53,7 +52,7 @@ def test_places_that_a_hand_passes_are_not_heard_and_the_last_one_is_written_bef
     kept.subscribe(listen)
     with TURNS.begin():  # nobody else computes meanwhile
         for value in (0.91e9, 0.92e9, 0.93e9):
-            assert kept.slide(stiffness(kept, value))
+            assert kept.document.slide(stiffness(kept, value))
         assert not heard and not is_kept(kept.folder)
     assert kept.wait_idle(SOON) and drawn(kept, 0.93e9)
     assert [topic for topic, _ in heard].count(Topic.SCENARIO) == 1
@@ -66,41 +65,44 @@ def test_a_slid_scenario_is_heard_of_and_written_even_where_its_arm_cannot_be_co
     def fails(*_: object) -> LiveModel:
         raise InputError("no such arm")
 
-    monkeypatch.setattr(editing, "live_model", fails)
+    monkeypatch.setattr(document, "live_model", fails)
     heard: list[Topic] = []
     kept.subscribe(heard.append)
-    assert kept.slide(stiffness(kept, 0.94e9))
+    assert kept.document.slide(stiffness(kept, 0.94e9))
     assert kept.wait_idle(SOON)
     assert Topic.SCENARIO in heard and is_kept(kept.folder)
 
 
 def test_what_is_no_scenario_changes_nothing_under_a_hand_either(kept: Session) -> None:
-    before = kept.scenario
-    assert not kept.slide(put(("arm", "young_modulus"), -1.0))
-    assert kept.scenario is before and kept.message.bad
+    before = kept.document.scenario
+    assert not kept.document.slide(put(("arm", "young_modulus"), -1.0))
+    assert kept.document.scenario is before and kept.message.bad
 
 
 def test_sessions_at_the_same_place_share_scenario_and_model(kept: Session, tmp_path: Path) -> None:
     folder = tmp_path / "another"
     folder.mkdir()
-    other = Session("another-person", folder)
+    other = Session("another-person", folder, kept.services)
     for each in (kept, other):
-        assert each.slide(stiffness(each, 0.95e9))
+        assert each.document.slide(stiffness(each, 0.95e9))
         assert each.wait_idle(SOON)
-    assert kept.scenario is other.scenario
-    assert kept.view is other.view is not None
-    other.set_live(theta2=2.0)
+    assert kept.document.scenario is other.document.scenario
+    assert kept.document.view is other.document.view is not None
+    other.document.set_live(theta2=2.0)
     assert other.wait_idle(SOON)
-    assert kept.view is not other.view and kept.view.model is other.view.model  # type: ignore[union-attr]
+    assert (
+        kept.document.view is not other.document.view
+        and kept.document.view.model is other.document.view.model
+    )  # type: ignore[union-attr]
     other.close()
 
 
 def test_numbers_that_are_equal_but_not_the_same_kind_are_two_documents(kept: Session) -> None:
-    title = kept.scenario.title
-    one = edited(kept.scenario, put(("arm", "tip_mass"), 1.0), put(("title",), title))
-    two = edited(kept.scenario, put(("arm", "tip_mass"), 2.0), put(("title",), title))
+    title = kept.document.scenario.title
+    one = edited(kept.document.scenario, put(("arm", "tip_mass"), 1.0), put(("title",), title))
+    two = edited(kept.document.scenario, put(("arm", "tip_mass"), 2.0), put(("title",), title))
     assert one != two
-    assert edited(kept.scenario, put(("arm", "tip_mass"), 1.0)) is one
+    assert edited(kept.document.scenario, put(("arm", "tip_mass"), 1.0)) is one
 
 
 def test_what_is_known_is_bounded_and_the_oldest_goes_first() -> None:

@@ -45,28 +45,32 @@ NOT_THE_PAPERS = Path(__file__).parents[2] / "scenarios" / "mujoco" / "tip_paylo
 def quick(session: Session) -> Session:
     """With a scenario whose fits take a moment."""
     assert session.open(short().scenario)
-    session.choose_study(runs=2, at_once=1)
+    session.study.choose(runs=2, at_once=1)
     return session
 
 
 def ended(session: Session) -> None:
-    until(lambda: not session.study.busy)
+    until(lambda: not session.study.state.busy)
 
 
 def titles(session: Session) -> list[str]:
-    return [section.title for section in session.study.sections]
+    return [section.title for section in session.study.state.sections]
 
 
 @pytest.mark.long
 def test_a_study_gives_the_same_numbers_as_without_a_page(
     quick: Session, services: Offered
 ) -> None:
-    assert quick.start_study(services)
+    assert quick.study.start()
     ended(quick)
-    assert (quick.study.phase, quick.study.done, quick.study.total) == (DONE, 4, 4)
-    assert quick._study_run is not None
+    assert (quick.study.state.phase, quick.study.state.done, quick.study.state.total) == (
+        DONE,
+        4,
+        4,
+    )
+    assert quick.study.run is not None
     expected = records_of(study(short(runs=2), executor=Here(), only=["fits"]))
-    assert numbers(quick._study_run.records) == numbers(expected)
+    assert numbers(quick.study.run.records) == numbers(expected)
 
 
 def test_tables_and_figures_come_while_it_runs(quick: Session, services: Offered) -> None:
@@ -74,34 +78,34 @@ def test_tables_and_figures_come_while_it_runs(quick: Session, services: Offered
 
     def told(topic: Topic) -> None:
         if topic is Topic.STUDY:
-            seen.append((len(quick.study.sections), quick.study.busy))
+            seen.append((len(quick.study.state.sections), quick.study.state.busy))
 
     quick.subscribe(told)
-    quick.choose_study(runs=MANY)
-    quick.start_study(services)
+    quick.study.choose(runs=MANY)
+    quick.study.start()
     until(lambda: any(count and busy for count, busy in seen))
-    until(lambda: quick.study.remaining_seconds is not None)
-    quick.stop_study()
+    until(lambda: quick.study.state.remaining_seconds is not None)
+    quick.study.stop()
     ended(quick)
     assert titles(quick)[0] == "Estimates"
-    assert "Estimates at" in quick.study.sections[0].words
+    assert "Estimates at" in quick.study.state.sections[0].words
 
 
 def test_a_stopped_study_goes_on_and_repeats_nothing(quick: Session, services: Offered) -> None:
-    quick.choose_study(runs=MANY)
-    quick.start_study(services)
-    until(lambda: quick.study.done >= 2)
-    quick.stop_study()
+    quick.study.choose(runs=MANY)
+    quick.study.start()
+    until(lambda: quick.study.state.done >= 2)
+    quick.study.stop()
     ended(quick)
-    assert quick.study.phase == STOPPED and "kept" in quick.message.text
-    run = quick._study_run
+    assert quick.study.state.phase == STOPPED and "kept" in quick.message.text
+    run = quick.study.run
     assert run is not None
     before = (run.folder / JOURNAL).read_bytes()
     some = run.records
-    quick.choose_study(runs=max(r["answer"]["run"] for r in some.values()) + 1)
-    assert quick.start_study(services)
+    quick.study.choose(runs=max(r["answer"]["run"] for r in some.values()) + 1)
+    assert quick.study.start()
     ended(quick)
-    assert quick.study.phase == DONE and quick.study.before == len(some)
+    assert quick.study.state.phase == DONE and quick.study.state.before == len(some)
     after = (run.folder / JOURNAL).read_bytes()
     assert after.startswith(before)
     keys = [json.loads(line).get("key") for line in after.splitlines()]
@@ -111,12 +115,12 @@ def test_a_stopped_study_goes_on_and_repeats_nothing(quick: Session, services: O
 def test_the_export_is_what_the_command_goes_on_from(
     quick: Session, services: Offered, tmp_path: Path
 ) -> None:
-    assert not quick.export_study(services, lambda folder: None)
+    assert not quick.study.export(lambda folder: None)
     assert quick.message.bad
-    quick.start_study(services)
+    quick.study.start()
     ended(quick)
     done: list[Path] = []
-    assert quick.export_study(services, done.append)
+    assert quick.study.export(done.append)
     until(lambda: bool(done))
     with zipfile.ZipFile(BytesIO(zipped_folder(done[0]))) as archive:
         archive.extractall(tmp_path / "unpacked")
@@ -131,46 +135,46 @@ def test_the_export_is_what_the_command_goes_on_from(
 
 
 def test_another_scenario_ends_the_study_of_the_first(quick: Session, services: Offered) -> None:
-    quick.choose_study(runs=MANY)
-    quick.start_study(services)
-    until(lambda: quick.study.done >= 1)
-    run = quick._study_run
+    quick.study.choose(runs=MANY)
+    quick.study.start()
+    until(lambda: quick.study.state.done >= 1)
+    run = quick.study.run
     assert run is not None
-    quick.choose("demo", services)
-    assert quick.study.phase == IDLE and not quick.study.sections
+    quick.choose("demo")
+    assert quick.study.state.phase == IDLE and not quick.study.state.sections
     assert run.wait()
     done = run.done
     assert quick.open(short().scenario)
-    quick.choose_study(runs=1)
-    assert quick.start_study(services)
+    quick.study.choose(runs=1)
+    assert quick.study.start()
     ended(quick)
-    assert quick.study.phase == DONE and quick.study.before == min(done, 2)
+    assert quick.study.state.phase == DONE and quick.study.state.before == min(done, 2)
     assert not quick.message.bad
 
 
 def test_a_session_that_leaves_stops_its_study(quick: Session, services: Offered) -> None:
-    quick.choose_study(runs=MANY)
-    quick.start_study(services)
-    until(lambda: quick.study.done >= 1)
+    quick.study.choose(runs=MANY)
+    quick.study.start()
+    until(lambda: quick.study.state.done >= 1)
     services.pool.leave(quick.key)
     ended(quick)
-    assert quick.study.phase == STOPPED and quick.study.done < quick.study.total
+    assert quick.study.state.phase == STOPPED and quick.study.state.done < quick.study.state.total
 
 
 @pytest.mark.long
 def test_a_killed_worker_costs_no_case(quick: Session, services: Offered) -> None:
-    quick.choose_study(runs=20)
-    quick.start_study(services)
-    until(lambda: quick.study.done >= 1)
+    quick.study.choose(runs=20)
+    quick.study.start()
+    until(lambda: quick.study.state.done >= 1)
     os.kill(services.pool.worker_pids[0], signal.SIGKILL)
     ended(quick)
-    assert (quick.study.phase, quick.study.done) == (DONE, 40)
+    assert (quick.study.state.phase, quick.study.state.done) == (DONE, 40)
 
 
 def test_a_closed_session_leaves_no_thread(quick: Session, services: Offered) -> None:
-    quick.choose_study(runs=MANY)
-    quick.start_study(services)
-    run = quick._study_run
+    quick.study.choose(runs=MANY)
+    quick.study.start()
+    run = quick.study.run
     assert run is not None
     quick.close()
     assert run.wait()
@@ -179,62 +183,64 @@ def test_a_closed_session_leaves_no_thread(quick: Session, services: Offered) ->
 
 def test_other_sessions_have_their_turn(quick: Session, services: Offered, tmp_path: Path) -> None:
     """One worker, a study of hundreds of cases, and somebody who wants something small."""
-    quick.choose_study(runs=MANY)
-    quick.start_study(services)
-    until(lambda: quick.study.done >= 1)
+    quick.study.choose(runs=MANY)
+    quick.study.start()
+    until(lambda: quick.study.state.done >= 1)
     (tmp_path / "other").mkdir()
-    other = Session("another-person", tmp_path / "other")
+    other = Session("another-person", tmp_path / "other", quick.services)
     try:
         assert other.open(short().scenario)
-        assert other.identify(services)
-        until(lambda: other.outcome is not None)
-        assert quick.study.busy
+        assert other.identification.start()
+        until(lambda: other.identification.outcome is not None)
+        assert quick.study.state.busy
     finally:
         other.close()
-    quick.stop_study()
+    quick.study.stop()
     ended(quick)
 
 
 def test_a_second_start_is_refused_in_words(quick: Session, services: Offered) -> None:
-    quick.choose_study(runs=MANY)
-    quick.start_study(services)
-    assert not quick.start_study(services)
+    quick.study.choose(runs=MANY)
+    quick.study.start()
+    assert not quick.study.start()
     assert "under way" in quick.message.text
-    assert not quick.choose_study(runs=1)
-    quick.stop_study()
+    assert not quick.study.choose(runs=1)
+    quick.study.stop()
     ended(quick)
 
 
 def test_no_part_is_no_study(quick: Session, services: Offered) -> None:
-    quick.choose_study(parts=())
-    assert not quick.start_study(services)
+    quick.study.choose(parts=())
+    assert not quick.study.start()
     assert quick.message.bad and "Estimates" in quick.message.text
 
 
 def test_a_part_without_work_is_told(quick: Session, services: Offered) -> None:
-    assert quick.change(lambda d: d["identify"].update(parameters=["EI1", "EI2"], bounds={}))
-    quick.choose_study(parts=("prior",))
-    assert not quick.start_study(services)
+    assert quick.document.change(
+        lambda d: d["identify"].update(parameters=["EI1", "EI2"], bounds={})
+    )
+    quick.study.choose(parts=("prior",))
+    assert not quick.study.start()
     assert quick.message.bad and "Estimates" in quick.message.text
 
 
 def test_a_scenario_of_files_says_why(session: Session, services: Offered) -> None:
-    session.scenario = read_scenario(NOT_THE_PAPERS)
-    assert "study" in session.study_refusal and session.study_refusal.count(".\n") == 0
-    assert not session.start_study(services)
-    assert session.message.bad and session.study.phase == IDLE
+    session.document.scenario = read_scenario(NOT_THE_PAPERS)
+    assert "study" in session.study.refusal and session.study.refusal.count(".\n") == 0
+    assert not session.study.start()
+    assert session.message.bad and session.study.state.phase == IDLE
 
 
 def test_the_demo_can_be_studied(session: Session) -> None:
-    assert not session.study_refusal
-    assert session.study_choice == StudyChoice()
+    assert not session.study.refusal
+    assert session.study.choice == StudyChoice()
 
 
 def test_a_failing_case_ends_the_study_in_a_sentence(quick: Session, services: Offered) -> None:
-    assert quick.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
-    quick.start_study(services)
+    assert quick.document.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
+    quick.study.start()
     ended(quick)
-    assert quick.study.phase in (FAILED, IDLE)
+    assert quick.study.state.phase in (FAILED, IDLE)
     assert quick.message.bad and "epsilom" in quick.message.text
 
 
@@ -263,5 +269,5 @@ def test_a_study_of_the_page_survives_toml(session: Session) -> None:
     """Else the exported journal would belong to another study than the exported scenario."""
     from flexgui.core.scenario.read import scenario_toml
 
-    again = parse_scenario(scenario_toml(session.scenario), "again")
-    assert make_settings(again).identity == make_settings(session.scenario).identity
+    again = parse_scenario(scenario_toml(session.document.scenario), "again")
+    assert make_settings(again).identity == make_settings(session.document.scenario).identity

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from flexgui.classroom.challenging import Challenge
 from flexgui.core.errors import InputError
 from flexgui.session import Session
-from flexgui.stages.data import uploading
+from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.helpers import bring, good_csv
@@ -39,12 +39,12 @@ def test_a_bad_file_leaves_one_sentence_and_nothing_else(
     session: Session, services: Offered, case: str
 ) -> None:
     make, said = BAD[case]
-    before = session.scenario
+    before = session.document.scenario
     content = make(good_csv(session))
-    assert not session.upload(f"{case}.csv", content, services).result()
+    assert not session.recordings.upload(f"{case}.csv", content).result()
     assert session.message.bad and said in session.message.text
     assert case in session.message.text and "\n" not in session.message.text
-    assert session.scenario == before
+    assert session.document.scenario == before
     assert not list(session.folder.iterdir())
 
 
@@ -53,11 +53,14 @@ def test_rows_out_of_order_are_not_refused_but_asked_about(
 ) -> None:
     rows = good_csv(session).splitlines(keepends=True)
     swapped = b"".join([*rows[:9], rows[10], rows[9], *rows[11:]])
-    assert not session.upload("unsorted.csv", swapped, services).result()
+    assert not session.recordings.upload("unsorted.csv", swapped).result()
     assert not session.message.bad
-    assert session.waiting is not None and "resample" in session.waiting.settings()
-    assert session.read_waiting().result()
-    assert [one.entry["file"] for one in session.arrived] == ["unsorted.csv"]
+    assert (
+        session.recordings.waiting is not None
+        and "resample" in session.recordings.waiting.settings()
+    )
+    assert session.recordings.read_waiting().result()
+    assert [one.entry["file"] for one in session.recordings.arrived] == ["unsorted.csv"]
 
 
 def test_a_file_that_our_own_fault_keeps_from_being_read_is_not_blamed(
@@ -69,88 +72,93 @@ def test_a_file_that_our_own_fault_keeps_from_being_read_is_not_blamed(
     content = good_csv(session)
     with monkeypatch.context() as broken:
         broken.setattr(uploading, "waiting_for", fails)
-        assert not session.upload("own.csv", content, services).result()
+        assert not session.recordings.upload("own.csv", content).result()
     assert session.message.bad and "a fault of FlexGUI" in session.message.text
-    assert session.upload("own.csv", content, services).result()
+    assert session.recordings.upload("own.csv", content).result()
 
 
 def test_a_good_file_becomes_a_recording_and_is_shown(session: Session, services: Offered) -> None:
     assert bring(session, "th1.csv", good_csv(session), services)
-    assert session.scenario.recordings[-1].file == "th1.csv"
+    assert session.document.scenario.recordings[-1].file == "th1.csv"
     assert session.wait_idle()
-    assert session.recording is not None and session.recording.name == "th1"
-    assert session.playback is not None and session.playback.ghost is not None
+    assert session.playback.recording is not None and session.playback.recording.name == "th1"
+    assert session.playback.motion is not None and session.playback.motion.ghost is not None
 
 
 def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(
     session: Session, services: Offered
 ) -> None:
-    before = session.scenario
-    assert session.upload("own.csv", good_csv(session), services).result()
-    assert session.scenario == before and len(session.arrived) == 1
-    session.leave_arrived()
-    assert session.scenario == before and not session.arrived
+    before = session.document.scenario
+    assert session.recordings.upload("own.csv", good_csv(session)).result()
+    assert session.document.scenario == before and len(session.recordings.arrived) == 1
+    session.recordings.leave_arrived()
+    assert session.document.scenario == before and not session.recordings.arrived
     assert not list(session.folder.iterdir())
 
 
 def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
     session: Session, services: Offered
 ) -> None:
-    before = session.scenario.recordings
-    assert session.upload("own.csv", good_csv(session), services).result()
-    assert session.use_arrived(alone=True)
-    assert [s.file for s in session.scenario.recordings] == ["own.csv"]
-    assert len(session.aside) == len(before)
-    assert session.bring_back() and not session.aside
-    assert session.scenario.recordings[:-1] == before
-    assert session.scenario.recordings[-1].file == "own.csv"
+    before = session.document.scenario.recordings
+    assert session.recordings.upload("own.csv", good_csv(session)).result()
+    assert session.recordings.use_arrived(alone=True)
+    assert [s.file for s in session.document.scenario.recordings] == ["own.csv"]
+    assert len(session.recordings.aside) == len(before)
+    assert session.recordings.bring_back() and not session.recordings.aside
+    assert session.document.scenario.recordings[:-1] == before
+    assert session.document.scenario.recordings[-1].file == "own.csv"
 
 
 def test_own_recordings_stand_together_without_being_asked(
     session: Session, services: Offered
 ) -> None:
     content = good_csv(session)
-    assert session.upload("a.csv", content, services).result() and session.use_arrived(alone=True)
-    assert session.upload("b.csv", content, services).result() and not session.arrived
-    assert [s.file for s in session.scenario.recordings] == ["a.csv", "b.csv"]
+    assert session.recordings.upload("a.csv", content).result() and session.recordings.use_arrived(
+        alone=True
+    )
+    assert session.recordings.upload("b.csv", content).result() and not session.recordings.arrived
+    assert [s.file for s in session.document.scenario.recordings] == ["a.csv", "b.csv"]
 
 
 def test_two_files_that_arrive_wait_for_one_answer(session: Session, services: Offered) -> None:
     content = good_csv(session)
-    assert session.upload("a.csv", content, services).result()
-    assert session.upload("b.csv", content, services).result()
-    assert session.use_arrived(alone=True)
-    assert [s.file for s in session.scenario.recordings] == ["a.csv", "b.csv"]
+    assert session.recordings.upload("a.csv", content).result()
+    assert session.recordings.upload("b.csv", content).result()
+    assert session.recordings.use_arrived(alone=True)
+    assert [s.file for s in session.document.scenario.recordings] == ["a.csv", "b.csv"]
 
 
 def test_another_scenario_forgets_what_stood_aside(session: Session, services: Offered) -> None:
-    assert session.upload("own.csv", good_csv(session), services).result()
-    assert session.use_arrived(alone=True)
-    session.choose("demo", services)
-    assert not session.aside and not session.bring_back()
-    assert session.upload("own.csv", good_csv(session), services).result() and session.arrived
+    assert session.recordings.upload("own.csv", good_csv(session)).result()
+    assert session.recordings.use_arrived(alone=True)
+    session.choose("demo")
+    assert not session.recordings.aside and not session.recordings.bring_back()
+    assert (
+        session.recordings.upload("own.csv", good_csv(session)).result()
+        and session.recordings.arrived
+    )
 
 
 def test_a_challenge_waits_while_own_recordings_are_used_alone(
     session: Session, services: Offered
 ) -> None:
-    known = session.challenge = Challenge(4, "easy", "sealed")
-    assert session.upload("own.csv", good_csv(session), services).result()
-    assert session.use_arrived(alone=True) and session.challenge is None
-    assert session.bring_back() and session.challenge == known
+    known = session.challenge.state = Challenge(4, "easy", "sealed")
+    assert session.recordings.upload("own.csv", good_csv(session)).result()
+    assert session.recordings.use_arrived(alone=True) and session.challenge.state is None
+    assert session.recordings.bring_back() and session.challenge.state == known
 
 
 def test_the_same_name_twice_gives_two_recordings(session: Session, services: Offered) -> None:
     content = good_csv(session)
     assert bring(session, "th1.csv", content, services)
     assert bring(session, "th1.csv", content, services)
-    assert [s.file for s in session.scenario.recordings[-2:]] == ["th1.csv", "th1-2.csv"]
+    assert [s.file for s in session.document.scenario.recordings[-2:]] == ["th1.csv", "th1-2.csv"]
 
 
 def test_a_scenario_with_files_is_one_zip(session: Session, services: Offered) -> None:
     content = good_csv(session)
     bring(session, "th1.csv", content, services)
-    name, data = scenario_file(session.scenario, session.folder)
+    name, data = scenario_file(session.document.scenario, session.folder)
     assert name.endswith(".zip")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         assert archive.read("th1.csv") == content
@@ -158,30 +166,30 @@ def test_a_scenario_with_files_is_one_zip(session: Session, services: Offered) -
 
 
 def test_a_scenario_can_be_brought_back(session: Session, services: Offered) -> None:
-    name, data = scenario_file(session.scenario, session.folder)
-    session.change(lambda d: d["recordings"].clear())
-    assert session.upload(name, data, services).result()
-    assert len(session.scenario.recordings) == 8
+    name, data = scenario_file(session.document.scenario, session.folder)
+    session.document.change(lambda d: d["recordings"].clear())
+    assert session.recordings.upload(name, data).result()
+    assert len(session.document.scenario.recordings) == 8
 
 
 def test_a_zip_of_scenario_and_recordings_can_be_brought_back(
     session: Session, services: Offered
 ) -> None:
     bring(session, "th1.csv", good_csv(session), services)
-    name, data = scenario_file(session.scenario, session.folder)
+    name, data = scenario_file(session.document.scenario, session.folder)
     (session.folder / "th1.csv").unlink()
-    session.choose("demo", services)
-    assert session.upload(name, data, services).result()
-    assert session.scenario.recordings[-1].file == "th1.csv"
+    session.choose("demo")
+    assert session.recordings.upload(name, data).result()
+    assert session.document.scenario.recordings[-1].file == "th1.csv"
     assert (session.folder / "th1.csv").is_file()
 
 
 @pytest.mark.parametrize("content", [b"no zip at all", zipped({"a.csv": b"t"})])
 def test_a_bad_zip_is_refused_in_words(session: Session, services: Offered, content: bytes) -> None:
-    before = session.scenario
-    assert not session.upload("work.zip", content, services).result()
+    before = session.document.scenario
+    assert not session.recordings.upload("work.zip", content).result()
     assert session.message.bad and "work.zip" in session.message.text
-    assert session.scenario == before
+    assert session.document.scenario == before
 
 
 def archive(kind: int, **files: bytes) -> bytes:
@@ -240,7 +248,7 @@ def test_a_zip_with_the_name_of_a_folder_is_refused_in_words(
     """As a session has them for its reports and studies."""
     (session.folder / "export").mkdir()
     content = archive(zipfile.ZIP_STORED, a_toml=b"title = 3\n", export=b"t\n0\n")
-    assert not session.upload("work.zip", content, services).result()
+    assert not session.recordings.upload("work.zip", content).result()
     assert "export cannot be written" in session.message.text and session.message.bad
 
 

@@ -20,7 +20,7 @@ from flexgui.page.plot import Plot
 from flexgui.page.widgets import Rebuilt, Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.edit import arm_setting, put
-from flexgui.session.tour_card import holds_way_on
+from flexgui.session.tour import holds_way_on
 from flexgui.stages.arm.chart import chart
 from flexgui.views.dynamics import frequency_response, mode_table, noisy_step, phase_response, poles
 from flexgui.views.html import html_equations, html_matrices, html_table
@@ -55,8 +55,8 @@ class ArmPanel(Panel):
             "Noise of the simulated experiments; at the right end there is none.",
         )  # fmt: skip
         widgets.slider(
-            context, "Exaggerate", (1, 50, 1), lambda: session.live.exaggeration,
-            lambda v: session.set_live(exaggeration=v), "Enlarges the drawn deflection.",
+            context, "Exaggerate", (1, 50, 1), lambda: session.document.live.exaggeration,
+            lambda v: session.document.set_live(exaggeration=v), "Enlarges the drawn deflection.",
         )  # fmt: skip
         self._next = widgets.button(
             context, "Next: take measurements", lambda: session.show("Data"), prominent=True
@@ -79,19 +79,21 @@ class ArmPanel(Panel):
             self._matrices = Words(context.gui)
 
     def _mode(self) -> str:
-        mode = self.context.session.live.mode
+        mode = self.context.session.document.live.mode
         return STILL if mode is None else f"mode {mode + 1}"
 
     def _put_mode(self, text: str) -> None:
-        self.context.session.set_live(mode=None if text == STILL else int(text.split()[1]) - 1)
+        self.context.session.document.set_live(
+            mode=None if text == STILL else int(text.split()[1]) - 1
+        )
 
     def _snr(self) -> float:
-        snr = self.context.session.live.snr_db
+        snr = self.context.session.document.live.snr_db
         return NO_NOISE_DB if snr is None else snr
 
     def _put_snr(self, value: float) -> None:
         snr = None if value >= NO_NOISE_DB else float(value)
-        self.context.session.set_noise(snr)
+        self.context.session.document.set_noise(snr)
 
     def build_plots(self) -> None:
         gui = self.context.gui
@@ -102,8 +104,8 @@ class ArmPanel(Panel):
         self._phase = Lines(self.context, HEIGHT, "Phase")
 
     def refresh(self) -> None:
-        session, view = self.context.session, self.context.session.view
-        self._title.show(paragraph(session.scenario.title, "lead"))
+        session, view = self.context.session, self.context.session.document.view
+        self._title.show(paragraph(session.document.scenario.title, "lead"))
         self._sliders.refresh()
         self._next.color = "gray" if holds_way_on(session) else "blue"
         if view is None:
@@ -118,7 +120,7 @@ class ArmPanel(Panel):
 
     def settle(self) -> None:
         """What a hand on a slider need not wait for: the phase below the poles, the matrices."""
-        view = self.context.session.view
+        view = self.context.session.document.view
         if view is not None:
             self._phase.show(phase_response(view.frequency))
         if view is not None and view.scenario is not self._shown_matrices:
@@ -188,8 +190,8 @@ class ArmSliders:
     def __init__(self, context: PageContext, first: Any, more: Any) -> None:
         self._context = context
         self._scenario, self._built = (
-            context.session.scenario,
-            build_arm(context.session.scenario.arm),
+            context.session.document.scenario,
+            build_arm(context.session.document.scenario.arm),
         )
         self._first, self._more = Rebuilt(context, first), Rebuilt(context, more)
         self.refresh()
@@ -205,7 +207,7 @@ class ArmSliders:
     @property
     def _arm(self) -> Arm:
         """Built once per scenario: every slider asks for it after every change."""
-        scenario = self._context.session.scenario
+        scenario = self._context.session.document.scenario
         if scenario is not self._scenario:
             self._scenario, self._built = scenario, build_arm(scenario.arm)
         return self._built
@@ -213,19 +215,19 @@ class ArmSliders:
     @property
     def _drive_sliders(self) -> tuple[DriveSlider, ...]:
         """Those that the class of the scenario's drive names."""
-        kind = self._context.session.scenario.drive.kind
+        kind = self._context.session.document.scenario.drive.kind
         return drive_classes().get(kind, Drive).sliders
 
     def _stated(self, slider: DriveSlider) -> list[float]:
         """One number per joint; none where the scenario leaves the setting out."""
-        return list(self._context.session.scenario.drive.options.get(slider.setting) or ())
+        return list(self._context.session.document.scenario.drive.options.get(slider.setting) or ())
 
     def _build_first(self) -> None:
-        context, session, arm = self._context, self._context.session, self._arm
+        context, document, arm = self._context, self._context.session.document, self._arm
         if arm.joints > 1:
             widgets.slider(
-                context, "θ2 [deg]", THETA2, lambda: round(math.degrees(session.live.theta2), 3),
-                lambda deg: session.set_live(theta2=math.radians(deg)),
+                context, "θ2 [deg]", THETA2, lambda: round(math.degrees(document.live.theta2), 3),
+                lambda deg: document.set_live(theta2=math.radians(deg)),
                 "Working point: the angle of the second joint.",
             )  # fmt: skip
         if arm.segments[0].has_section:
@@ -260,7 +262,9 @@ class ArmSliders:
             return float(getattr(self._arm.segments[0], name) or unit) / unit
 
         def change(value: float) -> bool:
-            return session.slide(arm_setting(session.scenario, name, value * unit))
+            return session.document.slide(
+                arm_setting(session.document.scenario, name, value * unit)
+            )
 
         widgets.slider(self._context, label, around(get(), limits), get, change, hint)
 
@@ -278,8 +282,8 @@ class ArmSliders:
                 return False
             values[k] = int(value) if whole else value
             # Another number of modes is compiled first, so that is kept at once.
-            put_in = session.change if whole else session.slide
-            return put_in(arm_setting(session.scenario, name, values))
+            put_in = session.document.change if whole else session.document.slide
+            return put_in(arm_setting(session.document.scenario, name, values))
 
         shown = limits if whole else around(get(), limits)
         widgets.slider(self._context, label, shown, get, change, hint)
@@ -295,7 +299,7 @@ class ArmSliders:
         if k >= len(values):
             return False
         values[k] = float(value)
-        return self._context.session.slide(put(("drive", one.setting), values))
+        return self._context.session.document.slide(put(("drive", one.setting), values))
 
 
 def around(value: float, limits: Limits) -> Limits:

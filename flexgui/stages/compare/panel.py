@@ -70,10 +70,10 @@ class ComparePanel(Panel):
 
     @property
     def _comparisons(self) -> tuple[RecordingComparison, ...]:
-        return self.context.session.comparisons
+        return self.context.session.comparison.shown
 
     def _current(self) -> RecordingComparison | None:
-        name = self.context.session.cursor.recording
+        name = self.context.session.playback.cursor.recording
         found = [c for c in self._comparisons if c.recording == name]
         return next(iter(found or self._comparisons), None)
 
@@ -111,13 +111,13 @@ class ComparePanel(Panel):
 
     def _which(self) -> str:
         """Which fit the errors are of: they change where the diagnosis has made its own."""
-        outcome = self.context.session.outcome
+        outcome = self.context.session.identification.outcome
         return which_fit(self._comparisons, () if outcome is None else outcome.fits)
 
     def _channels(self, current: RecordingComparison) -> tuple[str, ...]:
         fitted = tuple(c.channel for c in current.channels if c.fitted)
         if self._shown_output == WORST:
-            failing = self.context.session.failing
+            failing = self.context.session.comparison.failing
             return (worst_output(current, {} if failing is None else failing.floors),)
         return fitted if self._shown_output == ALL else (self._shown_output,)
 
@@ -125,7 +125,7 @@ class ComparePanel(Panel):
         session, current = self.context.session, self._current()
         if current is None or not current.channels:
             return None
-        return float(current.channels[0].time[0]) + session.cursor.time
+        return float(current.channels[0].time[0]) + session.playback.cursor.time
 
     def move_cursor(self) -> None:
         self._signals.move_cursor(self._cursor())
@@ -134,7 +134,7 @@ class ComparePanel(Panel):
     def _chosen(self, name: str) -> bool:
         if name == NONE:
             return False
-        self.context.session.set_cursor(recording=name, time=0.0)
+        self.context.session.playback.move(recording=name, time=0.0)
         return True
 
     def _picked(self, name: str) -> bool:
@@ -145,7 +145,7 @@ class ComparePanel(Panel):
     def _validation(self) -> None:
         found = next((c for c in self._comparisons if c.role == VALIDATE), None)
         if found is not None:
-            self.context.session.set_cursor(recording=found.recording, time=0.0, playing=True)
+            self.context.session.playback.move(recording=found.recording, time=0.0, playing=True)
 
 
 def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:

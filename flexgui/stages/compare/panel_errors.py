@@ -62,7 +62,7 @@ class Failing:
     def refresh(self, current: RecordingComparison | None, redraw: Callable[[], None]) -> bool:
         """Whether the signals themselves are to be shown; `current` is under the cursor."""
         self._redraw = redraw
-        failing = self._context.session.failing
+        failing = self._context.session.comparison.failing
         if self._of is not failing:
             self._of, self._drawn = failing, None
             self._maps = None if failing is None else failing.maps
@@ -77,7 +77,7 @@ class Failing:
             return self._maps is None or self._shown == SIGNALS
         if self._drawn != (view.kind, current.recording):
             self._drawn = (view.kind, current.recording)
-            self._draw(view, Seen(current, self._context.session.comparisons, self._maps))
+            self._draw(view, Seen(current, self._context.session.comparison.shown, self._maps))
         return False
 
     def move_cursor(self) -> None:
@@ -120,7 +120,7 @@ class Failing:
         cell, session = worst[k], self._context.session
         in_time = cell.axis == "time"
         at = 0.5 * (cell.low + cell.high) if in_time else worst_time(self._maps, cell)
-        session.set_cursor(recording=cell.recording, time=at, playing=False)
+        session.playback.move(recording=cell.recording, time=at, playing=False)
         self._shown = SIGNALS if in_time else ErrorByFrequency.title
         self._choice.value = self._shown
         self._redraw()
@@ -181,7 +181,7 @@ class Missing:
     def _cursor(self) -> float | None:
         if not self._drawn:
             return None
-        return float(self._drawn[0].time[0]) + self._context.session.cursor.time
+        return float(self._drawn[0].time[0]) + self._context.session.playback.cursor.time
 
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""

@@ -69,7 +69,7 @@ class DataPanel(Panel):
         self._rig = RigChoice(context)
         self._upload = gui.add_upload_button(
             "Upload a recording or a scenario",
-            hint=upload_hint(context.services),
+            hint=upload_hint(context.session.services),
             disabled=context.read_only,
             color="gray",
         )
@@ -78,18 +78,20 @@ class DataPanel(Panel):
         self._pick = gui.add_dropdown("Scenario", tuple(scenario_choices()))
         widgets.button(
             context, "Open this scenario",
-            lambda: context.session.choose(str(self._pick.value), context.services),
+            lambda: context.session.choose(str(self._pick.value)),
         )  # fmt: skip
 
     def _names(self) -> tuple[str, ...]:
-        return tuple(spec.name for spec in self.context.session.scenario.recordings) or (NONE,)
+        return tuple(spec.name for spec in self.context.session.document.scenario.recordings) or (
+            NONE,
+        )
 
     def _name(self) -> str:
-        names, name = self._names(), self.context.session.cursor.recording
+        names, name = self._names(), self.context.session.playback.cursor.recording
         return name if name in names else names[0]
 
     def _simulate_controls(self) -> None:
-        context, session = self.context, self.context.session
+        context, document = self.context, self.context.session.document
         self._field("From θ2 [deg]", "first", 5.0, 175.0, 0.5, math.pi / 180.0)
         self._field("To θ2 [deg]", "last", 5.0, 175.0, 0.5, math.pi / 180.0)
         self._field("Points", "count", 1, 15, 1)
@@ -101,8 +103,8 @@ class DataPanel(Panel):
         )  # fmt: skip
         self._field("Size [rad/s]", "amplitude", 0.01, 2.0, 0.01)
         widgets.slider(
-            context, "SNR [dB]", (0, 60, 1), lambda: 60 if session.live.snr_db is None
-            else session.live.snr_db, lambda v: session.set_noise(None if v >= 60 else float(v)),
+            context, "SNR [dB]", (0, 60, 1), lambda: 60 if document.live.snr_db is None
+            else document.live.snr_db, lambda v: document.set_noise(None if v >= 60 else float(v)),
             "Noise of the camera; at the right end there is none.",
         )  # fmt: skip
         self._field("Seed", "seed", 0, 10000, 1)
@@ -131,18 +133,18 @@ class DataPanel(Panel):
 
     def _simulate(self) -> None:
         session = self.context.session
-        if session.change(self._wanted.edit(session.live.snr_db)):
-            count = len(session.scenario.recordings)
+        if session.document.change(self._wanted.edit(session.document.live.snr_db)):
+            count = len(session.document.scenario.recordings)
             session.show_message(f"The scenario now has {count} recordings; one of them is shown.")
 
     def _uploaded(self, event: Any) -> None:
         file = event.target.value
-        self.context.session.upload(file.name, file.content, self.context.services)
+        self.context.session.recordings.upload(file.name, file.content)
 
     def _chosen(self, name: str) -> bool:
         if name == NONE:
             return False
-        self.context.session.set_cursor(recording=name, time=0.0, playing=False)
+        self.context.session.playback.move(recording=name, time=0.0, playing=False)
         return True
 
     def build_plots(self) -> None:
@@ -158,21 +160,21 @@ class DataPanel(Panel):
             self._choice.options = names
         if self._choice.value != self._name():
             self._choice.value = self._name()
-        specs = session.scenario.recordings
+        specs = session.document.scenario.recordings
         fitted = sum(spec.role == "estimate" for spec in specs)
         self._lead.show(paragraph(f"{fitted} to fit, {len(specs) - fitted} to validate.", "lead"))
         findings = {spec.name: wording_of(session, spec.name) for spec in specs}
-        self._list.show(html_table(listed(session.scenario, findings)))
+        self._list.show(html_table(listed(session.document.scenario, findings)))
         # Where nothing can be fitted yet, or a file waits for an answer, that comes first.
-        asked = session.waiting is not None or session.arrived
+        asked = session.recordings.waiting is not None or session.recordings.arrived
         self._next.color = "blue" if fitted and not asked else "gray"
         self._findings.refresh(self._name())
         self._one.refresh()
         self._arrived.refresh()
         self._columns.refresh()
         self._rig.refresh()
-        self._experiments.visible = offered = has_working_points(session.scenario)
-        recording = session.recording
+        self._experiments.visible = offered = has_working_points(session.document.scenario)
+        recording = session.playback.recording
         if recording is None or names == (NONE,):
             self._about.show(paragraph(EMPTY.format(SIMULATE if offered else UPLOAD), "soft"))
             self._plot.show(None)
@@ -180,16 +182,16 @@ class DataPanel(Panel):
             return
         samples = f"{len(recording.time)} samples, {1.0 / recording.sample_time:.4g} Hz"
         self._about.show(paragraph(f"{recording.name}: {samples}.", "lead"))
-        joints = build_arm(session.scenario.arm).segments
+        joints = build_arm(session.document.scenario.arm).segments
         slides = [segment.joint == "prismatic" for segment in joints]
         self._plot.show(preview(recording, slides), self._cursor())
         self._warnings.show(joined(*(paragraph(text, "soft") for text in recording.warnings)))
 
     def _cursor(self) -> float | None:
         session = self.context.session
-        if session.recording is None:
+        if session.playback.recording is None:
             return None
-        return float(session.recording.time[0]) + session.cursor.time
+        return float(session.playback.recording.time[0]) + session.playback.cursor.time
 
     def move_cursor(self) -> None:
         self._plot.move_cursor(self._cursor())

@@ -32,7 +32,10 @@ class ColumnChoice:
             self._lead = Words(gui)
             self._rows = RowChoice(context)
             self._read = widgets.button(
-                context, "Read the file", lambda: context.session.read_waiting(), prominent=True
+                context,
+                "Read the file",
+                lambda: context.session.recordings.read_waiting(),
+                prominent=True,
             )
             self._correcting = False
             self._correct = widgets.button(context, "Correct a row", self._begin_correcting)
@@ -40,9 +43,11 @@ class ColumnChoice:
             with self._more:
                 self._question_controls()
                 self._again = widgets.button(
-                    context, "Start over", lambda: context.session.ask_again()
+                    context, "Start over", lambda: context.session.recordings.ask_again()
                 )
-            widgets.button(context, "Cancel import", lambda: context.session.leave_file())
+            widgets.button(
+                context, "Cancel import", lambda: context.session.recordings.leave_file()
+            )
 
     def _question_controls(self) -> None:
         context, gui, off = self._context, self._context.gui, self._context.read_only
@@ -61,12 +66,12 @@ class ColumnChoice:
         self._point: Any = gui.add_number("Fixed at [deg]", 90.0, step=0.1, disabled=off)
         self._stood = widgets.button(context, "No column: θ₂ was fixed", self._put_point)
         self._none = widgets.button(
-            context, "The file has none", lambda: context.session.no_column(self._asked)
+            context, "The file has none", lambda: context.session.recordings.no_column(self._asked)
         )
 
     def refresh(self) -> None:
         """Hidden where no file waits."""
-        waiting, before = self._context.session.waiting, self._shown
+        waiting, before = self._context.session.recordings.waiting, self._shown
         self._shown = waiting
         self._correcting = self._correcting and waiting is not None
         if waiting is not None and waiting is not before:
@@ -127,7 +132,7 @@ class ColumnChoice:
                 "The scale factor must not be zero; change it.", bad=True
             )
             return False
-        return self._context.session.map_column(
+        return self._context.session.recordings.map_column(
             self._asked, str(self._column.value), gain,
             -1 if self._negative.value else 1, str(self._unit.value),
         )  # fmt: skip
@@ -137,7 +142,7 @@ class ColumnChoice:
         if waiting is None or not math.isfinite(value):
             return
         turns = waiting.units.get(POINT, "rad") == "rad"
-        self._context.session.answer(theta2=math.radians(value) if turns else value)
+        self._context.session.recordings.answer(theta2=math.radians(value) if turns else value)
 
 
 def _more(waiting: Waiting) -> str:
@@ -179,19 +184,19 @@ def _source(waiting: Waiting, channel: str, header: str) -> str:
 
 
 def _drawn(waiting: Waiting, header: str) -> Markup:
-    found = None if waiting.glance is None else waiting.glance.pictures.get(header)
+    found = None if waiting.inspection is None else waiting.inspection.pictures.get(header)
     return Markup("") if found is None else sparkline(*found, size=PICTURE, title=header)
 
 
 def _judged(waiting: Waiting, channel: str) -> Markup:
-    wording, glance = waiting.wording_of(channel), waiting.glance
+    wording, inspection = waiting.wording_of(channel), waiting.inspection
     if wording is not None:
         text, evidence = title_of(wording[0]), wording[1]
         return Markup("<td class='alarm' title='{}'>{}</td>").format(evidence, text)
-    changed = None if glance is None else glance.taken_in.get(channel)
+    changed = None if inspection is None else inspection.taken_in.get(channel)
     if changed is not None:
         return Markup("<td class='soft'>{}</td>").format(changed)
-    return Markup("<td>{}</td>").format("✓" if glance is not None else "")
+    return Markup("<td>{}</td>").format("✓" if inspection is not None else "")
 
 
 def _fixed(waiting: Waiting) -> str:
@@ -231,11 +236,13 @@ class RowChoice:
     def __init__(self, context: PageContext) -> None:
         self._context, session = context, context.session
         self._clock = self._dropdown(
-            "Uneven time", CLOCK, lambda text: session.answer(clock=CLOCK[text])
+            "Uneven time", CLOCK, lambda text: session.recordings.answer(clock=CLOCK[text])
         )
-        self._gaps = self._dropdown("Gaps", GAPS, lambda text: session.answer(gaps=GAPS[text]))
+        self._gaps = self._dropdown(
+            "Gaps", GAPS, lambda text: session.recordings.answer(gaps=GAPS[text])
+        )
         self._rate = self._dropdown(
-            "Sample rate", (AS_RECORDED,), lambda text: session.answer(rate=_rate(text))
+            "Sample rate", (AS_RECORDED,), lambda text: session.recordings.answer(rate=_rate(text))
         )
 
     def _dropdown(self, label: str, options: Any, put: Any) -> Any:

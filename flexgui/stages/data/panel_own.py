@@ -26,16 +26,27 @@ class Arrivals:
         with self._folder:
             self._lead = Words(gui)
             self._alone = widgets.button(
-                context, "Use it alone", lambda: session.use_arrived(alone=True), prominent=True
+                context,
+                "Use it alone",
+                lambda: session.recordings.use_arrived(alone=True),
+                prominent=True,
             )
-            self._beside = widgets.button(context, "Add", lambda: session.use_arrived(alone=False))
-            self._leave = widgets.button(context, "Cancel import", lambda: session.leave_arrived())
-            self._back = widgets.button(context, "Restore", lambda: session.bring_back())
+            self._beside = widgets.button(
+                context, "Add", lambda: session.recordings.use_arrived(alone=False)
+            )
+            self._leave = widgets.button(
+                context, "Cancel import", lambda: session.recordings.leave_arrived()
+            )
+            self._back = widgets.button(context, "Restore", lambda: session.recordings.bring_back())
 
     def refresh(self) -> None:
         """Hidden where there is nothing to say."""
         session = self._context.session
-        arrived, count, aside = session.arrived, len(session.scenario.recordings), session.aside
+        arrived, count, aside = (
+            session.recordings.arrived,
+            len(session.document.scenario.recordings),
+            session.recordings.aside,
+        )
         one = len(arrived) == 1
         present = f"the {count} present recordings" if count > 1 else "the present recording"
         self._alone.label = "Use it alone" if one else f"Use these {len(arrived)} alone"
@@ -76,27 +87,27 @@ class RigChoice:
     """Asked first: it says which signals a file must hold."""
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
+        self._context, recordings = context, context.session.recordings
         titles = tuple(rig.title for rig in RIGS)
         widgets.choice(
             context, "Rig", (*titles, OTHER), self._title,
-            lambda title: context.session.choose_rig(title) if title != OTHER else False,
+            lambda title: recordings.choose_rig(title) if title != OTHER else False,
             "What drives the joints, and what of it was recorded.",
         )  # fmt: skip
         arms = arm_choices()
         widgets.choice(
             context, "Arm", (*arms, OWN), self._arm,
-            lambda name: context.session.choose_arm(arms[name]) if name in arms else False,
+            lambda name: recordings.choose_arm(arms[name]) if name in arms else False,
             "Its values can be changed in the stage Arm.",
         )  # fmt: skip
         self._fields = {name: self._field(name, label) for name, label in CONSTANTS.items()}
 
     def _title(self) -> str:
-        rig = rig_of(self._context.session.scenario)
+        rig = rig_of(self._context.session.document.scenario)
         return OTHER if rig is None else rig.title
 
     def _arm(self) -> str:
-        preset = self._context.session.scenario.arm.preset
+        preset = self._context.session.document.scenario.arm.preset
         return next((name for name, known in arm_choices().items() if known == preset), OWN)
 
     def _field(self, name: str, label: str) -> Any:
@@ -109,7 +120,7 @@ class RigChoice:
         )
 
     def _shown(self, name: str) -> str:
-        values = self._context.session.scenario.drive.options.get(name) or ()
+        values = self._context.session.document.scenario.drive.options.get(name) or ()
         return ", ".join(f"{x:g}" for x in values)
 
     def _put(self, name: str, text: str) -> bool:
@@ -118,11 +129,11 @@ class RigChoice:
             values = [float(part) for part in text.replace(";", ",").split(",")]
         except ValueError:
             return False
-        return self._context.session.change(put(("drive", name), values))
+        return self._context.session.document.change(put(("drive", name), values))
 
     def refresh(self) -> None:
         """Only what the rig has is shown."""
-        options = self._context.session.scenario.drive.options
+        options = self._context.session.document.scenario.drive.options
         for name, field in self._fields.items():
             visible = bool(options.get(name))
             if field.visible != visible:

@@ -67,7 +67,9 @@ class OneRecording:
             lambda v: self._put(float(v), "camera", "scale"), 1e-6, 1e6, 0.001,
         )  # fmt: skip
         widgets.button(
-            context, "Choose its columns …", lambda: context.session.choose_columns(self._spec.name)
+            context,
+            "Choose its columns …",
+            lambda: context.session.recordings.choose_columns(self._spec.name),
         )
         self._gained = gui.add_dropdown("Column", ("z1",))
         self._gain = gui.add_number("Gain", 1.0, step=0.01)
@@ -77,17 +79,21 @@ class OneRecording:
     @property
     def _index(self) -> int:
         session = self._context.session
-        names = [spec.name for spec in session.scenario.recordings]
-        return names.index(session.cursor.recording) if session.cursor.recording in names else 0
+        names = [spec.name for spec in session.document.scenario.recordings]
+        return (
+            names.index(session.playback.cursor.recording)
+            if session.playback.cursor.recording in names
+            else 0
+        )
 
     @property
     def _spec(self) -> RecordingSpec:
-        specs = self._context.session.scenario.recordings
+        specs = self._context.session.document.scenario.recordings
         return specs[self._index] if specs else RecordingSpec(file="-")
 
     def _put(self, value: Any, *path: str) -> bool:
         session = self._context.session
-        return bool(session.scenario.recordings) and session.change(
+        return bool(session.document.scenario.recordings) and session.document.change(
             put(recording(self._index, *path), value)
         )
 
@@ -112,17 +118,17 @@ class OneRecording:
 
     def _remove(self) -> bool:
         index, session = self._index, self._context.session
-        if not session.scenario.recordings:
+        if not session.document.scenario.recordings:
             return False
 
         def edit(document: Document) -> None:
             document["recordings"].pop(index)
 
-        return session.change(edit)
+        return session.document.change(edit)
 
     def refresh(self) -> None:
         """Columns and limits of the recording that is shown now."""
-        found = self._context.session.recording
+        found = self._context.session.playback.recording
         self._file.visible = self._spec.simulate is None
         if found is None:
             return
@@ -153,7 +159,7 @@ class FindingList:
             self._places = [self._place(k) for k in range(MOST)]
             self._applied = Words(gui)
             self._look = widgets.button(
-                context, "Check the recordings", lambda: context.session.check_recordings(),
+                context, "Check the recordings", lambda: context.session.check.start(),
                 hint="Units, signs, swapped joints, delays, gaps, clipped or dead channels, …",
             )  # fmt: skip
 
@@ -163,13 +169,13 @@ class FindingList:
 
     def _mend(self, k: int) -> None:
         if k < len(self._found):
-            self._context.session.mend(self._found[k])
+            self._context.session.check.mend(self._found[k])
 
     def refresh(self, recording: str) -> None:
         """Of the recording that is shown."""
         session = self._context.session
-        self._found = session.findings_of(recording)
-        self._folder.visible = bool(session.scenario.recordings)
+        self._found = session.check.findings_of(recording)
+        self._folder.visible = bool(session.document.scenario.recordings)
         lead = _lead(session, recording, len(self._found))
         self._lead.show(paragraph(lead, _look(session, self._found)))
         for k, (words, mend) in enumerate(self._places):
@@ -180,21 +186,21 @@ class FindingList:
                 mend.visible = can
             if one is not None and can:
                 mend.label = f"Mend {one.channel}"
-        lines = session.mended.get(recording, ())
+        lines = session.check.mended.get(recording, ())
         more = len(self._found) - MOST
         rest = paragraph(f"{more} more follow once these are mended.", "soft") if more > 0 else ""
         self._applied.show(joined(rest, lines_applied(lines)) if rest or lines else Markup(""))
-        done = session.checking or session.is_checked
-        self._look.label = "Checking …" if session.checking else "Check the recordings"
-        self._look.visible = not done or session.checking
+        done = session.check.running or session.check.is_checked
+        self._look.label = "Checking …" if session.check.running else "Check the recordings"
+        self._look.visible = not done or session.check.running
 
 
 def _lead(session: Session, recording: str, count: int) -> str:
-    if session.checking:
+    if session.check.running:
         return "The recordings are being checked."
-    if not session.is_checked:
+    if not session.check.is_checked:
         return "Not checked yet."
-    if not session.was_looked_at(recording):
+    if not session.check.was_looked_at(recording):
         return "Simulated by the model; the recordings from files were checked."
     if not count:
         return "The check finds nothing wrong with this recording."
@@ -202,12 +208,12 @@ def _lead(session: Session, recording: str, count: int) -> str:
 
 
 def _look(session: Session, found: tuple[Finding, ...]) -> str:
-    return "lead" if found and not session.checking else "soft"
+    return "lead" if found and not session.check.running else "soft"
 
 
 def wording_of(session: Session, recording: str) -> str:
     """One word for the list of recordings."""
-    if not session.is_checked or not session.was_looked_at(recording):
-        return "…" if session.checking else ""
-    count = len(session.findings_of(recording))
+    if not session.check.is_checked or not session.check.was_looked_at(recording):
+        return "…" if session.check.running else ""
+    count = len(session.check.findings_of(recording))
     return "good" if not count else f"{count} finding{'s' if count > 1 else ''}"

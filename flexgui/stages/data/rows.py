@@ -1,18 +1,12 @@
-"""A file that a person brought: its headings and its rate, whether its rows are even in time, and
-what of them is empty."""
+"""The rows of a file: whether they are even in time, and what of them is empty."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from flexgui.core.progress import Progress
-    from flexgui.core.scenario.schema import Scenario
 
 
 @dataclass(frozen=True)
@@ -29,26 +23,6 @@ class Rows:
     """Hz, the usual one; 0 without a clock."""
     parts: tuple[tuple[float, float], ...] = ()
     """s, from where to where nothing is missing for long."""
-
-
-def rows_of(folder: str, file: str, columns: Mapping[str, Any], *, progress: Progress) -> Rows:
-    """InputError where the file is no table, or none of the folder.
-
-    Args:
-        folder: The session's.
-        file: A name in it.
-        columns: Channel -> the scenario's entry under `columns`.
-        progress: How much of the file is read.
-    """
-    from flexgui.core.recording.read_table import read_table
-    from flexgui.core.scenario.data_folder import Within
-
-    table = read_table(Within(Path(folder)).find(file), progress)
-    numbers = {}
-    for header in table.columns:
-        if header not in table.faults and table.columns[header].dtype.kind == "f":
-            numbers[header] = table.numbers(header)
-    return rows(numbers, headers_of(tuple(table.columns), columns), columns)
 
 
 def rows(
@@ -171,33 +145,3 @@ def _clock(time: np.ndarray) -> tuple[float, str, float]:
     missing = longest > GAP * usual and np.mean(wide > GAP * usual) < 0.5 / GAP
     irregularities += [f"the longest takes {longest:.3g} s"] if missing else []
     return usual, f"The time is uneven: {', '.join(irregularities)}.", longest if missing else 0.0
-
-
-def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
-    """The headings of a table's columns; InputError where it is none, or none of the folder."""
-    from flexgui.core.recording.read_table import read_table
-    from flexgui.core.scenario.data_folder import Within
-
-    return tuple(read_table(Within(Path(folder)).find(file), progress).columns)
-
-
-def length_and_rate(
-    folder: str, file: str, entry: Mapping[str, Any], scenario: Scenario, *, progress: Progress
-) -> tuple[int, float]:
-    """Samples and their rate in Hz of a recording of which nothing is missing that a motion of
-    the scenario's arm needs; InputError else. `entry` is the scenario's table of it."""
-    from flexgui.core.errors import InputError
-    from flexgui.core.loading import joint_units
-    from flexgui.core.recording.load import load_recording
-    from flexgui.core.recording.spec import RecordingSpec
-    from flexgui.core.scenario.data_folder import Within
-    from flexgui.core.scenario.stated_effects import base_model
-
-    model = base_model(scenario)
-    spec = RecordingSpec.model_validate(dict(entry))
-    references = model.drive.needed_channels(model.arm)
-    path = Within(Path(folder)).find(file)
-    found = load_recording(path, spec, references, joint_units(model.arm), progress)
-    if model.arm.joints > 1 and found.theta2 is None and not found.has("theta2"):
-        raise InputError(f"{file} does not give the position of joint 2; add a column theta2.")
-    return len(found.time), 1.0 / found.sample_time

@@ -17,7 +17,7 @@ from flexgui.core.recording.channels import (
 )
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.written import parse_header
-from flexgui.stages.data.glance import Glance
+from flexgui.stages.data.inspect import Inspection
 from flexgui.stages.data.rows import SPLIT, Rows, settings
 from flexgui.views.names import channel_symbol
 
@@ -58,7 +58,7 @@ class Waiting:
     """rad (m): where joint 2 stood, in a file without a column of it."""
     recording: str = ""
     """The recording that is read anew; a new one where empty."""
-    glance: Glance | None = None
+    inspection: Inspection | None = None
     """What a first look into the file has found; None before it."""
     gaps: str = ""
     """What happens to empty cells and missing rows, as `GapsSpec.how` says;
@@ -70,18 +70,18 @@ class Waiting:
     companions: tuple[Companion, ...] = ()
     """Files that are read with the same columns."""
 
-    def guessed(self, glance: Glance) -> Waiting:
+    def guessed(self, inspection: Inspection) -> Waiting:
         """With the columns as a first look guesses them."""
-        columns = {c: {"gain": 1.0, "sign": 1, **entry} for c, entry in glance.columns.items()}
+        columns = {c: {"gain": 1.0, "sign": 1, **entry} for c, entry in inspection.columns.items()}
         named = {c: parse_header(entry["name"])[0] for c, entry in columns.items()}
         headers = {parse_header(h)[0]: h for h in self.headers}
         chosen = {c: headers[n] for c, n in named.items()}
-        return replace(self, columns=columns, headers_of=chosen, glance=glance)
+        return replace(self, columns=columns, headers_of=chosen, inspection=inspection)
 
     @property
     def rows(self) -> tuple[Rows, ...]:
         """What the rows of the file and of its companions are like."""
-        own = Rows() if self.glance is None else self.glance.rows
+        own = Rows() if self.inspection is None else self.inspection.rows
         return (own, *(each.rows for each in self.companions))
 
     @property
@@ -108,13 +108,13 @@ class Waiting:
 
     def wording_of(self, channel: str) -> tuple[str, str] | None:
         """Fault and evidence of a channel that stands as the first look has guessed it."""
-        glance = self.glance
-        if glance is None or self.columns.get(channel) != self._as_guessed(channel):
+        inspection = self.inspection
+        if inspection is None or self.columns.get(channel) != self._as_guessed(channel):
             return None
-        return glance.findings.get(channel)
+        return inspection.findings.get(channel)
 
     def _as_guessed(self, channel: str) -> dict[str, Any] | None:
-        entry = None if self.glance is None else self.glance.columns.get(channel)
+        entry = None if self.inspection is None else self.inspection.columns.get(channel)
         return None if entry is None else {"gain": 1.0, "sign": 1, **entry}
 
     @property
@@ -173,9 +173,14 @@ class Waiting:
     def begun_again(self) -> Waiting:
         """Without all answers; the working point that a recording had is none."""
         theta2 = self.theta2 if self.recording else None
-        glance = self.glance and replace(self.glance, findings={}, taken_in={})
+        inspection = self.inspection and replace(self.inspection, findings={}, taken_in={})
         return replace(
-            self, columns={}, headers_of={}, absent=frozenset(), theta2=theta2, glance=glance
+            self,
+            columns={},
+            headers_of={},
+            absent=frozenset(),
+            theta2=theta2,
+            inspection=inspection,
         )
 
     def words(self, channel: str) -> str:

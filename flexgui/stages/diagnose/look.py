@@ -59,6 +59,14 @@ class Look:
         return float("nan") if step is None else float(np.sqrt(step.cost_per_sample))
 
 
+def steps_before(looks: Sequence[Look], look: Look) -> tuple[Look, ...]:
+    """The steps that stay before this one: all, those to the same model, or none."""
+    same = [k for k, each in enumerate(looks) if each.scenario == look.scenario]
+    if look.title and not same:
+        return tuple(looks)
+    return tuple(looks[: same[-1]]) if same else ()
+
+
 def ladder_steps(looks: Sequence[Look]) -> tuple[LadderStep, ...]:
     """The steps so far, all over the floors of the last one, which its model knows best: what is
     said of the model as it now stands is in them."""

@@ -21,7 +21,7 @@ from flexgui.sentences.ranked import round_sentence
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.session import Topic
 from flexgui.session.run_state import RUNNING
-from flexgui.session.tour_card import holds_way_on
+from flexgui.session.tour import holds_way_on
 from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.look import Look, in_vain, ladder_steps, worse
 from flexgui.stages.diagnose.looked import Looked, refitted_only
@@ -80,13 +80,13 @@ class DiagnosePanel(Panel):
         self._find = widgets.button(
             context,
             "Find what is missing",
-            lambda: session.diagnose(context.services),
+            lambda: session.diagnosis.search(),
             prominent=True,
         )
         self._verdict = Words(context.gui)
         self._added, self._undo = (
             Words(context.gui),
-            widgets.button(context, "Undo the last step", session.undo),
+            widgets.button(context, "Undo the last step", session.diagnosis.undo),
         )
         self._so_far = Words(context.gui)
         self._candidates = Candidates(context)
@@ -110,23 +110,23 @@ class DiagnosePanel(Panel):
 
     def refresh(self) -> None:
         session = self.context.session
-        look = session.look
+        look = session.diagnosis.look
         found = self._listed(None if look is None else look.found)
-        run_is_ours = session.run.kind == "diagnose" and session.run.phase == RUNNING
+        run_is_ours = session.run.state.kind == "diagnose" and session.run.state.phase == RUNNING
         self._busy.refresh(self._sentence)
         self._find.visible = not self._busy.running
-        self._find.disabled = session.busy or self.context.read_only
+        self._find.disabled = session.run.busy or self.context.read_only
         fresh = look is not None and look.diagnosis is not None and not self._old()
         way_on = self._way_on()
         self._find.label = "Repeat diagnosis" if fresh else "Find what is missing"
         self._find.color = _color(way_on == FIND)
         self._verdict.show(self._verdict_text(look))
-        self._grown.refresh(not session.busy)
+        self._grown.refresh(not session.run.busy)
         self._show_added()
         self._undo.color = _color(way_on == UNDO)
         self._so_far.show(_so_far(found))
         self._candidates.show(found, self._titles(found), way_on == ADD)
-        able = not session.busy or (run_is_ours and session.pending is not None)
+        able = not session.run.busy or (run_is_ours and session.diagnosis.pending is not None)
         self._candidates.enable(able and not self._old())
         self._rest.show(_rest(look))
         self._challenge.refresh()
@@ -139,7 +139,7 @@ class DiagnosePanel(Panel):
     def _listed(self, found: Looked | None) -> Looked | None:
         """In a challenge only what refits have shown; the same object as long as nothing changes,
         since what is shown already is not drawn again."""
-        if found is None or self.context.session.challenge is None:
+        if found is None or self.context.session.challenge.state is None:
             return found
         if self._refitted is None or self._refitted[0] is not found:
             self._refitted = (found, refitted_only(found))
@@ -147,7 +147,7 @@ class DiagnosePanel(Panel):
 
     def _way_on(self) -> str:
         """The one button that invites; the tour's card may hold it instead."""
-        look = self.context.session.look
+        look = self.context.session.diagnosis.look
         if holds_way_on(self.context.session) or self._guess_first():
             return ""
         if look is None or look.found is None or not look.ranking or self._old():
@@ -156,29 +156,33 @@ class DiagnosePanel(Panel):
         if look.diagnosis is None:
             # Whether an effect was enough that was just added, the whole list has to say.
             return ADD if more and not look.added else FIND
-        if in_vain(self.context.session.looks):
+        if in_vain(self.context.session.diagnosis.looks):
             return UNDO
         return ADD if more else GO_ON
 
     def _guess_first(self) -> bool:
         """Whether a challenge waits for a guess, before which asking the tool is marked."""
-        known = self.context.session.challenge
+        known = self.context.session.challenge.state
         return known is not None and known.revealed is None and not known.guesses
 
     def _verdict_text(self, look: Look | None) -> Markup:
         """The verdict on the model that is shown; of one that was left none."""
         session = self.context.session
-        if session.pending is not None and session.pending is not look:
+        if session.diagnosis.pending is not None and session.diagnosis.pending is not look:
             return Markup("")
-        if session.pending is None and look is not None and worse(session.looks):
-            text = paragraph(AGAINST.format(session.looks[-1].title))
+        if (
+            session.diagnosis.pending is None
+            and look is not None
+            and worse(session.diagnosis.looks)
+        ):
+            text = paragraph(AGAINST.format(session.diagnosis.looks[-1].title))
             return Markup("<div class='verdict unlisted'>{}</div>").format(text)
         return self._linear(look) + _verdict(look)
 
     def _linear(self, look: Look | None) -> Markup:
         """What the linear model costs, beside the verdict on the first model."""
-        cost = self.context.session.linear_model
-        first = next(iter(self.context.session.shown_looks), None)
+        cost = self.context.session.diagnosis.linear_model
+        first = next(iter(self.context.session.diagnosis.shown_looks), None)
         if cost is None or look is not first:
             return Markup("")
         return paragraph(linear_sentence(cost))
@@ -186,30 +190,32 @@ class DiagnosePanel(Panel):
     def _show_added(self) -> None:
         """What is in the model with its sizes, and the way back."""
         session = self.context.session
-        titles = ", ".join(title for _, title in present(session.scenario))
-        looks = session.shown_looks
+        titles = ", ".join(title for _, title in present(session.document.scenario))
+        looks = session.diagnosis.shown_looks
         text = Markup("In the model: {}.").format(titles)
         content = (
-            paragraph(text, "good") + _values(looks, session.first_fit) if titles else Markup("")
+            paragraph(text, "good") + _values(looks, session.diagnosis.first_fit)
+            if titles
+            else Markup("")
         )
         if len(looks) > 1 and looks[-1].added and looks[-1].added not in catalogue():
             content += paragraph(own_place(looks[-2], looks[-1]))
         self._added.show(content)
-        self._undo.visible = len(session.looks) > 1
-        self._undo.disabled = session.busy or self.context.read_only
+        self._undo.visible = len(session.diagnosis.looks) > 1
+        self._undo.disabled = session.run.busy or self.context.read_only
 
     def _sentence(self) -> str:
         session = self.context.session
-        if session.look is None:
-            count = sum(r.role == "estimate" for r in session.scenario.recordings)
+        if session.diagnosis.look is None:
+            count = sum(r.role == "estimate" for r in session.document.scenario.recordings)
             return f"{count} recordings to diagnose. What does the model lack?"
         if self._old():
             return "The settings have changed since; repeat the diagnosis."
-        return f"The model's error is {times(session.look.error)} the noise floor."
+        return f"The model's error is {times(session.diagnosis.look.error)} the noise floor."
 
     def _old(self) -> bool:
-        look = self.context.session.look
-        return look is not None and look.scenario != self.context.session.scenario
+        look = self.context.session.diagnosis.look
+        return look is not None and look.scenario != self.context.session.document.scenario
 
     @staticmethod
     def _titles(found: Looked | None) -> dict[str, str]:
@@ -219,7 +225,9 @@ class DiagnosePanel(Panel):
     def _show_plots(self, found: Looked | None) -> None:
         if found is not self._drawn:
             self._drawn = found
-            self._ladder.show_whole(ladder(ladder_steps(self.context.session.shown_looks)), LADDER)
+            self._ladder.show_whole(
+                ladder(ladder_steps(self.context.session.diagnosis.shown_looks)), LADDER
+            )
             self._ranking.show_whole(ranking(found.ranking[:BARS]) if found else None, 290)
             pictured = [r.title for r in found.ranking if r.predicted] if found else []
             options = (BEST, *pictured)
@@ -230,12 +238,12 @@ class DiagnosePanel(Panel):
         self._show_residual()
 
     def _show_residual(self) -> None:
-        look = self.context.session.look
+        look = self.context.session.diagnosis.look
         found = None if look is None else look.found
         if found is None:
             self._residual.show(None)
             return
-        name = self.context.session.cursor.recording
+        name = self.context.session.playback.cursor.recording
         k = found.recordings.index(name) if name in found.recordings else 0
         self._residual_of = found.recordings[k]
         pictured = [r for r in found.ranking if r.predicted]
@@ -248,11 +256,14 @@ class DiagnosePanel(Panel):
         self._residual.show(figure, self._cursor(found))
 
     def _cursor(self, found: Looked) -> float | None:
-        cursor = self.context.session.cursor
+        cursor = self.context.session.playback.cursor
         return cursor.time if cursor.recording in found.recordings else None
 
     def move_cursor(self) -> None:
-        look, name = self.context.session.look, self.context.session.cursor.recording
+        look, name = (
+            self.context.session.diagnosis.look,
+            self.context.session.playback.cursor.recording,
+        )
         if look is not None and look.found is not None:
             if name in look.found.recordings and name != self._residual_of:
                 self._show_residual()  # its times are of another axis

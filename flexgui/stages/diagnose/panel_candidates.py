@@ -91,7 +91,7 @@ class _Row:
         with self._folder:
             self._words, self._story = Words(context.gui), Words(context.gui)
             self._add = widgets.button(
-                context, "Add", lambda: context.session.add(self._kind, context.services)
+                context, "Add", lambda: context.session.diagnosis.add(self._kind)
             )
             self._show = Demonstrate(context, lambda: self._kind)
 
@@ -127,14 +127,14 @@ class Demonstrate:
 
     def _pressed(self) -> None:
         session, kind = self._context.session, self._kind()
-        if session.demonstrated == kind:
-            session.end_demonstration()
+        if session.demonstration.kind == kind:
+            session.demonstration.end()
         elif kind:
-            session.demonstrate(kind, self._context.services)
+            session.demonstration.start(kind)
 
     def refresh(self) -> None:
         """Says what it would do."""
-        shown = bool(self._kind()) and self._context.session.demonstrated == self._kind()
+        shown = bool(self._kind()) and self._context.session.demonstration.kind == self._kind()
         self._button.visible = self._kind() in catalogue()
         label = HIDE if shown else SHOW
         if self._button.label != label:
@@ -219,7 +219,7 @@ class Grown:
             self._about = Words(gui, explanation(self._by_title[titles[0]]))
             self._pick.on_update(lambda _: self._picked())
             self._add = widgets.button(
-                context, "Add this effect", lambda: session.add(self._kind, context.services)
+                context, "Add this effect", lambda: session.diagnosis.add(self._kind)
             )
             self._show = Demonstrate(context, lambda: self._kind)
             self._present = gui.add_dropdown(
@@ -231,7 +231,7 @@ class Grown:
 
     def _own_controls(self) -> None:
         context, gui = self._context, self._context.gui
-        arm = base_model(context.session.scenario).arm
+        arm = base_model(context.session.document.scenario).arm
         self._target = gui.add_dropdown("Acts at", tuple(targets(arm)), disabled=context.read_only)
         self._formula = gui.add_text(
             "Formula", "-a*tanh(dtheta1/0.001)", disabled=context.read_only
@@ -253,7 +253,9 @@ class Grown:
 
     def _show_hint(self) -> None:
         try:
-            words = states(base_model(self._context.session.scenario).arm, str(self._target.value))
+            words = states(
+                base_model(self._context.session.document.scenario).arm, str(self._target.value)
+            )
         except (InputError, KeyError):
             return
         self._hint.show(
@@ -268,21 +270,21 @@ class Grown:
     def _add_own(self) -> None:
         texts = (str(self._target.value), str(self._formula.value), str(self._parameters.value))
         session = self._context.session
-        done = session.add_own(*texts, self._context.services)
+        done = session.diagnosis.add_own(*texts)
         # The newest message stands on top, which may be out of sight from here.
         self._refused.show("" if done else paragraph(session.message.text, "bad"))
 
     def _removed(self) -> None:
         session = self._context.session
-        for kind, title in present(session.scenario):
+        for kind, title in present(session.document.scenario):
             if title == self._present.value:
-                session.remove(kind, self._context.services)
+                session.diagnosis.remove(kind)
                 return
 
     def refresh(self, able: bool) -> None:
         """Shows what is in the model."""
         session = self._context.session
-        inside = present(session.scenario)
+        inside = present(session.document.scenario)
         titles = tuple(dict.fromkeys(title for _, title in inside)) or (ADDED_NONE,)
         if self._present.options != titles:
             self._present.options = titles

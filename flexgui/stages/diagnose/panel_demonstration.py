@@ -31,17 +31,17 @@ class AtWork:
     def refresh(self) -> None:
         """Shows it, or why there is nothing to show."""
         session = self._context.session
-        shown = session.demonstration
+        shown = session.demonstration.shown
         self._show_torque()
-        if not session.demonstrated:
+        if not session.demonstration.kind:
             self._words.show("")
             self._below.show("")
             self._plot.show(None)
             self._drawn = None
             return
-        words = story(session.demonstrated)
+        words = story(session.demonstration.kind)
         if shown is None:
-            why = session.not_shown
+            why = session.demonstration.not_shown
             self._words.show(joined(words, paragraph(why or WAITING, "bad" if why else "soft")))
             self._below.show("")
             self._plot.show(None)
@@ -56,7 +56,7 @@ class AtWork:
     def _show_torque(self) -> None:
         """Only where a diagnosis knows what is missing and the effect has a law to put into it."""
         session = self._context.session
-        shown, torques = session.demonstration, session.torques_demonstrated
+        shown, torques = session.demonstration.shown, session.demonstration.torques
         if shown is None or not torques:
             self._torques = None
             self._about.show("")

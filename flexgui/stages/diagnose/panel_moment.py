@@ -72,12 +72,12 @@ class Moment:
 
     def _cursor(self) -> float | None:
         """None while the time-line is in another recording, whose times are not of this axis."""
-        cursor = self._context.session.cursor
+        cursor = self._context.session.playback.cursor
         return cursor.time if cursor.recording == self._shown else None
 
     def _newest(self) -> Look | None:
         """A look without a residual of its own yet leaves the picture to the one before."""
-        looks = self._context.session.shown_looks
+        looks = self._context.session.diagnosis.shown_looks
         complete = [k for k in looks if k.found is not None and k.found.recordings]
         # Straight after an effect was added its torque is still to come: the picture waits for it.
         if len(complete) > 1 and not complete[-1].comparisons and complete[-2].comparisons:
@@ -87,7 +87,7 @@ class Moment:
     def _recording(self, look: Look) -> str:
         """The one under the cursor, where the fit has seen it; else the first."""
         assert look.found is not None
-        name = self._context.session.cursor.recording
+        name = self._context.session.playback.cursor.recording
         return name if name in look.found.recordings else look.found.recordings[0]
 
     def _laws(self, look: Look, name: str) -> tuple[OverSpeed, ...]:
@@ -100,7 +100,7 @@ class Moment:
 
     def _is_after_a_law(self, look: Look) -> bool:
         """Whether the look was reached by adding what had a law, and nothing new is offered yet."""
-        looks = self._context.session.shown_looks
+        looks = self._context.session.diagnosis.shown_looks
         place = next((k for k, each in enumerate(looks) if each is look), 0)
         before = looks[place - 1].found if place else None
         had = before is not None and bool(before.laws) and before.laws_of == look.added
@@ -130,7 +130,7 @@ class Moment:
 
     def _show_residual(self, found: Looked, name: str) -> None:
         k = found.recordings.index(name)
-        at = self._context.session.shown_looks[0].found
+        at = self._context.session.diagnosis.shown_looks[0].found
         start = at if at is not None and name in at.recordings else found
         i = start.recordings.index(name)
         j = worst_channel(start.residual[i])
@@ -161,7 +161,7 @@ class Moment:
         )
 
     def _looks(self) -> tuple[Look, ...]:
-        return self._context.session.shown_looks
+        return self._context.session.diagnosis.shown_looks
 
     def _hide(self) -> None:
         self._words.show("")

@@ -77,11 +77,11 @@ class ExportPanel(Panel):
 
     def refresh(self) -> None:
         session = self.context.session
-        outcome, run = session.whole, session.run
+        outcome, run = session.diagnosis.whole, session.run.state
         for each in self._needs:
-            each.disabled = outcome is None or session.busy or self.context.read_only
+            each.disabled = outcome is None or session.run.busy or self.context.read_only
         self._diagnosed.visible = outcome is not None and outcome.diagnosis is not None
-        self._diagnosed.disabled = session.busy or self.context.read_only
+        self._diagnosed.disabled = session.run.busy or self.context.read_only
         self._bar.visible = run.busy
         writing = run.busy and run.kind == "report"
         self._lead.show(paragraph(self._sentence(writing), "soft"))
@@ -96,11 +96,13 @@ class ExportPanel(Panel):
     def _sentence(self, writing: bool) -> str:
         if writing:
             return "Writing …"
-        return ALWAYS if self.context.session.outcome is None else READY
+        return ALWAYS if self.context.session.identification.outcome is None else READY
 
     def _name(self, ending: str) -> str:
-        outcome = self.context.session.outcome
-        title = outcome.title if outcome is not None else self.context.session.scenario.title
+        outcome = self.context.session.identification.outcome
+        title = (
+            outcome.title if outcome is not None else self.context.session.document.scenario.title
+        )
         return f"{safe_name(title).replace(' ', '_')}{ending}"
 
     def _send(self, name: str, content: bytes, without: str = "") -> None:
@@ -110,15 +112,19 @@ class ExportPanel(Panel):
 
     def _save_scenario(self) -> None:
         session = self.context.session
-        scenario = session.outcome_of if session.outcome is not None else session.scenario
+        scenario = (
+            session.identification.outcome_of
+            if session.identification.outcome is not None
+            else session.document.scenario
+        )
         try:
-            self._send(*scenario_file(scenario or session.scenario, session.folder))
+            self._send(*scenario_file(scenario or session.document.scenario, session.folder))
         except InputError as error:
             session.show_message(str(error), bad=True)
 
     def _save_diagnosed(self) -> None:
         session = self.context.session
-        outcome, scenario = session.whole, session.outcome_of
+        outcome, scenario = session.diagnosis.whole, session.identification.outcome_of
         if outcome is None or outcome.diagnosis is None or scenario is None:
             return
         try:
@@ -136,18 +142,18 @@ class ExportPanel(Panel):
             else:
                 self._send(self._name(f"_{what}"), path.read_bytes())
 
-        self.context.session.report(self.context.services, written)
+        self.context.session.export.report(written)
 
     def _save_model(self, one: ModelFormat) -> None:
         session = self.context.session
-        outcome = session.outcome
+        outcome = session.identification.outcome
         if outcome is None:
             return
         if refusal := one.unable(outcome):
             session.show_message(refusal, bad=True)
             return
         task = Task.of(model_files, one.label, outcome=outcome, kind=one.kind)
-        session.make(self.context.services, task, self._send_model)
+        session.run.make(task, self._send_model)
 
     def _send_model(self, files: dict[str, bytes]) -> None:
         first = Path(next(iter(files)))
@@ -158,14 +164,14 @@ class ExportPanel(Panel):
 
     def _save_playback(self) -> None:
         session = self.context.session
-        shown = session.playback
+        shown = session.playback.motion
         if shown is None:
             session.show_message("There is no recording to play; choose one first.", bad=True)
             return
-        factor = session.live.exaggeration
+        factor = session.document.live.exaggeration
         task = Task.of(playback_page, "3-D playback", shown=shown, exaggeration=factor)
         name = self._name("_playback.html")
-        session.make(self.context.services, task, lambda page: self._send(name, page.encode()))
+        session.run.make(task, lambda page: self._send(name, page.encode()))
 
 
 def recordings_of_session(context: PageContext) -> tuple[dict[str, bytes], str]:
@@ -173,7 +179,9 @@ def recordings_of_session(context: PageContext) -> tuple[dict[str, bytes], str]:
     and why there are none: all else is still worth taking away."""
     session = context.session
     try:
-        return recordings_of(session.outcome_of or session.scenario, session.folder), ""
+        return recordings_of(
+            session.identification.outcome_of or session.document.scenario, session.folder
+        ), ""
     except InputError as error:
         return {}, str(error)
 
@@ -212,11 +220,11 @@ class NextExperiment:
     def refresh(self) -> None:
         """As the session stands."""
         session = self._context.session
-        able = bool(session.scenario.recordings) and not session.busy
+        able = bool(session.document.scenario.recordings) and not session.run.busy
         self._button.disabled = not able or self._context.read_only
         for field in self._fields.values():
             field.disabled = self._context.read_only
-        self._words.show(joined(*(paragraph(text) for text in session.planned)))
+        self._words.show(joined(*(paragraph(text) for text in session.export.planned)))
 
     def _wait(self, seconds: float) -> None:
         self._seconds = float(seconds)
@@ -232,7 +240,7 @@ class NextExperiment:
         except InputError as error:
             session.show_message(str(error), bad=True)
             return
-        session.plan_next(self._context.services, self._seconds, limits, self._download)
+        session.export.plan(self._seconds, limits, self._download)
 
     def _download(self, folder: Path) -> None:
         beside, without = recordings_of_session(self._context)

@@ -73,12 +73,12 @@ class IdentifyPanel(Panel):
         self._start = widgets.button(
             context,
             "Start identification",
-            lambda: session.identify(context.services),
+            lambda: session.identification.start(),
             prominent=True,
         )
-        self._pause = widgets.button(context, "Pause", session.pause)
-        self._resume = widgets.button(context, "Go on", session.resume, prominent=True)
-        self._stop = widgets.button(context, "Stop", session.stop)
+        self._pause = widgets.button(context, "Pause", session.run.pause)
+        self._resume = widgets.button(context, "Go on", session.run.resume, prominent=True)
+        self._stop = widgets.button(context, "Stop", session.run.stop)
         self._next = widgets.button(
             context, "Next: compare model and measurements", lambda: session.show("Compare"),
             prominent=True,
@@ -86,8 +86,8 @@ class IdentifyPanel(Panel):
         self._summary = Words(gui)
         with gui.add_folder("Fit settings"):
             widgets.choice(
-                context, "Method", METHODS, lambda: session.scenario.identify.method,
-                lambda v: session.change(put(("identify", "method"), v)),
+                context, "Method", METHODS, lambda: session.document.scenario.identify.method,
+                lambda v: session.document.change(put(("identify", "method"), v)),
                 "glocal: one fit over all recordings; local: one for each.",
             )  # fmt: skip
             widgets.choice(
@@ -100,25 +100,25 @@ class IdentifyPanel(Panel):
             self._whole("Generations", "generations", 0, 10_000)
             self._whole("Seed", "seed", 0, 2**31)
             widgets.switch(
-                context, "Refine", lambda: session.scenario.identify.refine,
-                lambda v: session.change(put(("identify", "refine"), v)),
+                context, "Refine", lambda: session.document.scenario.identify.refine,
+                lambda v: session.document.change(put(("identify", "refine"), v)),
                 "Follow the search with a least-squares refinement.",
             )  # fmt: skip
 
     def _whole(self, label: str, name: str, least: int, most: int) -> None:
         session = self.context.session
         widgets.number(
-            self.context, label, lambda: getattr(session.scenario.identify, name),
-            lambda v: session.change(put(("identify", name), int(v))), least, most, 1,
+            self.context, label, lambda: getattr(session.document.scenario.identify, name),
+            lambda v: session.document.change(put(("identify", name), int(v))), least, most, 1,
         )  # fmt: skip
 
     def _output(self) -> str:
-        output = self.context.session.scenario.identify.output
+        output = self.context.session.document.scenario.identify.output
         return output[0] if output else AUTOMATIC
 
     def _put_output(self, name: str) -> bool:
         wanted = None if name == AUTOMATIC else [name]
-        return self.context.session.change(put(("identify", "output"), wanted))
+        return self.context.session.document.change(put(("identify", "output"), wanted))
 
     def build_plots(self) -> None:
         gui = self.context.gui
@@ -137,7 +137,7 @@ class IdentifyPanel(Panel):
         self._cost.show(live_convergence(history) if history else None)
         self._plane.show(live_plane(history, searched))
         session = self.context.session
-        outcome = None if self._running else session.outcome
+        outcome = None if self._running else session.identification.outcome
         nothing = not history and outcome is None
         self._about.show(paragraph(EMPTY, "soft") if nothing else "")
         if outcome is None:
@@ -147,27 +147,33 @@ class IdentifyPanel(Panel):
             self._fit.show(None)
             self._summary.show("")
         else:
-            whole = session.whole or outcome
+            whole = session.diagnosis.whole or outcome
             self._table.show(found_parameters(whole))
             self._repeated.show(_runs(outcome.repeated))
             self._fit.show(live_fit(final_comparisons(whole)))
-            self._summary.show(_sentences(whole, self._old(), session.known_biased))
+            self._summary.show(_sentences(whole, self._old(), session.diagnosis.known_biased))
         self._show_paper()
 
     @property
     def _running(self) -> bool:
-        run = self.context.session.run
+        run = self.context.session.run.state
         return run.kind == "identify" and run.busy
 
     def _history(self) -> History:
         session = self.context.session
-        if self._running or session.outcome is None:
-            return session.run.history
-        return {f.label: f.convergence for f in session.outcome.fits if f.convergence}
+        if self._running or session.identification.outcome is None:
+            return session.run.state.history
+        return {
+            f.label: f.convergence for f in session.identification.outcome.fits if f.convergence
+        }
 
     def _searched(self) -> list[Searched]:
         session = self.context.session
-        scenario = session.scenario if self._running else session.outcome_of or session.scenario
+        scenario = (
+            session.document.scenario
+            if self._running
+            else session.identification.outcome_of or session.document.scenario
+        )
         try:
             found = stated(scenario, base_model(scenario))
         except InputError:
@@ -177,7 +183,7 @@ class IdentifyPanel(Panel):
     def _fitted(self) -> list[Markup]:
         """Symbols of what a fit of the scenario varies, the sizes of its effects too."""
         try:
-            sizes = base_model(self.context.session.scenario).effect_parameters.values()
+            sizes = base_model(self.context.session.document.scenario).effect_parameters.values()
         except InputError:
             return []
         searched = [typeset(s.symbol, s.name) for s in self._searched()]
@@ -185,14 +191,17 @@ class IdentifyPanel(Panel):
 
     def _old(self) -> bool:
         session = self.context.session
-        return session.outcome is not None and session.outcome_of != session.scenario
+        return (
+            session.identification.outcome is not None
+            and session.identification.outcome_of != session.document.scenario
+        )
 
     def _show_state(self) -> None:
-        session, run = self.context.session, self.context.session.run
+        session, run = self.context.session, self.context.session.run.state
         busy = self._running
         self._start.visible = not busy
-        self._start.disabled = self.context.read_only or session.busy
-        done = session.outcome is not None and not busy and not self._old()
+        self._start.disabled = self.context.read_only or session.run.busy
+        done = session.identification.outcome is not None and not busy and not self._old()
         self._start.label = "Start again" if done else "Start identification"
         self._start.color = "gray" if done else "blue"
         self._pause.visible = busy and run.phase == RUNNING
@@ -205,9 +214,9 @@ class IdentifyPanel(Panel):
         self._state.show(paragraph(self._sentence(), "lead"))
 
     def _sentence(self) -> Markup | str:
-        session, run = self.context.session, self.context.session.run
+        session, run = self.context.session, self.context.session.run.state
         if not self._running:
-            count = sum(r.role == "estimate" for r in session.scenario.recordings)
+            count = sum(r.role == "estimate" for r in session.document.scenario.recordings)
             what = Markup(", ").join(self._fitted()) or "none yet"
             many = "1 recording" if count == 1 else f"{count} recordings"
             return Markup("{} to fit; parameters: {}.").format(many, what)
@@ -216,19 +225,19 @@ class IdentifyPanel(Panel):
             return f"Waiting{place}."
         words = {PAUSED: "Paused", STOPPING: "Stopping"}.get(run.phase, run.stage or "Starting")
         steps = f" {run.done} of {run.total}" if run.total else ""
-        left = session.remaining_seconds
+        left = session.run.remaining_seconds
         time = f", about {max(left, 1.0):.0f} s left" if left is not None else ""
         at = f": {run.text}" if run.text else ""
         return f"{words}{steps}{at}{time}."
 
     def _show_paper(self) -> None:
         session = self.context.session
-        scenario = session.outcome_of or session.scenario
+        scenario = session.identification.outcome_of or session.document.scenario
         points = paper_points(scenario)
-        if points is None or session.outcome is None or self._running:
+        if points is None or session.identification.outcome is None or self._running:
             self._paper.show("")
             return
-        table = paper_table(session.outcome.fits, points, noisy(scenario))
+        table = paper_table(session.identification.outcome.fits, points, noisy(scenario))
         self._paper.show(
             joined(paragraph("The paper's table beside ours", "lead"), html_table(table))
         )
@@ -284,7 +293,7 @@ class ChosenParameters:
 
     def refresh(self) -> None:
         """Shows what the scenario states."""
-        scenario = self._context.session.scenario
+        scenario = self._context.session.document.scenario
         try:
             model = base_model(scenario)
         except InputError:
@@ -303,7 +312,7 @@ class ChosenParameters:
         self._rows.make(shape, build)
 
     def _row(self, p: Parameter) -> None:
-        context, session, name = self._context, self._context.session, p.name
+        context, document, name = self._context, self._context.session.document, p.name
         unit = shown_unit(p.value or p.upper, p.unit)
         symbol = plain_symbol(p.symbol, name)
         bounds = context.gui.add_vector2(
@@ -313,22 +322,24 @@ class ChosenParameters:
 
         def set_bounds(value: tuple[float, float]) -> bool:
             ends = [float(v) / unit.factor for v in value]
-            return session.change(put(("identify", "bounds", name), ends))
+            return document.change(put(("identify", "bounds", name), ends))
 
         widgets.bind(context, bounds, lambda: self._bounds(name, p, unit), set_bounds)
         widgets.number(
             context, f"± {symbol}, known", lambda: self._prior(name) * unit.factor,
-            lambda v: session.change(put(("identify", "prior", name), v / unit.factor or None)),
+            lambda v: document.change(put(("identify", "prior", name), v / unit.factor or None)),
             least=0.0, hint="Standard deviation of the prior knowledge; 0: none.",
         )  # fmt: skip
         widgets.button(context, f"Do not estimate {symbol}", lambda: self._remove(name))
 
     def _bounds(self, name: str, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
-        low, high = self._context.session.scenario.identify.bounds.get(name, (p.lower, p.upper))
+        low, high = self._context.session.document.scenario.identify.bounds.get(
+            name, (p.lower, p.upper)
+        )
         return _plain(low * unit.factor), _plain(high * unit.factor)
 
     def _prior(self, name: str) -> float:
-        prior = self._context.session.scenario.identify.prior.get(name)
+        prior = self._context.session.document.scenario.identify.prior.get(name)
         return 0.0 if prior is None else prior.std
 
     def _remove(self, name: str) -> bool:
@@ -338,15 +349,15 @@ class ChosenParameters:
             for setting in ("bounds", "prior"):
                 table.get(setting, {}).pop(name, None)
 
-        return self._context.session.change(edit)
+        return self._context.session.document.change(edit)
 
     def _added(self, event: Any) -> None:
         name = str(self._add.value)
         if event.client_id is None or name == ADD:
             return
         session = self._context.session
-        names = [*session.scenario.identify.parameters, name]
-        session.change(put(("identify", "parameters"), names))
+        names = [*session.document.scenario.identify.parameters, name]
+        session.document.change(put(("identify", "parameters"), names))
 
 
 def _plain(value: float) -> float:

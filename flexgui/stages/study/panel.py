@@ -59,12 +59,10 @@ class StudyPanel(Panel):
         self._results = StudyResults(context)
         self._state = Words(context.gui)
         self._bar: Any = context.gui.add_progress_bar(0.0, visible=False, animated=True)
-        self._start = widgets.button(
-            context, START, lambda: session.start_study(context.services), prominent=True
-        )
-        self._stop = widgets.button(context, "Stop", session.stop_study)
+        self._start = widgets.button(context, START, lambda: session.study.start(), prominent=True)
+        self._stop = widgets.button(context, "Stop", session.study.stop)
         self._open = Confirm(
-            context, OPEN, REPLACES, lambda: session.choose(DEMO, context.services), self._has_work,
+            context, OPEN, REPLACES, lambda: session.choose(DEMO), self._has_work,
             "Replace my work", "Keep my work",
         )  # fmt: skip
         self._results.build_choice()
@@ -81,15 +79,15 @@ class StudyPanel(Panel):
         self._choices = context.gui.add_folder("Extent")
         with self._choices:
             widgets.number(
-                context, "Runs", lambda: session.study_choice.runs,
-                lambda v: session.choose_study(runs=int(v)), 1, MOST_RUNS, 1,
+                context, "Runs", lambda: session.study.choice.runs,
+                lambda v: session.study.choose(runs=int(v)), 1, MOST_RUNS, 1,
                 "Each with fresh noise and a fresh first population; the paper has 20.",
             )  # fmt: skip
             for part in parts().values():
                 self._switch(part)
             widgets.number(
-                context, "Parallel cases", lambda: session.study_choice.at_once,
-                lambda v: session.choose_study(at_once=int(v)), 1, MOST_AT_ONCE, 1,
+                context, "Parallel cases", lambda: session.study.choice.at_once,
+                lambda v: session.study.choose(at_once=int(v)), 1, MOST_AT_ONCE, 1,
                 "Cases that run at the same time; other users of this server run in between.",
             )  # fmt: skip
             self._whole = widgets.button(context, "All of it, as in the paper", self._choose_whole)
@@ -97,7 +95,7 @@ class StudyPanel(Panel):
     def _switch(self, part: Part) -> None:
         session, kind = self.context.session, part.kind
         widgets.switch(
-            self.context, part.title, lambda: kind in session.study_choice.parts,
+            self.context, part.title, lambda: kind in session.study.choice.parts,
             lambda on: self._choose_part(kind, on), inspect.getdoc(type(part)) or "",
         )  # fmt: skip
 
@@ -105,8 +103,8 @@ class StudyPanel(Panel):
         self._results.build_plots()
 
     def refresh(self) -> None:
-        session, state = self.context.session, self.context.session.study
-        refusal = "" if state.busy else session.study_refusal
+        session, state = self.context.session, self.context.session.study.state
+        refusal = "" if state.busy else session.study.refusal
         open_to_choose, follows = not (refusal or state.busy), self.context.read_only
         self._open.show(bool(refusal))
         self._start.visible = open_to_choose and not self._finished(state)
@@ -118,7 +116,7 @@ class StudyPanel(Panel):
         self._choices.visible = open_to_choose
         self._whole.disabled = follows
         self._save.visible = bool(state.sections)
-        self._save.disabled = session.busy or follows
+        self._save.disabled = session.run.busy or follows
         self._save.color = "blue" if state.phase == DONE else "gray"
         lead = paragraph(self._sentence(state), "lead")
         self._state.show(paragraph(refusal) if refusal else lead)
@@ -128,17 +126,19 @@ class StudyPanel(Panel):
     def _has_work(self) -> bool:
         """Whether opening another scenario would lose something that a person made."""
         session = self.context.session
-        brought = any(spec.file is not None for spec in session.scenario.recordings)
-        return brought or session.outcome is not None or bool(session.looks)
+        brought = any(spec.file is not None for spec in session.document.scenario.recordings)
+        return (
+            brought or session.identification.outcome is not None or bool(session.diagnosis.looks)
+        )
 
     def _begun(self, state: StudyState) -> bool:
         """Whether it is the scenario's own study, whatever has been chosen of it since."""
         settings = state.settings
-        return settings is not None and settings.scenario == self.context.session.scenario
+        return settings is not None and settings.scenario == self.context.session.document.scenario
 
     def _finished(self, state: StudyState) -> bool:
         """Whether nothing of what is chosen is left to do."""
-        choice = self.context.session.study_choice
+        choice = self.context.session.study.choice
         asked_for = None if state.settings is None else state.settings.runs
         same = (asked_for, state.parts) == (choice.runs, choice.parts)
         return state.phase == DONE and self._begun(state) and same
@@ -160,34 +160,34 @@ class StudyPanel(Panel):
     def _about(self, state: StudyState, open_to_choose: bool) -> Markup:
         session = self.context.session
         texts = []
-        if state.settings is not None and state.settings.scenario != session.scenario:
+        if state.settings is not None and state.settings.scenario != session.document.scenario:
             texts.append("The scenario has changed since; these results belong to the earlier one.")
         if self._finished(state):
             texts.append(MORE)
         elif open_to_choose:
-            texts.append(_size(session.scenario, session.study_choice))
+            texts.append(_size(session.document.scenario, session.study.choice))
         return joined(*(paragraph(text, "soft") for text in texts))
 
     def _choose_part(self, kind: str, on: bool) -> bool:
         session = self.context.session
-        before = session.study_choice.parts
+        before = session.study.choice.parts
         chosen = tuple(k for k in parts() if (on if k == kind else k in before))
-        return session.choose_study(parts=chosen)
+        return session.study.choose(parts=chosen)
 
     def _choose_whole(self) -> None:
         everything = whole()
-        self.context.session.choose_study(runs=everything.runs, parts=everything.parts)
+        self.context.session.study.choose(runs=everything.runs, parts=everything.parts)
 
     def _export(self) -> None:
         def written(folder: Path) -> None:
-            settings = self.context.session.study.settings
+            settings = self.context.session.study.state.settings
             title = settings.scenario.title if settings is not None else ""
             name = f"{safe_name(title).replace(' ', '_') or 'scenario'}_study.zip"
             content = zipped_folder(folder)
             self.context.client.send_file_download(name, content, save_immediately=True)
             self.context.session.show_message(f"{name} was sent to your browser.")
 
-        self.context.session.export_study(self.context.services, written)
+        self.context.session.study.export(written)
 
 
 def _duration(seconds: float) -> str:
@@ -279,7 +279,7 @@ class StudyResults:
 
     def refresh(self) -> None:
         """Draws the chosen section where it has changed."""
-        sections = {s.title: s for s in self._context.session.study.sections}
+        sections = {s.title: s for s in self._context.session.study.state.sections}
         options = tuple(sections) or (NONE,)
         if self._chosen not in options:
             self._chosen = options[0]

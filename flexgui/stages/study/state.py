@@ -115,7 +115,7 @@ def asked(scenario: Scenario, choice: StudyChoice) -> StudySettings:
     return settings
 
 
-def refusal(scenario: Scenario) -> str:
+def refusal_of(scenario: Scenario) -> str:
     """Why no study can be made of a scenario, in one sentence; empty where one can."""
     try:
         asked(scenario, StudyChoice())

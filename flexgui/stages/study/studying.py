@@ -7,13 +7,11 @@ import logging
 import shutil
 import threading
 import time
-from abc import ABC
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flexgui.classroom.challenging import Challenging
 from flexgui.core.errors import InputError
 from flexgui.core.montecarlo.settings import StudySettings
 from flexgui.core.resumable.executor import Executor, Here
@@ -23,7 +21,6 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.places import is_kept, without_places
 from flexgui.session.latest import LatestWins
-from flexgui.session.services import Services
 from flexgui.session.state import Part, Topic
 from flexgui.stages.study.executor import QueueExecutor
 from flexgui.stages.study.state import (
@@ -35,7 +32,7 @@ from flexgui.stages.study.state import (
     StudyChoice,
     StudyState,
     asked,
-    refusal,
+    refusal_of,
     remaining,
     shown,
 )
@@ -43,6 +40,7 @@ from flexgui.stages.study.task import JOURNAL, study_report
 
 if TYPE_CHECKING:
     from flexgui.core.montecarlo.study import Case
+    from flexgui.session.session import Session
 
 CALM = 1.0
 """s between two drawings of the results."""
@@ -51,111 +49,112 @@ SHARE = 5.0
 """Rests at least so many times as long as a drawing took: others want to be served, too."""
 
 
-class Studying(Challenging, ABC):
+class Study:
     """One study at a time, beside whatever else is computed: its cases are jobs like all others.
 
     What is finished lies in the session's folder, one journal per scenario, and is not done again.
     """
 
-    def __init__(self, key: str, folder: Path) -> None:
-        super().__init__(key, folder)
-        self.study_choice = StudyChoice()
-        self.study = StudyState()
-        self._study_run: StudyRun | None = None
-        self._study_left: StudyRun | None = None
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.choice = StudyChoice()
+        self.state = StudyState()
+        self.run: StudyRun | None = None
+        """The one that is shown."""
+        self._left: StudyRun | None = None
         """The run before this one, of a scenario that has been left."""
-        self._study_worker = LatestWins(self.faults, Part.STUDY)
-        self._study_over = threading.Event()
+        self._worker = LatestWins(session.faults, Part.STUDY)
+        self._over = threading.Event()
         self._refused: tuple[Scenario, str] | None = None
 
     @property
-    def study_refusal(self) -> str:
+    def refusal(self) -> str:
         """Why the scenario cannot be studied; empty where it can."""
-        scenario, known = self.scenario, self._refused
+        scenario, known = self._session.document.scenario, self._refused
         if known is None or known[0] is not scenario:
-            known = self._refused = (scenario, refusal(scenario))
+            known = self._refused = (scenario, refusal_of(scenario))
         return known[1]
 
-    def choose_study(self, **changes: Any) -> bool:
+    def choose(self, **changes: Any) -> bool:
         """How much of it; False while one is under way."""
-        with self._lock:
-            if self.study.busy:
+        with self._session.lock:
+            if self.state.busy:
                 return False
-            self.study_choice = replace(self.study_choice, **changes)
-        self.notify(Topic.STUDY)
+            self.choice = replace(self.choice, **changes)
+        self._session.notify(Topic.STUDY)
         return True
 
-    def start_study(self, services: Services) -> bool:
+    def start(self) -> bool:
         """Begins, or goes on with what is missing; says why where it cannot."""
-        executor = QueueExecutor(services.pool, self.key, self.study_choice.at_once)
+        executor = QueueExecutor(
+            self._session.services.pool, self._session.key, self.choice.at_once
+        )
         try:
-            run, left = self._new_study(self.scenario, executor, self._study_changed)
+            run, left = self._new(self._session.document.scenario, executor, self._changed)
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self._session.refuse(error)
         run.start(after=left)
-        self.notify(Topic.STUDY)
+        self._session.notify(Topic.STUDY)
         return True
 
-    def _recall_study(self, scenario: Scenario) -> None:
+    def recall(self, scenario: Scenario) -> None:
         """Shows what the session's folder holds of a study of the scenario; computes nothing."""
         try:
-            run, left = self._new_study(scenario, Here(), self._show_study)
+            run, left = self._new(scenario, Here(), self._show)
         except InputError as error:  # another version refuses it
-            self.study = StudyState(FAILED, sentence=str(error))
+            self.state = StudyState(FAILED, sentence=str(error))
             return
         run.stop()
         run.start(after=left)
 
-    def _new_study(
+    def _new(
         self, scenario: Scenario, executor: Executor, on_change: Callable[[StudyRun], object]
     ) -> tuple[StudyRun, StudyRun | None]:
         """A run that is not started, and the one before it, which may still write."""
-        with self._lock:
-            if self.study.busy:
+        with self._session.lock:
+            if self.state.busy:
                 raise InputError("The study is under way already; stop it or wait.")
-            settings = asked(scenario, self.study_choice)
-            known = self.study.settings
+            settings = asked(scenario, self.choice)
+            known = self.state.settings
             same = known is not None and known.identity == settings.identity
-            folder = self.folder / "studies" / settings.identity
-            run = StudyRun(settings, self.study_choice.parts, executor, folder, on_change)
-            left, self._study_run = self._study_run or self._study_left, run
-            sections = self.study.sections if same else ()
-            self.study = replace(_state(run), sections=sections)
+            folder = self._session.folder / "studies" / settings.identity
+            run = StudyRun(settings, self.choice.parts, executor, folder, on_change)
+            left, self.run = self.run or self._left, run
+            sections = self.state.sections if same else ()
+            self.state = replace(_state(run), sections=sections)
         return run, left
 
-    def stop_study(self) -> None:
+    def stop(self) -> None:
         """What is finished stays, and the next start goes on from there."""
-        with self._lock:
-            run = self._study_run
-            if run is None or not self.study.busy:
+        with self._session.lock:
+            run = self.run
+            if run is None or not self.state.busy:
                 return
             run.stop()
-            self.study = replace(self.study, phase=run.phase)
-        self.notify(Topic.STUDY)
+            self.state = replace(self.state, phase=run.phase)
+        self._session.notify(Topic.STUDY)
 
-    def forget_study(self) -> None:
+    def forget(self) -> None:
         """Stops it and hears nothing more of it: its scenario has been left."""
-        with self._lock:
-            run, self._study_run = self._study_run, None
-            self._study_left = run or self._study_left
-            self.study = StudyState()
+        with self._session.lock:
+            run, self.run = self.run, None
+            self._left = run or self._left
+            self.state = StudyState()
         if run is not None:
             run.stop()
-        self.notify(Topic.STUDY)
+        self._session.notify(Topic.STUDY)
 
-    def end_study(self) -> None:
+    def close(self) -> None:
         """The session ends: nothing is drawn any more."""
-        self._study_over.set()
-        self.forget_study()
-        self._study_worker.close()
+        self._over.set()
+        self.forget()
+        self._worker.close()
 
-    def export_study(self, services: Services, done: Callable[[Path], None]) -> bool:
+    def export(self, done: Callable[[Path], None]) -> bool:
         """Writes the report of what there is, in the pool; `done` gets its folder."""
-        run = self._study_run
+        run = self.run
         if run is None or not run.records:
-            self.show_message("There are no results of a study yet; start one first.", bad=True)
-            return False
+            return self._session.refuse("There are no results of a study yet; start one first.")
         task = Task.of(
             study_report, "The report of the study", settings=run.settings.model_dump_json(),
             folder=str(run.folder),
@@ -165,45 +164,45 @@ class Studying(Challenging, ABC):
             if isinstance(event, Finished):
                 done(run.folder)
 
-        return self._submit(services, "study report", task, on_event)
+        return self._session.run.submit("study report", task, on_event)
 
-    def _study_changed(self, run: StudyRun) -> None:
-        if not self._show_study(run):
+    def _changed(self, run: StudyRun) -> None:
+        if not self._show(run):
             return
         if run.phase == FAILED:
-            self.show_message(run.sentence, bad=True)
+            self._session.show_message(run.sentence, bad=True)
         elif run.phase == STOPPED:
-            self.show_message("The study was stopped; what is finished is kept.")
+            self._session.show_message("The study was stopped; what is finished is kept.")
 
-    def _show_study(self, run: StudyRun) -> bool:
+    def _show(self, run: StudyRun) -> bool:
         """False where another one, or none, is shown."""
-        if self.closed and not is_kept(self.folder):
+        if self._session.closed and not is_kept(self._session.folder):
             # A run that was just beginning has made its folder anew.
-            shutil.rmtree(self.folder, ignore_errors=True)
-        with self._lock:
-            if run is not self._study_run:
+            shutil.rmtree(self._session.folder, ignore_errors=True)
+        with self._session.lock:
+            if run is not self.run:
                 return False
-            self.study = replace(_state(run), sections=self.study.sections)
-        self.notify(Topic.STUDY)
-        self._study_worker.ask(lambda: self._draw_study(run))
+            self.state = replace(_state(run), sections=self.state.sections)
+        self._session.notify(Topic.STUDY)
+        self._worker.ask(lambda: self._draw(run))
         return True
 
-    def _draw_study(self, run: StudyRun) -> None:
+    def _draw(self, run: StudyRun) -> None:
         """On a thread of its own, and not too often; the newest results win."""
         from flexgui.core.montecarlo.summary import summarise
 
         records = run.records
-        if run is not self._study_run or not records:
+        if run is not self.run or not records:
             return
         begun = time.monotonic()
         sections = shown(summarise(run.settings, records))
         took = time.monotonic() - begun
-        with self._lock:
-            if run is not self._study_run:
+        with self._session.lock:
+            if run is not self.run:
                 return
-            self.study = replace(self.study, sections=sections)
-        self.notify(Topic.STUDY)
-        self._study_over.wait(max(CALM, SHARE * took))
+            self.state = replace(self.state, sections=sections)
+        self._session.notify(Topic.STUDY)
+        self._over.wait(max(CALM, SHARE * took))
 
 
 def _state(run: StudyRun) -> StudyState:

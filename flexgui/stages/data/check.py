@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from abc import ABC
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flexgui.core.check.finding import Finding, mended_columns
 from flexgui.core.errors import InputError
@@ -16,29 +14,36 @@ from flexgui.session.edit import Document, Edit
 from flexgui.session.latest import LatestWins
 from flexgui.session.state import Part, Topic
 from flexgui.stages.data.task import findings
-from flexgui.stages.diagnose.demonstrating import Demonstrating
+
+if TYPE_CHECKING:
+    from flexgui.session.session import Session
 
 TITLE = "The check of the recordings"
 
 
-class Checking(Demonstrating, ABC):
+class Check:
     """Findings hold for the recordings that were looked at: other ones are looked at anew."""
 
-    def __init__(self, key: str, folder: Path) -> None:
-        super().__init__(key, folder)
+    def __init__(self, session: Session) -> None:
+        self._session = session
         self._findings: tuple[Finding, ...] = ()
         self._checked: Scenario | None = None
         """The scenario whose recordings were looked at."""
-        self.checking = False
+        self.running = False
         """Whether they are being looked at."""
+        self._worker = LatestWins(session.faults, Part.CHECK)
+        self.forget()
+
+    def forget(self) -> None:
+        """Another scenario follows."""
         self.mended: dict[str, tuple[str, ...]] = {}
         """Recording -> lines of the scenario that a person put there to mend it."""
-        self._check_worker = LatestWins(self.faults, Part.CHECK)
 
     @property
     def is_checked(self) -> bool:
         """Whether what the check says is about the recordings as they are now."""
-        return self._checked is not None and _same_rig(self._checked, self.scenario)
+        checked = self._checked
+        return checked is not None and _same_rig(checked, self._session.document.scenario)
 
     def findings_of(self, recording: str) -> tuple[Finding, ...]:
         """What the check says of a recording; nothing before it was looked at."""
@@ -50,45 +55,46 @@ class Checking(Demonstrating, ABC):
         looked = () if self._checked is None else _looked_at(self._checked).recordings
         return recording in {spec.name for spec in looked}
 
-    def check_recordings(self) -> None:
+    def start(self) -> None:
         """Looks for faults in all recordings, soon and in a worker; the page hears of it."""
-        self.checking = bool(self.scenario.recordings)
-        self.notify(Topic.RECORDINGS)
-        if self.checking:
-            self._check_worker.ask(self._look)
+        self.running = bool(self._session.document.scenario.recordings)
+        self._session.notify(Topic.RECORDINGS)
+        if self.running:
+            self._worker.ask(self._look)
 
     def mend(self, one: Finding) -> bool:
         """Puts the line that mends a finding into the scenario, and looks again."""
-        names = [spec.name for spec in self.scenario.recordings]
+        names = [spec.name for spec in self._session.document.scenario.recordings]
         if one.mend is None or one.recording not in names:
             return False
         try:
             line = tomllib.loads(one.mend)
         except tomllib.TOMLDecodeError:
-            return self.refuse(f"{one.recording}: this cannot be mended by a button.")
-        if not self.change(_laid_over(names.index(one.recording), line)):
+            return self._session.refuse(f"{one.recording}: this cannot be mended by a button.")
+        if not self._session.document.change(_laid_over(names.index(one.recording), line)):
             return False
-        with self._lock:
+        with self._session.lock:
             mends = self.mended.get(one.recording, ())
             self.mended = {**self.mended, one.recording: (*mends, one.mend)}
-        self.check_recordings()
+        self.start()
         return True
 
-    def end_check(self) -> None:
+    def close(self) -> None:
         """Nothing more is looked at."""
-        self._check_worker.close()
+        self._worker.close()
 
     def _look(self) -> None:
-        scenario = self.scenario
-        arguments = {"folder": str(self.folder), "scenario": _looked_at(scenario)}
+        scenario = self._session.document.scenario
+        arguments = {"folder": str(self._session.folder), "scenario": _looked_at(scenario)}
         try:
-            found: tuple[Finding, ...] = ask(self.key, Task.of(findings, TITLE, **arguments))
+            task = Task.of(findings, TITLE, **arguments)
+            found: tuple[Finding, ...] = ask(self._session.key, task)
         except InputError as error:
             found = ()
-            self.show_message(str(error), bad=True)
-        with self._lock:
-            self._findings, self._checked, self.checking = found, scenario, False
-        self.notify(Topic.RECORDINGS)
+            self._session.show_message(str(error), bad=True)
+        with self._session.lock:
+            self._findings, self._checked, self.running = found, scenario, False
+        self._session.notify(Topic.RECORDINGS)
 
 
 def _looked_at(scenario: Scenario) -> Scenario:

@@ -1,9 +1,9 @@
-"""A first look into a file that a person brought: its columns as pictures, and what they may be."""
+"""A file that a person brought, read once: its columns as pictures, what they may be, its rows."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,7 +29,7 @@ CONTRADICT = (*TAKEN_IN, "gear_ratio", "scale", "offset", "delay", "clock_drift"
 
 
 @dataclass(frozen=True)
-class Glance:
+class Inspection:
     """What the import screen shows of a file before it is read."""
 
     headers: tuple[str, ...]
@@ -43,6 +43,12 @@ class Glance:
     """Channel -> evidence that changed the guess."""
     rows: Rows = Rows()
     """Whether its rows are even in time, and what is empty."""
+    rows_as_known: Rows | None = None
+    """The same by columns that were chosen before, where the headings are the same."""
+    words: str = ""
+    """Length and rate, where the file can be read as it is; else empty."""
+    refusal: str = ""
+    """Why it cannot be read as it is."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +79,15 @@ class _File:
             return ()
 
 
-def glance(
-    folder: str, file: str, scenario: Scenario, wanted: tuple[str, ...], *, progress: Progress
-) -> Glance:
+def inspect_file(
+    folder: str,
+    file: str,
+    scenario: Scenario,
+    wanted: tuple[str, ...],
+    like: tuple[tuple[str, ...], Mapping[str, Any]] | None = None,
+    *,
+    progress: Progress,
+) -> Inspection:
     """InputError where the file is no table, or none of the folder.
 
     Args:
@@ -83,21 +95,74 @@ def glance(
         file: A name in it.
         scenario: Whose arm and drive the file is to suit.
         wanted: Channels to look for, those that matter most first.
+        like: Headings and columns of a file that waits already.
+        progress: How much of the file is read.
     """
+    from flexgui.core.errors import InputError
     from flexgui.core.recording.read_table import read_table
     from flexgui.core.scenario.data_folder import Within
 
     table = read_table(Within(Path(folder)).find(file), progress)
-    numbers = _numbers(table)
+    titles, numbers = tuple(table.columns), _numbers(table)
     columns = _guessed(numbers, wanted)
-    found = rows(numbers, headers_of(tuple(table.columns), columns), columns)
+    found = rows(numbers, headers_of(titles, columns), columns)
     one = _File(Path(folder), file, scenario, progress, settings(found))
     columns, findings, taken_in = _checked(one, columns, numbers)
-    found = rows(numbers, headers_of(tuple(table.columns), columns), columns)
-    return Glance(
-        tuple(table.columns), columns, {h: _picture(x) for h, x in numbers.items()}, findings,
-        taken_in, found,
-    )  # fmt: skip
+    known = like[1] if like is not None and like[0] == titles else None
+    words = refusal = ""
+    try:
+        words = read_file(folder, file, [{"file": file}], scenario, progress=progress)[0]
+    except InputError as error:
+        refusal = str(error)
+    return Inspection(
+        headers=titles,
+        columns=columns,
+        pictures={h: _picture(x) for h, x in numbers.items()},
+        findings=findings,
+        taken_in=taken_in,
+        rows=rows(numbers, headers_of(titles, columns), columns),
+        rows_as_known=None if known is None else rows(numbers, headers_of(titles, known), known),
+        words=words,
+        refusal=refusal,
+    )
+
+
+def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
+    """The headings of a table's columns; InputError where it is none, or none of the folder."""
+    from flexgui.core.recording.read_table import read_table
+    from flexgui.core.scenario.data_folder import Within
+
+    return tuple(read_table(Within(Path(folder)).find(file), progress).columns)
+
+
+def read_file(
+    folder: str,
+    file: str,
+    entries: Sequence[Mapping[str, Any]],
+    scenario: Scenario,
+    *,
+    progress: Progress,
+) -> tuple[str, ...]:
+    """Length and rate of each recording that a file becomes, in words; InputError where anything is
+    missing that a motion of the scenario's arm needs. `entries` are the scenario's tables."""
+    from flexgui.core.errors import InputError
+    from flexgui.core.loading import joint_units
+    from flexgui.core.recording.load import load_recording
+    from flexgui.core.recording.spec import RecordingSpec
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.stated_effects import base_model
+
+    model = base_model(scenario)
+    references, units = model.drive.needed_channels(model.arm), joint_units(model.arm)
+    path, words = Within(Path(folder)).find(file), []
+    for entry in entries:
+        spec = RecordingSpec.model_validate(dict(entry))
+        found = load_recording(path, spec, references, units, progress)
+        if model.arm.joints > 1 and found.theta2 is None and not found.has("theta2"):
+            raise InputError(f"{file} does not give the position of joint 2; add a column theta2.")
+        name, samples, rate = entry.get("name", file), len(found.time), 1.0 / found.sample_time
+        words.append(f"{name}: {samples} samples at {rate:.4g} Hz, {samples / rate:.2f} s.")
+    return tuple(words)
 
 
 def _numbers(table: Table) -> dict[str, np.ndarray]:

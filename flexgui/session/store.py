@@ -6,11 +6,10 @@ import logging
 import shutil
 import threading
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flexgui.classroom.challenging import Challenge
 from flexgui.core.errors import InputError
@@ -30,10 +29,12 @@ from flexgui.places import (
 from flexgui.session.edit import Document
 from flexgui.session.records import known, packed, unpacked
 from flexgui.session.state import STAGES, Cursor, Live, Topic
-from flexgui.stages.data.uploading import check_suits
+from flexgui.stages.data.state import check_suits
 from flexgui.stages.diagnose.look import Look
 from flexgui.stages.study.state import StudyChoice
-from flexgui.stages.study.studying import Studying
+
+if TYPE_CHECKING:
+    from flexgui.session.session import Session
 
 DURABLE = frozenset({
     Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE, Topic.STUDY,
@@ -62,41 +63,37 @@ class Earlier:
         return time.strftime("%H:%M" if today else "%d %B, %H:%M", then)
 
 
-class Keeping(Studying, ABC):
-    """Keeps nothing before `keep_here`: tests and scripts have no use for it."""
+class Store:
+    """Writes nothing before `begin`: scripts have no use for it."""
 
-    def __init__(self, key: str, folder: Path) -> None:
-        super().__init__(key, folder)
+    def __init__(self, session: Session) -> None:
+        self._session = session
         self.earlier: Earlier | None = None
         """What the person is offered."""
         self._keeps = False
         self._writing = threading.Lock()
-        """Held while the disk is written, and taken before the session's own lock."""
+        """Held while the disk is written; the session's own lock never is."""
         self._written: tuple[Any, ...] = ((), ())
         self._judged: tuple[Look, tuple[Look, ...]] | None = None
 
-    @abstractmethod
-    def begin_with(self, scenario: Scenario) -> None: ...
-
-    def keep_here(self) -> None:
+    def begin(self) -> None:
         """From now on every change is written into the session's folder; looks for earlier work."""
-        before = earlier_folder(self.folder)
+        before = earlier_folder(self._session.folder)
         if is_kept(before):
             self.earlier = Earlier(before, kept_at(before))
-        with self._lock:
+        with self._session.lock:
             self._written, self._keeps = (self._stated(), self._found()), True
 
-    def notify(self, *topics: Topic) -> None:
-        """Writes first what the page is about to show."""
-        if self._keeps and not self.closed and DURABLE & set(topics):
+    def write(self, topics: Sequence[Topic]) -> None:
+        """Keeps what the page is about to show, where it is of those topics."""
+        if self._keeps and not self._session.closed and DURABLE & set(topics):
             with self._writing:
                 self._write_down()
-        super().notify(*topics)
 
     def decline(self) -> None:
         """Leaves the earlier work where it is; it is offered once more next time."""
         self.earlier = None
-        self.notify(Topic.KEPT)
+        self._session.notify(Topic.KEPT)
 
     def restore(self) -> bool:
         """Takes the earlier work up in place of what is here; what cannot be read is set aside."""
@@ -120,17 +117,17 @@ class Keeping(Studying, ABC):
             found = Found()
             name = set_aside(earlier.folder / RESULTS, earlier.time)
             words = WITHOUT.format(earlier.words, name, _why(error))
-        with self._writing, self._lock:
+        with self._writing:
             self._keeps = False
             try:
-                self.leave_waiting()  # its files lie in the folder that goes
+                self._session.recordings.leave_waiting()  # its files lie in the folder that goes
                 self._exchange(earlier.folder)
-                self.begin_with(stated.scenario)
-                self.live = live
+                self._session.begin_with(stated.scenario)
+                self._session.document.live = live
                 self._take_up(stated, found)
                 self._written = (self._stated(), self._found())
             except OSError as error:
-                self.show_message(UNMOVED.format(earlier.words, error.strerror), bad=True)
+                self._session.show_message(UNMOVED.format(earlier.words, error.strerror), bad=True)
                 return False
             finally:
                 self._keeps = True
@@ -140,91 +137,100 @@ class Keeping(Studying, ABC):
     def _settle(self, words: str, bad: bool = False) -> None:
         """The question about the earlier work is answered."""
         self.earlier = None
-        self.notify(*Topic)
-        self.refresh_live()
-        self.refresh_playback()
-        self.show_message(words, bad)
+        self._session.notify(*Topic)
+        self._session.document.refresh()
+        self._session.playback.refresh()
+        self._session.show_message(words, bad)
 
     def _take_up(self, stated: Stated, found: Found) -> None:
-        self.stage = stated.stage if stated.stage in STAGES else STAGES[0]
-        self.cursor = Cursor(recording=stated.recording)
-        self.aside, self._own = stated.aside, frozenset(stated.own)
-        self.nickname, self.tour = stated.nickname, stated.tour
-        self.challenge, self._formulas = stated.challenge, dict(stated.formulas)
-        if self.challenge is not None:
+        session = self._session
+        session.stage = stated.stage if stated.stage in STAGES else STAGES[0]
+        session.playback.cursor = Cursor(recording=stated.recording)
+        session.recordings.aside, session.recordings.own = stated.aside, frozenset(stated.own)
+        session.tour.step = stated.tour
+        session.challenge.nickname, session.challenge.state = stated.nickname, stated.challenge
+        if stated.challenge is not None:
             begun = time.monotonic() - stated.challenged_for
-            self.challenge = replace(self.challenge, started=begun)
-        self.outcome, self.outcome_of = found.outcome, found.outcome_of
-        self.looks = found.looks
-        self.study_choice = known(StudyChoice, stated.study)
+            session.challenge.state = replace(stated.challenge, started=begun)
+        session.identification.take(found.outcome, found.outcome_of)
+        session.diagnosis.formulas, session.diagnosis.looks = dict(stated.formulas), found.looks
+        session.study.choice = known(StudyChoice, stated.study)
         if stated.studied is not None:
-            self._recall_study(stated.studied)
+            session.study.recall(stated.studied)
 
     def _exchange(self, earlier: Path) -> None:
         """Two renames: whenever this is interrupted, the earlier work lies in one of its places."""
-        fresh = self.folder.with_name(f"{self.folder.name}{FRESH}")
+        folder = self._session.folder
+        fresh = folder.with_name(f"{folder.name}{FRESH}")
         shutil.rmtree(fresh, ignore_errors=True)
-        self.folder.rename(fresh)
+        folder.rename(fresh)
         try:
-            earlier.rename(self.folder)
+            earlier.rename(folder)
         except OSError:
-            fresh.rename(self.folder)
+            fresh.rename(folder)
             raise
         for owner in fresh.glob(OWNER):
-            owner.replace(self.folder / OWNER)
+            owner.replace(folder / OWNER)
         if is_kept(fresh):  # what was done before the question was answered
             set_aside(fresh, kept_at(fresh), "replaced")
         shutil.rmtree(fresh, ignore_errors=True)
 
     def _write_down(self) -> None:
-        with self._lock:
+        with self._session.lock:
             stated, found, words = self._stated(), self._found(), self._in_words()
         before, self._written = self._written, (stated, found)
         try:
             if not _same(found, before[1]):
-                _write(self.folder / RESULTS, vars(Found(*found)))
-            if not _same(stated, before[0]) or not is_kept(self.folder):
+                _write(self._session.folder / RESULTS, vars(Found(*found)))
+            if not _same(stated, before[0]) or not is_kept(self._session.folder):
                 if _same(stated, before[0]) and _same(found, before[1]):
                     return
-                _write(self.folder / WORK, words)
+                _write(self._session.folder / WORK, vars(words))
         except (InputError, OSError, TypeError) as error:
             self._keeps = False
             log.warning("The work of a session cannot be kept: %r", error)
-            self.show_message(NOT_KEPT, bad=True)
+            self._session.show_message(NOT_KEPT, bad=True)
 
     def _stated(self) -> tuple[Any, ...]:
-        tried = " ".join(self._formulas)
-        study = (self.study_choice, self.study.settings)
-        return (self.scenario, self.challenge, self.aside, self._own, tried, *study)
+        """What is compared to see whether anything has changed: objects that are replaced whole."""
+        session = self._session
+        return (
+            session.document.scenario, session.challenge.state, session.recordings.aside,
+            session.recordings.own, " ".join(session.diagnosis.formulas), session.study.choice,
+            session.study.state.settings,
+        )  # fmt: skip
 
     def _found(self) -> tuple[Any, ...]:
-        return (self.outcome, self.outcome_of, self._judged_looks())
+        fitted = self._session.identification
+        return (fitted.outcome, fitted.outcome_of, self._judged_looks())
 
     def _judged_looks(self) -> tuple[Look, ...]:
         """Those that are over, and the one whose verdict is shown while its last fit goes on."""
-        look = self.pending
+        look = self._session.diagnosis.pending
         if look is None or look.diagnosis is None:
-            return self.looks
+            return self._session.diagnosis.looks
         if self._judged is None or self._judged[0] is not look:
-            self._judged = (look, self.shown_looks)
+            self._judged = (look, self._session.diagnosis.shown_looks)
         return self._judged[1]
 
-    def _in_words(self) -> dict[str, Any]:
-        return {
-            "scenario": self.scenario,
-            "live": vars(self.live),
-            "stage": self.stage,
-            "recording": self.cursor.recording,
-            "aside": self.aside,
-            "own": sorted(self._own),
-            "nickname": self.nickname,
-            "tour": self.tour,
-            "challenge": self.challenge,
-            "challenged_for": time.monotonic() - self.challenge.started if self.challenge else 0.0,
-            "formulas": dict(self._formulas),
-            "study": dict(vars(self.study_choice)),
-            "studied": self.study.settings and self.study.settings.scenario,
-        }
+    def _in_words(self) -> Stated:
+        session = self._session
+        challenge, studied = session.challenge.state, session.study.state.settings
+        return Stated(
+            scenario=session.document.scenario,
+            live=vars(session.document.live),
+            stage=session.stage,
+            recording=session.playback.cursor.recording,
+            aside=session.recordings.aside,
+            own=sorted(session.recordings.own),
+            nickname=session.challenge.nickname,
+            tour=session.tour.step,
+            challenge=challenge,
+            challenged_for=time.monotonic() - challenge.started if challenge else 0.0,
+            formulas=dict(session.diagnosis.formulas),
+            study=dict(vars(session.study.choice)),
+            studied=None if studied is None else studied.scenario,
+        )
 
 
 @dataclass(frozen=True)

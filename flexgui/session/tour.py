@@ -4,17 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from flexgui.core.results import NOTHING
 from flexgui.session.demo import is_of_tour
-from flexgui.session.session import Session
+from flexgui.session.state import Topic
 from flexgui.stages.diagnose.look import Look, in_vain, last_change
+
+if TYPE_CHECKING:
+    from flexgui.session.session import Session
 
 OFFERED, BEGUN = 0, 1
 """Values of a session's `tour`; None: dismissed."""
 
 FIRST_STAGE = "Arm"
 """Where the tour is offered: who walks on by the stages has begun by themselves."""
+
+
+class Tour:
+    """How far the first visit's tour is."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.step: int | None = OFFERED
+        """None where it was dismissed."""
+
+    def go_on(self, step: int | None) -> None:
+        """Offers or begins the tour; None dismisses it."""
+        with self._session.lock:
+            self.step = step
+        self._session.notify(Topic.TOUR)
 
 
 @dataclass(frozen=True)
@@ -71,7 +90,7 @@ LOOKING = Card(DIAGNOSE, TRIED)
 
 def card(session: Session) -> Card | None:
     """The card to show; None where there is nothing to be said."""
-    if session.tour == OFFERED:
+    if session.tour.step == OFFERED:
         return OFFER if session.stage == FIRST_STAGE else None
     if not is_on_tour(session):
         return None
@@ -80,18 +99,24 @@ def card(session: Session) -> Card | None:
 
 def is_on_tour(session: Session) -> bool:
     """Whether the card goes along with the person."""
-    return session.tour == BEGUN and is_of_tour(session.scenario)
+    return session.tour.step == BEGUN and is_of_tour(session.document.scenario)
 
 
 def is_to_be_fitted(session: Session) -> bool:
     """Whether the model has no fit at its present settings, and nothing is being computed."""
-    fresh = session.outcome is not None and session.outcome_of == session.scenario
-    return not (fresh or session.busy)
+    fresh = (
+        session.identification.outcome is not None
+        and session.identification.outcome_of == session.document.scenario
+    )
+    return not (fresh or session.run.busy)
 
 
 def is_to_be_searched(session: Session) -> bool:
     """Whether nobody has looked yet for what the present model lacks."""
-    return not (session.busy or any(k.scenario == session.scenario for k in session.looks))
+    return not (
+        session.run.busy
+        or any(k.scenario == session.document.scenario for k in session.diagnosis.looks)
+    )
 
 
 def holds_way_on(session: Session) -> bool:
@@ -102,32 +127,35 @@ def holds_way_on(session: Session) -> bool:
 
 def due_stage(session: Session) -> str:
     """Where the next thing is to be done."""
-    if session.shown_looks:
+    if session.diagnosis.shown_looks:
         return "Diagnose"
-    return "Identify" if session.outcome is None else "Compare"
+    return "Identify" if session.identification.outcome is None else "Compare"
 
 
 def _identify(session: Session) -> Card:
-    if session.run.busy and session.run.kind == "identify":
+    if session.run.state.busy and session.run.state.kind == "identify":
         return FITTING
-    fresh = session.outcome is not None and session.outcome_of == session.scenario
+    fresh = (
+        session.identification.outcome is not None
+        and session.identification.outcome_of == session.document.scenario
+    )
     return FITTED if fresh else TO_FIT
 
 
 def _compare(session: Session) -> Card:
-    look = session.look
+    look = session.diagnosis.look
     if look is not None and look.diagnosis is not None and look.diagnosis.verdict == NOTHING:
         return Card(COMPARE, "The residual is only noise now.")
-    return AT_COMPARE if session.comparisons else UNFITTED
+    return AT_COMPARE if session.comparison.shown else UNFITTED
 
 
 def _diagnose(session: Session) -> Card:
-    look, pending = session.look, session.pending
-    if session.to_add:
-        return Card(ADD, _fitted_with(session.to_add))
+    look, pending = session.diagnosis.look, session.diagnosis.pending
+    if session.diagnosis.to_add:
+        return Card(ADD, _fitted_with(session.diagnosis.to_add))
     if pending is not None:
         return _adding(session, pending) if pending.added else _looking(pending)
-    if look is None or look.scenario != session.scenario or not look.ranking:
+    if look is None or look.scenario != session.document.scenario or not look.ranking:
         return TO_FIND
     if look.added:
         return _added(session, look)
@@ -161,7 +189,7 @@ def _fitted_with(title: str) -> str:
 
 
 def _adding(session: Session, pending: Look) -> Card:
-    change = last_change(session.shown_looks) if pending.found is not None else None
+    change = last_change(session.diagnosis.shown_looks) if pending.found is not None else None
     if change is None:
         return Card(ADD, _fitted_with(pending.title))
     went = "fell" if change.fell else "went"
@@ -173,9 +201,9 @@ def _adding(session: Session, pending: Look) -> Card:
 
 
 def _added(session: Session, look: Look) -> Card:
-    change = last_change(session.looks)
+    change = last_change(session.diagnosis.looks)
     words = "" if change is None else change.words
-    if in_vain(session.looks):
+    if in_vain(session.diagnosis.looks):
         return Card(
             ADD,
             f"The error did not fall: it went {words}. {look.title} was not the cause. Press Undo "

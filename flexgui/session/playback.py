@@ -1,0 +1,163 @@
+"""The motion that a page plays, and the thread that moves its cursor."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from flexgui.core.errors import InputError
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.data_folder import Within
+from flexgui.core.scenario.schema import Scenario
+from flexgui.jobs.inputs import ask
+from flexgui.jobs.task import Task
+from flexgui.scene import recorded
+from flexgui.session.latest import LatestWins
+from flexgui.session.state import STAGES, Cursor, Part, Topic
+from flexgui.stages.data.task import play
+
+if TYPE_CHECKING:
+    from flexgui.session.session import Session
+
+RATE = 25.0
+"""Frames a second; the page draws arm and cursor at each."""
+SHORT = 30_000
+"""Samples, as the paper has them (3 s at 0.1 ms): simulated in half a second with a few MB."""
+
+
+class Playback:
+    """One cursor for the arm, its ghost and the plots."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.cursor = Cursor()
+        self.recording: Recording | None = None
+        """The one under the cursor, as the scenario states it now."""
+        self.motion: recorded.Playback | None = None
+        self._recording_key: tuple[str, Scenario] | None = None
+        self._worker = LatestWins(session.faults, Part.PLAYBACK)
+        self._waits = False
+        """Whether the motion is computed once another stage is shown."""
+        self._moving = False
+        """Whether a thread moves the cursor."""
+
+    def forget(self) -> None:
+        """Plays nothing: another scenario follows."""
+        self.recording, self.motion, self.cursor = None, None, Cursor()
+
+    def move(self, **changes: Any) -> None:
+        """Moves the cursor, plays, changes speed or recording."""
+        with self._session.lock:
+            before, self.cursor = self.cursor, replace(self.cursor, **changes)
+            starts = self.cursor.playing and not self._moving
+            self._moving = self._moving or starts
+        if before.recording != self.cursor.recording:
+            self.refresh()
+        if starts:
+            threading.Thread(target=self._play, name="player", daemon=True).start()
+        self._session.notify(Topic.CURSOR)
+
+    def _play(self) -> None:
+        """A thread that lives only while something plays."""
+        last = time.monotonic()
+        while True:
+            time.sleep(1.0 / RATE)
+            now = time.monotonic()
+            with self._session.lock:
+                cursor = self.cursor
+                if not cursor.playing or self._session.closed:
+                    self._moving = False
+                    return
+            with self._session.faults.watch(Part.CURSOR):
+                self.advance((now - last) * cursor.speed)
+            last = now
+
+    def advance(self, seconds: float) -> None:
+        """Moves the cursor on; at the end it starts again."""
+        with self._session.lock:
+            if self.motion is None:
+                return
+            end = self.motion.seconds
+            time = self.cursor.time + seconds
+            self.cursor = replace(self.cursor, time=time if 0.0 <= time <= end else 0.0)
+        self._session.notify(Topic.CURSOR)
+
+    def scenario_changed(self) -> None:
+        """At once where it is seen; under the sliders of the first stage it would be in the way."""
+        if self._session.stage == STAGES[0]:
+            self._waits = True
+        else:
+            self.refresh()
+
+    def stage_changed(self) -> None:
+        """Computes what has waited for a stage that shows it."""
+        if self._waits:
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Makes or reads the recording under the cursor and computes its motion, soon."""
+        self._waits = False
+        self._worker.ask(self._compute)
+
+    def wait_idle(self, timeout: float) -> bool:
+        """Whether the motion is that of the cursor's recording within `timeout` s."""
+        return self._worker.wait_idle(timeout)
+
+    def close(self) -> None:
+        """Computes nothing more."""
+        self._worker.close()
+
+    def _compute(self) -> None:
+        with self._session.lock:
+            scenario, name = self._session.document.scenario, self.cursor.recording
+            before, fitted = self._recording_key, self._session.identification.current
+        names = [spec.name for spec in scenario.recordings]
+        if not names:
+            with self._session.lock:
+                self.recording, self._recording_key, self.motion = None, None, None
+            self._session.notify(Topic.RECORDINGS, Topic.CURSOR)
+            return
+        name = name if name in names else names[0]
+        try:
+            key = (name, _data_part(scenario))
+            kept = self.recording if key == before else None
+            recording, found = self._played(scenario, name, fitted, kept)
+        except InputError as error:
+            self._waits = True  # for the next stage: a worker may have been late or lost
+            self._session.show_message(str(error), bad=True)
+            return
+        with self._session.lock:
+            self.recording, self._recording_key, self.motion = recording, key, found
+            if self.cursor.recording != name:
+                self.cursor = replace(self.cursor, recording=name, time=0.0)
+        self._session.notify(Topic.RECORDINGS, Topic.CURSOR)
+
+    def _played(
+        self, scenario: Scenario, name: str, fitted: Outcome | None, kept: Recording | None
+    ) -> tuple[Recording, recorded.Playback]:
+        """The recording, as it is `kept` where it is, and its motion; the server itself does only
+        what is known to be short."""
+        values = recorded.fitted_values(fitted, name)
+        if not _short(scenario, name):
+            arguments = {"recording": name, "folder": str(self._session.folder), "values": values}
+            task = Task.of(play, f"Recording {name}", scenario=scenario, **arguments)
+            again, found = ask(self._session.key, task)
+            return kept or again, found
+        recording = kept or recorded.read_one(scenario, name, Within(self._session.folder))
+        return recording, recorded.played(scenario, values, recording)
+
+
+def _short(scenario: Scenario, name: str) -> bool:
+    simulate = next((s.simulate for s in scenario.recordings if s.name == name), None)
+    return simulate is not None and simulate.samples <= SHORT
+
+
+def _data_part(scenario: Scenario) -> Scenario:
+    """What the recordings depend on: everything but the identification's settings."""
+    plain = Scenario(title="-", arm=scenario.arm)
+    return scenario.model_copy(
+        update={"title": "-", "identify": plain.identify, "compare": (), "model": plain.model}
+    )

@@ -1,0 +1,444 @@
+"""Files that a person brings become recordings, if need be with the meaning of their columns."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import threading
+from collections.abc import Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from flexgui.core.arm.presets import presets
+from flexgui.core.errors import InputError
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.scenario.data_folder import check_plain
+from flexgui.core.scenario.read import LONGEST, parse_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.jobs.inputs import Errands, Steps
+from flexgui.jobs.task import Task
+from flexgui.session.edit import Document, Edit, put, recording, thawed
+from flexgui.session.state import OURS, Topic
+from flexgui.stages.data.inspect import Inspection, headers, inspect_file, read_file
+from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
+from flexgui.stages.data.rows import parted, settings
+from flexgui.stages.data.uploads import keep_upload, unpack, unpacking_folder
+from flexgui.stages.data.waiting_file import (
+    POINT,
+    Companion,
+    Waiting,
+    waiting_again,
+    waiting_for,
+    wanted_channels,
+)
+
+if TYPE_CHECKING:
+    from flexgui.session.session import Session
+
+ASKED = (
+    "{} has no column {}: assign one below under “Which column is which”, or, where the file comes "
+    "from another kind of rig, choose that under “Rig” first."
+)
+MORE = "{} has columns with other names: assign them below, or read the file as it is."
+REST = " The other files were read: {}."
+GUESSED = "{}: what its columns seem to be stands below; read it, or correct the table."
+
+
+@dataclass(frozen=True)
+class Arrived:
+    """A file that was read and is no recording of the scenario yet."""
+
+    entry: Document
+    """The scenario's table of it."""
+    words: str
+    """What was read."""
+
+
+class Recordings:
+    """At most one file waits for its columns, with those that have the same ones."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.waiting: Waiting | None = None
+        self.arrived: tuple[Arrived, ...] = ()
+        """Files of which the person has not said yet whether they are used alone."""
+        self.aside: tuple[Document, ...] = ()
+        """Recordings that made room for them."""
+        self.own: frozenset[str] = frozenset()
+        """Files of the person that are recordings by now."""
+        self._queued: tuple[str, ...] = ()
+        """Files with other columns, which are asked about once the one that waits is read."""
+        self._bringing = threading.Lock()
+        """Held while a file is written: several that are chosen at once come one by one."""
+        self._errands = Errands(
+            session.key, lambda text: session.show_message(f"{text} …"), self._show_error
+        )
+
+    def close(self) -> None:
+        """Reads nothing more."""
+        self._errands.close()
+
+    def upload(self, name: str, content: bytes) -> Future[bool]:
+        """Keeps a file; soon it is read, or its columns are asked for, or a scenario is opened.
+
+        Whether it is used alone is asked where recordings of another origin stand already. While a
+        file waits, one that needs no answers is read; of the others, one with the same columns is
+        read with it, and one with other columns is asked about next.
+        """
+        limit = self._session.services.upload_limit_bytes
+        try:
+            with self._bringing:
+                path = keep_upload(self._session.folder, name, content, limit)
+        except InputError as error:
+            self._show_error(error)
+            refused: Future[bool] = Future()
+            refused.set_result(False)
+            return refused
+        return self._errands.begin(self._brought(path, limit))
+
+    def _brought(self, path: Path, limit: int) -> Steps:
+        kind = path.suffix.lower()
+        try:
+            if self.waiting is not None and (self.waiting.recording or kind in (".zip", ".toml")):
+                self._forget_file()
+                yield from self._ask_next()
+            if kind not in (".zip", ".toml"):
+                return (yield from self._taken_in(path))
+            scenario = path if kind == ".toml" else (yield from self._unpacked(path, limit))
+            with scenario.open(encoding="utf-8", errors="replace") as file:
+                text = file.read(LONGEST + 1)
+            self._session.begin_with(parse_scenario(text, scenario.name))
+            return True
+        except (InputError, GeneratorExit):
+            path.unlink(missing_ok=True)
+            raise
+
+    def _unpacked(self, path: Path, limit: int) -> Steps:
+        try:
+            scenario = yield from self._asked(unpack, path.name, limit=limit)
+        finally:
+            shutil.rmtree(unpacking_folder(path), ignore_errors=True)
+        return self._session.folder / scenario
+
+    def _taken_in(self, path: Path) -> Steps:
+        """Read as it is, or waiting for answers: alone, with the file that waits, or after it."""
+        before = self.waiting
+        found: Inspection = yield from self._inspected(path.name, before)
+        asked = self._questions(path.name, found)
+        if asked is None:
+            self._arrive(path.name, found)
+            return True
+        now = self.waiting  # answered or left meanwhile
+        if now is None:
+            self._ask(asked)
+        elif found.rows_as_known is not None and found.headers == now.headers:
+            companion = Companion(path.name, found.rows_as_known)
+            self._wait(replace(now, companions=(*now.companions, companion)))
+        else:
+            with self._session.lock:
+                self._queued = (*self._queued, path.name)
+        return False
+
+    def _inspected(self, file: str, like: Waiting | None = None) -> Steps:
+        scenario = self._session.document.scenario
+        model = base_model(scenario)
+        wanted = wanted_channels(model.arm, tuple(model.drive.needed_channels(model.arm)))
+        known = None if like is None else (like.headers, like.columns)
+        asked = {"scenario": scenario, "wanted": wanted, "like": known}
+        return (yield from self._asked(inspect_file, file, **asked))
+
+    def _questions(self, file: str, found: Inspection) -> Waiting | None:
+        """What has to be asked about a file, with what its inspection guesses; None: nothing."""
+        model = base_model(self._session.document.scenario)
+        references = tuple(model.drive.needed_channels(model.arm))
+        waiting = waiting_for(file, found.headers, model.arm, references)
+        if waiting is None and not settings(found.rows):
+            return None
+        if waiting is None:
+            plain = RecordingSpec(file=file)
+            waiting = waiting_again(found.headers, model.arm, references, plain)
+        return waiting.guessed(found)
+
+    def _ask(self, waiting: Waiting) -> None:
+        """Lets a file wait for its columns."""
+        self._wait(waiting)
+        missing = waiting.missing
+        done = MORE if waiting.questions else GUESSED
+        file = waiting.file
+        message = ASKED.format(file, _named(missing[0])) if missing else done.format(file)
+        self._session.show_message(message, bad=bool(missing))
+
+    def _ask_next(self) -> Steps:
+        """Looks at the files that came while another one waited."""
+        while self.waiting is None and self._queued:
+            with self._session.lock:
+                queued, self._queued = self._queued, ()
+            for file in queued:  # those behind may have the columns of the first
+                try:
+                    yield from self._taken_in(self._session.folder / file)
+                except InputError as error:
+                    self._drop(file)
+                    self._show_error(error)
+
+    def choose_columns(self, name: str) -> Future[bool]:
+        """Opens the file of a recording again, to say what its columns hold."""
+        return self._errands.begin(self._opened_again(name))
+
+    def _opened_again(self, name: str) -> Steps:
+        specs = self._session.document.scenario.recordings
+        spec = next((s for s in specs if s.name == name), None)
+        if spec is None or spec.file is None:
+            raise InputError("Only a recording from a file has columns to choose.")
+        headings = yield from self._asked(headers, spec.file)
+        model = base_model(self._session.document.scenario)
+        references = tuple(model.drive.needed_channels(model.arm))
+        self._wait(waiting_again(headings, model.arm, references, spec))
+        return True
+
+    def _show_error(self, error: Exception) -> None:
+        if not isinstance(error, InputError):
+            logging.getLogger(__name__).error("A file was not read", exc_info=error)
+            error = InputError(f"The file could not be read: {OURS}.")
+        self._session.refuse(error)
+
+    def map_column(
+        self, channel: str, header: str, gain: float = 1.0, sign: int = 1, unit: str = ""
+    ) -> bool:
+        """Says that a column of the waiting file holds a channel."""
+        waiting = self.waiting
+        if waiting is None or channel not in waiting.offered or header not in waiting.headers:
+            return False
+        try:
+            self._answered(waiting.mapped(channel, header, gain, sign, unit))
+        except InputError as error:
+            return self._session.refuse(error)
+        return True
+
+    def no_column(self, channel: str) -> None:
+        """Says that the waiting file has none of a channel that it could do without."""
+        if self.waiting is not None and channel not in self.waiting.missing:
+            self._answered(self.waiting.without(channel))
+
+    def answer(self, **answers: Any) -> None:
+        """Says something about the waiting file: `theta2`, `gaps`, `clock`, `rate` of `Waiting`."""
+        if self.waiting is not None:
+            self._answered(replace(self.waiting, **answers))
+
+    def ask_again(self) -> None:
+        """Forgets what was said about the waiting file."""
+        if self.waiting is not None:
+            self._answered(self.waiting.begun_again())
+
+    def _answered(self, waiting: Waiting) -> None:
+        """A sentence about the answer before is out of date."""
+        if self._session.message.bad:
+            self._session.show_message("")
+        self._wait(waiting)
+
+    def read_waiting(self) -> Future[bool]:
+        """Reads the waiting file with the columns that were chosen."""
+        return self._errands.begin(
+            self._read_all("" if self.waiting is None else self.waiting.file)
+        )
+
+    def _read_all(self, file: str) -> Steps:
+        waiting = self.waiting
+        if waiting is None or waiting.file != file:
+            return False
+        if waiting.missing:
+            raise InputError(_still(waiting))
+        failed = []
+        for k, one in enumerate(waiting.files):
+            try:
+                yield from self._read(one, waiting, waiting.settings(k))
+            except InputError as error:
+                failed.append(str(error))
+        if failed:
+            rest = len(waiting.files) - len(failed)
+            self._session.refuse(f"{failed[0]}{REST.format(rest) if rest else ''}")
+        if len(failed) == len(waiting.files):
+            return False
+        self._wait(None)
+        yield from self._ask_next()
+        return True
+
+    def _read(self, file: str, waiting: Waiting, extra: Mapping[str, Any]) -> Steps:
+        """Takes the file in, or gives the recording of that name other columns; InputError else."""
+        entry: Document = {"file": file}
+        entry |= {"columns": waiting.columns} if waiting.columns else {}
+        entry |= {} if waiting.theta2 is None else {"theta2": waiting.theta2}
+        entry |= extra
+        scenario = self._session.document.scenario
+        names = [spec.name for spec in scenario.recordings]
+        entries = [entry] if waiting.recording in names else parted(entry)
+        words = yield from self._asked(read_file, file, entries=entries, scenario=scenario)
+        if waiting.recording not in names:
+            self._add(tuple(Arrived(*each) for each in zip(entries, words, strict=True)))
+            return
+        place = recording(names.index(waiting.recording))
+        edits = (
+            put((*place, "columns"), waiting.columns or None),
+            put((*place, POINT), waiting.theta2),
+        )
+        more = [put((*place, key), value) for key, value in extra.items()]
+        if self._session.document.change(*edits, *more):
+            self._session.show_message(words[0])
+            self._session.playback.move(recording=waiting.recording, time=0.0, playing=False)
+            self._session.check.start()
+
+    def _arrive(self, file: str, found: Inspection) -> None:
+        """A file without questions; InputError where it cannot be read."""
+        if found.refusal:
+            raise InputError(found.refusal)
+        self._add((Arrived({"file": file}, found.words),))
+
+    def _add(self, arrived: tuple[Arrived, ...]) -> None:
+        """Asks where recordings of another origin stand alone; a person's own stand together."""
+        files = {spec.file for spec in self._session.document.scenario.recordings}
+        with self._session.lock:
+            self.arrived = (*self.arrived, *arrived)
+        if not files or files & self.own:
+            self.use_arrived(alone=False)
+            return
+        self._session.show_message(" ".join(one.words for one in arrived))
+        self._session.notify(Topic.RECORDINGS)
+
+    def use_arrived(self, alone: bool) -> bool:
+        """Makes what has arrived recordings, in place of those that stand or beside them."""
+        arrived, before = self.arrived, self._entries()
+        entries = [one.entry for one in arrived]
+        if not arrived or not self._put_recordings(entries if alone else [*before, *entries]):
+            return False
+        with self._session.lock:
+            self.own |= {one.entry["file"] for one in arrived}
+            self.arrived, self.aside = (), (*self.aside, *(before if alone else ()))
+        self._session.show_message(" ".join(one.words for one in arrived))
+        last = self._session.document.scenario.recordings[-1].name
+        self._session.playback.move(recording=last, time=0.0, playing=False)
+        self._session.notify(Topic.RECORDINGS)
+        self._session.check.start()
+        if alone:
+            self._session.challenge.lay_aside()
+        return True
+
+    def bring_back(self) -> bool:
+        """Puts the recordings that made room before those that stand now."""
+        if not self.aside or not self._put_recordings([*self.aside, *self._entries()]):
+            return False
+        with self._session.lock:
+            self.aside = ()
+        self._session.notify(Topic.RECORDINGS)
+        self._session.challenge.take_back()
+        return True
+
+    def leave_arrived(self) -> None:
+        """Forgets the files of which was asked whether they are used alone."""
+        with self._session.lock:
+            left, self.arrived = self.arrived, ()
+        for one in left:
+            self._drop(one.entry["file"])
+        self._session.notify(Topic.RECORDINGS)
+
+    def leave_file(self) -> None:
+        """Forgets the waiting file; a recording that has it already keeps it."""
+        self._forget_file()
+        self._errands.begin(self._ask_next())
+
+    def _forget_file(self) -> None:
+        if self.waiting is not None:
+            for file in self.waiting.files:
+                self._drop(file)
+            self._wait(None)
+
+    def leave_waiting(self) -> None:
+        """Forgets all that a person was asked about, and what stands aside."""
+        with self._session.lock:
+            queued, self._queued = self._queued, ()
+        for file in queued:
+            self._drop(file)
+        self._forget_file()
+        self.leave_arrived()
+        with self._session.lock:
+            self.aside, self.own = (), frozenset()
+
+    def _drop(self, file: str) -> None:
+        specs = self._session.document.scenario.recordings
+        if not any(file in spec.files for spec in specs):
+            (self._session.folder / file).unlink(missing_ok=True)
+
+    def choose_rig(self, title: str) -> bool:
+        """Makes the scenario one of another kind of rig; a waiting file is looked at anew."""
+        scenario = self._session.document.scenario
+        rig = next((r for r in RIGS if r.title == title), None)
+        if rig is None or rig == rig_of(scenario):
+            return False
+        return self._become(rig_edit(scenario, rig))
+
+    def choose_arm(self, preset: str) -> bool:
+        """Makes the scenario's arm one that ships; a waiting file is looked at anew."""
+        scenario = self._session.document.scenario
+        if preset == scenario.arm.preset or preset not in presets():
+            return False
+        return self._become(arm_edit(scenario, preset))
+
+    def _become(self, edit: Edit) -> bool:
+        """Another rig: a waiting file is looked at anew."""
+        if not self._session.document.change(edit):
+            return False
+        self._errands.begin(self._looked_anew())
+        self._session.notify(Topic.RECORDINGS)
+        return True
+
+    def _looked_anew(self) -> Steps:
+        waiting = self.waiting
+        if waiting is None or waiting.recording:
+            return
+        found: Inspection = yield from self._inspected(waiting.file)
+        asked = self._questions(waiting.file, found)
+        if asked is not None and self.waiting is not None:  # still
+            self._ask(replace(asked, companions=self.waiting.companions))
+
+    def _asked(self, function: Any, file: str, **arguments: Any) -> Steps:
+        """What the worker that reads says of a file.
+
+        It is given the name, and finds no file by it but one of the session's folder.
+        """
+        check_plain(file)  # it is the title of the task too
+        folder = str(self._session.folder)
+        found = yield Task.of(function, file, folder=folder, file=file, **arguments)
+        if self._session.message.text.endswith("…"):
+            self._session.show_message("")
+        return found
+
+    def _wait(self, waiting: Waiting | None) -> None:
+        with self._session.lock:
+            self.waiting = waiting
+        self._session.notify(Topic.RECORDINGS)
+
+    def _entries(self) -> list[Document]:
+        document = self._session.document.scenario.model_dump(exclude_defaults=True)
+        found: list[Document] = thawed(document.get("recordings", ()))
+        return found
+
+    def _put_recordings(self, entries: list[Document]) -> bool:
+        return self._session.document.change(put(("recordings",), entries))
+
+
+def check_suits(scenario: Scenario) -> None:
+    """InputError where a session cannot have the scenario."""
+    for spec in scenario.recordings:
+        for file in spec.files:
+            check_plain(file)
+    base_model(scenario)
+
+
+def _named(channel: str) -> str:
+    return "t (time)" if channel == "t" else channel
+
+
+def _still(waiting: Waiting) -> str:
+    channel = waiting.missing[0]
+    return f"{waiting.file}: first assign a column to {waiting.words(channel)}, {channel}."

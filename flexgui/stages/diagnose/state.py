@@ -1,0 +1,311 @@
+"""What could be missing, and a model that grows by it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from flexgui.core.errors import InputError
+from flexgui.core.results import MISSING, Estimate, LinearModel, Outcome, RecordingComparison
+from flexgui.core.scenario.read import scenario_toml
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.jobs import Event, Finished, Partial, Stopped, Task
+from flexgui.jobs.events import Ended
+from flexgui.sentences.figures import times
+from flexgui.session.edit import Edit, edited, put, thawed
+from flexgui.session.run import Then
+from flexgui.session.state import Topic
+from flexgui.stages.diagnose.effects import (
+    present,
+    ranked_with_own,
+    titled,
+    with_effect,
+    with_own,
+    without_effect,
+)
+from flexgui.stages.diagnose.look import Look, last_change, steps_before, story, worse
+from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose
+from flexgui.views.pooled import overall_estimates
+
+if TYPE_CHECKING:
+    from flexgui.session.session import Session
+
+COMPARED_BY = (
+    "Measurement and model are compared as in the diagnosis: the initial state of each recording "
+    "is fitted too, so that all figures agree with the error ladder."
+)
+BUSY = "Something is being computed already; stop it or wait."
+
+
+class Diagnosis:
+    """One look per model; the last complete one survives whatever happens to a newer one."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._then: Then = None
+        """What is done once the worker has stopped."""
+        self.to_add = ""
+        """Title of the effect that is added once a ranking has been ended for it."""
+        self.formulas: dict[str, tuple[str, str, str]] = {}
+        """Own effects that were tried, by their id: target, formula, parameters."""
+        self.forget()
+
+    def forget(self) -> None:
+        """Another scenario follows."""
+        self.looks: tuple[Look, ...] = ()
+        """The way so far, each step complete or stopped by the person."""
+        self.pending: Look | None = None
+        """What the worker looks at now."""
+
+    @property
+    def shown_looks(self) -> tuple[Look, ...]:
+        """The way with what the worker has told so far."""
+        if self.pending is None or self.pending.found is None:
+            return self.looks
+        return (*steps_before(self.looks, self.pending), self.pending)
+
+    @property
+    def look(self) -> Look | None:
+        """The newest of them."""
+        return next(reversed(self.shown_looks), None)
+
+    @property
+    def whole(self) -> Outcome | None:
+        """The last result with what was found missing and added, as the report tells it."""
+        outcome, of = self._session.identification.outcome, self._session.identification.outcome_of
+        last = self.looks[-1] if self.looks else None
+        if outcome is None or last is None or last.scenario != of:
+            return outcome
+        shown = self._session.comparison.shown or outcome.comparisons
+        notes = outcome.notes if shown is outcome.comparisons else (*outcome.notes, COMPARED_BY)
+        diagnosis = story(self.looks)
+        diagnosis = diagnosis and replace(diagnosis, linear_model=self.linear_model)
+        given = self.first_fit if diagnosis is not None and diagnosis.added else ()
+        return replace(outcome, comparisons=shown, notes=notes, diagnosis=diagnosis, as_given=given)
+
+    @property
+    def first_fit(self) -> tuple[Estimate, ...]:
+        """Estimates of the way's first model, which the last result may no longer be about."""
+        first = next(iter(self.shown_looks), None)
+        if first is None:
+            return ()
+        if first.outcome is not None:
+            return overall_estimates(first.outcome.fits)
+        return () if first.found is None else first.found.step.parameters
+
+    @property
+    def linear_model(self) -> LinearModel | None:
+        """What the linear model costs, where the first model of the way was identified with it."""
+        from flexgui.core.workbench import linear_model
+
+        first = next(iter(self.shown_looks), None)
+        if first is None or first.diagnosis is None or first.outcome is None:
+            return None
+        if first.outcome.level != "lpv":
+            return None
+        return linear_model(first.outcome.fits, first.outcome.comparisons, first.diagnosis)
+
+    @property
+    def known_biased(self) -> bool:
+        """Whether an effect is known to be missing in the model of the last result."""
+        of = self._session.identification.outcome_of
+        same = [look.diagnosis for look in self.shown_looks if look.scenario == of]
+        return any(found is not None and found.verdict == MISSING for found in same)
+
+    def search(self) -> bool:
+        """Looks for what the scenario's model lacks."""
+        scenario = self._session.document.scenario
+        last = next((k for k in reversed(self.looks) if k.scenario == scenario), None)
+        look = Look(scenario) if last is None else replace(last, found=None)
+        known = self._session.identification.current is not None
+        return self._look_at(look, "" if known else AFTER, scenario)
+
+    def add(self, kind: str) -> bool:
+        """Puts a listed effect into the model and fits it; a ranking that still goes on ends."""
+        if self._session.run.busy and self.pending is not None and self.pending.found is not None:
+            self._then = partial(self._add_now, kind)
+            self.to_add = titled([kind])[0]
+            self._session.run.stop()
+            self._session.notify(Topic.DIAGNOSIS)
+            return True
+        found = (
+            next((r for r in self.look.ranking if r.effect == kind), None) if self.look else None
+        )
+        if kind in self.formulas:
+            return self.add_own(*self.formulas[kind])
+        try:
+            return self._go_on(with_effect(kind, found), titled([kind])[0], kind)
+        except InputError as error:
+            return self._session.refuse(error)
+
+    def _add_now(self, kind: str) -> None:
+        self.add(kind)
+        self.to_add = ""
+
+    def add_own(self, target: str, formula: str, parameters: str) -> bool:
+        """Puts a formula into the model and fits it; says what is wrong with it."""
+        try:
+            edit = with_own(target, formula, parameters)
+            kind, title = present(edited(self._session.document.scenario, edit))[-1]
+            done = self._go_on(edit, title, kind)
+        except InputError as error:
+            return self._session.refuse(error)
+        if done:
+            self.formulas[kind] = (target, formula, parameters)
+        return done
+
+    def remove(self, kind: str) -> bool:
+        """Takes an effect out of the model and fits what is left."""
+        scenario = self._session.document.scenario
+        title = dict(present(scenario)).get(kind, kind)
+        last = self.looks[-1] if self.looks else None
+        if last is not None and last.added == kind and last.scenario == scenario:
+            return self.undo()
+        return self._go_on(without_effect(kind), f"without: {title}", None)
+
+    def undo(self) -> bool:
+        """One step back on the way; nothing is computed."""
+        with self._session.run.beginning:
+            busy = self._session.run.busy
+            if busy or len(self.looks) < 2:
+                return self._session.refuse(BUSY if busy else "There is no step to undo.")
+            back = self.looks[-2]
+            model = thawed(back.scenario.model_dump(exclude_defaults=True)).get("model")
+        if not self._session.document.change(put(("model",), model)):
+            return False
+        with self._session.lock:
+            undone, self.looks = self.looks[-1], self.looks[:-1]
+            if back.outcome is not None and back.scenario == self._session.document.scenario:
+                self._session.identification.take(back.outcome, back.scenario)
+        self._session.notify(Topic.DIAGNOSIS, Topic.OUTCOME)
+        self._session.playback.refresh()
+        self._session.show_message(f"Undone: {undone.title}.")
+        return True
+
+    def _go_on(self, edit: Edit, title: str, added: str | None) -> bool:
+        """Changes the model and looks at it."""
+        with self._session.run.beginning:
+            if self._session.run.busy:
+                return self._session.refuse(BUSY)
+            before = self._session.document.scenario
+            base_model(edited(before, edit))
+            if not self._session.document.change(edit):
+                return False
+            look = Look(self._session.document.scenario, title, added)
+            if self._look_at(look, BEFORE, before):
+                return True
+            fitted = self._session.identification
+            self._restore(before, fitted.outcome, fitted.outcome_of)
+        return False
+
+    def _look_at(self, look: Look, fit: str, was: Scenario) -> bool:
+        fitted = self._session.identification
+        before = (was, fitted.outcome, fitted.outcome_of)
+        task = Task.of(
+            diagnose, "The search for what is missing", fit=fit,
+            scenario_toml=scenario_toml(look.scenario), folder=str(self._session.folder),
+        )  # fmt: skip
+
+        def on_event(event: Event) -> Then:
+            if isinstance(event, Ended):
+                return self._over(event, before)
+            if isinstance(event, Partial) and event.name == COMPARED:
+                self._compared(event.value)
+            elif isinstance(event, Partial):
+                self._take_partial(event.value)
+            return None
+
+        with self._session.run.beginning:  # or who comes at the same moment takes the look away
+            if self._session.run.busy:
+                return self._session.refuse(BUSY)
+            self.pending, self._then = look, None
+            done = self._session.run.submit("diagnose", task, on_event)
+            if not done:
+                self.pending = None
+        return done
+
+    def _take_partial(self, found: Looked) -> None:
+        """A first or a finer picture."""
+        with self._session.lock:
+            if self.pending is None:
+                return
+            fresh = found.outcome is not None and self.pending.outcome is not found.outcome
+            look = self.pending = replace(self.pending, found=found)
+            if fresh and found.outcome is not None:
+                self._session.identification.take(found.outcome, look.scenario)
+                self.pending = replace(look, outcome=found.outcome)
+        self._session.notify(Topic.DIAGNOSIS)
+        if fresh:
+            self._session.notify(Topic.OUTCOME)
+            self._session.playback.refresh()
+
+    def _compared(self, found: tuple[RecordingComparison, ...]) -> None:
+        """Measured against the fit that the look is about."""
+        with self._session.lock:
+            if self.pending is not None:
+                self.pending = replace(self.pending, comparisons=found)
+        _ = self._session.comparison.failing  # worked out here: whoever draws has others waiting
+        self._session.notify(Topic.DIAGNOSIS)
+
+    def _over(self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]) -> Then:
+        """Keeps what was found; without anything the state is what it was before."""
+        found = getattr(event, "result", None)
+        if isinstance(found, Looked):
+            self._take_partial(found)
+        with self._session.lock:
+            look, self.pending = self.pending, None
+        if look is None:
+            return None
+        kept = self._worth_keeping(look, event)
+        if kept:
+            self._keep(look)
+        else:
+            self._restore(*before)
+        self._session.notify(Topic.DIAGNOSIS)
+        if self._then is None and isinstance(event, Stopped):
+            self._session.show_message(_stopped(kept, bool(self.looks)))
+        elif self._then is None and isinstance(event, Finished) and look.title:
+            self._session.show_message(self._fallen(), bad=worse(self.looks))
+        return self._then
+
+    def _worth_keeping(self, look: Look, event: Ended) -> bool:
+        """A complete look always; one that was stopped where there is no complete one of it."""
+        if isinstance(event, Finished):
+            return look.found is not None
+        complete = any(k.scenario == look.scenario and k.diagnosis for k in self.looks)
+        return isinstance(event, Stopped) and look.found is not None and not complete
+
+    def _keep(self, look: Look) -> None:
+        with self._session.lock:
+            fitted = self._session.identification
+            outcome = fitted.outcome if fitted.outcome_of == look.scenario else None
+            before = steps_before(self.looks, look)
+            if before and look.added in self.formulas:
+                before = (*before[:-1], ranked_with_own(before[-1], look))
+            self.looks = (*before, replace(look, outcome=outcome))
+
+    def _restore(
+        self, scenario: Scenario, outcome: Outcome | None, outcome_of: Scenario | None
+    ) -> None:
+        model = thawed(scenario.model_dump(exclude_defaults=True)).get("model")
+        if scenario.model != self._session.document.scenario.model:
+            self._session.document.change(put(("model",), model))
+        with self._session.lock:
+            self._session.identification.take(outcome, outcome_of)
+        self._session.notify(Topic.OUTCOME)
+
+    def _fallen(self) -> str:
+        """How the error changed in the last step."""
+        last, change = self.looks[-1], last_change(self.looks)
+        if change is None:
+            return f"{last.title}: the error is {times(last.error)} the noise floor."
+        return f"{last.title}: the error went {change.words}."
+
+
+def _stopped(kept: bool, any_left: bool) -> str:
+    if kept:
+        return "Stopped; what was found so far is shown."
+    return "Stopped; the last complete result is kept." if any_left else "Stopped."

@@ -1,0 +1,65 @@
+"""What a person takes away: the report, and the plan of the next experiments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.read import scenario_toml
+from flexgui.jobs import Event, Finished, Task
+from flexgui.session.edit import Document, edited, put
+from flexgui.session.state import Topic
+from flexgui.stages.export.task import export, plan_next
+
+if TYPE_CHECKING:
+    from flexgui.session.session import Session
+
+
+class Export:
+    """Made in the pool, from the last result."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.forget()
+
+    def forget(self) -> None:
+        """Another scenario follows."""
+        self.planned: tuple[str, ...] = ()
+        """What the last plan of the next experiments says, a paragraph each."""
+
+    def report(self, done: Callable[[Path], None]) -> bool:
+        """Writes the export of the last result in the pool; `done` gets its folder."""
+        outcome, scenario = self._session.diagnosis.whole, self._session.identification.outcome_of
+        if outcome is None or scenario is None:
+            return self._session.refuse("There is no result yet; identify first.")
+        out = self._session.folder / "export"
+        text = scenario_toml(scenario)
+        where = {"folder": str(self._session.folder), "out": str(out)}
+        task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, **where)
+        return self._session.run.make(task, lambda _: done(out))
+
+    def plan(self, seconds: float, limits: Document, done: Callable[[Path], None]) -> bool:
+        """Plans the next experiments in the pool; `done` gets the folder of their files.
+
+        `limits` are a scenario's `[limits]`; a wrong one is said.
+        """
+        try:
+            plain = edited(self._session.document.scenario, put(("limits",), limits or None))
+        except InputError as error:
+            return self._session.refuse(error)
+        out = self._session.folder / "plan"
+        where = {"folder": str(self._session.folder), "out": str(out)}
+        text = scenario_toml(plain)
+        task = Task.of(plan_next, "The plan", scenario_toml=text, seconds=seconds, **where)
+
+        def on_event(event: Event) -> None:
+            found = getattr(event, "result", None)
+            if isinstance(event, Finished) and isinstance(found, tuple):
+                with self._session.lock:
+                    self.planned = found
+                self._session.notify(Topic.OUTCOME)
+                done(out)
+
+        return self._session.run.submit("plan", task, on_event)
