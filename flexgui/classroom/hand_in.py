@@ -8,7 +8,8 @@ import io
 import json
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+
+import msgspec
 
 from flexgui.classroom.board import plain_name
 from flexgui.classroom.judging import NONE_GUESSED, Guess, judged
@@ -66,21 +67,20 @@ def read_hand_in(path: Path) -> HandIn:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
-    plain = opened(text, path.name, HEAD)
     try:
-        return _stated(json.loads(plain))
-    except (ValueError, KeyError, TypeError) as error:
+        read = msgspec.json.decode(opened(text, path.name, HEAD), type=_Content)
+    except msgspec.DecodeError as error:
         raise InputError(f"{path.name} is no hand-in of this program.") from error
+    guesses = tuple(Guess(kind, size) for kind, size in read.guesses)
+    return HandIn(plain_name(read.name), guesses, read.obfuscated, read.asked, read.changed)
 
 
-def _stated(content: dict[str, Any]) -> HandIn:
-    return HandIn(
-        name=plain_name(str(content["name"])),
-        guesses=tuple(Guess(str(kind), str(size)) for kind, size in content["guesses"]),
-        obfuscated=str(content["sealed"]),
-        asked=content["asked"],
-        changed=bool(content["changed"]),
-    )
+class _Content(msgspec.Struct, rename={"obfuscated": "sealed"}):
+    name: str
+    guesses: list[tuple[str, str]]
+    obfuscated: str
+    asked: bool | None
+    changed: bool
 
 
 def stated_guess(text: str) -> Guess:

@@ -18,7 +18,7 @@ from flexgui.core.errors import InputError
 from flexgui.page.in_browser import lift, watch_connection
 from flexgui.places import without_places
 from flexgui.server.access import AccessHandler
-from flexgui.server.browser_connection import FOLLOWER, Asking, BrowserConnection, store_key
+from flexgui.server.browser_connection import FOLLOWER, STORED_AS, Asking, BrowserConnection
 from flexgui.server.errors import Reports
 from flexgui.server.options import is_loopback, loopback_origins, neighbours, own_name, port_of
 from flexgui.server.services import Limits
@@ -161,7 +161,7 @@ class PageServer:
         session = browser.session
         # A key that a silent browser may have is not written over: a reload finds its work.
         if session is not None and browser.role != FOLLOWER and browser.answered:
-            store_key(browser.client, session.key)
+            browser.client.local_storage.set_item(STORED_AS, session.key)
 
     def _build(self, browser: BrowserConnection) -> Page | None:
         from flexgui.page import page  # late: the server listens before it is there

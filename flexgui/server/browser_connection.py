@@ -125,8 +125,3 @@ def _stored_key(client: viser.ClientHandle, timeout: float) -> str | None:
         log.debug("Client %d has no key: %s", client.client_id, error)
         return None
     return key if key is not None and _KEY.fullmatch(key) else None
-
-
-def store_key(client: viser.ClientHandle, key: str) -> None:
-    """For the next time."""
-    client.local_storage.set_item(STORED_AS, key)

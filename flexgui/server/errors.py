@@ -7,7 +7,6 @@ import asyncio
 import contextlib
 import logging
 import traceback
-from collections.abc import Iterator
 from typing import Any
 
 import viser
@@ -66,16 +65,13 @@ AFTER_ACK = 0.4
 """s: the page draws the end of an upload first, and the refusal over it."""
 
 
-@contextlib.contextmanager
-def _if_connected() -> Iterator[None]:
-    """A browser that has just gone hears nothing, which is no error."""
-    with contextlib.suppress(RuntimeError, KeyError):
-        yield
+GONE = (RuntimeError, KeyError)
+"""What viser raises where a browser has just gone; it hears nothing, which is no error."""
 
 
 def note(client: viser.ClientHandle, title: str, text: str, *, bad: bool = False) -> None:
     """A note in a corner of the page; the page shows it as plain text."""
-    with _if_connected():
+    with contextlib.suppress(*GONE):
         client.add_notification(
             title, text, auto_close_seconds=NOTE_SECONDS, color="red" if bad else None
         )
@@ -115,11 +111,6 @@ def refuse_upload(
     asyncio.get_running_loop().call_later(AFTER_ACK, _send, client, refused)
 
 
-def drop_upload(client: viser.ClientHandle, transfer: str) -> None:
-    """Forgets what has come of a file."""
-    client.gui._current_file_upload_states.pop(transfer, None)
-
-
 def _send(client: viser.ClientHandle, message: _messages.Message) -> None:
-    with _if_connected():
+    with contextlib.suppress(*GONE):
         client._websock_connection.queue_message(message)

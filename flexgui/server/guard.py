@@ -14,7 +14,7 @@ import viser
 from msgspec import Meta, convert
 
 from flexgui.server.browser_connection import BrowserConnection
-from flexgui.server.errors import correct, drop_upload, explain, refuse_upload
+from flexgui.server.errors import correct, explain, refuse_upload
 from flexgui.server.messages import (
     FileTransferPart,
     FileTransferStartUpload,
@@ -27,8 +27,6 @@ from flexgui.server.messages import (
 from flexgui.server.services import MEGA, Limits
 
 log = logging.getLogger(__name__)
-
-SLIDERS = (viser.GuiSliderHandle, viser.GuiMultiSliderHandle)
 
 
 class RefusedError(Exception):
@@ -68,13 +66,6 @@ class Guard:
         browser.acted()
         return msgspec.msgpack.encode(message) if changed else raw
 
-    def slider(self, message: Message) -> str | None:
-        """The slider that a message moves, if it does."""
-        if isinstance(message, GuiUpdateMessage) and (browser := self._browser()) is not None:
-            handle = browser.client.gui._gui_input_handle_from_uuid.get(message.uuid)
-            return message.uuid if isinstance(handle, SLIDERS) else None
-        return None
-
     async def _checked(self, browser: BrowserConnection, message: Message) -> bool:
         """Whether the message had to be changed; RefusedError where it may do nothing."""
         match message:
@@ -102,7 +93,7 @@ class Guard:
                 sentence = str(refusal) if shown else "This page takes no files now."
                 refuse_upload(client, message, sentence)
             case FileTransferPart():
-                drop_upload(client, message.transfer_uuid)
+                client.gui._current_file_upload_states.pop(message.transfer_uuid, None)
             case _ if not allowed:
                 correct(client, message.widget or "")
                 if not self._explained:
