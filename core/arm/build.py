@@ -35,7 +35,9 @@ class ArmSpec(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     preset: str | None = None
+    """An arm that comes with FlexGUI."""
     name: str | None = None
+    """For display."""
     gravity: tuple[FiniteFloat, FiniteFloat] | None = None
     """m/s^2"""
     segments: tuple[dict[str, Any], ...] = ()

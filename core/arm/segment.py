@@ -19,21 +19,30 @@ class Segment(Stated):
     """
 
     length: Positive
+    """m"""
     mass: Positive
+    """kg"""
     width: Positive | None = None
+    """m, of the square section; with young_modulus instead of EI."""
     young_modulus: Positive | None = None
+    """Pa"""
     EI: Positive | None = None
+    """N m², bending stiffness."""
     modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 1
+    """Bending modes, 0 (rigid) to 3."""
     damping_time: NonNegative = 0.0
     """Kelvin-Voigt retardation time in s: the bending damping is this times the stiffness."""
     tip_mass: NonNegative = 0.0
+    """kg, at the end of the segment."""
     tip_inertia: NonNegative = 0.0
+    """kg m²"""
     hub_inertia: NonNegative = 0.0
     """Rotor and gear on the joint's side, kg m^2 (kg for a prismatic joint): behind a high gear
     they count with the joint's own rate."""
     rotor_inertia: NonNegative = 0.0
     """Rotor of a motor without a gear, kg m^2: it turns with the segment that carries it too."""
     joint: str = "revolute"
+    """revolute or prismatic."""
     joint_compliance: Positive | None = None
     """rad/(N m) (m/N on a slide) of the gear between motor and segment; None: rigid. The motor
     carries the hub's inertia, the drive and the encoder."""

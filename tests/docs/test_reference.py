@@ -7,9 +7,10 @@ from pathlib import Path
 from flexgui.core.drives.drive import drive_classes
 from flexgui.core.effects import catalogue
 from flexgui.core.sensors import sensors
-from flexgui.reference import FILE, reference_text
+from flexgui.reference import reference_text
 
 ROOT = Path(__file__).resolve().parents[2]
+FILE = "docs/scenario.md"
 MANY_KEYS = 100
 """Fewer would mean that whole tables are not generated."""
 
