@@ -27,7 +27,7 @@ from flexgui.places import (
     set_aside,
 )  # fmt: skip
 from flexgui.session.edit import Document
-from flexgui.session.records import known, packed, unpacked
+from flexgui.session.records import packed, unpacked
 from flexgui.session.state import STAGES, Cursor, Live, Topic
 from flexgui.stages.data.state import check_suits
 from flexgui.stages.diagnose.look import Look
@@ -102,15 +102,14 @@ class Store:
             return False
         words = RESTORED.format(earlier.words)
         try:
-            stated = known(Stated, _read(earlier.folder / WORK))
-            live = known(Live, stated.live)
+            stated = unpacked((earlier.folder / WORK).read_bytes(), Stated)
             check_suits(stated.scenario)
         except UNREADABLE as error:
             name = set_aside(earlier.folder, earlier.time)
             self._settle(UNREAD.format(earlier.words, name, _why(error)), bad=True)
             return False
         try:
-            found = known(Found, _read(earlier.folder / RESULTS))
+            found = unpacked((earlier.folder / RESULTS).read_bytes(), Found)
         except FileNotFoundError:  # nothing was found yet
             found = Found()
         except UNREADABLE as error:
@@ -123,7 +122,7 @@ class Store:
                 self._session.recordings.leave_waiting()  # its files lie in the folder that goes
                 self._exchange(earlier.folder)
                 self._session.begin_with(stated.scenario)
-                self._session.document.live = live
+                self._session.document.live = stated.live
                 self._take_up(stated, found)
                 self._written = (self._stated(), self._found())
             except OSError as error:
@@ -153,8 +152,9 @@ class Store:
             begun = time.monotonic() - stated.challenged_for
             session.challenge.state = replace(stated.challenge, started=begun)
         session.identification.take(found.outcome, found.outcome_of)
-        session.diagnosis.formulas, session.diagnosis.looks = dict(stated.formulas), found.looks
-        session.study.choice = known(StudyChoice, stated.study)
+        session.diagnosis.formulas = dict(stated.formulas)
+        session.diagnosis.looks = _one_outcome(found)
+        session.study.choice = stated.study
         if stated.studied is not None:
             session.study.recall(stated.studied)
 
@@ -181,11 +181,11 @@ class Store:
         before, self._written = self._written, (stated, found)
         try:
             if not _same(found, before[1]):
-                _write(self._session.folder / RESULTS, vars(Found(*found)))
+                _write(self._session.folder / RESULTS, Found(*found))
             if not _same(stated, before[0]) or not is_kept(self._session.folder):
                 if _same(stated, before[0]) and _same(found, before[1]):
                     return
-                _write(self._session.folder / WORK, vars(words))
+                _write(self._session.folder / WORK, words)
         except (InputError, OSError, TypeError) as error:
             self._keeps = False
             log.warning("The work of a session cannot be kept: %r", error)
@@ -218,17 +218,17 @@ class Store:
         challenge, studied = session.challenge.state, session.study.state.settings
         return Stated(
             scenario=session.document.scenario,
-            live=vars(session.document.live),
+            live=session.document.live,
             stage=session.stage,
             recording=session.playback.cursor.recording,
             aside=session.recordings.aside,
-            own=sorted(session.recordings.own),
+            own=tuple(sorted(session.recordings.own)),
             nickname=session.challenge.nickname,
             tour=session.tour.step,
             challenge=challenge,
             challenged_for=time.monotonic() - challenge.started if challenge else 0.0,
             formulas=dict(session.diagnosis.formulas),
-            study=dict(vars(session.study.choice)),
+            study=session.study.choice,
             studied=None if studied is None else studied.scenario,
         )
 
@@ -238,20 +238,18 @@ class Stated:
     """What a person has stated, as it is stored; of another version's store what both know."""
 
     scenario: Scenario
-    live: dict[str, Any] = field(default_factory=dict)
-    """Fields of `Live`."""
+    live: Live = Live()
     stage: str = STAGES[0]
     recording: str = ""
     aside: tuple[Document, ...] = ()
-    own: Sequence[str] = ()
+    own: tuple[str, ...] = ()
     nickname: str = ""
     tour: int | None = 0
     challenge: Challenge | None = None
     challenged_for: float = 0.0
     """s since it began."""
     formulas: dict[str, tuple[str, str, str]] = field(default_factory=dict)
-    study: dict[str, Any] = field(default_factory=dict)
-    """Fields of `StudyChoice`."""
+    study: StudyChoice = StudyChoice()
     studied: Scenario | None = None
     """Whose cases lie in the folder."""
 
@@ -265,17 +263,19 @@ class Found:
     looks: tuple[Look, ...] = ()
 
 
-SCHEMA = 1
-"""Of the store; a greater one has been written by a later version, in which names mean more."""
-UNREADABLE = (InputError, OSError, TypeError, AttributeError)
+UNREADABLE = (InputError, OSError)
 
 
-def _read(path: Path) -> dict[str, Any]:
-    """What `_write` wrote; InputError where it cannot be read."""
-    value = unpacked(path.read_bytes())
-    if not isinstance(value, dict) or value.get("schema", 0) > SCHEMA:
-        raise InputError("a later version of FlexGUI wrote it.")
-    return value
+def _one_outcome(found: Found) -> tuple[Look, ...]:
+    """The looks, which hold the last result itself where they were of it."""
+    if found.outcome is None:
+        return found.looks
+    last = packed(found.outcome)
+    same = [one.outcome is not None and packed(one.outcome) == last for one in found.looks]
+    return tuple(
+        replace(one, outcome=found.outcome) if is_last else one
+        for one, is_last in zip(found.looks, same, strict=True)
+    )
 
 
 def _why(error: Exception) -> str:
@@ -293,7 +293,7 @@ def _same(new: tuple[Any, ...], old: tuple[Any, ...]) -> bool:
     return len(new) == len(old) and all(one(a, b) for a, b in zip(new, old, strict=True))
 
 
-def _write(path: Path, value: dict[str, Any]) -> None:
-    content = packed({"schema": SCHEMA, **value})
+def _write(path: Path, record: Stated | Found) -> None:
+    content = packed(record)
     with replacing(path) as temporary:
         temporary.write_bytes(content)
