@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -31,6 +30,8 @@ OF_ROW = texts("Recording", "Role", "Output")
 COLUMNS = (
     *OF_ROW, *numbers("FIT [%]", "Rms error", "‖r‖ / ‖y − mean‖ [–]", "‖r‖ / ‖y‖ [–]")
 )  # fmt: skip
+Error = ChannelComparison | ChannelError
+"""Of one recording, or of all of a role."""
 GIVEN_COLUMNS = numbers("FIT as given [%]", "Rms as given")
 
 
@@ -40,22 +41,25 @@ def fit_table(
     """The means over the recordings of each role, then a row per recording and output; `before`:
     the same of the model as given, in columns of their own."""
     rows: list[Row] = []
-    earlier = channel_errors_by_role(before)
+
+    def add(label: str, role: str, of: Error, ratios: Iterable[str], was: Error | None) -> None:
+        symbol = channel_symbol(of.channel, of.unit) + ("" if of.fitted else " *")
+        known = (label, ROLES.get(role, role), symbol, *_quality(of), *ratios)
+        cells = (*known, *_quality(was)) if before else known
+        rows.append(Row(cells, strong=isinstance(of, ChannelError)))
+
     for role in (ESTIMATE, VALIDATE):
         chosen = with_role(comparisons, role)
+        earlier = {e.channel: e for e in channel_errors(with_role(before, role))}
         for error in channel_errors(chosen) if len(chosen) > 1 else ():
-            row = replace(_row(f"all {len(chosen)}", role, error, ("", "")), strong=True)
-            rows.append(_beside(row, earlier[role].get(error.channel)) if before else row)
+            add(f"all {len(chosen)}", role, error, ("", ""), earlier.get(error.channel))
     given = {(r.recording, c.channel): c for r in before for c in r.channels}
     for recording in comparisons:
-        for channel in recording.channels:
-            ratios = [
-                format_number(x, 3, keep_zeros=True)
-                for x in (channel.normalised_error, channel.relative_error)
-            ]
-            row = _row(bar_label(recording, comparisons), recording.role, channel, ratios)
-            was = given.get((recording.recording, channel.channel))
-            rows.append(_beside(row, was) if before else row)
+        for c in recording.channels:
+            ratios = (c.normalised_error, c.relative_error)
+            figures = (format_number(x, 3, keep_zeros=True) for x in ratios)
+            was = given.get((recording.recording, c.channel))
+            add(bar_label(recording, comparisons), recording.role, c, figures, was)
     columns = (*COLUMNS, *GIVEN_COLUMNS) if before else COLUMNS
     return Table(
         columns,
@@ -64,6 +68,11 @@ def fit_table(
         "FIT = 100 (1 − ‖r‖ / ‖y − mean‖), not below 0. "
         "In the rows of all recordings FIT is a mean and the rms error counts all samples alike.",
     )
+
+
+def _quality(of: Error | None) -> tuple[str, str]:
+    """FIT and rms error."""
+    return ("", "") if of is None else (format_percent(of.fit_percent), quantity(of.rms, of.unit))
 
 
 def overview(
@@ -85,43 +94,12 @@ def overview(
 def _pooled(chosen: Sequence[RecordingComparison]) -> tuple[dict[str, str], dict[str, str]]:
     """Output -> its FIT, and output or tip -> its rms error."""
     fitted = [e for e in channel_errors(chosen) if e.fitted]
-    symbols = [channel_symbol(e.channel, e.unit) for e in fitted]
-    fits = (format_percent(e.fit_percent) for e in fitted)
-    errors = dict(zip(symbols, (quantity(e.rms, e.unit) for e in fitted), strict=True))
+    found = {channel_symbol(e.channel, e.unit): _quality(e) for e in fitted}
+    errors = {symbol: rms for symbol, (_, rms) in found.items()}
     distance = tip_rms(chosen)
     if distance is not None and np.isfinite(distance):
         errors["tip"] = quantity(distance, "m")
-    return dict(zip(symbols, fits, strict=True)), errors
-
-
-def channel_errors_by_role(
-    comparisons: Sequence[RecordingComparison],
-) -> dict[str, dict[str, ChannelError]]:
-    """role -> channel -> its error over all recordings of the role."""
-    return {
-        role: {e.channel: e for e in channel_errors(with_role(comparisons, role))}
-        for role in (ESTIMATE, VALIDATE)
-    }
-
-
-def _beside(row: Row, was: ChannelComparison | ChannelError | None) -> Row:
-    """The row with the figures of the model as given."""
-    cells = ("", "")
-    if was is not None:
-        cells = (format_percent(was.fit_percent), quantity(was.rms, was.unit))
-    return replace(row, cells=(*row.cells, *cells))
-
-
-def _row(label: str, role: str, of: ChannelComparison | ChannelError, ratios: Sequence[str]) -> Row:
-    """One output of a recording, or of all of a role."""
-    symbol = channel_symbol(of.channel, of.unit) + ("" if of.fitted else " *")
-    figures = (format_percent(of.fit_percent), quantity(of.rms, of.unit))
-    return Row((label, ROLES.get(role, role), symbol, *figures, *ratios))
-
-
-Key = tuple[str, str, str]
-"""Recording, role, output."""
-Errors = dict[Key, float]
+    return {symbol: fit for symbol, (fit, _) in found.items()}, errors
 
 
 def variants(outcome: Outcome) -> Table | None:
@@ -131,50 +109,33 @@ def variants(outcome: Outcome) -> Table | None:
     """
     if not outcome.variants:
         return None
-    titles = ["this model", *(variant.title for variant in outcome.variants)]
     errors = [
-        _errors_of_variant(outcome.comparisons),
-        *(_errors_of_variant(v.comparisons) for v in outcome.variants),
+        {
+            (bar_label(r, comparisons), r.role, c.channel): c.normalised_error
+            for r in comparisons
+            for c in r.channels
+            if c.fitted
+        }
+        for comparisons in (outcome.comparisons, *(v.comparisons for v in outcome.variants))
     ]
-    keys = list(errors[0]) or list(dict.fromkeys(k for e in errors for k in e))
-    rows = [_row_of_variants(key, [e.get(key, float("nan")) for e in errors]) for key in keys]
+    keys = list(errors[0]) or list(dict.fromkeys(key for e in errors for key in e))
+    groups: dict[tuple[str, str], list[tuple[str, str, str]]] = {}
+    for key in keys:
+        groups.setdefault(key[1:], []).append(key)
+    several = {(f"all {len(g)}", *kind): g for kind, g in groups.items() if len(g) > 1}
+    rows = []
+    for (label, role, channel), group in (*several.items(), *((key, [key]) for key in keys)):
+        values = [mean([e.get(key, float("nan")) for key in group]) for e in errors]
+        heads = (label, ROLES.get(role, role), channel_symbol(channel))
+        best = len(heads) + int(np.nanargmin(values)) if np.isfinite(values).any() else None
+        figures = (format_number(value, 3, keep_zeros=True) for value in values)
+        rows.append(Row((*heads, *figures), strong=len(group) > 1, best=best))
     return Table(
-        OF_ROW + numbers(*titles),
-        (*_means_of_variants(keys, errors), *rows),
+        (*OF_ROW, *numbers("this model", *(variant.title for variant in outcome.variants))),
+        tuple(rows),
         "Normalised error ‖measured − model‖ / ‖measured − its mean‖, no unit; the least of each "
         "row is coloured. Rows of all recordings hold the mean.",
     )
-
-
-def _means_of_variants(keys: Sequence[Key], errors: Sequence[Errors]) -> list[Row]:
-    groups: dict[tuple[str, str], list[Key]] = {}
-    for key in keys:
-        groups.setdefault(key[1:], []).append(key)
-    return [
-        _row_of_variants(
-            (f"all {len(group)}", *kind),
-            [mean([e.get(key, float("nan")) for key in group]) for e in errors],
-            strong=True,
-        )
-        for kind, group in groups.items()
-        if len(group) > 1
-    ]
-
-
-def _errors_of_variant(comparisons: Sequence[RecordingComparison]) -> Errors:
-    return {
-        (bar_label(r, comparisons), r.role, c.channel): c.normalised_error
-        for r in comparisons
-        for c in r.channels
-        if c.fitted
-    }
-
-
-def _row_of_variants(key: Key, values: Sequence[float], strong: bool = False) -> Row:
-    recording, role, channel = key
-    heads = (recording, ROLES.get(role, role), channel_symbol(channel))
-    best = len(heads) + int(np.nanargmin(values)) if np.isfinite(values).any() else None
-    return Row(heads + tuple(format_number(v, 3, keep_zeros=True) for v in values), strong, best)
 
 
 def fit_bars(comparisons: Sequence[RecordingComparison]) -> Figure | None:

@@ -8,7 +8,16 @@ from dataclasses import replace
 import numpy as np
 from markupsafe import Markup
 
-from flexgui.core.montecarlo.printed import GLOCAL, LABELS, MEAN, SNR_20, SNR_NONE, WORKING_POINTS
+from flexgui.core.montecarlo.printed import (
+    GLOCAL,
+    LABELS,
+    MEAN,
+    SNR_20,
+    SNR_NONE,
+    WORKING_POINTS,
+    Numbers,
+    stiffness,
+)
 from flexgui.core.results import Estimate, Fit, Outcome, Repeated
 from flexgui.sentences.written import ShownUnit, estimate_text, format_number, shown_unit, with_unit
 from flexgui.views.headline import (
@@ -23,33 +32,52 @@ from flexgui.views.headline import (
     standing_biased,
 )
 from flexgui.views.names import equals, is_of_a_start, typeset
-from flexgui.views.pooled import overall_estimates
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.pooled import derived_names, overall_estimates
+from flexgui.views.table import Row, Table, numbers, texts
 
 NORMAL_95 = 1.959964
 """Half the width of a 95 % interval in standard deviations of a normal distribution."""
 
 COLUMNS = (
-    Column("Parameter"),
-    Column("Estimate ± std", numeric=True),
-    Column("95 % interval", numeric=True),
-    Column("Start", numeric=True),
-    Column("Bounds", numeric=True),
-    Column("Identifiable"),
+    *texts("Parameter"), *numbers("Estimate ± std", "95 % interval", "Start", "Bounds"),
+    *texts("Identifiable"),
+)  # fmt: skip
+
+COLOURED = (
+    "The standard deviation (std) allows for coloured residuals. A parameter is not "
+    "identifiable where the data leave it free (then no deviation is stated), where another "
+    "parameter imitates it, or where its deviation exceeds its value."
+)
+FOLLOWS = "(follows): computed from the other estimates."
+OF_MEAN = "The mean's std is √(Σ std²)/n for n independent fits."
+STARTS = (
+    "The state in which each recording begins was estimated too; its numbers are in the exported "
+    "parameters.csv."
 )
 
 
 def parameters(fits: Sequence[Fit]) -> Table:
     """A row per parameter; of several fits a block each, and the mean at the end."""
-    several = len(fits) > 1
-    if not several:
-        own = any(e.recording for e in _but_starts(overall_estimates(fits)))
-        rows = [_row(fit, e, e.recording or "all", own) for fit in fits for e in _all(fit)]
-        return Table(_columns("Recording", own), tuple(rows), _caption(fits))
-    rows = [_row(fit, e, fit.label, True) for fit in fits for e in _all(fit)]
-    mean = [e for e in overall_estimates(fits) if e.recording is None]
-    rows += [_row(fits[0], e, f"mean of {len(fits)}", True, strong=True) for e in mean]
-    return Table(_columns("Fit", True), tuple(rows), _caption(fits))
+    several, derived = len(fits) > 1, derived_names(fits)
+    everything = [(fit, e) for fit in fits for e in (*fit.estimates, *fit.derived)]
+    known = [(fit, e) for fit, e in everything if not is_of_a_start(e)]
+    first = ("Fit",) if several else ("Recording",) if any(e.recording for _, e in known) else ()
+    rows = []
+    for fit, e in known:
+        label = fit.label if several else e.recording or "all"
+        cells = _cells(e, e.name in derived)
+        rows.append(Row((label, *cells) if first else cells))
+    if several:
+        label = f"mean of {len(fits)}"
+        mean = [e for e in overall_estimates(fits) if e.recording is None]
+        rows += [Row((label, *_cells(e, e.name in derived)), strong=True) for e in mean]
+    caption = _said(
+        COLOURED,
+        FOLLOWS if derived else "",
+        OF_MEAN if several else "",
+        STARTS if len(known) < len(everything) else "",
+    )
+    return Table((*texts(*first), *COLUMNS), tuple(rows), caption)
 
 
 def standing_parameters(outcome: Outcome) -> Table:
@@ -58,27 +86,24 @@ def standing_parameters(outcome: Outcome) -> Table:
     if outcome.diagnosis is None or not outcome.diagnosis.parameters:
         table = parameters(outcome.fits)
         return replace(table, caption=f"{table.caption} {COMPLETE}")
-    shown, derived = _but_starts(standing(outcome)), follows(outcome)
+    everything, derived = standing(outcome), follows(outcome)
+    # States in which recordings begin are dozens of numbers that say nothing of the arm.
+    shown = [e for e in everything if not is_of_a_start(e)]
     own = any(e.recording for e in shown)
-    columns = (Column("Belongs to"), *_columns("Recording", own))
     rows = []
     for e in shown:
-        cells = _cells(e, e.name in derived)
-        label = ((e.recording or "all"),) if own else ()
-        rows.append(Row((belongs_in_words(outcome, e.name), *label, *cells)))
-    added = outcome.diagnosis.added
-    text = " ".join(
-        part
-        for part in (
-            "Of the current model, including the added effects." if added else "",
-            COMPLETE,
-            SHORT_OF if standing_biased(outcome) else "",
-            _caption_of(bool(derived), 1),
-            STARTS if len(shown) < len(standing(outcome)) else "",
-        )
-        if part
+        labels = (belongs_in_words(outcome, e.name), *((e.recording or "all",) if own else ()))
+        rows.append(Row((*labels, *_cells(e, e.name in derived))))
+    caption = _said(
+        "Of the current model, including the added effects." if outcome.diagnosis.added else "",
+        COMPLETE,
+        SHORT_OF if standing_biased(outcome) else "",
+        COLOURED,
+        FOLLOWS if derived else "",
+        STARTS if len(shown) < len(everything) else "",
     )
-    return Table(columns, tuple(rows), text)
+    heads = texts("Belongs to", *(("Recording",) if own else ()))
+    return Table((*heads, *COLUMNS), tuple(rows), caption)
 
 
 def given_parameters(outcome: Outcome) -> Table | None:
@@ -88,41 +113,27 @@ def given_parameters(outcome: Outcome) -> Table | None:
     table = parameters(outcome.fits)
     if outcome.as_given:
         rows = tuple(Row(_cells(e, False)) for e in outcome.as_given)
-        table = Table(COLUMNS, rows, _caption_of(False, 1))
-    prefix = f"{BIASED[0].upper()}{BIASED[1:]}. " if given_biased(outcome) else ""
-    return replace(table, caption=f"{prefix}{table.caption}")
+        table = Table(COLUMNS, rows, COLOURED)
+    prefix = f"{BIASED[0].upper()}{BIASED[1:]}." if given_biased(outcome) else ""
+    return replace(table, caption=_said(prefix, table.caption))
 
 
-def _all(fit: Fit) -> tuple[Estimate, ...]:
-    return _but_starts((*fit.estimates, *fit.derived))
-
-
-def _but_starts(estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
-    """Without the states in which recordings begin: dozens of numbers that say nothing of the
-    arm. Exported tables hold them."""
-    return tuple(e for e in estimates if not is_of_a_start(e))
-
-
-def _columns(first: str, wanted: bool) -> tuple[Column, ...]:
-    return (Column(first), *COLUMNS) if wanted else COLUMNS
-
-
-def _row(fit: Fit, estimate: Estimate, label: str, labelled: bool, strong: bool = False) -> Row:
-    cells = _cells(estimate, any(e.name == estimate.name for e in fit.derived))
-    return Row((label, *cells) if labelled else cells, strong=strong)
+def _said(*sentences: str) -> str:
+    return " ".join(sentence for sentence in sentences if sentence)
 
 
 def _cells(estimate: Estimate, derived: bool) -> tuple[str, ...]:
     unit = shown_unit(estimate.value, estimate.unit)
+    start = with_unit(format_number(estimate.start * unit.factor), unit.name)
+    ends = [end * unit.factor for end in (estimate.lower, estimate.upper)]
+    bounds = with_unit(" … ".join(format_number(end, 3) for end in ends), unit.name)
     return (
         typeset(estimate.symbol, estimate.name) + (" (follows)" if derived else ""),
         estimate_text(estimate),
         interval(estimate, unit),
-        with_unit(format_number(estimate.start * unit.factor), unit.name)
-        if np.isfinite(estimate.start)
-        else "–",
-        _bounds(estimate, unit),
-        _verdict(estimate),
+        start if np.isfinite(estimate.start) else "–",
+        bounds if np.isfinite(ends).any() else "none",
+        f"{'yes' if estimate.identifiable else 'no'}{', at its bound' * estimate.at_bound}",
     )
 
 
@@ -145,51 +156,10 @@ def interval(estimate: Estimate, unit: ShownUnit) -> str:
     return with_unit(" … ".join(texts), unit.name)
 
 
-def _bounds(estimate: Estimate, unit: ShownUnit) -> str:
-    ends = (estimate.lower * unit.factor, estimate.upper * unit.factor)
-    if not np.isfinite(ends).any():
-        return "none"
-    return with_unit(" … ".join(format_number(end, 3) for end in ends), unit.name)
-
-
-def _verdict(estimate: Estimate) -> str:
-    text = "yes" if estimate.identifiable else "no"
-    return f"{text}, at its bound" if estimate.at_bound else text
-
-
-STARTS = (
-    "The state in which each recording begins was estimated too; its numbers are in the exported "
-    "parameters.csv."
-)
-
-
-def _caption(fits: Sequence[Fit]) -> str:
-    text = _caption_of(any(fit.derived for fit in fits), len(fits))
-    left_out = any(len(_all(fit)) < len(fit.estimates) + len(fit.derived) for fit in fits)
-    return f"{text} {STARTS}" if left_out else text
-
-
-def _caption_of(derived: bool, count: int) -> str:
-    text = (
-        "The standard deviation (std) allows for coloured residuals. A parameter is not "
-        "identifiable where the data leave it free (then no deviation is stated), where another "
-        "parameter imitates it, or where its deviation exceeds its value."
-    )
-    if derived:
-        text += " (follows): computed from the other estimates."
-    if count > 1:
-        text += " The mean's std is √(Σ std²)/n for n independent fits."
-    return text
-
-
 REPEATED_COLUMNS = (
-    Column("Parameter"),
-    Column("Mean of the runs", numeric=True),
-    Column("95 % interval of the mean", numeric=True),
-    Column("Std between runs", numeric=True),
-    Column("Std within a run", numeric=True),
-    Column("Runs that differ"),
-)
+    *texts("Parameter"), *numbers("Mean of the runs", "95 % interval of the mean"),
+    *numbers("Std between runs", "Std within a run"), *texts("Runs that differ"),
+)  # fmt: skip
 REPEATED_CAPTION = (
     "Runs of the same experiment, each with estimates of its own. What a next run will give "
     "scatters by the deviation between runs; the deviation within a run knows nothing of what the "
@@ -200,11 +170,8 @@ REPEATED_CAPTION = (
 
 def between_runs(found: Sequence[Repeated]) -> Table | None:
     """A row per parameter; None where nothing was repeated."""
-    return (
-        Table(REPEATED_COLUMNS, tuple(_repeated_row(one) for one in found), REPEATED_CAPTION)
-        if found
-        else None
-    )
+    rows = tuple(_repeated_row(one) for one in found)
+    return Table(REPEATED_COLUMNS, rows, REPEATED_CAPTION) if rows else None
 
 
 IN_REPORT = ("95 % interval", "Start", "Bounds")
@@ -230,52 +197,45 @@ def short_between_runs(found: Sequence[Repeated]) -> Table | None:
 def _repeated_row(one: Repeated) -> Row:
     unit = shown_unit(one.mean, one.unit)
     odd = ", ".join(f"{each.run} by {100.0 * each.share:+.2g} %" for each in one.disagreeing)
+    known = np.isfinite(one.interval).all()
+    ends = " … ".join(format_number(end * unit.factor, 4) for end in one.interval)
+    mean, between, within = (
+        with_unit(format_number(value * unit.factor, digits), unit.name)
+        for value, digits in ((one.mean, 4), (one.between, 2), (one.within, 2))
+    )
+    shares = [
+        f" ({100.0 * deviation / abs(one.mean):.2g} %)" if one.mean else ""
+        for deviation in (one.between, one.within)
+    ]
     return Row(
         (
-            typeset("", one.name),
-            _shown(one.mean, unit, 4),
-            _interval(one, unit),
-            f"{_shown(one.between, unit, 2)}{_share(one.between, one.mean)}",
-            f"{_shown(one.within, unit, 2)}{_share(one.within, one.mean)}",
-            odd.replace("-", "−") or "none",
+            typeset("", one.name), mean, with_unit(ends, unit.name) if known else "–",
+            between + shares[0], within + shares[1], odd.replace("-", "−") or "none",
         )
-    )
-
-
-def _shown(value: float, unit: ShownUnit, digits: int) -> str:
-    return with_unit(format_number(value * unit.factor, digits), unit.name)
-
-
-def _interval(one: Repeated, unit: ShownUnit) -> str:
-    ends = [format_number(end * unit.factor, 4) for end in one.interval]
-    return with_unit(" … ".join(ends), unit.name) if np.isfinite(one.interval).all() else "–"
-
-
-def _share(deviation: float, mean: float) -> str:
-    return f" ({100.0 * deviation / abs(mean):.2g} %)" if mean else ""
+    )  # fmt: skip
 
 
 PRINTED_COLUMNS = (
-    Column("Fit"),
-    Column("paper ε [GPa]", numeric=True),
-    Column("ours", numeric=True),
-    Column("paper d [mm]", numeric=True),
-    Column("ours", numeric=True),
-    Column("paper EI [N m²]", numeric=True),
-    Column("ours", numeric=True),
-)
+    *texts("Fit"), *numbers("paper ε [GPa]", "ours", "paper d [mm]", "ours"),
+    *numbers("paper EI [N m²]", "ours"),
+)  # fmt: skip
 
 
 def paper_table(fits: Sequence[Fit], points: Sequence[float], noisy: bool) -> Table:
     """A row per fit of the paper; `points` are the working points (rad) of the local fits."""
-    ours: dict[int, dict[str, Estimate]] = {}
+    values = [{e.name: e.value for e in (*fit.estimates, *fit.derived)} for fit in fits]
+    ours: dict[int, dict[str, float]] = {}
     if len(fits) == 1:
-        ours[GLOCAL] = _named(fits[0])
+        ours[GLOCAL] = values[0]
     else:
-        for fit, point in zip(fits, points, strict=False):
-            ours[int(np.argmin(np.abs(np.array(WORKING_POINTS) - point)))] = _named(fit)
+        for found, point in zip(values, points, strict=False):
+            ours[int(np.argmin(np.abs(np.array(WORKING_POINTS) - point)))] = found
+    local = list(ours.values())
+    if len(local) > 1:
+        names = set.intersection(*(set(found) for found in local))
+        ours[MEAN] = {name: float(np.mean([found[name] for found in local])) for name in names}
     published = SNR_20 if noisy else SNR_NONE
-    rows = [_printed_row(k, numbers, _ours(k, ours)) for k, numbers in enumerate(published)]
+    rows = [_printed_row(LABELS[k], row, ours.get(k, {})) for k, row in enumerate(published)]
     text = (
         "Paper: mean ± deviation of 20 runs; its EI follows from the means. Ours: this one run. "
         "Alone ε and d are not determined, so they may differ along the valley; EI must not."
@@ -283,31 +243,12 @@ def paper_table(fits: Sequence[Fit], points: Sequence[float], noisy: bool) -> Ta
     return Table(PRINTED_COLUMNS, tuple(rows), text)
 
 
-def _named(fit: Fit) -> dict[str, Estimate]:
-    return {e.name: e for e in (*fit.estimates, *fit.derived)}
-
-
-def _ours(k: int, ours: dict[int, dict[str, Estimate]]) -> dict[str, float]:
-    local = [found for place, found in ours.items() if place < MEAN]
-    if k == MEAN and len(local) > 1:
-        names = set.intersection(*(set(found) for found in local))
-        return {n: float(np.mean([found[n].value for found in local])) for n in names}
-    return {name: e.value for name, e in ours.get(k, {}).items()}
-
-
-def _printed_row(
-    k: int, published: tuple[float, float, float, float], ours: dict[str, float]
-) -> Row:
+def _printed_row(label: str, published: Numbers, ours: dict[str, float]) -> Row:
     eps, eps_std, d, d_std = published
-    stiffness = eps * 1e9 * (d * 1e-3) ** 4 / 12.0
-    nan = float("nan")
-    cells = (
-        LABELS[k],
-        f"{eps:.4f} ± {eps_std:.4f}",
-        format_number(ours.get("epsilon", nan) * 1e-9, 5, keep_zeros=True),
-        f"{d:.1f} ± {d_std:.3g}",
-        format_number(ours.get("d", nan) * 1e3, 4, keep_zeros=True),
-        f"{stiffness:.1f}",
-        format_number(ours.get("EI", nan), 5, keep_zeros=True),
-    )
-    return Row(cells, strong=bool(ours))
+    found = [
+        format_number(ours.get(name, float("nan")) * factor, digits, keep_zeros=True)
+        for name, factor, digits in (("epsilon", 1e-9, 5), ("d", 1e3, 4), ("EI", 1.0, 5))
+    ]
+    printed = (f"{eps:.4f} ± {eps_std:.4f}", f"{d:.1f} ± {d_std:.3g}", f"{stiffness(eps, d):.1f}")
+    pairs = zip(printed, found, strict=True)
+    return Row((label, *(text for pair in pairs for text in pair)), strong=bool(ours))

@@ -41,10 +41,10 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
     sentences: list[str] = [_what(outcome), _before(outcome)]
     shown, before = final_comparisons(outcome), given_comparisons(outcome)
     for role, words in ((ESTIMATE, "On the estimation recordings"), (VALIDATE, "On validation")):
-        text = quality(with_role(shown, role))
+        text, was = quality(with_role(shown, role)), _tip(with_role(before, role))
         if text:
-            was = _tip_before(with_role(before, role))
-            sentences.append(f"{words} the model reaches {text}{was}.")
+            given_by = f" (as given by {was})" if was else ""
+            sentences.append(f"{words} the model reaches {text}{given_by}.")
     if any("FIT" in each for each in sentences):
         sentences.append(FIT_IS)
     return (*(s for s in sentences if s), *_sure(outcome))
@@ -87,7 +87,7 @@ def plain(sentences: Iterable[str]) -> tuple[str, ...]:
 
 def _unbelievable(outcome: Outcome) -> list[str]:
     fitted = with_role(final_comparisons(outcome), ESTIMATE) if outcome.fits else ()
-    found, distance = [], tip_rms(fitted)
+    found, distance = list[str](), tip_rms(fitted)
     reach = sum(link.length for link in outcome.mechanism.links) if outcome.mechanism else np.inf
     if distance is not None and distance > reach:
         found.append(
@@ -167,32 +167,29 @@ def quality(comparisons: Sequence[RecordingComparison]) -> str:
         f"{format_percent(e.fit_percent)} % in {channel_symbol(e.channel, e.unit)}" for e in errors
     ]
     text = f"a mean FIT of {_joined(parts)}" if parts else ""
-    distance = tip_rms(comparisons)
-    if distance is not None and np.isfinite(distance):
-        tip = f"misses the measured tip by {quantity(distance, 'm')} rms"
+    if distance := _tip(comparisons):
+        tip = f"misses the measured tip by {distance} rms"
         text = f"{text} and {tip}" if text else f"an end point that {tip}"
     return text
 
 
-def _tip_before(comparisons: Sequence[RecordingComparison]) -> str:
+def _tip(comparisons: Sequence[RecordingComparison]) -> str:
+    """Rms distance between measured and modelled tip; empty where it is not known."""
     distance = tip_rms(comparisons)
-    if distance is None or not np.isfinite(distance):
-        return ""
-    return f" (as given by {quantity(distance, 'm')})"
+    return "" if distance is None or not np.isfinite(distance) else quantity(distance, "m")
 
 
 def _doubt(outcome: Outcome) -> str:
-    fits = outcome.fits
-    if not fits:
+    if not outcome.fits:
         return ""
     free = _symbols(e for e in _estimated(outcome) if not e.identifiable)
-    text = Markup("" if _unbelievable(outcome) else "All parameters are identifiable.")
-    if free:
-        text = Markup("The data do not determine ") + _joined(free)
-        text += " separately" if len(free) > 1 else ""
-        valley = next((f.identifiability.valley for f in fits if f.identifiability.valley), None)
-        text += f", only {invariant(valley)}." if valley else "."
-    return text
+    if not free:
+        return "" if _unbelievable(outcome) else "All parameters are identifiable."
+    valleys = (fit.identifiability.valley for fit in outcome.fits)
+    valley = next((found for found in valleys if found), None)
+    separately = " separately" if len(free) > 1 else ""
+    only = f", only {invariant(valley)}" if valley else ""
+    return Markup("The data do not determine {}{}{}.").format(_joined(free), separately, only)
 
 
 def _symbols(estimates: Iterable[Estimate]) -> list[Markup]:
@@ -236,6 +233,7 @@ def doubt(error: float) -> str:
 
 HELD = "takes the initial state of each recording from the first encoder sample"
 FREE = ", and it also fits the initial state of each recording"
+OWN = "the diagnosis' own fit: it compares {}, each in multiples of its noise floor{}"
 
 
 def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
@@ -246,19 +244,17 @@ def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
 def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -> str:
     """For the place where the errors are shown; `fits` of the identification."""
     seen = {k.channel: k.unit for c in comparisons for k in c.channels if k.fitted}
-    names = list(seen)
     outputs = listed([channel_symbol(name, unit) for name, unit in seen.items()])
-    starts = starts_freed(names, fits)
-    held = f" and {HELD}" if starts else ""
+    starts = starts_freed(list(seen), fits)
     if not of_diagnosis(comparisons):
         return (
-            f"Of the identification's fit: it compares {outputs}{held}. After Find what is missing "
-            f"the diagnosis' own fit is shown here, whose errors are a little different."
+            f"Of the identification's fit: it compares {outputs}{f' and {HELD}' * starts}. After "
+            f"Find what is missing the diagnosis' own fit is shown here, whose errors are a little "
+            f"different."
         )
     return (
-        f"Of the diagnosis' own fit: it compares {outputs}, each in multiples of its noise floor"
-        f"{FREE if starts else ''}. Therefore these errors differ from those of the "
-        f"identification{f', which {HELD}' if starts else ''}."
+        f"Of {OWN.format(outputs, FREE if starts else '')}. Therefore these errors differ from "
+        f"those of the identification{f', which {HELD}' if starts else ''}."
     )
 
 
@@ -267,16 +263,12 @@ def distinguishable(outcome: Outcome) -> Markup:
     found = outcome.diagnosis
     if found is None or not outcome.fits:
         return Markup("")
-    names = [e.channel for e in found.steps[0].errors]
-    outputs = listed([channel_symbol(e.channel, e.unit) for e in found.steps[0].errors])
-    starts = starts_freed(names, outcome.fits)
-    own = (
-        f"the diagnosis' own fit: it compares {outputs}, each in multiples of its noise floor"
-        f"{FREE if starts else ''}"
-    )
-    first = (
-        f"the identification, which compares the selected outputs{f' and {HELD}' if starts else ''}"
-    )
+    compared = found.steps[0].errors
+    outputs = listed([channel_symbol(e.channel, e.unit) for e in compared])
+    starts = starts_freed([e.channel for e in compared], outcome.fits)
+    own = OWN.format(outputs, FREE if starts else "")
+    held = f" and {HELD}" if starts else ""
+    first = f"the identification, which compares the selected outputs{held}"
     if not found.parameters:
         text = f"The estimates above are of {first}. The missing effects follow from {own}."
     else:
