@@ -71,7 +71,7 @@ def parameters(fits: Sequence[Fit]) -> Table:
         label = f"mean of {len(fits)}"
         mean = [e for e in overall_estimates(fits) if e.recording is None]
         rows += [Row((label, *_cells(e, e.name in derived)), strong=True) for e in mean]
-    caption = _said(
+    caption = _joined(
         COLOURED,
         FOLLOWS if derived else "",
         OF_MEAN if several else "",
@@ -94,7 +94,7 @@ def standing_parameters(outcome: Outcome) -> Table:
     for e in shown:
         labels = (belongs_in_words(outcome, e.name), *((e.recording or "all",) if own else ()))
         rows.append(Row((*labels, *_cells(e, e.name in derived))))
-    caption = _said(
+    caption = _joined(
         "Of the current model, including the added effects." if outcome.diagnosis.added else "",
         COMPLETE,
         SHORT_OF if standing_biased(outcome) else "",
@@ -115,10 +115,10 @@ def given_parameters(outcome: Outcome) -> Table | None:
         rows = tuple(Row(_cells(e, False)) for e in outcome.as_given)
         table = Table(COLUMNS, rows, COLOURED)
     prefix = f"{BIASED[0].upper()}{BIASED[1:]}." if given_biased(outcome) else ""
-    return replace(table, caption=_said(prefix, table.caption))
+    return replace(table, caption=_joined(prefix, table.caption))
 
 
-def _said(*sentences: str) -> str:
+def _joined(*sentences: str) -> str:
     return " ".join(sentence for sentence in sentences if sentence)
 
 
