@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
-
-from markupsafe import Markup
 
 from flexgui.classroom.board import board_table, plain_name
 from flexgui.classroom.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
@@ -12,16 +11,16 @@ from flexgui.classroom.judging import (
     NONE_GUESSED,
     AskedSize,
     Guess,
-    Judged,
     asked_sizes,
     read_sizes,
 )
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import LEVELS
+from flexgui.export.template import environment
 from flexgui.page import widgets
 from flexgui.page.panel import PageContext
-from flexgui.page.widgets import Words, joined, paragraph
+from flexgui.page.widgets import Words, paragraph
 from flexgui.sentences.figures import unseen_rms
 from flexgui.stages.diagnose.effects import titled
 from flexgui.views.html import html_table
@@ -37,13 +36,6 @@ EXPLANATION = (
     "before guessing is marked on the board."
 )
 ABOVE = "Enter your guess at the top of this page."
-FIRST = (
-    "Look at the data and compare first. Pressing “Find what is missing” before you commit "
-    "puts a * on the board."
-)
-TOO_EARLY = "You used the tool before guessing: your line on the board gets a *."
-STANDS = "Your guess is recorded. Use the tool now, or reveal."
-AGAIN = "A changed guess is marked on the board with a °"
 NAME_IT = (
     "What is your name, or a nickname? The class's board lists your guess under it, without one as "
     "somebody's."
@@ -140,12 +132,23 @@ class ChallengeControls:
         self._above.show("" if known is None else paragraph(ABOVE, "soft"))
         # Fields first: a folder that comes is measured with what is in it.
         self._show_fields(known)
-        self._state.show("" if known is None else self._state_of(known))
-        self._truth.show(
-            "" if known is None else _end(known, session.challenge.tool_answer, session.run.busy)
-        )
-        self._board.show("" if known is None else self._class(known))
+        if known is not None:
+            self._show_words(known)
         self._form.visible = known is not None
+
+    def _show_words(self, known: Challenge) -> None:
+        session, words = self._context.session, _words()
+        look, tool, improvement = session.diagnosis.look, session.challenge.tool_answer, ""
+        if look is not None and look.found is not None:
+            improvement = validation_words(look.error, unseen_rms(look.found.step.errors))
+        self._state.show(words.state(known, session.challenge.tool_asked, improvement))
+        found = known.revealed
+        self._truth.show(words.end(found, _verdict(found, tool, session.run.busy)) if found else "")
+        board = session.services.board
+        entries = board.entries(known.seed, known.level)
+        waiting = board.guessing(known.seed, known.level)
+        table = html_table(board_table(entries, waiting))
+        self._board.show(words.board(known, entries, waiting, table).strip())
 
     def _show_fields(self, known: Challenge | None) -> None:
         """Either the fields, or what may follow a guess that stands."""
@@ -165,90 +168,26 @@ class ChallengeControls:
         self._reveal.visible = self._change.visible = stands
         self._take.visible = known is not None and bool(known.guesses) and not known.changing
 
-    def _state_of(self, known: Challenge) -> Markup:
-        parts = [_state(known, self._context.session.challenge.tool_asked)]
-        look = self._context.session.diagnosis.look
-        if known.revealed is None and look is not None and look.found is not None:
-            sentence = validation_words(look.error, unseen_rms(look.found.step.errors))
-            parts += [paragraph(sentence, "soft")] if sentence else []
-        return joined(*parts)
 
-    def _class(self, known: Challenge) -> Markup:
-        """What others found, told to those who know the truth; before it only how many there
-        are."""
-        board = self._context.session.services.board
-        entries = board.entries(known.seed, known.level)
-        waiting = board.guessing(known.seed, known.level)
-        if not entries and waiting <= bool(known.guesses):
-            return Markup("")
-        if known.revealed is None:
-            text = f"In this class {waiting} committed to a guess, {len(entries)} saw the truth."
-            return paragraph(text, "soft")
-        table = board_table(entries, waiting)
-        return joined(Markup("<h4>Who found what</h4>"), html_table(table))
+@cache
+def _words() -> Any:
+    return environment().get_template("challenge.html.j2").module
 
 
-def _state(known: Challenge, asked: bool) -> Markup:
-    tense = ("is", "are") if known.revealed is None else ("was", "were")
-    count = f"One effect {tense[0]}" if known.count == 1 else f"Two effects {tense[1]}"
-    head = paragraph(f"Challenge {known.seed}, {known.level}. {count} hidden.", "lead")
-    if known.revealed is not None:
-        return head
-    if known.guesses and not known.changing:
-        guess = paragraph(f"Your guess: {_guess_words(known)}.", "good")
-        return joined(head, guess, paragraph(STANDS, "soft"))
-    if known.changing:
-        sentence = AGAIN + (", and with a * because the tool was used before it." if asked else ".")
-    else:
-        sentence = TOO_EARLY if asked else FIRST
-    return joined(head, paragraph(sentence, "soft"))
-
-
-def _guess_words(known: Challenge) -> str:
-    return "; ".join(g.title + (f", {g.size}" if g.size else "") for g in known.guesses)
-
-
-def _end(known: Challenge, tool: ToolAnswer | None, busy: bool) -> Markup:
-    """Truth, guess and the tool's verdict side by side."""
-    found = known.revealed
-    if found is None:
-        return Markup("")
-    lines = Markup("").join(Markup("<br>{}").format(line.lstrip(" -")) for line in found.truth[1:])
-    judgement = found.judgement
-    kind = "good" if judgement.complete else "bad"
-    return joined(
-        paragraph(judgement.sentence, kind),
-        Markup("<h4>The truth</h4><p>{}</p>").format(lines.removeprefix(Markup("<br>"))),
-        Markup("<h4>You</h4>"),
-        *(paragraph(_judged(one)) for one in judgement.each),
-        Markup("<h4>The tool</h4>"),
-        *_tool(found, tool, busy),
-    )
-
-
-def _judged(one: Judged) -> str:
-    mark = "✓" if one.right else "✗"
-    if not one.right:
-        return f"{mark} {one.guess.title}"
-    return f"{mark} {one.guess.title}: {one.size}." if one.size else f"{mark} {one.guess.title}."
-
-
-def _tool(found: Revealed, tool: ToolAnswer | None, busy: bool) -> list[Markup]:
-    """Its verdict, judged the same way."""
+def _verdict(found: Revealed, tool: ToolAnswer | None, busy: bool) -> str:
+    """The tool's, judged the same way as a person's."""
+    if busy and (tool is None or not tool.whole):
+        return "It is examining the recordings now."
     if tool is None:
-        return [paragraph("It is examining the recordings now." if busy else "It was not used.")]
+        return "It was not used."
     late = "" if found.asked else " (used only now)"
     if not tool.whole:
-        sentence = (
-            "It is examining the recordings now." if busy else f"Stopped early{late}: {tool.words}."
-        )
-        return [paragraph(sentence)]
+        return f"Stopped early{late}: {tool.words}."
     hidden = found.judgement.hidden
-    right = [kind for kind in tool.effects if kind in hidden]
-    mark = "✓" if len(right) == len(hidden) else "✓ in part:" if right else "✗"
     missed = [kind for kind in hidden if kind not in tool.effects]
+    mark = "✓" if not missed else "✓ in part:" if len(missed) < len(hidden) else "✗"
     rest = f" Not named: {', '.join(titled(missed))}." if missed else ""
-    return [paragraph(f"{mark} Verdict{late}: {tool.words}.{rest}")]
+    return f"{mark} Verdict{late}: {tool.words}.{rest}"
 
 
 class GuessFields:
