@@ -16,6 +16,7 @@ from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, number, panes, trace
 from flexgui.views.names import channel_symbol
+from flexgui.views.sketch import sparkline
 
 POINTS = 600
 """A panel is about as many pixels wide."""
@@ -123,62 +124,6 @@ def cursor_shape(time: float) -> Figure:
         "xref": "x", "yref": "paper", "x0": time, "x1": time, "y0": 0, "y1": 1,
         "line": {"color": colours.START, "width": 1.5, "dash": "dot"},
     }  # fmt: skip
-
-
-SPARKS = 160
-"""A picture is about as many pixels wide."""
-MARGIN = 2.0
-"""px above and below, so that a line at an end is seen whole."""
-
-
-def sparkline(
-    time: np.ndarray,
-    shown: np.ndarray,
-    expected: np.ndarray | None = None,
-    size: tuple[int, int] = (150, 28),
-    title: str = "",
-) -> Markup:
-    """An SVG of one or two curves over time.
-
-    Args:
-        time: s (K,)
-        shown: (K,) the signal, in the colour of what was measured; NaN interrupts the line.
-        expected: (K,) or of another length over the same time; dashed, in the model's colour.
-        size: px, width and height.
-        title: What a screen reader says of it.
-    """
-    curves = [(time, shown, colours.MEASURED, "")]
-    if expected is not None and len(expected) > 1:
-        along = np.linspace(float(time[0]), float(time[-1]), len(expected))
-        curves.append((along, expected, colours.MODEL, "stroke-dasharray='4 3'"))
-    finite = np.concatenate([y[np.isfinite(y)] for _, y, _, _ in curves])
-    if finite.size == 0:
-        return Markup("")
-    low, begin = float(finite.min()), float(time[0])
-    spans = (float(time[-1]) - begin or 1.0, float(finite.max()) - low or 1.0)
-    width, height = size
-    lines = Markup("").join(
-        Markup("<path d='{}' fill='none' stroke='{}' stroke-width='1.3' {}/>").format(
-            _path(
-                width * (x - begin) / spans[0],
-                height - MARGIN - (height - 2.0 * MARGIN) * (y - low) / spans[1],
-            ),
-            colour, Markup(dash),
-        )
-        for along, values, colour, dash in curves
-        for x, y in (trace(along, values, SPARKS),)
-    )  # fmt: skip
-    frame = Markup("<svg class='spark' role='img' aria-label='{}' viewBox='0 0 {} {}' {}>{}</svg>")
-    shape = Markup("width='{}' height='{}' preserveAspectRatio='none'").format(*size)
-    return frame.format(title, *size, shape, lines)
-
-
-def _path(x: np.ndarray, y: np.ndarray) -> str:
-    """'M0.0 14.0L1.0 13.2…' with a new piece behind every gap."""
-    known = np.isfinite(y)
-    begins = known & ~np.concatenate([[False], known[:-1]])
-    pieces = zip(begins[known], x[known], y[known], strict=True)
-    return "".join(f"{'M' if begin else 'L'}{a:.1f} {b:.1f}" for begin, a, b in pieces)
 
 
 SIZE = (340, 54)

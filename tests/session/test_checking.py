@@ -13,7 +13,8 @@ from flexgui.core.check.finding import Finding
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.session import Session
 from flexgui.stages.data.panel_recording import wording_of
-from flexgui.views.preview import finding_words, sparkline, title_of
+from flexgui.views.preview import finding_words, title_of
+from flexgui.views.sketch import sparkline
 from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, until
 

@@ -13,7 +13,8 @@ from flexgui.page.widgets import Words, joined, paragraph
 from flexgui.stages.data.panel_own import TOP
 from flexgui.stages.data.rows import SPLIT
 from flexgui.stages.data.waiting_file import POINT, Waiting
-from flexgui.views.preview import sparkline, title_of
+from flexgui.views.preview import title_of
+from flexgui.views.sketch import sparkline
 
 PICTURE = (96, 26)
 """px: three cells of a row fit a panel of 340."""

@@ -13,6 +13,8 @@ from flexgui.sentences.written import ShownUnit, format_number, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, panes, trace
 from flexgui.views.names import channel_symbol, output_title, typeset
+from flexgui.views.sketch import POINTS as SKETCHED
+from flexgui.views.sketch import Curve, sketch
 
 if TYPE_CHECKING:
     from flexgui.stages.diagnose.looked import Demonstration
@@ -66,11 +68,8 @@ def demonstration_summary(shown: Demonstration) -> Markup:
     )
 
 
-WIDTH, HEIGHT, EDGE = 340, 64, 3
-"""px"""
-
-ROWS = 170
-"""As many as the eye tells apart."""
+SIZE = (340, 64)
+"""px; the page makes it as wide as its panel."""
 
 NOISY = 3.0
 """Floors that the picture spans at least on either side, or noise would look large."""
@@ -99,7 +98,7 @@ def glimpse(
     """The stretch where the effect predicts most; None where it predicts nothing anywhere."""
     best, place = 0.0, (0, 0, 0)
     for r, block in enumerate(predicted):
-        rows = min(ROWS, len(block))
+        rows = min(SKETCHED, len(block))
         energy = np.cumsum(np.vstack([np.zeros(block.shape[1]), block.astype(float) ** 2]), axis=0)
         window = energy[rows:] - energy[: len(energy) - rows]
         at, k = divmod(int(np.argmax(window)), window.shape[1])
@@ -108,43 +107,29 @@ def glimpse(
     if best <= 0.0 or not len(residual):
         return None
     r, at, k = place
-    part = slice(at, at + ROWS)
+    part = slice(at, at + SKETCHED)
     return Glimpse(
-        recordings[r], channels[r][k], dt[r] * min(ROWS, len(residual[r])),
+        recordings[r], channels[r][k], dt[r] * min(SKETCHED, len(residual[r])),
         residual[r][part, k], predicted[r][part, k],
     )  # fmt: skip
 
 
 def picture(seen: Glimpse) -> Markup:
     """As SVG, with a line that says what it is."""
-    top = max(float(np.nanmax(np.abs(seen.actual))), float(np.nanmax(np.abs(seen.predicted))))
-    top = max(top, NOISY)
-    lines = Markup("").join(
-        Markup("<polyline points='{}' fill='none' stroke='{}' stroke-width='{}'/>").format(
-            _points(values, top), colour, width
-        )
-        for values, colour, width in (
-            (seen.actual, colours.faded(colours.RESIDUAL, 0.55), 3.2),
-            (seen.predicted, colours.ADDED, 1.3),
-        )
-    )  # fmt: skip
-    middle = HEIGHT / 2.0
-    frame = Markup(
-        "<svg class='glimpse' viewBox='0 0 {0} {1}' width='100%' height='{1}' "
-        "preserveAspectRatio='none' role='img' aria-label='predicted over actual residual'>"
-        "<line x1='0' x2='{0}' y1='{2}' y2='{2}' stroke='{3}'/>{4}</svg>"
-    )
+    both = (seen.actual, seen.predicted)
+    top = max(NOISY, *(float(np.nanmax(np.abs(values))) for values in both))
+    x = np.arange(len(seen.actual), dtype=float)
+    curves = [
+        Curve(x, 0.0 * x, colours.GRID, 1.0),
+        Curve(x, seen.actual, colours.faded(colours.RESIDUAL, 0.55), 3.2),
+        Curve(x, seen.predicted, colours.ADDED),
+    ]
+    drawn = sketch(curves, (-top, top), SIZE, "predicted over actual residual", "glimpse")
     legend = Markup(
         "<p class='soft'><span class='key' style='background:{}'></span>residual"
         "<span class='key' style='background:{}'></span>"
         "prediction of the effect: {} in recording {}, {:.2g}\N{NO-BREAK SPACE}s</p>"
     )
-    return frame.format(WIDTH, HEIGHT, middle, colours.GRID, lines) + legend.format(
+    return drawn + legend.format(
         colours.RESIDUAL, colours.ADDED, channel_symbol(seen.channel), seen.recording, seen.seconds
     )
-
-
-def _points(values: np.ndarray, top: float) -> str:
-    x = np.linspace(EDGE, WIDTH - EDGE, len(values))
-    y = HEIGHT / 2.0 - np.asarray(values, dtype=float) / top * (HEIGHT / 2.0 - EDGE)
-    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True) if np.isfinite(b))

@@ -31,21 +31,29 @@ Finding = tuple[str, str]
 """Heading and paragraph."""
 
 
+Compared = Sequence[tuple[EstimateTable, Sequence[Numbers]]]
+"""Tables that can be laid beside the paper's, with its numbers."""
+
+
 def findings(s: Summary) -> Iterator[Finding]:
     """As many as the finished parts allow, in the order of a report."""
     clean = next((t for t in s.tables if t.snr_db is None and t.runs > 1), None)
+    both = [(t, published) for t in s.tables if (published := comparable(t)) is not None]
     if clean is not None:
         yield from _about_valley(clean)
-    if clean is not None and s.prior is not None:
-        yield from _about_prior(clean, s.prior)
+        if s.prior is not None:
+            yield "Why ε and d scatter as they do", _about_prior(clean, s.prior)
     yield from _about_means(s.tables)
-    yield from _about_bias(s.tables, s.bias, s.true_EI)
-    yield from _about_scatter(s.tables)
-    yield from _about_deviation_of_mean(s.tables)
+    if both:
+        sentences = (_size(both, s.true_EI), *_candidate(both, s.bias, s.true_EI))
+        yield "The bias in EI that the paper's means imply", " ".join(sentences)
+    yield from _about_scatter(both)
+    yield from _about_deviation_of_mean(both)
     if s.validation is not None:
-        yield _about_sweeps(s.validation)
+        yield "Validation sweeps", _about_sweeps(s.validation)
     yield from about_baselines(s.baselines)
-    yield from _about_planning(s.planning)
+    if s.planning is not None and s.planning.chosen:
+        yield "Which experiments to make", _about_planning(s.planning)
 
 
 def ratio_of_deviations(table: EstimateTable) -> float:
@@ -73,7 +81,7 @@ def _about_valley(table: EstimateTable) -> Iterator[Finding]:
     )
 
 
-def _about_prior(table: EstimateTable, prior: ValleyPrior) -> Iterator[Finding]:
+def _about_prior(table: EstimateTable, prior: ValleyPrior) -> str:
     single = [e for e in explained(table, prior) if e.label != "local mean"]
     good = sum(e.good for e in single)
     pool = {e.name: e for e in pooled(table, prior)}
@@ -90,18 +98,18 @@ def _about_prior(table: EstimateTable, prior: ValleyPrior) -> Iterator[Finding]:
         f"{len(single)} deviations lie within {100.0 * WITHIN:.0f} %."
     )
     published = comparable(table)
-    if published is not None:
-        paper = float(
-            np.sqrt(np.mean([published[k][1] ** 2 for k in (*printed.LOCALS, printed.GLOCAL)]))
-        )
-        ratio = paper / (flat.std * 1e-9)
-        text += (
-            f" The paper's own deviations at SNR ∞ ({paper:.4f} GPa in root mean square) are "
-            f"{ratio:.2f} times that of the prior cut along the valley."
-        )
-        if abs(ratio - 1.0) <= WITHIN:
-            text += " They say how wide the first population was, not how well ε is known."
-    yield "Why ε and d scatter as they do", text
+    if published is None:
+        return text
+    squares = [published[k][1] ** 2 for k in (*printed.LOCALS, printed.GLOCAL)]
+    paper = float(np.sqrt(np.mean(squares)))
+    ratio = paper / (flat.std * 1e-9)
+    text += (
+        f" The paper's own deviations at SNR ∞ ({paper:.4f} GPa in root mean square) are "
+        f"{ratio:.2f} times that of the prior cut along the valley."
+    )
+    if abs(ratio - 1.0) <= WITHIN:
+        text += " They say how wide the first population was, not how well ε is known."
+    return text
 
 
 def _about_means(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
@@ -125,10 +133,9 @@ def _about_means(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
     yield "Means beside the paper's", text
 
 
-def _about_scatter(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
-    for table in tables:
-        published = comparable(table)
-        if published is None or table.snr_db is None or table.runs < 2:
+def _about_scatter(both: Compared) -> Iterator[Finding]:
+    for table, published in both:
+        if table.snr_db is None or table.runs < 2:
             continue
         least = [100.0 * least_scatter(published[k]) for k in (*printed.LOCALS, printed.GLOCAL)]
         rows = (*table.locals, table.row("glocal"))
@@ -144,12 +151,9 @@ def _about_scatter(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
         )
 
 
-def _about_deviation_of_mean(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
+def _about_deviation_of_mean(both: Compared) -> Iterator[Finding]:
     parts = []
-    for table in tables:
-        published = comparable(table)
-        if published is None:
-            continue
+    for table, published in both:
         each = [published[k][1] for k in printed.LOCALS]
         right, caption = printed.deviation_of_mean(each), printed.caption_deviation(each)
         parts.append(
@@ -164,33 +168,29 @@ def _about_deviation_of_mean(tables: Sequence[EstimateTable]) -> Iterator[Findin
         )
 
 
-def _about_sweeps(checked: Validation) -> Finding:
-    parts = []
-    for level, name in LEVELS.items():
-        first, second = checked.mean(level)
-        parts.append(f"{name} {first:.2f} and {second:.2f} %")
+def _about_sweeps(checked: Validation) -> str:
+    fits = [(name, *checked.mean(level)) for level, name in LEVELS.items()]
+    parts = [f"{name} {first:.2f} and {second:.2f} %" for name, first, second in fits]
     return (
-        "Validation sweeps",
         f"Average FIT of both velocities over {len(checked.sweeps)} noise-free sweeps, with glocal "
         f"estimates from {snr(checked.snr_db)} data: {', '.join(parts)}; the paper has "
         f"{printed.FITS[0]} and {printed.FITS[1]} % with its LPV model. What the LPV model loses "
         f"against the non-linear one is the motion that it neglects; what the rigid arm loses is "
-        f"the flexibility.",
+        f"the flexibility."
     )
 
 
-def _about_planning(plan: Planning | None) -> Iterator[Finding]:
+def _about_planning(plan: Planning) -> str:
     """The best experiments, what they gain, and how well predictions held."""
-    if plan is None or not plan.chosen:
-        return
     best, target = plan.candidates[0], plan.targets[0]
     place = f"{np.degrees(best.experiment.theta2):.0f}°"
     own, new = plan.own[0], plan.best[0]
     angles = sorted({round(float(np.degrees(c.experiment.theta2))) for c in plan.chosen})
     places = listed([f"{a}°" for a in angles])
     kinds = sorted({c.experiment.name for c in plan.chosen})
+    noise = listed([f"{s:.4f}" for s in plan.noise])
     text = (
-        f"For {listed(list(plan.targets))} and white noise of {_noise(plan)} rad/s, the best "
+        f"For {listed(list(plan.targets))} and white noise of {noise} rad/s, the best "
         f"single experiment is {best.experiment.name} at θ₂ = {place} "
         f"({best.experiment.seconds:g} s): {target} to {100.0 * best.expected[0].std:.3f} %, with "
         f"{plus(100.0 * best.expected[0].bias, 3)} % of bias by the linear model's own error. "
@@ -205,30 +205,14 @@ def _about_planning(plan: Planning | None) -> Iterator[Finding]:
             f" Over the runs the deviations found are {min(ratios):.2f} to {max(ratios):.2f} times "
             f"the predicted ones (mean {float(np.mean(ratios)):.2f})."
         )
-    yield "Which experiments to make", text
-
-
-def _noise(plan: Planning) -> str:
-    return listed([f"{s:.4f}" for s in plan.noise])
+    return text
 
 
 LIKELY = 2.0
 """Root mean squares: a bias within so many is one that a draw of the excitation may well give."""
 
-Compared = tuple[EstimateTable, tuple[Numbers, ...]]
 
-
-def _about_bias(
-    tables: Sequence[EstimateTable], sources: Sequence[BiasSource], EI: float
-) -> Iterator[Finding]:
-    """Nothing where no table can be laid beside the paper's."""
-    both = [(t, published) for t in tables if (published := comparable(t)) is not None]
-    if both:
-        sentences = [_size(both, EI), *_candidate(both, sources, EI)]
-        yield "The bias in EI that the paper's means imply", " ".join(sentences)
-
-
-def _size(both: Sequence[Compared], EI: float) -> str:
+def _size(both: Compared, EI: float) -> str:
     parts = []
     for table, published in both:
         each = [100.0 * implied_bias(published[k], EI) for k in printed.LOCALS]
@@ -247,7 +231,7 @@ def _size(both: Sequence[Compared], EI: float) -> str:
     )
 
 
-def _candidate(both: Sequence[Compared], sources: Sequence[BiasSource], EI: float) -> Iterator[str]:
+def _candidate(both: Compared, sources: Sequence[BiasSource], EI: float) -> Iterator[str]:
     named = {(s.excitation, s.rates): s for s in sources}
     plain, paper = named.get(("prbs", "tip")), named.get(("prbs", "working point"))
     still = named.get(("prbs_balanced", "tip"))
