@@ -61,6 +61,9 @@ def _plain(code: str) -> str:
     return code.replace("-", "").replace(" ", "").upper()
 
 
+MINUTE = 60.0
+ADDRESSES = 10_000
+"""Of which wrong tries are remembered."""
 TICKET_DAYS = 0.5
 """A day of lessons."""
 WHICH = "Which class do you want to join?"
@@ -86,7 +89,8 @@ class Tickets:
             name: hmac.new(key, b"flexgui ticket " + _plain(word).encode(), hashlib.sha256)
             for name, word in self.words.items()
         }
-        self._attempts = Attempts(limits or Limits())
+        self._wrong: OrderedDict[str, deque[float]] = OrderedDict()
+        self._most = (limits or Limits()).wrong_codes
 
     def is_teacher(self, request: Request) -> bool:
         """Whether it brought the teacher's ticket."""
@@ -125,9 +129,7 @@ class Tickets:
         """Asks for the code. Words and tickets that are wrong are guesses, none at all is none."""
         asked, cookies = "?" in request.path, _cookies(request)
         guess = asked or any(_cookie(request, name) in cookies for name in self.names)
-        if guess and self._attempts.wrong(address):
-            log.warning("Many wrong codes from %s; a right one opens all the same.", address)
-        if guess and self._attempts.too_many(address):
+        if guess and self._too_many(address):
             return _form(HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY)
         return _form(HTTPStatus.FORBIDDEN, WRONG if asked else WHICH)
 
@@ -158,6 +160,24 @@ class Tickets:
         print_line("Pages that may connect: " + ", ".join(origins))
         print_line(f"Your own: {self.own_address(home)}")
 
+    def _too_many(self, address: str) -> bool:
+        """One more wrong word or ticket; whether so many came from there within a minute that who
+        brings it is told to wait."""
+        place = neighbours(address)
+        times = self._wrong.setdefault(place, deque(maxlen=self._most))
+        before = self._within_a_minute(times)
+        times.append(monotonic())
+        self._wrong.move_to_end(place)
+        while len(self._wrong) > ADDRESSES:
+            self._wrong.popitem(last=False)
+        after = self._within_a_minute(times)
+        if after and not before:
+            log.warning("Many wrong codes from %s; a right one opens all the same.", address)
+        return after
+
+    def _within_a_minute(self, times: deque[float]) -> bool:
+        return len(times) == self._most and monotonic() - times[0] < MINUTE
+
     def _brought(self, request: Request, name: str) -> bool:
         brought = _cookies(request).get(_cookie(request, name))
         known = self._given.get(name)
@@ -186,34 +206,6 @@ def _cookies(request: Request) -> dict[str, str]:
         with contextlib.suppress(CookieError):
             found.load(header)
     return {name: morsel.value for name, morsel in found.items()}
-
-
-MINUTE = 60.0
-ADDRESSES = 10_000
-"""Of which wrong tries are remembered."""
-
-
-class Attempts:
-    """Counts wrong words and wrong tickets per address."""
-
-    def __init__(self, limits: Limits) -> None:
-        self._most = limits.wrong_codes
-        self._wrong: OrderedDict[str, deque[float]] = OrderedDict()
-
-    def too_many(self, address: str) -> bool:
-        """Whether so many came from there within a minute that the next is told to wait."""
-        times = self._wrong.get(neighbours(address), deque[float]())
-        return len(times) == self._most and monotonic() - times[0] < MINUTE
-
-    def wrong(self, address: str) -> bool:
-        """One more; whether it is the first of too many."""
-        before = self.too_many(address)
-        times = self._wrong.setdefault(neighbours(address), deque(maxlen=self._most))
-        times.append(monotonic())
-        self._wrong.move_to_end(neighbours(address))
-        while len(self._wrong) > ADDRESSES:
-            self._wrong.popitem(last=False)
-        return not before and self.too_many(address)
 
 
 KEY_FILE, KEY_BYTES = "server.key", 32

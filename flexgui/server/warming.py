@@ -11,7 +11,7 @@ from collections.abc import Callable
 import viser
 
 from flexgui.core.errors import InputError
-from flexgui.core.results import Generation
+from flexgui.core.progress import Silent
 from flexgui.jobs import JobPool
 from flexgui.page.in_browser import BUILDING, show_progress
 
@@ -27,7 +27,7 @@ LONGEST = 120.0
 """s that a page waits for the arm's equations; then it makes them for itself."""
 
 
-class Warming:
+class Warming(Silent):
     """In the background: first what a page shows, then what its jobs need.
 
     The workers start last, since they would take the first page's time; jobs wait for them.
@@ -75,13 +75,6 @@ class Warming:
             self._parts = done + n, total
             for notice in self._notices:
                 notice.body = NOTICE[1].format(*self._parts)
-
-    def generation(self, fit_label: str, generation: Generation) -> None:
-        """Nothing is fitted here."""
-
-    def stopped(self) -> bool:
-        """Who stops the server ends the compilers too."""
-        return False
 
     def _run(self) -> None:
         try:

@@ -74,7 +74,7 @@ ROWS = (
         "tests/server/test_guessing.py::test_the_ticket_of_the_code_alone_no_longer_opens",
         "tests/server/test_guessing.py::test_wrong_tickets_count_as_guesses",
         "tests/server/test_guessing.py::test_the_key_is_random_and_stays_and_is_nobody_elses",
-        "tests/server/test_door.py",
+        "tests/server/test_access.py",
     )),
     Row("4", "take all sessions from one address", (
         "tests/server/test_sessions.py::test_one_address_does_not_take_every_session",
@@ -116,7 +116,7 @@ ROWS = (
         "tests/server/test_guard.py::test_a_fast_hand_waits_in_the_queue_once_per_input",
         "tests/server/test_guard.py::test_a_drag_that_the_server_could_not_follow_is_answered_by_its_last_place",
         "tests/session/test_crew.py", "tests/session/test_turns.py",
-        "tests/server/test_threads_send.py",
+        "tests/server/test_viser_patches.py",
     )),
     Row("10", "visits that leave threads, descriptors or folders",
         ("tests/server/test_leaving.py",), lambda: 54),
