@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOME = {
-    "flexgui.library.building": "project",
+    "flexgui.library.building": "load project",
     "flexgui.library.plan": "Plan",
-    "flexgui.library.project": "Project load",
+    "flexgui.library.project": "Project",
     "flexgui.library.results": "Comparison Diagnosis Identification Simulation StoppedError",
     "flexgui.library.linear_model": "LinearModel",
     "flexgui.library.progress_callback": "Update",
@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from flexgui.core.recording.recording import Recording as Recording
     from flexgui.core.sensors.sensor import Channel as Channel
     from flexgui.core.sensors.sensor import Sensor as Sensor
+    from flexgui.library.building import load as load
     from flexgui.library.building import project as project
     from flexgui.library.catalogues import drives as drives
     from flexgui.library.catalogues import effects as effects
@@ -69,7 +70,6 @@ if TYPE_CHECKING:
     from flexgui.library.plan import Plan as Plan
     from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project
-    from flexgui.library.project import load as load
     from flexgui.library.results import Comparison as Comparison
     from flexgui.library.results import Diagnosis as Diagnosis
     from flexgui.library.results import Identification as Identification

@@ -1,4 +1,4 @@
-"""A project from Python objects and tables."""
+"""A project from a file, or from Python objects and tables."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from flexgui.core.drives.drive import Drive
 from flexgui.core.errors import InputError
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.save import save_recording
-from flexgui.core.scenario.read import check_scenario
+from flexgui.core.scenario.read import check_scenario, read_scenario
 from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.project import SOURCE, Project
+from flexgui.library.shipped import scenario_path
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,8 +58,8 @@ def project(
     Raises:
         InputError: Where a setting is wrong; it says which.
     """
-    store = _Store()
-    entries = [store.entry(one, k) for k, one in enumerate(recordings, start=1)]
+    kept = tempfile.TemporaryDirectory(prefix="flexgui-")
+    entries = [_entry(one, k, Path(kept.name)) for k, one in enumerate(recordings, start=1)]
     model = model_with(dict(tables.pop("model", {})), effects)
     document = {
         "title": title,
@@ -69,60 +70,44 @@ def project(
         **tables,
     }
     made = check_scenario(document, SOURCE)
-    if store.kept is not None and str(folder):
+    where = None if data is None else Path(data)
+    if not any(Path(kept.name).iterdir()):
+        found = Project(made, Path(folder), where)
+    elif str(folder):
         raise InputError(
             "recordings mixes tables with a folder of files; read the files with pandas first, or "
             "give their whole paths."
         )
-    where = Path(folder) if store.kept is None else Path(store.kept.name)
-    found = Project(made, where, None if data is None else Path(data), store.kept)
+    else:
+        found = Project(made, Path(kept.name), where, kept)
     _ = found.model
     return found
 
 
-class _Store:
-    """Tables that come as objects, as files that the loader checks like any other."""
+def _entry(given: OneRecording, number: int, folder: Path) -> dict[str, Any]:
+    """One `[[recordings]]` of a scenario; a table that comes as an object becomes a file in
+    `folder`, which the loader checks like any other."""
+    if isinstance(given, str | Path):
+        return {"file": str(given)}
+    stated = dict(given) if isinstance(given, Mapping) else {TABLE: given}
+    if TABLE not in stated:
+        return stated
+    import pandas as pd
 
-    def __init__(self) -> None:
-        self.kept: tempfile.TemporaryDirectory[str] | None = None
-
-    def entry(self, given: OneRecording, number: int) -> dict[str, Any]:
-        """One `[[recordings]]` of a scenario."""
-        if isinstance(given, str | Path):
-            return {"file": str(given)}
-        if isinstance(given, Recording):
-            self._put(given, f"{number}.parquet")
-            named = {"name": given.name, "role": given.role, "file": f"{number}.parquet"}
-            return named if given.theta2 is None else {**named, "theta2": given.theta2}
-        if isinstance(given, Mapping):
-            return self._stated(dict(given), number)
-        return self._stated({TABLE: given}, number)
-
-    def _stated(self, entry: dict[str, Any], number: int) -> dict[str, Any]:
-        if TABLE not in entry:
-            return entry
-        table = entry.pop(TABLE)
-        if isinstance(table, Recording):
-            return {**self.entry(table, number), **entry}
-        self._put(table, f"{number}.parquet")
-        return {"name": f"recording-{number}", **entry, "file": f"{number}.parquet"}
-
-    def _put(self, table: Recording | pd.DataFrame, name: str) -> None:
-        import pandas as pd
-
-        if self.kept is None:
-            self.kept = tempfile.TemporaryDirectory(prefix="flexgui-")
-        path = Path(self.kept.name) / name
-        if isinstance(table, Recording):
-            save_recording(table, path)
-        elif isinstance(table, pd.DataFrame):
-            frame = table if table.index.name is None else table.reset_index()
-            frame.rename(columns=str).to_parquet(path, index=False)
-        else:
-            raise InputError(
-                f"recordings holds {type(table).__name__}; give a pandas table, a Recording or a "
-                f"path."
-            )
+    table, file = stated.pop(TABLE), folder / f"{number}.parquet"
+    named: dict[str, Any] = {"name": f"recording-{number}"}
+    if isinstance(table, Recording):
+        save_recording(table, file)
+        named = {"name": table.name, "role": table.role}
+        named |= {} if table.theta2 is None else {"theta2": table.theta2}
+    elif isinstance(table, pd.DataFrame):
+        frame = table if table.index.name is None else table.reset_index()
+        frame.rename(columns=str).to_parquet(file, index=False)
+    else:
+        raise InputError(
+            f"recordings holds {type(table).__name__}; give a pandas table, a Recording or a path."
+        )
+    return {**named, **stated, "file": file.name}
 
 
 def _arm_table(arm: str | Arm | Mapping[str, Any]) -> dict[str, Any]:
@@ -140,3 +125,20 @@ def _drive_table(drive: str | Drive | Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(drive, Drive):
         return {"kind": drive.kind, **drive.model_dump(exclude_none=True)}
     return dict(drive)
+
+
+def load(scenario: str | Path, data: str | Path | None = None) -> Project:
+    """Read a scenario.
+
+    Args:
+        scenario: A TOML file, or the name of one that comes with FlexGUI (`scenarios()`).
+        data: Another folder in which the recordings' files are sought.
+
+    Returns:
+        The project; its recordings are read when they are needed.
+
+    Raises:
+        InputError: Where the file or a setting is wrong.
+    """
+    path = scenario_path(scenario)
+    return Project(read_scenario(path), path.parent, None if data is None else Path(data))

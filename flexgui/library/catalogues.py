@@ -15,7 +15,8 @@ from flexgui.core.plugins import classes_of
 from flexgui.core.plugins import register as add_plugin
 from flexgui.core.plugins import unregister as remove_plugin
 from flexgui.core.sensors.sensor import Sensor
-from flexgui.core.sentences import did_you_mean, first_sentence
+from flexgui.core.sentences import first_sentence
+from flexgui.library.shown import looked_up
 from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
@@ -40,10 +41,8 @@ class Catalogue(Mapping[str, type[T]], Generic[T]):
         return classes_of(self._package, self._base)
 
     def __getitem__(self, kind: str) -> type[T]:
-        if kind not in self._classes:
-            word = self._base.__name__.lower()
-            raise InputError(f"The {word} {kind!r} is not known; {did_you_mean(kind, self)}")
-        return self._classes[kind]
+        word = self._base.__name__.lower()
+        return looked_up(self._classes, kind, f"The {word} {kind!r} is not known")
 
     def __iter__(self) -> Iterator[str]:
         return iter(sorted(self._classes))
@@ -76,28 +75,31 @@ class Catalogue(Mapping[str, type[T]], Generic[T]):
         """Tabulate id, class and title."""
         import pandas as pd
 
-        rows = [(kind, self[kind].__name__, self.title(kind)) for kind in self]
-        return pd.DataFrame(rows, columns=["id", "class", "title"])
+        return pd.DataFrame(self._rows(), columns=["id", "class", "title"])
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        return [(kind, self[kind].__name__, self.title(kind)) for kind in self]
 
     def __repr__(self) -> str:
         return f"<{self._base.__name__} catalogue: {', '.join(self)}>"
 
     def _repr_html_(self) -> str:
-        rows = tuple(Row((kind, self[kind].__name__, self.title(kind))) for kind in self)
+        rows = tuple(Row(cells) for cells in self._rows())
         return str(html_table(Table((Column("Id"), Column("Class"), Column("What")), rows)))
 
 
-EFFECTS, DRIVES, SENSORS = "flexgui.core.effects", "flexgui.core.drives", "flexgui.core.sensors"
-EXCITATIONS = "flexgui.core.excitation"
+PACKAGES: dict[type, str] = {
+    Effect: "flexgui.core.effects",
+    Drive: "flexgui.core.drives",
+    Sensor: "flexgui.core.sensors",
+    Excitation: "flexgui.core.excitation",
+}
+"""Contract of a plug-in -> where those that come with FlexGUI are."""
 
-effects: Catalogue[Effect] = Catalogue(EFFECTS, Effect)
-drives: Catalogue[Drive] = Catalogue(DRIVES, Drive)
-sensors: Catalogue[Sensor] = Catalogue(SENSORS, Sensor)
-excitations: Catalogue[Excitation] = Catalogue(EXCITATIONS, Excitation)
-
-CONTRACTS: dict[str, type] = {
-    EFFECTS: Effect, DRIVES: Drive, SENSORS: Sensor, EXCITATIONS: Excitation,
-}  # fmt: skip
+effects: Catalogue[Effect] = Catalogue(PACKAGES[Effect], Effect)
+drives: Catalogue[Drive] = Catalogue(PACKAGES[Drive], Drive)
+sensors: Catalogue[Sensor] = Catalogue(PACKAGES[Sensor], Sensor)
+excitations: Catalogue[Excitation] = Catalogue(PACKAGES[Excitation], Excitation)
 
 C = TypeVar("C", bound=type)
 
@@ -116,7 +118,8 @@ def register(thing: C) -> C:
     Raises:
         InputError: Where it is no such class, has no `kind`, or the `kind` is taken.
     """
-    add_plugin(_package_of(thing), CONTRACTS[_package_of(thing)], thing)
+    contract = _contract_of(thing)
+    add_plugin(PACKAGES[contract], contract, thing)
     return thing
 
 
@@ -129,14 +132,14 @@ def unregister(thing: type) -> None:
     Raises:
         InputError: Where it is no subclass of a contract.
     """
-    remove_plugin(_package_of(thing), str(getattr(thing, "kind", "")))
+    remove_plugin(PACKAGES[_contract_of(thing)], str(getattr(thing, "kind", "")))
 
 
-def _package_of(thing: type) -> str:
-    for package, base in CONTRACTS.items():
-        if isinstance(thing, type) and issubclass(thing, base):
-            return package
-    names = ", ".join(base.__name__ for base in CONTRACTS.values())
+def _contract_of(thing: type) -> type:
+    for contract in PACKAGES:
+        if isinstance(thing, type) and issubclass(thing, contract):
+            return contract
+    names = ", ".join(contract.__name__ for contract in PACKAGES)
     raise InputError(f"{thing!r} is no subclass of one of {names}; derive it from one.")
 
 
@@ -160,8 +163,8 @@ def formula(
     Returns:
         What `[[model.own]]` of a scenario holds.
     """
-    stated = {"target": target, "formula": text, "parameters": parameters}
-    return {**stated, **({"title": title} if title else {}), **({"id": id} if id else {})}
+    named = {name: value for name, value in (("title", title), ("id", id)) if value}
+    return {"target": target, "formula": text, "parameters": parameters, **named}
 
 
 def model_with(model: Mapping[str, Any], added: Sequence[OneEffect]) -> dict[str, Any]:

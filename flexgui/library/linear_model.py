@@ -11,7 +11,6 @@ import numpy as np
 
 from flexgui.core.errors import InputError
 from flexgui.core.model import Model
-from flexgui.core.sentences import did_you_mean
 from flexgui.core.simulate.posture import Mode, Posture, posture, vibration_modes
 from flexgui.core.simulate.response import (
     FrequencyResponse,
@@ -23,7 +22,7 @@ from flexgui.core.simulate.response import (
     references,
     step_response,
 )
-from flexgui.library.plots import chosen
+from flexgui.library.shown import chosen, looked_up
 from flexgui.views.dynamics import frequency_response as draw_frequency
 from flexgui.views.dynamics import mode_table
 from flexgui.views.dynamics import poles as draw_poles
@@ -217,8 +216,4 @@ def linear_model(
 def check_names(model: Model, values: Mapping[str, float]) -> None:
     """Raise InputError for a value of something that is no parameter of the model."""
     for name in values:
-        if name not in model.parameters:
-            raise InputError(
-                f"values: {name!r} is no parameter of this model; "
-                f"{did_you_mean(name, model.parameters)}"
-            )
+        looked_up(model.parameters, name, f"values: {name!r} is no parameter of this model")

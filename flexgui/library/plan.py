@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup
-
 from flexgui.core.experiments.design import Design, Deviation
 from flexgui.core.experiments.files import references
 from flexgui.core.recording.recording import Recording
 from flexgui.export.plan_files import SCENARIO, seen_by, write_plan
+from flexgui.library.shown import paragraphs
 from flexgui.sentences.experiments import plan_paragraphs
 
 if TYPE_CHECKING:
@@ -74,5 +73,4 @@ class Plan:
         return "\n".join(self.words)
 
     def _repr_html_(self) -> str:
-        paragraphs = Markup("").join(Markup("<p>{}</p>").format(text) for text in self.words)
-        return str(paragraphs)
+        return str(paragraphs(self.words))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
-from flexgui.core.scenario.read import check_scenario, read_scenario, scenario_toml, write_scenario
+from flexgui.core.scenario.read import check_scenario, scenario_toml, write_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import arms_to_come, base_model, with_hidden_effects
 from flexgui.core.validation import validated
@@ -19,7 +20,6 @@ from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.linear_model import LinearModel, linear_model
 from flexgui.library.progress_callback import Callback, at_work
 from flexgui.library.results import Comparison, Diagnosis, Identification, Simulation, StoppedError
-from flexgui.library.shipped import scenario_path
 from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
@@ -54,6 +54,11 @@ class Project:
     def model(self) -> Model:
         """The model as stated, before any fit."""
         return base_model(self.scenario)
+
+    @property
+    def _places(self) -> dict[str, Any]:
+        """Where the files are sought."""
+        return {"folder": self.folder, "data_folder": self.data}
 
     def recordings(self, progress: Callback | None = None) -> tuple[Recording, ...]:
         """Read or simulate all recordings, in SI units.
@@ -217,8 +222,7 @@ class Project:
             from flexgui.library.plan import Plan
 
             wish = Wish(seconds, tuple(parameters), tuple(between), self.scenario.limits)
-            places = {"folder": self.folder, "data_folder": self.data}
-            return Plan(self, plan(self.scenario, wish, **places, progress=heard))
+            return Plan(self, plan(self.scenario, wish, **self._places, progress=heard))
 
     def compare(
         self, values: Mapping[str, float] | None = None, progress: Callback | None = None
@@ -238,8 +242,8 @@ class Project:
         with at_work(progress) as heard:
             from flexgui.core.workbench import compare_at
 
-            places = {"folder": self.folder, "data_folder": self.data}
-            return Comparison(compare_at(self.scenario, values or {}, **places, progress=heard))
+            found = compare_at(self.scenario, values or {}, **self._places, progress=heard)
+            return Comparison(found)
 
     def linear(
         self,
@@ -306,9 +310,7 @@ class Project:
         with at_work(progress, arms_to_come(self.scenario)) as heard:
             from flexgui.core.workbench import run_scenario
 
-            return run_scenario(
-                self.scenario, folder=self.folder, data_folder=self.data, progress=heard
-            )
+            return run_scenario(self.scenario, **self._places, progress=heard)
 
     def _write(self, outcome: Outcome, out: Path) -> Path:
         """An export of what was computed before."""
@@ -326,10 +328,8 @@ class Project:
 
     def _copy_tables(self, out: Path) -> None:
         """So that the scenario runs again from there."""
-        if self._kept is None:
-            return
-        for path in sorted(Path(self._kept.name).iterdir()):
-            (out / path.name).write_bytes(path.read_bytes())
+        for path in () if self._kept is None else Path(self._kept.name).iterdir():
+            shutil.copyfile(path, out / path.name)
 
     def _settings(self) -> dict[str, str]:
         """What it consists of, a line each."""
@@ -355,20 +355,3 @@ class Project:
 def _arm_name(scenario: Scenario) -> str:
     """Its own name, or its preset's."""
     return scenario.arm.name or scenario.arm.preset or f"{len(scenario.arm.segments)} segments"
-
-
-def load(scenario: str | Path, data: str | Path | None = None) -> Project:
-    """Read a scenario.
-
-    Args:
-        scenario: A TOML file, or the name of one that comes with FlexGUI (`scenarios()`).
-        data: Another folder in which the recordings' files are sought.
-
-    Returns:
-        The project; its recordings are read when they are needed.
-
-    Raises:
-        InputError: Where the file or a setting is wrong.
-    """
-    path = scenario_path(scenario)
-    return Project(read_scenario(path), path.parent, None if data is None else Path(data))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from flexgui.core.diagnosed import diagnosed_scenario
-from flexgui.core.errors import InputError
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.save import recording_frame
 from flexgui.core.results import (
@@ -22,8 +21,7 @@ from flexgui.core.results import (
     RankedEffect,
     RecordingComparison,
 )
-from flexgui.core.sentences import did_you_mean
-from flexgui.library.plots import chosen, from_dict
+from flexgui.library.shown import chosen, from_dict, looked_up, paragraphs
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.comparison import comparison
@@ -72,7 +70,7 @@ class Simulation:
         return f"Recording {r.name}: {len(r.time)} samples at {r.sample_time:g} s, {names}."
 
     def _repr_html_(self) -> str:
-        return str(Markup("<p>{}</p>").format(repr(self)))
+        return str(paragraphs([repr(self)]))
 
 
 @dataclass(frozen=True, repr=False)
@@ -101,11 +99,7 @@ class Comparison:
             InputError: Where there is none.
         """
         known = {each.recording: each for each in self.recordings}
-        if recording not in known:
-            raise InputError(
-                f"There is no recording {recording!r}; {did_you_mean(recording, known)}"
-            )
-        return known[recording]
+        return looked_up(known, recording, f"There is no recording {recording!r}")
 
     def to_dataframe(self, recording: str | None = None) -> pd.DataFrame:
         """Tabulate the errors, or the signals of one recording.
@@ -184,9 +178,7 @@ class _Found:
             InputError: Where it was not estimated.
         """
         known = {e.name: e for e in self.parameters}
-        if name not in known:
-            raise InputError(f"{name!r} was not estimated; {did_you_mean(name, known)}")
-        return known[name]
+        return looked_up(known, name, f"{name!r} was not estimated")
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -217,10 +209,9 @@ class _Found:
         return "\n".join((f"{type(self).__name__}: {self.outcome.title}", *ending(self.outcome)))
 
     def _summary_html(self) -> Markup:
-        red = Markup("<p style='color:firebrick'><b>{}</b></p>")
-        above = Markup("").join(red.format(t) for t in alarms(self.outcome))
-        paragraphs = Markup("").join(Markup("<p>{}</p>").format(t) for t in summary(self.outcome))
-        return above + paragraphs + html_table(standing_parameters(self.outcome))
+        above = paragraphs(alarms(self.outcome), "color:firebrick; font-weight:bold")
+        below = html_table(standing_parameters(self.outcome))
+        return above + paragraphs(summary(self.outcome)) + below
 
 
 @dataclass(frozen=True, repr=False)
@@ -324,8 +315,6 @@ class Diagnosis(_Found):
 
     def diagnosed_project(self) -> Project:
         """Make the project with what was found in its model, every value where it ended."""
-        from dataclasses import replace
-
         scenario = diagnosed_scenario(self.project.scenario, self._diagnosis)
         return replace(self.project, scenario=scenario)
 
@@ -341,9 +330,7 @@ class Diagnosis(_Found):
         from flexgui.export.tables import diagnosis_tables, parameter_table
 
         known = {**diagnosis_tables(self.outcome), "parameters": parameter_table(self.outcome)}
-        if table not in known:
-            raise InputError(f"to_dataframe: {table!r} is no table; {did_you_mean(table, known)}")
-        return known[table]
+        return looked_up(known, table, f"to_dataframe: {table!r} is no table")
 
     def plot(self, view: str = "ladder") -> go.Figure:
         """Draw the diagnosis.
@@ -354,18 +341,21 @@ class Diagnosis(_Found):
         Raises:
             InputError: Where the view is not known or there is nothing to show.
         """
-        first = self._diagnosis.rounds[0].accepted if self._diagnosis.rounds else None
         views: dict[str, Any] = {
             "ladder": lambda: ladder(self.steps),
-            "ranking": lambda: ranking(self.ranking, first),
+            "ranking": lambda: ranking(self.ranking, self._first_accepted),
         }
         return chosen(views, view)
 
+    @property
+    def _first_accepted(self) -> str | None:
+        """The effect that the first round added."""
+        return self._diagnosis.rounds[0].accepted if self._diagnosis.rounds else None
+
     def _repr_html_(self) -> str:
-        first = self._diagnosis.rounds[0].accepted if self._diagnosis.rounds else None
-        parts = [Markup("<p>{}</p>").format(text) for text in self.words]
-        tables = (ladder_table(self._diagnosis), ranking_table(self.ranking, first))
-        return str(Markup("").join([*parts, *(html_table(t) for t in tables)]))
+        steps = html_table(ladder_table(self._diagnosis))
+        first = html_table(ranking_table(self.ranking, self._first_accepted))
+        return str(paragraphs(self.words) + steps + first)
 
 
 class StoppedError(RuntimeError):

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.library.test_examples import NOTEBOOKS, SCRIPTS, script_of
+from tests.packaging.test_wheel import SCENARIO
 
 pytestmark = pytest.mark.long
 
@@ -69,6 +70,6 @@ def test_nothing_but_flexgui_is_added(library: Path, elsewhere: Path) -> None:
 
 
 def test_a_report_holds_the_motion_with_the_page(page: Path, elsewhere: Path) -> None:
-    command = ["-m", "flexgui", "export", "mujoco/nothing", "--out", "out", "--quiet"]
-    said(page, elsewhere, *command)
+    (elsewhere / "rig.toml").write_text(SCENARIO, encoding="utf-8")
+    said(page, elsewhere, "-m", "flexgui", "export", "rig.toml", "--out", "out", "--quiet")
     assert "<iframe" in (elsewhere / "out" / "report.html").read_text(encoding="utf-8")
