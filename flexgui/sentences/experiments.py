@@ -16,6 +16,8 @@ from flexgui.sentences.written import format_number, quantity
 if TYPE_CHECKING:
     from flexgui.core.experiments.design import Candidate, Design, Deviation
 
+SCORE = "an expected score of {}, where above {:g} decides"
+
 LITTLE = 0.95
 """Share of the deviation before from which on an experiment is not worth its time for it."""
 
@@ -39,10 +41,8 @@ def experiment_sentence(one: PlannedExperiment) -> str:
     text, names, score = experiment_title(one), listed(one.between), format_number(one.score, 2)
     if one.score < VERY_STRONG:
         return f"{text} would not distinguish {names} (expected score {score})."
-    return (
-        f"To distinguish {names}, record {text}: the wrong one would then be worse by an expected "
-        f"score of {score}, where above {VERY_STRONG:g} decides."
-    )
+    decides = SCORE.format(score, VERY_STRONG)
+    return f"To distinguish {names}, record {text}: the wrong one would then be worse by {decides}."
 
 
 def plan_paragraphs(design: Design) -> tuple[str, ...]:
@@ -95,13 +95,8 @@ def _narrowed(deviations: Sequence[Deviation]) -> str:
 def _decided(design: Design) -> tuple[str, ...]:
     if not design.competing:
         return ()
-    names, score = listed(list(design.competing)), format_number(design.score, 2)
+    names = listed(list(design.competing))
+    decides = SCORE.format(format_number(design.score, 2), VERY_STRONG)
     if design.decides:
-        return (
-            f"Between {names}, the wrong one would be worse by an expected score of {score}, where "
-            f"above {VERY_STRONG:g} decides.",
-        )
-    return (
-        f"These limits leave no experiment that tells {names} apart: an expected score of {score}, "
-        f"where above {VERY_STRONG:g} decides.",
-    )
+        return (f"Between {names}, the wrong one would be worse by {decides}.",)
+    return (f"These limits leave no experiment that tells {names} apart: {decides}.",)

@@ -145,29 +145,23 @@ def fell(before: LadderStep, after: LadderStep) -> str:
     return f"{text}, and that of the tip from {tips[0]} to {tips[1]} rms"
 
 
-def by_channel(left: Remains, step: LadderStep) -> str:
-    """'θ₁ 1.0, z₁ 0.98 times the floor, and the tip is missed by 0.043 mm rms'."""
-    parts = [f"{name} {ratio}" for name, ratio in _ratios(left)]
-    return _and_tip(f"{listed(parts)} times the noise floor", "the tip is missed", step)
+BY_CHANNEL = ("{} {}", "{} times the noise floor", "the tip is missed")
+"""'θ₁ 1.0, z₁ 0.98 times the floor, and the tip is missed by 0.043 mm rms'"""
+MISSES = ("{} by {}", "misses {} times the noise floor", "the tip")
+"""'misses θ₁ by 10 and z₁ by 5.4 times the floor, and the tip by 0.20 mm rms'"""
 
 
-def misses(left: Remains, step: LadderStep) -> str:
-    """'misses θ₁ by 10 and z₁ by 5.4 times the floor, and the tip by 0.20 mm rms'."""
-    parts = [f"{name} by {ratio}" for name, ratio in _ratios(left)]
-    return _and_tip(f"misses {listed(parts)} times the noise floor", "the tip", step)
-
-
-def _and_tip(text: str, missed: str, step: LadderStep) -> str:
-    if step.tip_rms is None:
-        return text
-    return f"{text}, and {missed} by {quantity(step.tip_rms, 'm', 2)} rms"
-
-
-def _ratios(left: Remains) -> list[tuple[str, str]]:
-    return [
-        (channel_symbol(name), format_number(ratio, 2, keep_zeros=True))
+def by_channel(left: Remains, step: LadderStep, form: tuple[str, str, str]) -> str:
+    """The error of each channel, and of the tip where it was seen; `form`: one of these two."""
+    each, all_of_them, tip = form
+    parts = [
+        each.format(channel_symbol(name), format_number(ratio, 2, keep_zeros=True))
         for name, ratio in left.by_channel.items()
     ]
+    text = all_of_them.format(listed(parts))
+    if step.tip_rms is None:
+        return text
+    return f"{text}, and {tip} by {quantity(step.tip_rms, 'm', 2)} rms"
 
 
 def unseen_rms(errors: Sequence[ChannelError]) -> float:

@@ -41,8 +41,10 @@ def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
     seen = identified(null, len(labels))
     lines = [_about(d, labels) for d in null if np.any((np.abs(d) >= INVOLVED) & own)]
     poorly = []
-    for rho, i, j in _pairs(fit.correlation, seen, own):
-        pair = f"{labels[j]} and {labels[i]}"
+    together = np.tril(np.abs(fit.correlation) > TOGETHER, -1)
+    together &= np.outer(seen, seen) & (own[:, None] | own[None, :])
+    for i, j in np.argwhere(together):
+        pair, rho = f"{labels[j]} and {labels[i]}", float(fit.correlation[i, j])
         if abs(rho) > ALIKE:
             lines.append(
                 f"The data do not determine {pair} separately (correlation {rho:+.5f}): fix one "
@@ -58,15 +60,6 @@ def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
         lines = ["All estimated parameters are identifiable."]
         lines += [STARTS_FREE] if len(null) else []
     return (*lines, *poorly)
-
-
-def _pairs(
-    correlation: np.ndarray, seen: np.ndarray, own: np.ndarray
-) -> list[tuple[float, int, int]]:
-    """(correlation, i, j < i) of those that are correlated beyond TOGETHER."""
-    together = np.tril(np.abs(correlation) > TOGETHER, -1)
-    together &= np.outer(seen, seen) & (own[:, None] | own[None, :])
-    return [(float(correlation[i, j]), int(i), int(j)) for i, j in np.argwhere(together)]
 
 
 def _about(direction: np.ndarray, labels: Sequence[str]) -> str:

@@ -39,12 +39,17 @@ ORDER = (
 
 def in_order(ranking: Sequence[RankedEffect], named: str | None = None) -> tuple[RankedEffect, ...]:
     """As a reader is shown them, in the ORDER that is stated beside the list."""
-
-    def place(one: RankedEffect) -> tuple[bool, bool, bool, float]:
-        unfitted = one.refit_drop_percent is None
-        return one.effect != named, bool(one.tied_to), unfitted, -_share(one)
-
-    return tuple(sorted(ranking, key=place))
+    return tuple(
+        sorted(
+            ranking,
+            key=lambda one: (
+                one.effect != named,
+                bool(one.tied_to),
+                one.refit_drop_percent is None,
+                -_share(one),
+            ),
+        )
+    )
 
 
 def _share(ranked: RankedEffect) -> float:

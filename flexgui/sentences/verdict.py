@@ -17,15 +17,16 @@ from flexgui.core.results import (
 )
 from flexgui.core.sentences import first_sentence, listed
 from flexgui.sentences.figures import (
+    BY_CHANNEL,
     COMPLETE,
     FLOOR_IS,
+    MISSES,
     at_bounds,
     by_channel,
     explained,
     how_big,
     how_sure,
     linear_sentence,
-    misses,
     on_validation,
     percent,
     times,
@@ -65,7 +66,10 @@ def _findings(found: Diagnosis) -> list[Finding]:
     """The effects that are in the model at the end; the best of the ranking where none was to be
     added."""
     if not found.limit:
-        return _named_first(found)
+        # Of a ranking that was stopped none is the best yet.
+        unknown = found.stopped or not found.ranking
+        best = [] if unknown else [found.ranking[0]]
+        return [Finding(ranked, found.rounds[0], found.steps[0], None) for ranked in best]
     accepted = [one for one in found.rounds if one.accepted is not None]
     added = [(a, b) for a, b in pairwise(found.steps) if b.added is not None]
     named = []
@@ -75,13 +79,6 @@ def _findings(found: Diagnosis) -> list[Finding]:
         if ranked is not None:
             named.append(Finding(ranked, one, before, after))
     return named
-
-
-def _named_first(found: Diagnosis) -> list[Finding]:
-    """The best of a ranking that went through; of one that was stopped none is the best yet."""
-    if found.stopped or not found.ranking:
-        return []
-    return [Finding(found.ranking[0], found.rounds[0], found.steps[0], None)]
 
 
 def _at_the_end(kind: str, kept: Sequence[str]) -> str:
@@ -114,8 +111,15 @@ def _missing(found: Diagnosis) -> list[str]:
     for f in findings:
         paragraphs += [_found(f, _sizes(found, f.ranked)), what_else(f)]
     complete = COMPLETE if any(_sizes(found, f.ranked) for f in findings) else ""
+    needless = ""
+    if found.needless:
+        them = "it" if len(found.needless) == 1 else "them"
+        needless = (
+            f"{listed(found.needless)} seemed to be missing at first, but with what was added "
+            f"later the error is as small without {them}."
+        )
     ending = " ".join(p for p in (_stuck(found), complete) if p)
-    return [*paragraphs, _removed(found), _remains(found), ending]
+    return [*paragraphs, needless, _remains(found), ending]
 
 
 def _stuck(found: Diagnosis) -> str:
@@ -141,16 +145,6 @@ def _found(f: Finding, sizes: Sequence[Estimate]) -> str:
     explains = explained(f.ranked, f.before, f.after)
     parts = (f"{f.ranked.title}. {gist}", how_big(sizes), explains, how_sure(f.ranked))
     return " ".join(p for p in parts if p)
-
-
-def _removed(found: Diagnosis) -> str:
-    if not found.needless:
-        return ""
-    them = "it" if len(found.needless) == 1 else "them"
-    return (
-        f"{listed(found.needless)} seemed to be missing at first, but with what was added later "
-        f"the error is as small without {them}."
-    )
 
 
 def _remains(found: Diagnosis) -> str:
@@ -192,9 +186,9 @@ def _left(found: Diagnosis) -> str:
     """By channel; before anything was added it is no rest but the error itself."""
     last = found.steps[-1]
     if found.added:
-        return f"What remains: {by_channel(found.error_left, last)}."
+        return f"What remains: {by_channel(found.error_left, last, BY_CHANNEL)}."
     without = "Without it the" if found.verdict == MISSING and _findings(found) else "The"
-    return f"{without} model {misses(found.error_left, last)}."
+    return f"{without} model {by_channel(found.error_left, last, MISSES)}."
 
 
 def _more(found: Diagnosis) -> str:
