@@ -1,10 +1,10 @@
 """Background work: a warm pool of spawned processes, and a fair queue in front of it.
 
     page -> JobPool.submit -> FairQueue -> WorkerSupervisor (a thread) -> worker (a process)
-    page <- callback <- Dispatcher (threads) <- Mailbox <- WorkerSupervisor <- pipe <- Reporter
+    page <- callback <- Inbox (a thread) <- Job <- WorkerSupervisor <- pipe <- Reporter
 
 Nothing heavy runs in the process of the page: a supervisor only waits, a callback is called on one
-of the dispatcher's threads, never by `submit`, `stop` or whoever holds a lock.
+of the crew's threads, never by `submit`, `stop` or whoever holds a lock.
 """
 
 from flexgui.jobs.events import (
@@ -22,7 +22,7 @@ from flexgui.jobs.events import (
     Stopped,
     WorkerLost,
 )
-from flexgui.jobs.job import Job, State
+from flexgui.jobs.job import Job, JobState
 from flexgui.jobs.pool import JobPool
 from flexgui.jobs.settings import PoolSettings
 from flexgui.jobs.task import Task
@@ -34,6 +34,7 @@ __all__ = [
     "Finished",
     "Job",
     "JobPool",
+    "JobState",
     "NewGeneration",
     "Partial",
     "Paused",
@@ -42,7 +43,6 @@ __all__ = [
     "Resumed",
     "Stage",
     "Started",
-    "State",
     "Stopped",
     "Task",
     "WorkerLost",

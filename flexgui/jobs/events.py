@@ -52,6 +52,11 @@ class Resumed(Event):
 
 
 @dataclass(frozen=True)
+class Stopping(Event):
+    """The job was asked to end with the best it has."""
+
+
+@dataclass(frozen=True)
 class Stage(Event):
     """A new stage begins, with `total` steps where that is known."""
 
@@ -131,3 +136,16 @@ class WorkerLost(Ended):
     """The worker process died."""
 
     sentence: str
+
+
+def merged(waiting: list[Event], event: Event) -> list[Event]:
+    """With one more event: it stands for a waiting one of the same subject, but never across one
+    that has no subject (a new stage, an end). So the order of what matters stays, and what waits is
+    short however slow the reader is."""
+    for place in reversed(range(len(waiting)) if event.subject is not None else ()):
+        subject = waiting[place].subject
+        if subject is None:
+            break
+        if subject == event.subject:
+            return [*waiting[:place], event.after(waiting[place]), *waiting[place + 1 :]]
+    return [*waiting, event]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
-from collections.abc import Callable
-from enum import Enum
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from flexgui.jobs.dispatcher import Address
 from flexgui.jobs.events import (
     Advanced,
     Ended,
@@ -22,13 +22,19 @@ from flexgui.jobs.events import (
     Stage,
     Started,
     Stopped,
+    Stopping,
     WorkerLost,
+    merged,
 )
+from flexgui.jobs.inbox import Inbox
 from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:
     from flexgui.core.results import Generation
     from flexgui.jobs.pool import JobPool
+
+
+log = logging.getLogger(__name__)
 
 
 class Pace:
@@ -68,44 +74,96 @@ class Pace:
         return self._worked + (0.0 if self._since is None else self._now() - self._since)
 
 
-class State(Enum):
-    """Where a job stands."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    PAUSED = "paused"
-    FINISHED = "finished"
-    FAILED = "failed"
-    STOPPED = "stopped"
-    LOST = "lost"
+IDLE, QUEUED, RUNNING, PAUSED = "idle", "queued", "running", "paused"
+STOPPING = "stopping"
+DONE, FAILED, STOPPED, LOST = "done", "failed", "stopped", "lost"
+BUSY = (QUEUED, RUNNING, PAUSED, STOPPING)
 
 
-_END_STATES: dict[type[Event], State] = {
-    Finished: State.FINISHED,
-    Failed: State.FAILED,
-    Stopped: State.STOPPED,
-    WorkerLost: State.LOST,
+@dataclass(frozen=True)
+class JobState:
+    """How a job stands, as its events have told it."""
+
+    kind: str = ""
+    """What it is for whoever has begun it."""
+    phase: str = IDLE
+    place: int | None = None
+    """In the queue, 1 is next."""
+    stage: str = ""
+    text: str = ""
+    done: int = 0
+    total: int | None = None
+    sentence: str = ""
+    """Why it failed."""
+    history: Mapping[str, tuple[Generation, ...]] = field(default_factory=dict)
+    """The generations of each fit as far as they were told; the newest with its population."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether the job waits or runs."""
+        return self.phase in BUSY
+
+    @property
+    def share(self) -> float | None:
+        """Of the current stage that is done, 0 to 1; None where nobody knows."""
+        return min(self.done / self.total, 1.0) if self.total else None
+
+    def after(self, event: Event) -> JobState:
+        """The record once the event has happened."""
+        step = _AFTER.get(type(event))
+        return self if step is None else step(self, event)
+
+
+def _generation(state: JobState, event: Any) -> JobState:
+    """Of the populations only the newest is drawn; thousands of them would stay in memory."""
+    generations = state.history.get(event.label, ())
+    before = (*generations[:-1], *(replace(last, population=None) for last in generations[-1:]))
+    return replace(state, history={**state.history, event.label: (*before, event.generation)})
+
+
+def _phase(phase: str) -> Callable[[JobState, Any], JobState]:
+    return lambda state, event: replace(state, phase=phase, place=None)
+
+
+def _bad(phase: str) -> Callable[[JobState, Any], JobState]:
+    return lambda state, event: replace(state, phase=phase, place=None, sentence=event.sentence)
+
+
+_AFTER: dict[type[Event], Callable[[JobState, Any], JobState]] = {
+    Queued: lambda state, event: replace(state, phase=QUEUED, place=event.place),
+    Started: _phase(RUNNING),
+    Paused: _phase(PAUSED),
+    Resumed: _phase(RUNNING),
+    Stopping: _phase(STOPPING),
+    Stage: lambda state, event: replace(
+        state, stage=event.title, total=event.total, done=0, text=""
+    ),
+    Advanced: lambda state, event: replace(
+        state, done=state.done + event.n, text=event.text or state.text
+    ),
+    NewGeneration: _generation,
+    Finished: _phase(DONE),
+    Stopped: _phase(STOPPED),
+    Failed: _bad(FAILED),
+    WorkerLost: _bad(LOST),
 }
 
 
 class Job:
     """Made by `JobPool.submit`; every method may be called from any thread and returns at once."""
 
-    def __init__(self, pool: JobPool, session: str, task: Task, address: Address) -> None:
+    def __init__(
+        self, pool: JobPool, session: str, task: Task, callback: Callable[[Event], object]
+    ) -> None:
         self.session, self.task = session, task
-        self.state = State.QUEUED
-        self.place: int | None = None
-        """1 is next; None once the job has left the queue."""
-        self.stage = ""
-        """Title of what it is doing."""
-        self.latest: dict[str, Generation] = {}
-        """The newest generation of each fit: what is left where a stop found no result."""
+        self.state = JobState()
         self.ending: Ended | None = None
         """The last event."""
         self.stop_wished: float | None = None
         """When (monotonic) the user asked to stop it."""
         self.paused_since: float | None = None
-        self._pool, self._address = pool, address
+        self._pool, self._callback, self._silent = pool, callback, False
+        self._inbox = Inbox(self._tell, merged)
         self._lock = pool.lock
         self._pace = Pace()
         self._over = threading.Event()
@@ -129,69 +187,73 @@ class Job:
     def remaining_seconds(self) -> float | None:
         """Of the current stage, from its pace so far; None where nobody can know."""
         with self._lock:
-            running = self.state in (State.RUNNING, State.PAUSED)
+            running = self.state.phase in (RUNNING, PAUSED)
             return self._pace.remaining_seconds if running else None
 
     def stop(self) -> None:
         """Ends it with the best it has; one that waits goes from the queue."""
         with self._lock:
-            if self.state is State.QUEUED:
+            if self.state.phase == QUEUED:
                 self._pool.withdraw(self)
-                self.end(Stopped())
+                self.observe(Stopped())
             elif not self.over and self.stop_wished is None:
                 self.stop_wished = time.monotonic()
+                self.observe(Stopping())
 
     def pause(self) -> None:
         """Holds a running job, and its worker with it; nothing happens to any other."""
         with self._lock:
-            if self.state is State.RUNNING:
-                self.state, self.paused_since = State.PAUSED, time.monotonic()
+            if self.state.phase == RUNNING:
+                self.paused_since = time.monotonic()
                 self._pace.pause()
-                self._address.post(Paused())
+                self.observe(Paused())
 
     def resume(self) -> None:
         """Lets a paused job go on."""
         with self._lock:
-            if self.state is State.PAUSED:
-                self.state, self.paused_since = State.RUNNING, None
+            if self.state.phase == PAUSED:
+                self.paused_since = None
                 self._pace.resume()
-                self._address.post(Resumed())
+                self.observe(Resumed())
 
     def wait(self, timeout: float | None = None) -> bool:
         """Blocks until it is over (its callback may hear of it a moment later); for scripts."""
         return self._over.wait(timeout)
 
+    def wait_heard(self, timeout: float) -> None:
+        """Until the callback has heard all there was."""
+        self._inbox.wait_idle(timeout)
+
     # What follows is for the pool and its supervisors; they hold the lock.
 
     def queued(self, place: int) -> None:
         """Note its place in the queue, 1 is next."""
-        if self.place != place:
-            self.place = place
-            self._address.post(Queued(place))
-
-    def started(self) -> None:
-        """Note that a worker has begun it."""
-        self.state, self.place = State.RUNNING, None
-        self._pace = Pace()
-        self._address.post(Started())
+        if self.state.place != place:
+            self.observe(Queued(place))
 
     def observe(self, event: Event) -> None:
-        """Takes note of what the worker said, and passes it on."""
-        if isinstance(event, Stage):
-            self.stage = event.title
+        """Takes note of what has happened, and passes it on."""
+        if isinstance(event, Started):
+            self._pace = Pace()
+        elif isinstance(event, Stage):
             self._pace.stage(event.total)
         elif isinstance(event, Advanced):
             self._pace.advance(event.n)
-        elif isinstance(event, NewGeneration):
-            self.latest[event.label] = event.generation
-        self._address.post(event)
-
-    def end(self, event: Ended) -> None:
-        """Note how it ended, and wake who waits."""
-        self.state, self.ending, self.place = _END_STATES[type(event)], event, None
-        self._address.post(event)
-        self._over.set()
+        self.state = self.state.after(event)
+        self._inbox.put(event)
+        if isinstance(event, Ended):
+            self.ending = event
+            self._over.set()
 
     def silence(self) -> None:
         """The callback hears nothing more."""
-        self._address.close()
+        self._silent = True
+
+    def _tell(self, events: list[Event]) -> None:
+        for event in events:
+            if self._silent:
+                return
+            try:
+                self._callback(event)
+            except Exception:
+                log.exception("A callback failed on %s", type(event).__name__)

@@ -14,8 +14,7 @@ from types import TracebackType
 from typing import Generic, Protocol, TypeVar
 
 from flexgui.core.errors import InputError
-from flexgui.jobs.dispatcher import Address, Dispatcher
-from flexgui.jobs.events import Ended, Event, Failed, Stopped
+from flexgui.jobs.events import Ended, Event, Failed, Started, Stopped
 from flexgui.jobs.job import Job
 from flexgui.jobs.settings import DEFAULT, PoolSettings
 from flexgui.jobs.supervisor import WorkerSupervisor
@@ -42,7 +41,7 @@ class JobPool:
         self._news = threading.Condition(self.lock)
         self._queue: FairQueue[Job] = FairQueue()
         self._active: set[Job] = set()
-        self._dispatcher: Dispatcher | None = None
+        self._started = False
         self._stirred = 0.0
         self._supervisors = [WorkerSupervisor(self, k + 1) for k in range(workers)]
 
@@ -83,7 +82,7 @@ class JobPool:
 
     def start(self) -> None:
         """Begins to warm the workers in the background; `submit` does so too where it must."""
-        self._post()
+        self._begin()
 
     def submit(self, session: str, task: Task, callback: Callback) -> Job:
         """InputError where the session has too much waiting already, or all is closing.
@@ -92,13 +91,13 @@ class JobPool:
         last one being Finished, Failed, Stopped or WorkerLost. It may call anything of a job.
         """
         with self.lock:
-            address = Address(self._post(), callback)
+            self._begin()
             limit = self.settings.queued_per_session
             if self._queue.waiting_of(session) >= limit:
                 raise InputError(
                     f"{limit} jobs of this session wait already; stop one of them or let one start."
                 )
-            job = Job(self, session, task, address)
+            job = Job(self, session, task, callback)
             self._queue.put(job)
             self._report_places()
             self._news.notify()
@@ -118,29 +117,30 @@ class JobPool:
             if self.closing.is_set():
                 return
             self.closing.set()
+            last = [*self._queue.order(), *self._active]
             for job in list(self._queue.order()):
                 self._queue.remove(job)
-                job.end(Stopped())
+                job.observe(Stopped())
             self._news.notify_all()
         atexit.unregister(self.close)
         until = time.monotonic() + CLOSING
         for supervisor in self._supervisors:
             if supervisor.thread.ident is not None:
                 supervisor.thread.join(max(until - time.monotonic(), 0.0))
-        if self._dispatcher is not None:
-            self._dispatcher.close(LAST_NEWS)
+        until = time.monotonic() + LAST_NEWS
+        for job in last:
+            job.wait_heard(max(until - time.monotonic(), 0.0))
 
-    def _post(self) -> Dispatcher:
-        """The dispatcher of a started pool; InputError after its end."""
+    def _begin(self) -> None:
+        """Starts the supervisors where nobody did; InputError after the end."""
         with self.lock:
             if self.closing.is_set():
                 raise InputError("FlexGUI is being closed; start it again to run this.")
-            if self._dispatcher is None:
-                self._dispatcher = Dispatcher()
+            if not self._started:
+                self._started = True
                 atexit.register(self.close)
                 for supervisor in self._supervisors:
                     supervisor.thread.start()
-            return self._dispatcher
 
     def _report_places(self) -> None:
         for place, job in enumerate(self._queue.order(), start=1):
@@ -169,7 +169,7 @@ class JobPool:
             job = None if self.closing.is_set() else self._queue.take()
             if job is not None:
                 self._active.add(job)
-                job.started()
+                job.observe(Started())
                 self.stir()
                 self._report_places()
             return job
@@ -185,7 +185,7 @@ class JobPool:
         with self.lock:
             self._active.discard(job)
             self._queue.done(job)
-            job.end(ending)
+            job.observe(ending)
             self._report_places()
 
     def give_up_waiting(self, sentence: str) -> None:
@@ -195,7 +195,7 @@ class JobPool:
                 return
             for job in list(self._queue.order()):
                 self._queue.remove(job)
-                job.end(Failed(sentence))
+                job.observe(Failed(sentence))
 
 
 class Owned(Protocol):

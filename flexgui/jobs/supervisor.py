@@ -8,7 +8,7 @@ import time
 from typing import TYPE_CHECKING
 
 from flexgui.jobs.events import Ended, Event, Failed, Finished, Stopped, WorkerLost
-from flexgui.jobs.job import Job, State
+from flexgui.jobs.job import PAUSED, Job
 from flexgui.jobs.process import WorkerGoneError, WorkerProcess
 from flexgui.jobs.settings import TOO_LONG
 from flexgui.jobs.task import Answer, Begin, Crashed, Order, Ready, Refused
@@ -208,7 +208,7 @@ class _Wishes:
         self._paused = self._stopped = False
 
     def pass_on(self) -> None:
-        paused = self._job.state is State.PAUSED
+        paused = self._job.state.phase == PAUSED
         if paused is not self._paused:
             self._paused = paused
             self._worker.send(Order.PAUSE if paused else Order.RESUME)

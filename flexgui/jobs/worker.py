@@ -13,14 +13,14 @@ import signal
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import brief
-from flexgui.jobs.dispatcher import Mailbox
-from flexgui.jobs.events import Advanced, NewGeneration, Partial, Stage
+from flexgui.jobs.events import Advanced, Event, NewGeneration, Partial, Stage, merged
 from flexgui.jobs.settings import TOO_LARGE, PoolSettings, limit_memory, limit_time
 from flexgui.jobs.task import Alive, Answer, Begin, Crashed, Done, Order, Ready, Refused, Task
 
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 class Reporter:
     """Progress of one task. While it is paused, whoever calls it waits."""
 
-    def __init__(self, mailbox: Mailbox, news: threading.Event) -> None:
-        self._mailbox, self._news = mailbox, news
+    def __init__(self, send: Callable[[Event], None]) -> None:
+        self._send = send
         self._run, self._stop = threading.Event(), threading.Event()
         self._run.set()
         self.noticed = False
@@ -74,8 +74,7 @@ class Reporter:
         self._run.set()
 
     def _report(self, event: Stage | Advanced | NewGeneration | Partial) -> None:
-        self._mailbox.put(event)
-        self._news.set()
+        self._send(event)
         self._run.wait()
 
 
@@ -121,8 +120,9 @@ class Worker:
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
         self._sending = threading.Lock()
-        self._mailbox, self._news = Mailbox(), threading.Event()
-        self._reporter = Reporter(self._mailbox, self._news)
+        self._waiting: list[Event] = []
+        self._keeping, self._news = threading.Lock(), threading.Event()
+        self._reporter = Reporter(self._put)
         self._tasks: SimpleQueue[tuple[Task, Reporter] | Crashed | None] = SimpleQueue()
         self._orders = {
             Order.STOP: lambda: self._reporter.stop(),
@@ -178,14 +178,22 @@ class Worker:
         with self._sending:
             self._pipe.send(message)
 
+    def _put(self, event: Event) -> None:
+        """Sent soon, with what else there is."""
+        with self._keeping:
+            self._waiting = merged(self._waiting, event)
+        self._news.set()
+
     def _flush(self) -> None:
         with self._sending:
-            for event in self._mailbox.take():
+            with self._keeping:
+                events, self._waiting = self._waiting, []
+            for event in events:
                 self._pipe.send(event)
 
     def _obey(self, order: Begin | Order) -> None:
         if isinstance(order, Begin):
-            self._reporter = Reporter(self._mailbox, self._news)
+            self._reporter = Reporter(self._put)
             self._tasks.put((order.task, self._reporter))
         else:
             self._orders[order]()

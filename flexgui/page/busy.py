@@ -8,10 +8,10 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.core.diagnose.announce import aside
+from flexgui.jobs.job import QUEUED, STOPPING, JobState
 from flexgui.page import widgets
 from flexgui.page.panel import PageContext
 from flexgui.page.widgets import Words, paragraph
-from flexgui.session.run_state import QUEUED, STOPPING, RunState
 
 
 class Busy:
@@ -44,7 +44,7 @@ class Busy:
         self._aside.show(paragraph(note, "soft") if running and note else "")
 
 
-def how_it_stands(run: RunState) -> tuple[str, str, str]:
+def how_it_stands(run: JobState) -> tuple[str, str, str]:
     """The stage and how far it is; what it is at; and what is said in a lower voice."""
     if run.phase == QUEUED:
         place = "" if run.place is None else f", place {run.place} in the queue"

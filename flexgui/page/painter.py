@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import logging
-import threading
 import time
 from collections.abc import Callable
 
+from flexgui.jobs.inbox import Inbox
 from flexgui.session import Topic
-from flexgui.session.latest import CREW, TURNS
-
-log = logging.getLogger(__name__)
-
+from flexgui.session.latest import TURNS
 
 STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY, Topic.SCENARIO})
 """What may wait a little: a job's news, and an edit, whose result follows as another topic."""
@@ -38,72 +34,46 @@ class Painter:
     ) -> None:
         """`at_rest` says whether no change is being computed."""
         self._draw, self._settle, self._at_rest = draw, settle, at_rest
-        self._news = threading.Condition()
-        self._dirty: set[Topic] = set()
-        self._busy = self._closed = False
+        self._inbox = Inbox(self._paint, _together, self._pause)
+        self.mark, self.close = self._inbox.put, self._inbox.close
+        self._drawn = 0.0
+        """When something was drawn last."""
         self._streamed = 0.0
         """When what streams was drawn last."""
         self._since = 0.0
         """Since when it streams without a longer pause."""
 
-    def mark(self, topic: Topic) -> None:
-        """Returns at once."""
-        with self._news:
-            if self._closed:
-                return
-            self._dirty.add(topic)
-            self._news.notify()
-            if self._busy:
-                return
-            self._busy = True
-        CREW.run(self._run)
+    def _paint(self, dirty: list[Topic | None]) -> None:
+        topics = frozenset(topic for topic in dirty if topic is not None)
+        now = time.monotonic()
+        if topics & STREAMED:
+            self._since = now if now - self._streamed > 2.0 * SLOWEST else self._since
+            self._streamed = now
+        with TURNS.end():
+            if topics:
+                self._draw(topics)
+            elif self._at_rest():
+                self._settle()
+        if topics:
+            self._drawn = time.monotonic()
+            self._inbox.put(None)
 
-    def close(self) -> None:
-        """Draws nothing more."""
-        with self._news:
-            self._closed = True
-            self._news.notify()
-
-    def _run(self) -> None:
-        unsettled = False
-        while (dirty := self._next(unsettled)) is not None:
-            if dirty & STREAMED:
-                self._note_streamed(time.monotonic())
-            try:
-                with TURNS.end():
-                    if dirty:
-                        self._draw(dirty)
-                    else:
-                        self._settle()
-            except Exception:
-                if not self._closed:
-                    log.exception("Drawing %s failed", sorted(topic.value for topic in dirty))
-            unsettled = bool(dirty)
-
-    def _next(self, unsettled: bool) -> frozenset[Topic] | None:
-        """What is to be drawn, when it is time; empty where changes pause, None where nothing is
-        to be done."""
-        with self._news:
-            if unsettled:
-                self._news.wait_for(lambda: self._closed or self._dirty, REST)
-                unsettled = self._at_rest()
-            while not self._closed and (pause := self._pause()):
-                self._news.wait(pause)
-            dirty, self._dirty = frozenset(() if self._closed else self._dirty), set()
-            self._busy = bool(dirty) or (unsettled and not self._closed)
-            return dirty if self._busy else None
-
-    def _note_streamed(self, now: float) -> None:
-        if now - self._streamed > 2.0 * SLOWEST:
-            self._since = now
-        self._streamed = now
-
-    def _pause(self) -> float:
-        """s until what has changed is to be drawn."""
-        if not self._dirty or self._dirty - STREAMED:
+    def _pause(self, dirty: list[Topic | None]) -> float:
+        """s until what has changed is to be drawn; `None` waits until changes pause."""
+        now = time.monotonic()
+        if dirty == [None]:
+            return self._drawn + REST - now
+        if set(dirty) - STREAMED:
             return 0.0
         interval = INTERVAL
-        if Topic.SCENARIO not in self._dirty:  # an edit waits no longer than at first
+        if Topic.SCENARIO not in dirty:  # an edit waits no longer than at first
             streaming = self._streamed - self._since
             interval = min(INTERVAL * (1.0 + streaming / LONG), SLOWEST)
-        return max(self._streamed + interval - time.monotonic(), 0.0)
+        return self._streamed + interval - now
+
+
+def _together(dirty: list[Topic | None], topic: Topic | None) -> list[Topic | None]:
+    """Each topic once; nothing is at rest while one waits."""
+    if topic is None:
+        return dirty or [None]
+    return [*(each for each in dirty if each not in (None, topic)), topic]

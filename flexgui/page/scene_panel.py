@@ -8,6 +8,7 @@ import time
 import numpy as np
 
 from flexgui.core.arm.arm import Arm
+from flexgui.jobs.inbox import CREW
 from flexgui.page.layout import Widths, Window, aspect, covered
 from flexgui.page.panel import PageContext
 from flexgui.page.recording_in_scene import ErrorsInScene, exaggeration, has_camera, plays
@@ -15,7 +16,6 @@ from flexgui.scene.paint import HOME, lowered
 from flexgui.scene.recorded import Playback
 from flexgui.scene.scene import Drawn, Stage, show_effects
 from flexgui.session import Topic
-from flexgui.session.latest import CREW
 from flexgui.stages.arm.live import LiveModel
 from flexgui.stages.diagnose.effects import places
 

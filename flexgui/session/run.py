@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from flexgui.core.errors import InputError
 from flexgui.jobs import Event, Finished, Job, Task
 from flexgui.jobs.events import Ended
-from flexgui.session.run_state import FAILED, LOST, QUEUED, STOPPING, RunState
+from flexgui.jobs.job import FAILED, LOST, QUEUED, JobState
 from flexgui.session.state import Part, Topic
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ class Run:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self.state = RunState()
+        self.state = JobState()
         self.job: Job | None = None
         self._number = 0
         self._settled = 0
@@ -54,13 +53,8 @@ class Run:
 
     def stop(self) -> None:
         """Ends the job with the best it has."""
-        with self._session.lock:
-            job = self.job
-            if job is None or job.over:
-                return
-            self.state = replace(self.state, phase=STOPPING)
-        self._session.notify(Topic.RUN)
-        job.stop()
+        if self.job is not None:
+            self.job.stop()
 
     @property
     def busy(self) -> bool:
@@ -79,7 +73,7 @@ class Run:
         self.stop()
         with self._session.lock:
             self._number += 1
-            self.job, self.state = None, RunState()
+            self.job, self.state = None, JobState()
 
     def submit(self, kind: str, task: Task, more: Callable[[Event], Then]) -> bool:
         """Says why where a job is under way already.
@@ -90,7 +84,7 @@ class Run:
             with self.beginning, self._session.lock:
                 if self.busy:
                     raise InputError("Something is being computed already; stop it or wait.")
-                self.state = RunState(kind=kind, phase=QUEUED)
+                self.state = JobState(kind=kind, phase=QUEUED)
                 self._number += 1
                 number = self._number
 
@@ -119,11 +113,7 @@ class Run:
 
     def _heard(self, event: Event) -> None:
         with self._session.lock:
-            stopping = self.state.phase == STOPPING
-            self.state = self.state.after(event)
-            if stopping and self.state.busy:
-                self.state = replace(self.state, phase=STOPPING)
-            run = self.state
+            run = self.state = self.state.after(event)
         self._session.notify(Topic.RUN)
         if run.phase in (FAILED, LOST):
             self._session.show_message(run.sentence, bad=True)

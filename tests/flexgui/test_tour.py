@@ -21,13 +21,13 @@ from flexgui.core.results import (
     Outcome,
     RankedEffect,
 )
+from flexgui.jobs.job import QUEUED, RUNNING, STOPPING, JobState
 from flexgui.page.busy import how_it_stands
 from flexgui.page.panel import PageContext
 from flexgui.page.tour import to_diagnosis, to_identification
 from flexgui.session import Session
 from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.session.edit import edited
-from flexgui.session.run_state import QUEUED, RUNNING, STOPPING, RunState
 from flexgui.session.state import STAGES
 from flexgui.session.tour import (
     ADD,
@@ -164,7 +164,7 @@ def test_a_fit_of_other_settings_is_to_be_done_again(session: Session) -> None:
 
 
 def test_no_button_is_pressed_while_the_model_is_fitted(session: Session) -> None:
-    session.run.state = RunState(kind="identify", phase=RUNNING)
+    session.run.state = JobState(kind="identify", phase=RUNNING)
     assert "Press" not in at(session, "Identify").text
 
 
@@ -270,7 +270,7 @@ def test_a_change_that_figures_do_not_show_is_none() -> None:
 
 
 def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
-    run = RunState("diagnose", RUNNING, stage="Trying every known effect", done=11, total=29)
+    run = JobState("diagnose", RUNNING, stage="Trying every known effect", done=11, total=29)
     text = "Slow sensor (still to be compiled, once: Soft base)"
     assert how_it_stands(replace(run, text=text)) == (
         "Trying every known effect, 11 of 29", ": Slow sensor",
@@ -280,8 +280,8 @@ def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
 
 
 def test_a_job_that_waits_or_ends_says_so() -> None:
-    assert how_it_stands(RunState("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
-    assert how_it_stands(RunState("diagnose", STOPPING, stage="x"))[0] == "Stopping …"
+    assert how_it_stands(JobState("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
+    assert how_it_stands(JobState("diagnose", STOPPING, stage="x"))[0] == "Stopping …"
 
 
 def test_an_effect_that_waits_to_be_added_does_not_lead_back_to_diagnosing(

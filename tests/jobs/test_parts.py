@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.results import Generation
-from flexgui.jobs.dispatcher import Address, Dispatcher, Mailbox
-from flexgui.jobs.events import Advanced, Event, NewGeneration, Queued, Stage, Started
+from flexgui.jobs.events import Advanced, Event, NewGeneration, Queued, Stage, merged
+from flexgui.jobs.inbox import Inbox
 from flexgui.jobs.job import Pace
 from flexgui.jobs.pool import FairQueue
 from flexgui.jobs.task import Task
@@ -81,74 +81,73 @@ class TestFairQueue:
             assert own == sorted(own)
 
 
-class TestMailbox:
+def after(*events: Event) -> list[Event]:
+    """What waits once they have come."""
+    waiting: list[Event] = []
+    for event in events:
+        waiting = merged(waiting, event)
+    return waiting
+
+
+class TestMerging:
     def test_only_the_newest_generation_of_each_fit_waits(self):
-        box = Mailbox()
-        for k in range(5):
-            box.put(NewGeneration("a", generation(k)))
-            box.put(NewGeneration("b", generation(10 + k)))
-        told = {e.label: e.generation.number for e in box.take() if isinstance(e, NewGeneration)}
+        events = [
+            NewGeneration(fit, generation(k + n))
+            for k in range(5)
+            for fit, n in (("a", 0), ("b", 10))
+        ]
+        told = {e.label: e.generation.number for e in after(*events)}
         assert told == {"a": 4, "b": 14}
 
     @given(st.lists(st.integers(1, 5)))
     def test_no_step_is_lost(self, steps):
-        box = Mailbox()
-        for n in steps:
-            box.put(Advanced(n, str(n)))
-            box.put(Queued(n))
-        assert sum(e.n for e in box.take() if isinstance(e, Advanced)) == sum(steps)
+        events = [each for n in steps for each in (Advanced(n, str(n)), Queued(n))]
+        assert sum(e.n for e in after(*events) if isinstance(e, Advanced)) == sum(steps)
 
     def test_nothing_is_merged_across_a_new_stage(self):
-        box = Mailbox()
-        events: list[Event] = [Advanced(1), Stage("next", 3), Advanced(2)]
-        for event in events:
-            box.put(event)
-        assert box.take() == events
-        assert box.take() == []
+        events = [Advanced(1), Stage("next", 3), Advanced(2)]
+        assert after(*events) == events
 
 
-class TestDispatcher:
-    def test_events_come_in_order_and_one_at_a_time(self):
-        dispatcher, heard, inside, done = Dispatcher(), [], [], threading.Event()
+class TestInbox:
+    def test_what_waits_comes_in_order_and_one_delivery_at_a_time(self):
+        heard, inside, done = [], [], threading.Event()
 
-        def listener(event: Event) -> None:
+        def listener(totals: list[int]) -> None:
             inside.append(1)
             assert len(inside) == 1
-            assert isinstance(event, Stage)
-            heard.append(event.total)
+            heard.extend(totals)
             inside.clear()
-            if event.total == 199:
+            if heard[-1] == 199:
                 done.set()
 
-        address = Address(dispatcher, listener)
+        inbox = Inbox(listener, lambda waiting, item: [*waiting, item])
         for k in range(200):
-            address.post(Stage("", k))
+            inbox.put(k)
         assert done.wait(PATIENCE)
-        dispatcher.close(1.0)
         assert heard == list(range(200))
 
-    def test_a_listener_that_fails_hears_the_next_event(self, caplog):
-        dispatcher, heard = Dispatcher(), threading.Event()
+    def test_after_a_delivery_that_fails_the_next_one_comes(self, caplog):
+        heard = threading.Event()
 
-        def listener(event: Event) -> None:
-            if isinstance(event, Started):
+        def listener(items: list[str]) -> None:
+            if items == ["broken"]:
                 raise RuntimeError("broken page")
             heard.set()
 
-        address = Address(dispatcher, listener)
-        address.post(Started())
-        address.post(Stage(""))
+        inbox = Inbox(listener)
+        inbox.put("broken")
+        assert inbox.wait_idle(PATIENCE)
+        inbox.put("good")
         assert heard.wait(PATIENCE)
-        dispatcher.close(1.0)
         assert "broken page" in caplog.text
 
-    def test_closed_address_is_silent(self):
-        dispatcher, heard = Dispatcher(), []
-        address = Address(dispatcher, heard.append)
-        address.close()
-        address.post(Started())
-        dispatcher.close(1.0)
-        assert heard == []
+    def test_a_closed_one_delivers_nothing(self):
+        heard = []
+        inbox = Inbox(heard.append)
+        inbox.close()
+        inbox.put("late")
+        assert inbox.wait_idle(PATIENCE) and heard == []
 
 
 class TestPace:

@@ -14,16 +14,16 @@ from flexgui.jobs import (
     PoolSettings,
     Queued,
     Started,
-    State,
     Stopped,
 )
+from flexgui.jobs.job import PAUSED, RUNNING, STOPPED
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import MANY, PATIENCE, Listener, count, eventually, task
 
 
 def test_three_sessions_take_turns_and_see_their_place(pool):
     first = pool.submit("a", task(count, steps=MANY), Listener())
-    assert eventually(lambda: first.state is State.RUNNING)
+    assert eventually(lambda: first.state.phase == RUNNING)
     order: list[str] = []
 
     def listener_of(name: str):
@@ -33,8 +33,8 @@ def test_three_sessions_take_turns_and_see_their_place(pool):
         pool.submit(name[0], task(count, steps=1), listener_of(name))
         for name in ("a1", "a2", "b1", "b2", "c1")
     ]
-    assert [job.place for job in jobs] == [3, 5, 1, 4, 2]
-    first.run.stop()
+    assert [job.state.place for job in jobs] == [3, 5, 1, 4, 2]
+    first.stop()
     assert all(job.wait(PATIENCE) for job in jobs)
     assert eventually(lambda: len(order) == 5)
     assert [name[0] for name in order[:3]].count("b") == 1
@@ -43,13 +43,13 @@ def test_three_sessions_take_turns_and_see_their_place(pool):
 
 def test_a_waiting_job_can_be_stopped_and_others_move_up(pool):
     running = pool.submit("a", task(count, steps=MANY), Listener())
-    assert eventually(lambda: running.state is State.RUNNING)
+    assert eventually(lambda: running.state.phase == RUNNING)
     heard = Listener()
     second = pool.submit("b", task(count, steps=1), Listener())
     third = pool.submit("c", task(count, steps=1), heard)
-    assert third.place == 2
-    second.run.stop()
-    assert (second.state, third.place) == (State.STOPPED, 1)
+    assert third.state.place == 2
+    second.stop()
+    assert (second.state.phase, third.state.place) == (STOPPED, 1)
     running.stop()
     heard.wait_for(Finished)
     assert heard.of(Queued)[-1].place == 1
@@ -62,7 +62,7 @@ def test_a_session_that_leaves_drops_its_jobs_and_hears_nothing(pool):
     queued = pool.submit("leaver", task(count, steps=1), heard)
     stays = pool.submit("stays", task(count, steps=3), other)
     pool.leave("leaver")
-    assert running.wait(PATIENCE) and queued.state is State.STOPPED
+    assert running.wait(PATIENCE) and queued.state.phase == STOPPED
     assert other.wait_for(Finished).result == 3 and stays.result == 3
     assert not heard.of(Stopped)
 
@@ -70,7 +70,7 @@ def test_a_session_that_leaves_drops_its_jobs_and_hears_nothing(pool):
 def test_too_many_waiting_jobs_of_one_session_are_refused_in_a_sentence():
     with JobPool(1, PoolSettings(queued_per_session=2, warm_up=None)) as pool:
         running = pool.submit("s", task(count, steps=MANY), Listener())
-        assert eventually(lambda: running.state is State.RUNNING)
+        assert eventually(lambda: running.state.phase == RUNNING)
         for _ in range(2):
             pool.submit("s", task(count, steps=1), Listener())
         with pytest.raises(InputError, match="2 jobs of this session wait already"):
@@ -85,7 +85,7 @@ def test_a_long_pause_ends_when_others_wait():
         heard.wait_for(NewGeneration)
         job.pause()
         time.sleep(0.6)
-        assert job.state is State.PAUSED
+        assert job.state.phase == PAUSED
         other = pool.submit("b", task(count, steps=1), Listener())
         assert heard.wait_for(Stopped).result > 0
         assert other.wait(PATIENCE)
@@ -95,4 +95,4 @@ def test_two_workers_work_at_once():
     with JobPool(2, LIGHT) as pool:
         assert eventually(lambda: pool.workers_ready == 2)
         jobs = [pool.submit(s, task(count, steps=MANY), Listener()) for s in "ab"]
-        assert eventually(lambda: all(job.state is State.RUNNING for job in jobs))
+        assert eventually(lambda: all(job.state.phase == RUNNING for job in jobs))

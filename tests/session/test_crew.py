@@ -7,8 +7,9 @@ import time
 
 import pytest
 
-from flexgui.session import latest
-from flexgui.session.latest import Crew, LatestWins
+from flexgui.jobs import inbox
+from flexgui.jobs.inbox import Crew
+from flexgui.session.latest import LatestWins
 from flexgui.session.state import Faults, Part
 from tests.session.helpers import until
 
@@ -41,7 +42,7 @@ def test_long_work_holds_up_nobody_else() -> None:
 
 
 def test_a_hundred_workers_at_rest_have_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(latest, "CREW", Crew(SHORT))
+    monkeypatch.setattr(inbox, "CREW", Crew(SHORT))
     before = serving()
     workers = [LatestWins(FAULTS, Part.MODEL) for k in range(100)]
     done: list[int] = []

@@ -16,11 +16,11 @@ from flexgui.core.diagnose.maps import error_maps
 from flexgui.core.scenario.read import parse_scenario, scenario_toml
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs import JobPool
+from flexgui.jobs.job import DONE, FAILED
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
-from flexgui.session.run_state import DONE, FAILED
 from flexgui.stages.data.uploads import diagnosed_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
 from flexgui.stages.diagnose.look import ladder_steps, story

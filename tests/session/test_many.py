@@ -10,9 +10,9 @@ import pytest
 from flexgui.core.results import RankedEffect
 from flexgui.jobs import JobPool
 from flexgui.jobs.events import Event, Started
+from flexgui.jobs.job import DONE
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
-from flexgui.session.run_state import DONE
 from tests.jobs.helpers import EVEN
 from tests.session.conftest import Offered
 from tests.session.helpers import until

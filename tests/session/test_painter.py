@@ -24,9 +24,9 @@ def pause_after(clock: list[float], seconds: float, *dirty: Topic) -> float:
     painter = Painter(lambda _: None, lambda: None, lambda: True)
     for k in range(int(2 * seconds) + 1):
         clock[0] = BEGUN + 0.5 * k
-        painter._note_streamed(clock[0])
-    painter._dirty = set(dirty)
-    return painter._pause()
+        painter._paint([Topic.RUN])
+    painter.close()
+    return max(painter._pause(list(dirty)), 0.0)
 
 
 def test_news_that_begin_are_drawn_four_times_each_second(clock: list[float]) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 from flexgui.jobs import Advanced, Stage, Started
-from flexgui.session.run_state import RunState
+from flexgui.jobs.job import JobState
 from flexgui.stages.identify.panel import IdentifyPanel
 
 
 def test_how_far_a_file_is_read_stands_in_the_sentence() -> None:
-    run = RunState(kind="identify")
+    run = JobState(kind="identify")
     for event in (Started(), Stage("Reading the recordings", 1), Advanced(0, "th1.csv, 40% read")):
         run = run.after(event)
     panel = IdentifyPanel.__new__(IdentifyPanel)

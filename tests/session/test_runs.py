@@ -14,8 +14,8 @@ from flexgui.core.results import Generation
 from flexgui.core.scenario.schema import Scenario
 from flexgui.export.formats import model_formats
 from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
+from flexgui.jobs.job import DONE, QUEUED, RUNNING, STOPPED, JobState
 from flexgui.session import Session
-from flexgui.session.run_state import DONE, QUEUED, RUNNING, STOPPED, RunState
 from flexgui.stages.data.uploads import scenario_file
 from flexgui.stages.export.panel import ExportPanel
 from tests.session.conftest import SOON, Offered
@@ -27,7 +27,7 @@ SAME = 1e-9
 
 def test_run_follows_its_events() -> None:
     generation = Generation(1, 1.0, 2.0, 3.0, None)  # type: ignore[arg-type]
-    run = RunState(kind="identify").after(Queued(2))
+    run = JobState(kind="identify").after(Queued(2))
     assert (run.phase, run.place) == (QUEUED, 2)
     run = run.after(Started()).after(Stage("Identifying", 10)).after(Advanced(4))
     assert (run.phase, run.share, run.place) == (RUNNING, 0.4, None)
@@ -39,7 +39,7 @@ def test_run_follows_its_events() -> None:
 
 def test_only_the_newest_population_is_kept() -> None:
     """Thousands of generations of a long search would stay in memory."""
-    run = RunState(kind="identify")
+    run = JobState(kind="identify")
     for k in range(3):
         members = np.ones((4, 2))
         run = run.after(NewGeneration("all", Generation(k, 1.0, 2.0, 3.0, np.ones(2), members)))

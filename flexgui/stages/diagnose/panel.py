@@ -11,6 +11,7 @@ from flexgui.classroom.panel import ChallengeControls
 from flexgui.core.effects import catalogue
 from flexgui.core.results import MISSING, Estimate
 from flexgui.core.scenario.stated_effects import base_model
+from flexgui.jobs.job import RUNNING
 from flexgui.page import widgets
 from flexgui.page.busy import Busy
 from flexgui.page.panel import Panel
@@ -20,7 +21,6 @@ from flexgui.sentences.figures import linear_sentence, times
 from flexgui.sentences.ranked import round_sentence
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.session import Topic
-from flexgui.session.run_state import RUNNING
 from flexgui.session.tour import holds_way_on
 from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.look import Look, in_vain, ladder_steps, worse

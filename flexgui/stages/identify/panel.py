@@ -13,6 +13,7 @@ from flexgui.core.parameters import Parameter
 from flexgui.core.results import Outcome, Repeated
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.sensors import sensors
+from flexgui.jobs.job import PAUSED, QUEUED, RUNNING, STOPPING
 from flexgui.page import widgets
 from flexgui.page.panel import PageContext, Panel
 from flexgui.page.plot import Plot
@@ -20,16 +21,7 @@ from flexgui.page.widgets import Rebuilt, Words, joined, paragraph
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.session import Topic
 from flexgui.session.edit import Document, put
-from flexgui.session.run_state import (
-    PAUSED,
-    QUEUED,
-    RUNNING,
-    STOPPING,
-    candidates,
-    noisy,
-    paper_points,
-    stated,
-)
+from flexgui.stages.identify.search import candidates, noisy, paper_points, stated
 from flexgui.views.convergence import (
     History,
     Searched,

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from flexgui.core.errors import InputError
 from flexgui.core.resumable.executor import CALM, Answers, Executor, Stop, Work, give_again, never
 from flexgui.jobs.events import Failed, Stopped, WorkerLost
-from flexgui.jobs.job import Job, State
+from flexgui.jobs.job import QUEUED, Job
 from flexgui.jobs.pool import JobPool
 from flexgui.jobs.task import Task
 from flexgui.stages.study.task import study_case
@@ -54,7 +54,7 @@ class QueueExecutor(Executor):
 
 
 def _queued(running: dict[int, Job]) -> bool:
-    return any(job.state is State.QUEUED for job in running.values())
+    return any(job.state.phase == QUEUED for job in running.values())
 
 
 def _stop(running: dict[int, Job]) -> None:
