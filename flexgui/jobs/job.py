@@ -163,7 +163,7 @@ class Job:
         """When (monotonic) the user asked to stop it."""
         self.paused_since: float | None = None
         self._pool, self._callback, self._silent = pool, callback, False
-        self._inbox = Inbox(self._tell, merged)
+        self._inbox = Inbox(self._call_back, merged)
         self._lock = pool.lock
         self._pace = Pace()
         self._over = threading.Event()
@@ -249,7 +249,7 @@ class Job:
         """The callback hears nothing more."""
         self._silent = True
 
-    def _tell(self, events: list[Event]) -> None:
+    def _call_back(self, events: list[Event]) -> None:
         for event in events:
             if self._silent:
                 return
