@@ -243,9 +243,9 @@ class Identification(_Found):
 
     def to_dataframe(self) -> pd.DataFrame:
         """Tabulate the parameters: value, std, unit, bounds, identifiable."""
-        from flexgui.export.tables import parameter_table
+        from flexgui.export.tables import table
 
-        return parameter_table(self.outcome)
+        return table(self.outcome, "parameters")
 
     def plot(self, view: str = "fit") -> go.Figure:
         """Draw the identification.
@@ -327,10 +327,11 @@ class Diagnosis(_Found):
         Raises:
             InputError: Where there is no such table.
         """
-        from flexgui.export.tables import diagnosis_tables, parameter_table
+        from flexgui.export import tables
 
-        known = {**diagnosis_tables(self.outcome), "parameters": parameter_table(self.outcome)}
-        return looked_up(known, table, f"to_dataframe: {table!r} is no table")
+        names = {name: name for name in (*tables.OF_A_DIAGNOSIS, "parameters")}
+        name = looked_up(names, table, f"to_dataframe: {table!r} is no table")
+        return tables.table(self.outcome, name)
 
     def plot(self, view: str = "ladder") -> go.Figure:
         """Draw the diagnosis.

@@ -127,7 +127,7 @@ TAKES_A_NAME = {
     "export": ("flexgui.export.export_files.export_scenario", ["--out"], ()),
     "plan": ("flexgui.export.plan_files.plan_scenario", ["--out"], ()),
     "check": ("flexgui.core.check.run.check_scenario", [], ()),
-    "study": ("flexgui.stages.study.command._go_on", ["--out"], True),
+    "study": ("flexgui.core.montecarlo.study.study", ["--out"], (step for step in ())),
     "serve": ("flexgui.server.serve.serve", [], None),
 }
 """Command -> what works for it, the options that end in a folder, and what that gives."""
@@ -142,7 +142,7 @@ def test_each_command_takes_the_name_of_a_scenario(
 ) -> None:
     worker, options, gives = TAKES_A_NAME[command]
     taken: list[str] = []
-    monkeypatch.setattr(worker, lambda *given: taken.append(repr(given)) or gives)
+    monkeypatch.setattr(worker, lambda *given, **_: taken.append(repr(given)) or gives)
     rest = [*options, str(tmp_path)] if options else []
     where = ["--scenario"] if command == "serve" else []
     assert run(command, *where, "paper_glocal", *rest) == 0
