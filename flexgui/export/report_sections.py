@@ -27,7 +27,7 @@ from flexgui.views.headline import final_comparisons, verdict_now
 from flexgui.views.html import mathml
 from flexgui.views.ladder import ladder, ladder_table, sizes_table
 from flexgui.views.missing_torque import residual_over
-from flexgui.views.of_recording.error_over_motion import patterns
+from flexgui.views.of_recording.errors import patterns
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.summary import doubt
 from flexgui.views.table import Column, Row, Table

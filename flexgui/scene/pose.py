@@ -77,21 +77,14 @@ class Body:
         self.sections: tuple[Section, ...] = tuple(
             visible_section(s, length) for s, length in zip(arm.segments, lengths, strict=True)
         )
-        self.levels = self._levels()
+        stacked = np.array([s.mount == "ground" and k > 0 for k, s in enumerate(arm.segments)])
+        self.levels = STACK * self.reach * np.cumsum(stacked)
+        """Height of each segment's plane, m."""
 
     @property
     def reach(self) -> float:
         """m"""
         return self.geometry.reach
-
-    def _levels(self) -> tuple[float, ...]:
-        """Height of each segment's plane, m."""
-        level, found = 0.0, []
-        for k, segment in enumerate(self.arm.segments):
-            if segment.mount == "ground" and k:
-                level += STACK * self.reach
-            found.append(level)
-        return tuple(found)
 
     def pose(self, q: np.ndarray, exaggeration: float = 1.0, grown: float = 1.0) -> Pose:
         """The posture q (n,); `exaggeration` 1 to 50 multiplies the modal coordinates only."""
@@ -108,13 +101,8 @@ class Body:
 
     def tip_points(self, q: np.ndarray, exaggeration: float = 1.0) -> np.ndarray:
         """(N, 3) float32 places of the tip at postures q (N, n)."""
-        return self.on_tip_level(self.geometry.tips(np.asarray(q, dtype=float), exaggeration))
-
-    def on_tip_level(self, z: np.ndarray) -> np.ndarray:
-        """(N, 3) float32 from places z (N, 2) of the tip."""
-        out = np.full((len(z), 3), self.levels[-1], dtype=np.float32)
-        out[:, :2] = z
-        return out
+        z = self.geometry.tips(np.asarray(q, dtype=float), exaggeration)
+        return np.column_stack([z, np.full(len(z), self.levels[-1])]).astype(np.float32)
 
     def rail_ends(self, pose: Pose) -> list[np.ndarray]:
         """(3,) m each, both ends of every rail that stands on the ground."""
@@ -129,19 +117,20 @@ class Body:
 
     def marks(self, pose: Pose) -> tuple[JointMark, ...]:
         """The joints' angles in degrees, and slides in m."""
-        return tuple(self._mark(k, pose) for k in range(self.arm.joints))
-
-    def _mark(self, k: int, pose: Pose) -> JointMark:
-        turns = bool(self.geometry.kinds[k].turn)
-        start, value, length = pose.origins[k], pose.coordinates[k], self.geometry.lengths[k]
-        top = start.place[2] + 0.5 * self.sections[k].height + LIFT * self.reach
-        draw = _arc if turns else _stroke
-        vertices, label = draw(start, value, length, top)
-        name = channel_symbol(f"theta{k + 1}", "rad" if turns else "m")
-        # Plus zero: a tiny negative angle is not written as -0.0.
-        shown = round(float(np.degrees(value)), 1) + 0.0
-        text = f"{name} = {shown:.1f}°" if turns else f"{name} = {value:.3f} m"
-        return JointMark(vertices, text.replace("-", "−"), label)
+        found = []
+        for k, kind in enumerate(self.geometry.kinds):
+            start, value, length = pose.origins[k], pose.coordinates[k], self.geometry.lengths[k]
+            top = start.place[2] + 0.5 * self.sections[k].height + LIFT * self.reach
+            if kind.turn:
+                vertices, label = _arc(start, value, length, top)
+                # Plus zero: a tiny negative angle is not written as -0.0.
+                text = f"{round(float(np.degrees(value)), 1) + 0.0:.1f}°"
+            else:
+                vertices, label = _stroke(start, value, length, top)
+                text = f"{value:.3f} m"
+            name = channel_symbol(f"theta{k + 1}", "rad" if kind.turn else "m")
+            found.append(JointMark(vertices, f"{name} = {text}".replace("-", "−"), label))
+        return tuple(found)
 
 
 def _spot(place: np.ndarray, angle: np.ndarray, level: float) -> Spot:

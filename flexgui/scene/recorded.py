@@ -139,29 +139,17 @@ def played(scenario: Scenario, values: Mapping[str, float], recording: Recording
     else:
         motion = simulate(model, numbers, task).trajectory
     stride = max(int(round(1.0 / (FRAMES_PER_SECOND * recording.sample_time))), 1)
-    ghost = measured_postures(_thinned(recording, stride), model, numbers)
-    return Playback(recording.name, _frames(motion, stride), ghost, bool(values))
-
-
-def _frames(motion: Trajectory, stride: int) -> Trajectory:
     rows = slice(None, None, stride)
-    return replace(
-        motion,
-        time=motion.time[rows] - motion.time[0],
-        q=motion.q[rows],
-        v=motion.v[rows],
-        torque=motion.torque[rows],
-    )
-
-
-def _thinned(recording: Recording, stride: int) -> Recording:
-    """Every stride-th row; gaps of a slow camera are filled before, or none might be hit."""
-    rows = slice(None, None, stride)
+    parts = {name: getattr(motion, name)[rows] for name in ("q", "v", "torque")}
+    kept = replace(motion, time=motion.time[rows] - motion.time[0], **parts)
+    # Gaps of a slow camera are filled before, or none of its samples might be kept.
     channels = {
         name: filled(recording.time, values[:, None])[rows, 0]
         for name, values in recording.channels.items()
     }
-    return replace(recording, time=recording.time[rows], channels=channels, counted={})
+    seen = replace(recording, time=recording.time[rows], channels=channels, counted={})
+    ghost = measured_postures(seen, model, numbers)
+    return Playback(recording.name, kept, ghost, bool(values))
 
 
 def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:

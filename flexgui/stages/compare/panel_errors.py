@@ -18,7 +18,7 @@ from flexgui.views.error_map import place
 from flexgui.views.missing_torque import missing_cloud, missing_curve
 from flexgui.views.names import output_title
 from flexgui.views.of_recording import recording_views
-from flexgui.views.of_recording.error_by_frequency import ErrorByFrequency
+from flexgui.views.of_recording.errors import ErrorByFrequency
 from flexgui.views.of_recording.view import RecordingView, Seen
 
 SIGNALS, TORQUE = "signals", "missing joint torque"

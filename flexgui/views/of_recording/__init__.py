@@ -1,4 +1,4 @@
-"""Views of a recording's error: one file each, found by walking this folder.
+"""Views of a recording's error, found by walking this folder.
 
 *Compare* on the page offers them under *Show*, a script as `Comparison.plot(kind)`.
 """
