@@ -10,7 +10,7 @@ from flexgui.scene.error_board import NAME, ErrorBoard, error_paint
 from flexgui.scene.scene import Stage
 from flexgui.session import Session
 from flexgui.session.state import Live
-from flexgui.stages.compare.error_maps import WhereItFails
+from flexgui.stages.compare.state import WhereItFails
 
 COLOURED = ("Compare", "Diagnose")
 """Stages in which the arm shows its error."""

@@ -17,7 +17,7 @@ from flexgui.jobs.task import Task
 from flexgui.scene import recorded
 from flexgui.session.latest import LatestWins
 from flexgui.session.state import STAGES, Cursor, Part, Topic
-from flexgui.stages.data.task import play
+from flexgui.stages.data.check import play
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session

@@ -19,8 +19,7 @@ from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.document import Document
 from flexgui.session.playback import Playback
 from flexgui.session.run import Run
-from flexgui.session.services import Services
-from flexgui.session.state import STAGES, Faults, Message, Part, Subscriber, Topic
+from flexgui.session.state import STAGES, Faults, Message, Part, Services, Subscriber, Topic
 from flexgui.session.store import Store
 from flexgui.session.tour import Tour
 from flexgui.stages.compare.state import Comparison

@@ -10,6 +10,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
+from typing import Protocol
+
+from flexgui.classroom.board import Board
+from flexgui.jobs import JobPool
 
 STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export", "Study")
 """The stages of the work, in order."""
@@ -130,3 +135,23 @@ class Faults:
             self.old = self.old | {part} if failed else self.old - {part}
         if changed:
             self._changed()
+
+
+class Services(Protocol):
+    """Shared by all sessions."""
+
+    @property
+    def pool(self) -> JobPool:
+        """Where long work is done."""
+
+    @property
+    def data_folder(self) -> Path | None:
+        """Where the recordings of ready-made scenarios lie; None where nobody said."""
+
+    @property
+    def upload_limit_bytes(self) -> int:
+        """The largest upload, bytes."""
+
+    @property
+    def board(self) -> Board:
+        """Who found what in the challenges of this server."""

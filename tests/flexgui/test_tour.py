@@ -45,8 +45,7 @@ from flexgui.session.tour import (
     holds_way_on,
 )
 from flexgui.stages.diagnose.effects import with_effect
-from flexgui.stages.diagnose.look import Change, Look, in_vain, last_change, worse
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Change, Look, Looked, in_vain, last_change, worse
 from tests.session.helpers import alone
 
 FRICTION, JOINT = "Coulomb friction", "Elastic joint"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.results import LadderStep, RankedEffect
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.panel_candidates import _row
 
 ONE = RankedEffect("tip_payload", "Tip payload", 50.0, 1e-9, 70.0, 46.0, 900.0)

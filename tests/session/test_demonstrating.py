@@ -7,8 +7,7 @@ import numpy as np
 from flexgui.core.results import LadderStep, MissingTorque, RecordingComparison
 from flexgui.session import Session
 from flexgui.session.edit import Document
-from flexgui.stages.diagnose.look import Look
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Look, Looked
 from flexgui.stages.diagnose.plots_demonstration import demonstration, demonstration_summary
 from flexgui.views.missing_torque import missing_cloud
 from tests.session.conftest import Offered

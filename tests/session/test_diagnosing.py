@@ -23,8 +23,7 @@ from flexgui.session import Session
 from flexgui.session.edit import Document, put
 from flexgui.stages.data.uploads import diagnosed_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
-from flexgui.stages.diagnose.look import ladder_steps, story
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Looked, ladder_steps, story
 from flexgui.views.headline import standing, verdict_now
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered

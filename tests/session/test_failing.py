@@ -14,10 +14,10 @@ from flexgui.core.results import (
     RecordingComparison,
     WorstCell,
 )
-from flexgui.stages.compare.error_maps import where_it_fails
 from flexgui.stages.compare.panel_errors import cell_label
+from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.data.experiments import point_name
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.panel_candidates import inviting
 from flexgui.views.error_map import words
 

@@ -17,8 +17,8 @@ from flexgui.core.scenario.data_folder import VARIABLE, Within
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.places import without_places
 from flexgui.session import Session
+from flexgui.stages.data.check import play
 from flexgui.stages.data.inspect import headers, read_file
-from flexgui.stages.data.task import play
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpack, zipped
 from flexgui.stages.identify.task import identify
 from tests.session.conftest import UPLOAD_LIMIT, Offered

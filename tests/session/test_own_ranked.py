@@ -10,8 +10,7 @@ import pytest
 from flexgui.core.results import ChannelError, Estimate, LadderStep, RankedEffect
 from flexgui.session.demo import demo_scenario
 from flexgui.stages.diagnose.effects import own_place, own_ranked, ranked_with_own
-from flexgui.stages.diagnose.look import Look
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Look, Looked
 
 
 def listed(kind: str, refitted: float | None) -> RankedEffect:

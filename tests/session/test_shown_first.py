@@ -10,7 +10,7 @@ import pytest
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import ChannelComparison, RankedEffect, RecordingComparison
 from flexgui.stages.compare.panel import worst_output
-from flexgui.stages.diagnose.looked import refitted_only
+from flexgui.stages.diagnose.look import refitted_only
 from flexgui.views.preview import preview
 from tests.session.test_candidate_rows import FOUND
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexgui.core.progress import Silent
 from flexgui.core.results import RecordingComparison
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.task import COMPARED, LOOKED, diagnose
 from tests.diagnose.test_run import HIDDEN, text
 

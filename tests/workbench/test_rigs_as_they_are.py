@@ -25,7 +25,7 @@ from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.workbench import load_recordings, run_scenario
 from flexgui.sentences.notes import notes
 from flexgui.sentences.ranked import in_order, tie
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.panel_candidates import inviting
 from flexgui.views.ranking import ranking_table
 

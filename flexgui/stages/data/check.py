@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flexgui.core.check.finding import Finding, mended_columns
@@ -13,9 +15,13 @@ from flexgui.jobs.task import Task
 from flexgui.session.edit import Document, Edit
 from flexgui.session.latest import LatestWins
 from flexgui.session.state import Part, Topic
-from flexgui.stages.data.task import findings
 
 if TYPE_CHECKING:
+    from flexgui.core.check.finding import Finding
+    from flexgui.core.progress import Progress
+    from flexgui.core.recording.recording import Recording
+    from flexgui.core.scenario.schema import Scenario
+    from flexgui.scene.recorded import Playback
     from flexgui.session.session import Session
 
 TITLE = "The check of the recordings"
@@ -123,3 +129,24 @@ def _laid_over(index: int, line: dict[str, Any]) -> Edit:
             table[key] = value
 
     return edit
+
+
+def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:
+    """In the order of the recordings; InputError where one is no table of measurements. Files are
+    those of the folder and no others."""
+    from flexgui.core.check.run import check_scenario
+    from flexgui.core.scenario.data_folder import Within
+
+    return tuple(check_scenario(scenario, Within(Path(folder)), None, progress))
+
+
+def play(
+    scenario: Scenario, recording: str, folder: str, values: Mapping[str, float], *,
+    progress: Progress,
+) -> tuple[Recording, Playback]:  # fmt: skip
+    """A file of `folder` only; `values` are the fitted parameters, none where there is no fit."""
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.scene.recorded import played, read_one
+
+    found = read_one(scenario, recording, Within(Path(folder)), progress=progress)
+    return found, played(scenario, values, found)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from flexgui.core.results import RecordingComparison
     from flexgui.core.scenario.data_folder import Within
     from flexgui.core.scenario.schema import Scenario
-    from flexgui.stages.diagnose.looked import Demonstration
+    from flexgui.stages.diagnose.look import Demonstration
     from flexgui.views.over_speed import OverSpeed
 
 SECONDS = 0.6
@@ -47,7 +47,7 @@ def demonstrate(
     from flexgui.core.errors import InputError
     from flexgui.core.scenario.data_folder import Within
     from flexgui.core.scenario.read import parse_scenario
-    from flexgui.stages.diagnose.looked import Demonstration
+    from flexgui.stages.diagnose.look import Demonstration
 
     scenario = parse_scenario(scenario_toml, "The scenario")
     progress.stage("Simulating the arm with and without the effect")

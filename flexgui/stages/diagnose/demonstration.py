@@ -13,7 +13,7 @@ from flexgui.scene.recorded import fitted_values
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.demonstrate import demonstrate
 from flexgui.stages.diagnose.effects import present
-from flexgui.stages.diagnose.looked import Demonstration
+from flexgui.stages.diagnose.look import Demonstration
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session

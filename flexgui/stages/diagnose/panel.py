@@ -23,8 +23,7 @@ from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.session import Topic
 from flexgui.session.tour import holds_way_on
 from flexgui.stages.diagnose.effects import own_place, present
-from flexgui.stages.diagnose.look import Look, in_vain, ladder_steps, worse
-from flexgui.stages.diagnose.looked import Looked, refitted_only
+from flexgui.stages.diagnose.look import Look, Looked, in_vain, ladder_steps, refitted_only, worse
 from flexgui.stages.diagnose.panel_candidates import Candidates, Grown, inviting
 from flexgui.stages.diagnose.panel_demonstration import AtWork
 from flexgui.stages.diagnose.panel_moment import Moment

@@ -21,7 +21,7 @@ from flexgui.sentences.figures import percent
 from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
 from flexgui.sentences.written import format_number
 from flexgui.stages.diagnose.effects import present
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.plots_demonstration import glimpse, picture
 from flexgui.views.html import mathml
 from flexgui.views.ranking import chance, typeset_sizes

@@ -11,8 +11,7 @@ from flexgui.core.results import MissingTorque
 from flexgui.page.panel import PageContext
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import Words, joined, paragraph
-from flexgui.stages.diagnose.look import Look
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Look, Looked
 from flexgui.stages.diagnose.panel_candidates import inviting
 from flexgui.stages.diagnose.plots_moment import (
     BESIDE,

@@ -17,7 +17,7 @@ from flexgui.views.sketch import POINTS as SKETCHED
 from flexgui.views.sketch import Curve, sketch
 
 if TYPE_CHECKING:
-    from flexgui.stages.diagnose.looked import Demonstration
+    from flexgui.stages.diagnose.look import Demonstration
 
 POINTS = 600
 

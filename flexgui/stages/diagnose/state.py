@@ -25,8 +25,7 @@ from flexgui.stages.diagnose.effects import (
     with_own,
     without_effect,
 )
-from flexgui.stages.diagnose.look import Look, last_change, steps_before, story, worse
-from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.look import Look, Looked, last_change, steps_before, story, worse
 from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose
 from flexgui.views.pooled import overall_estimates
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
     from flexgui.core.scenario.data_folder import Within
     from flexgui.core.scenario.schema import IdentifySpec
-    from flexgui.stages.diagnose.looked import Looked, PartialProgress
+    from flexgui.stages.diagnose.look import Looked, PartialProgress
     from flexgui.views.over_speed import OverSpeed
 
 
@@ -195,7 +195,7 @@ def _as_given(begun: Begun) -> LadderStep:
 
 
 def _seen(step: LadderStep, begun: Begun) -> Looked:
-    from flexgui.stages.diagnose.looked import Looked
+    from flexgui.stages.diagnose.look import Looked
 
     blocks = begun.base.errors
     experiments = begun.data.experiments

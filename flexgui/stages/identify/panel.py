@@ -21,7 +21,7 @@ from flexgui.page.widgets import Rebuilt, Words, joined, paragraph
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.session import Topic
 from flexgui.session.edit import Document, put
-from flexgui.stages.identify.search import candidates, noisy, paper_points, stated
+from flexgui.stages.identify.state import candidates, noisy, paper_points, stated
 from flexgui.views.convergence import (
     History,
     Searched,

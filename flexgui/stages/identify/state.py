@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from flexgui.core.identify.unknowns import GAIN, OFFSET, START
+from flexgui.core.model import Model
+from flexgui.core.parameters import Parameter
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.schema import Scenario
@@ -66,3 +71,51 @@ class Identification:
         if isinstance(event, Stopped):
             self._session.show_message("Stopped; the best found so far is shown.")
         self._session.playback.refresh()
+
+
+PAPER_POINT = 1e-3
+"""rad: as near to k pi/8 as a person types it."""
+
+
+def candidates(model: Model) -> dict[str, Parameter]:
+    """Parameters that can be estimated, by name; those of a single segment come last."""
+    known = {name: p for name, p in model.parameters.items() if p.lower < p.upper}
+    return dict(sorted(known.items(), key=lambda item: item[0][-1:].isdigit()))
+
+
+def stated(scenario: Scenario, model: Model) -> tuple[Parameter, ...]:
+    """The searched parameters with the scenario's bounds."""
+    spec, known = scenario.identify, model.parameters
+    found = []
+    for name in spec.parameters:
+        if name.startswith((OFFSET, GAIN, START)) or name not in known:
+            continue
+        p = known[name]
+        lower, upper = spec.bounds.get(name, (p.lower, p.upper))
+        value = min(max(spec.start.get(name, p.value), lower), upper)
+        found.append(replace(p, value=value, lower=lower, upper=upper))
+    return tuple(found)
+
+
+def paper_points(scenario: Scenario) -> tuple[float, ...] | None:
+    """Working points in rad where the scenario is the paper's experiment; None where it is not."""
+    if scenario.arm.preset != "paper" or set(scenario.identify.parameters) != {"epsilon", "d"}:
+        return None
+    points = [
+        spec.simulate.theta2
+        for spec in scenario.recordings
+        if spec.role == "estimate" and spec.simulate is not None
+    ]
+    if not points or any(p is None for p in points):
+        return None
+    sure = [p for p in points if p is not None]
+    eighths = [8.0 * p / math.pi for p in sure]
+    near = all(abs(e - round(e)) * math.pi / 8.0 < PAPER_POINT for e in eighths)
+    return tuple(sure) if near else None
+
+
+def noisy(scenario: Scenario) -> bool:
+    """Whether the simulated experiments have noise."""
+    return any(
+        s.simulate is not None and s.simulate.snr_db is not None for s in scenario.recordings
+    )

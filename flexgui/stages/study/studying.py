@@ -22,7 +22,6 @@ from flexgui.jobs import Event, Finished, Task
 from flexgui.places import is_kept, without_places
 from flexgui.session.latest import LatestWins
 from flexgui.session.state import Part, Topic
-from flexgui.stages.study.executor import QueueExecutor
 from flexgui.stages.study.state import (
     DONE,
     FAILED,
@@ -36,7 +35,7 @@ from flexgui.stages.study.state import (
     remaining,
     shown,
 )
-from flexgui.stages.study.task import JOURNAL, study_report
+from flexgui.stages.study.task import JOURNAL, QueueExecutor, study_report
 
 if TYPE_CHECKING:
     from flexgui.core.montecarlo.study import Case

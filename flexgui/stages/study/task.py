@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import threading
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from flexgui.core.errors import InputError
+from flexgui.core.resumable.executor import CALM, Answers, Executor, Stop, Work, give_again, never
+from flexgui.jobs.events import Failed, Stopped, WorkerLost
+from flexgui.jobs.job import QUEUED, Job
+from flexgui.jobs.pool import JobPool
 from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
-
 
 JOURNAL = "results.jsonl"
 """Beside the report, as `flexgui study` has it: that command goes on in the same folder."""
@@ -33,3 +40,68 @@ def study_report(settings: str, folder: str, *, progress: Progress) -> str:
     known, out = settings_of(settings), Path(folder)
     write_study(summarise(known, Journal(out / JOURNAL, known.identity).records), out)
     return folder
+
+
+class QueueExecutor(Executor):
+    """Between two cases other sessions have their turn: the pool's queue is fair.
+
+    At most `at_once` cases are under way, and at most one of them waits in the queue. What is under
+    way when somebody stops may still end within the pool's patience, and then counts.
+    """
+
+    def __init__(self, pool: JobPool, session: str, at_once: int = 2) -> None:
+        self._pool, self._session, self._at_once = pool, session, at_once
+        self._news = threading.Event()
+
+    def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
+        tasks = [
+            Task.of(study_case, "A case of the study", work=Task.name(work), order=order)
+            for order in orders
+        ]
+        waiting, losses = deque(range(len(tasks))), Counter[int]()
+        running: dict[int, Job] = {}
+        try:
+            while waiting or running:
+                if stop():
+                    waiting.clear()
+                    _stop(running)
+                self._submit(waiting, running, tasks)
+                self._news.wait(CALM)
+                self._news.clear()
+                yield from _collect(waiting, running, losses)
+        finally:
+            _stop(running)
+
+    def _submit(self, waiting: deque[int], running: dict[int, Job], tasks: Sequence[Task]) -> None:
+        while waiting and len(running) < self._at_once and not _queued(running):
+            index = waiting.popleft()
+            running[index] = self._pool.submit(
+                self._session, tasks[index], lambda _: self._news.set()
+            )
+
+
+def _queued(running: dict[int, Job]) -> bool:
+    return any(job.state.phase == QUEUED for job in running.values())
+
+
+def _stop(running: dict[int, Job]) -> None:
+    for job in running.values():
+        job.stop()
+
+
+def _collect(
+    waiting: deque[int], running: dict[int, Job], losses: Counter[int]
+) -> Iterator[tuple[int, str]]:
+    """Answers that have come; a case whose worker died is done again."""
+    for index, job in tuple(running.items()):
+        if not job.over:
+            continue
+        del running[index]
+        if isinstance(job.ending, Failed):
+            raise InputError(job.ending.sentence)
+        if isinstance(job.ending, WorkerLost):
+            give_again(index, waiting, losses)
+        if job.stop_wished is not None or isinstance(job.ending, Stopped):
+            waiting.clear()  # whoever ended it wants no other one begun
+        if job.result is not None:
+            yield index, job.result
