@@ -22,7 +22,8 @@ _HOME = {
     "flexgui.library.building": "load project",
     "flexgui.library.plan": "Plan",
     "flexgui.library.project": "Project",
-    "flexgui.library.results": "Comparison Diagnosis Identification Simulation StoppedError",
+    "flexgui.library.comparison": "Comparison Simulation",
+    "flexgui.library.results": "Diagnosis Identification StoppedError",
     "flexgui.library.linear_model": "LinearModel",
     "flexgui.library.progress_callback": "Update",
     "flexgui.library.catalogues": (
@@ -66,14 +67,14 @@ if TYPE_CHECKING:
     from flexgui.library.catalogues import register as register
     from flexgui.library.catalogues import sensors as sensors
     from flexgui.library.catalogues import unregister as unregister
+    from flexgui.library.comparison import Comparison as Comparison
+    from flexgui.library.comparison import Simulation as Simulation
     from flexgui.library.linear_model import LinearModel as LinearModel
     from flexgui.library.plan import Plan as Plan
     from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project
-    from flexgui.library.results import Comparison as Comparison
     from flexgui.library.results import Diagnosis as Diagnosis
     from flexgui.library.results import Identification as Identification
-    from flexgui.library.results import Simulation as Simulation
     from flexgui.library.results import StoppedError as StoppedError
     from flexgui.library.shipped import scenarios as scenarios
 else:

@@ -136,31 +136,22 @@ def export_scenario(
 
     progress.stage("Writing the report")
     motion = report_motion(scenario, outcome, path.parent, data)
-    found = diagnosed_beside(scenario, outcome, out, path.parent, data)
+    found = diagnosed_text(scenario, outcome, seen_by(out, path.parent, data))
     export_outcome(outcome, text, out, motion, found)
     return (*ending(outcome), f"The report is {out / 'report.html'}.")
 
 
-def diagnosed_beside(
-    scenario: Scenario, outcome: Outcome, out: Path, folder: Path, data: Path | None
-) -> str:
-    """Its text for the folder `out`; empty without a diagnosis.
+def diagnosed_text(scenario: Scenario, outcome: Outcome, locate: Callable[[str], str] = str) -> str:
+    """The scenario with what was found; empty without a diagnosis.
 
-    `folder` and `data` are where the scenario's own files are sought.
+    `locate` says how it names the scenario's files; as the scenario itself where nobody says.
     """
-    if outcome.diagnosis is None:
-        return ""
-
-    def locate(file: str) -> str:
-        return seen_from(resolve_file(file, folder, data), out)
-
-    return diagnosed_toml(scenario, outcome.diagnosis, locate)
+    return "" if outcome.diagnosis is None else diagnosed_toml(scenario, outcome.diagnosis, locate)
 
 
-def diagnosed_plainly(scenario: Scenario, outcome: Outcome) -> str:
-    """Its text beside copies of the recordings, under the names that the scenario gives them;
-    empty without a diagnosis."""
-    return "" if outcome.diagnosis is None else diagnosed_toml(scenario, outcome.diagnosis)
+def seen_by(out: Path, folder: Path, data: Path | None) -> Callable[[str], str]:
+    """How a scenario in `out` names the files of one whose files are sought in the folders."""
+    return lambda file: seen_from(resolve_file(file, folder, data), out)
 
 
 def seen_from(file: Path, folder: Path) -> str:

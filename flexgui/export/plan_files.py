@@ -16,10 +16,9 @@ from flexgui.core.experiments.plan import plan
 from flexgui.core.loading import joint_units
 from flexgui.core.progress import Progress
 from flexgui.core.recording.save import save_recording
-from flexgui.core.scenario.data_folder import resolve_file
 from flexgui.core.scenario.read import check_scenario, document_toml, read_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.export.export_files import seen_from
+from flexgui.export.export_files import seen_by
 from flexgui.export.folder import check_writable, dumps, work_folder
 from flexgui.sentences.experiments import plan_paragraphs
 
@@ -57,11 +56,6 @@ def plan_scenario(
     more = ", and so on" if len(files) > 1 else ""
     ending = f"{closing}{more}; {out / SCENARIO} then reads them." if files else ""
     return [*plan_paragraphs(found), ending]
-
-
-def seen_by(out: Path, folder: Path, data: Path | None) -> Callable[[str], str]:
-    """How a scenario in `out` names the files of one in `folder`."""
-    return lambda file: seen_from(resolve_file(file, folder, data), out)
 
 
 def write_plan(

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from flexgui.core.experiments.design import Design, Deviation
 from flexgui.core.experiments.files import references
 from flexgui.core.recording.recording import Recording
-from flexgui.export.plan_files import SCENARIO, seen_by, write_plan
+from flexgui.export.export_files import seen_by
+from flexgui.export.plan_files import SCENARIO, write_plan
 from flexgui.library.shown import paragraphs
 from flexgui.sentences.experiments import plan_paragraphs
 

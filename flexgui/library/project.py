@@ -17,16 +17,16 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import arms_to_come, base_model, with_hidden_effects
 from flexgui.core.validation import validated
 from flexgui.library.catalogues import OneEffect, model_with
+from flexgui.library.comparison import Comparison, Simulation
 from flexgui.library.linear_model import LinearModel, linear_model
 from flexgui.library.progress_callback import Callback, at_work
-from flexgui.library.results import Comparison, Diagnosis, Identification, Simulation, StoppedError
+from flexgui.library.results import Diagnosis, Identification, StoppedError
 from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
 if TYPE_CHECKING:
     from flexgui.core.results import Outcome
     from flexgui.library.plan import Plan
-
 
 SOURCE = "The project"
 DEFAULT_EFFECTS = 3
@@ -145,9 +145,8 @@ class Project:
             InputError: Where a setting is wrong.
         """
         spec = validated(SimulateSpec, settings, "simulate")
-        model = self.model
-        if hidden is not None:
-            model = with_hidden_effects(model, hidden, name)
+        bare = self.model
+        model = bare if hidden is None else with_hidden_effects(bare, hidden, name)
         with at_work(None):
             from flexgui.core.loading import joint_units, noise_levels
             from flexgui.core.simulate.experiment import NO_NOISE, simulate_recording
@@ -314,14 +313,12 @@ class Project:
 
     def _write(self, outcome: Outcome, out: Path) -> Path:
         """An export of what was computed before."""
-        from flexgui.export.export_files import diagnosed_beside, diagnosed_plainly, export_outcome
+        from flexgui.export.export_files import diagnosed_text, export_outcome, seen_by
         from flexgui.export.report_motion import report_motion
 
         motion = report_motion(self.scenario, outcome, self.folder, self.data)
-        if self._kept is not None:
-            found = diagnosed_plainly(self.scenario, outcome)
-        else:
-            found = diagnosed_beside(self.scenario, outcome, out, self.folder, self.data)
+        locate = seen_by(out, self.folder, self.data) if self._kept is None else str
+        found = diagnosed_text(self.scenario, outcome, locate)
         export_outcome(outcome, self.to_toml(), out, motion, found)
         self._copy_tables(out)
         return out / "report.html"
@@ -336,7 +333,7 @@ class Project:
         s = self.scenario
         return {
             "Title": s.title,
-            "Arm": _arm_name(s),
+            "Arm": s.arm.name or s.arm.preset or f"{len(s.arm.segments)} segments",
             "Drive": s.drive.kind,
             "Level": s.model.level,
             "Effects": ", ".join(e.id for e in s.model.effects) or "none",
@@ -350,8 +347,3 @@ class Project:
     def _repr_html_(self) -> str:
         rows = tuple(Row(row) for row in self._settings().items())
         return str(html_table(Table((Column("Setting"), Column("Value")), rows)))
-
-
-def _arm_name(scenario: Scenario) -> str:
-    """Its own name, or its preset's."""
-    return scenario.arm.name or scenario.arm.preset or f"{len(scenario.arm.segments)} segments"

@@ -1,43 +1,33 @@
-"""What a project's methods give: frozen, shown in notebooks, as tables and as figures."""
+"""What an identification and a diagnosis give: shown in notebooks, as tables and as figures."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from flexgui.core.diagnosed import diagnosed_scenario
-from flexgui.core.recording.recording import Recording
-from flexgui.core.recording.save import recording_frame
 from flexgui.core.results import (
-    ErrorMaps,
     Estimate,
     LadderStep,
     Outcome,
     RankedEffect,
-    RecordingComparison,
 )
-from flexgui.library.shown import chosen, from_dict, looked_up, paragraphs
+from flexgui.library.comparison import Comparison
+from flexgui.library.shown import chosen, looked_up, paragraphs
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
-from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
-from flexgui.views.fit_table import fit_bars, fit_table
+from flexgui.views.fit_table import fit_bars
 from flexgui.views.headline import final_comparisons, given_comparisons, standing
 from flexgui.views.html import html_table
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder, ladder_table
-from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
-from flexgui.views.of_recording import recording_views
-from flexgui.views.of_recording.view import RecordingView, Seen, believable_floors
 from flexgui.views.parameter_tables import standing_parameters
-from flexgui.views.preview import preview
 from flexgui.views.ranking import ranking, ranking_table
-from flexgui.views.summary import alarms, ending, plain, quality, summary
+from flexgui.views.summary import alarms, ending, plain, summary
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -45,109 +35,6 @@ if TYPE_CHECKING:
 
     from flexgui.library.linear_model import LinearModel
     from flexgui.library.project import Project
-
-
-@dataclass(frozen=True, repr=False)
-class Simulation:
-    """A recording made in simulation."""
-
-    recording: Recording
-    units: Mapping[str, str] = field(default_factory=dict)
-    """SI units of the channels of each joint, which turns or slides."""
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Tabulate time and channels; each heading has its unit, and `project` reads it back."""
-        return recording_frame(self.recording, self.units)
-
-    def plot(self) -> go.Figure:
-        """Draw references and measurements over time."""
-        joints = sum(name in self.units for name in ("u1", "u2", "u3"))
-        slides = [self.units[f"theta{k + 1}"] == "m" for k in range(joints)]
-        return from_dict(preview(self.recording, slides))
-
-    def __repr__(self) -> str:
-        r, names = self.recording, ", ".join(sorted(self.recording.channels))
-        return f"Recording {r.name}: {len(r.time)} samples at {r.sample_time:g} s, {names}."
-
-    def _repr_html_(self) -> str:
-        return str(paragraphs([repr(self)]))
-
-
-@dataclass(frozen=True, repr=False)
-class Comparison:
-    """Measured against modelled, recording by recording."""
-
-    recordings: tuple[RecordingComparison, ...]
-    floors: Mapping[str, float] | None = None
-    """channel -> floor in its unit, where a diagnosis has found them."""
-
-    @cached_property
-    def maps(self) -> ErrorMaps:
-        """Where the model fails: errors by time, by frequency, and over the motion."""
-        from flexgui.core.diagnose.maps import error_maps
-
-        floors = believable_floors(self.recordings) if self.floors is None else self.floors
-        return error_maps(self.recordings, floors)
-
-    def __getitem__(self, recording: str) -> RecordingComparison:
-        """The comparison of the recording of that name.
-
-        Args:
-            recording: Its name.
-
-        Raises:
-            InputError: Where there is none.
-        """
-        known = {each.recording: each for each in self.recordings}
-        return looked_up(known, recording, f"There is no recording {recording!r}")
-
-    def to_dataframe(self, recording: str | None = None) -> pd.DataFrame:
-        """Tabulate the errors, or the signals of one recording.
-
-        Args:
-            recording: Its name; None: a row per recording and output with FIT in %, rms, unit.
-
-        Raises:
-            InputError: Where there is no such recording.
-        """
-        from flexgui.export.tables import error_table, recording_table
-
-        if recording is not None:
-            return recording_table(self[recording])
-        return error_table(self.recordings)
-
-    def plot(self, view: str = "signals", recording: str | None = None) -> go.Figure:
-        """Draw the comparison.
-
-        Args:
-            view: 'signals', 'fit', 'missing_torque', 'torque_over_velocity', or the id of a view
-                in flexgui/views/of_recording such as 'error_by_frequency'.
-            recording: Its name; the first where not given.
-
-        Raises:
-            InputError: Where view or recording is not known, or there is nothing to show.
-        """
-        seen = self.recordings[0] if recording is None else self[recording]
-        fitted = [c for c in seen.channels if c.fitted]
-        torques = seen.missing_torque
-        views: dict[str, Any] = {
-            "signals": lambda: comparison(seen, fitted or None),
-            "fit": lambda: fit_bars(self.recordings),
-            "missing_torque": lambda: missing_over_time(torques) if torques else None,
-            "torque_over_velocity": lambda: missing_over_velocity(torques) if torques else None,
-        }
-        views |= {kind: self._drawn_by(one, seen) for kind, one in recording_views().items()}
-        return chosen(views, view)
-
-    def _drawn_by(self, view: RecordingView, current: RecordingComparison) -> Any:
-        return lambda: view.draw(Seen(current, self.recordings, self.maps))
-
-    def __repr__(self) -> str:
-        reached = quality(self.recordings) or "nothing that was measured"
-        return f"Comparison of {len(self.recordings)} recordings: the model reaches {reached}."
-
-    def _repr_html_(self) -> str:
-        return str(html_table(fit_table(self.recordings)))
 
 
 @dataclass(frozen=True, repr=False)

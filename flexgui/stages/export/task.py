@@ -20,7 +20,7 @@ def export(
     """
     from flexgui.core.scenario.data_folder import Within
     from flexgui.core.scenario.read import parse_scenario
-    from flexgui.export.export_files import diagnosed_plainly, export_outcome
+    from flexgui.export.export_files import diagnosed_text, export_outcome
     from flexgui.export.folder import check_writable
     from flexgui.export.report_motion import report_motion
 
@@ -28,7 +28,7 @@ def export(
     check_writable(Path(out))
     scenario = parse_scenario(scenario_toml, "scenario.toml")
     motion = report_motion(scenario, outcome, Within(Path(folder)))
-    found = diagnosed_plainly(scenario, outcome)
+    found = diagnosed_text(scenario, outcome)
     export_outcome(outcome, scenario_toml, Path(out), motion, found)
     return out
 
