@@ -93,7 +93,7 @@ class Document:
             with TURNS.begin():
                 with self._session.lock:  # only now: what moved while others had their turn counts
                     scenario, live = self.scenario, self.live
-                if scenario != known.scenario and is_new(build_arm(scenario.arm), known):
+                if scenario is not known.scenario and is_new(build_arm(scenario.arm), known):
                     return  # whoever changed the arm has asked anew
                 view = live_model(prepare(scenario, known), live)
         except InputError as error:
@@ -116,8 +116,9 @@ class Document:
         """A model with the arm that is wanted; says so where that may take long."""
         with self._session.lock:
             scenario, before = self.scenario, self.view
-        if before is not None and not is_new(build_arm(scenario.arm), before):
+        if before is None:
+            return prepare(scenario, before)
+        if before.scenario is scenario or not is_new(build_arm(scenario.arm), before):
             return before
-        if before is not None:
-            self._session.show_message(COMPILING)
+        self._session.show_message(COMPILING)
         return prepare(scenario, before)
