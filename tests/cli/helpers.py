@@ -95,8 +95,9 @@ def arrange(case: Case, folder: Path) -> None:
 
 
 def export(case: Case, folder: Path) -> Result:
-    """The command line, in process."""
-    return said("export", str(folder / case.scenario), "--out", str(folder / case.out))
+    """The command line, in process; a slow machine would tell its progress."""
+    out = str(folder / case.out)
+    return said("export", str(folder / case.scenario), "--out", out, "--quiet")
 
 
 def said(*arguments: str) -> Result:
