@@ -9,7 +9,7 @@ import numpy as np
 
 from flexgui.core.arm.arm import Arm
 from flexgui.scene.arm_geometry import ArmGeometry, Section, beam_vertices, visible_section
-from flexgui.views.names import channel_symbol
+from flexgui.sentences.written import channel_symbol
 
 STACK = 0.25
 """Of the reach: segments that stand on the ground beside each other are drawn one above another."""

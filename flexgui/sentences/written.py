@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -155,7 +156,21 @@ def split_name(name: str) -> tuple[str, str]:
     return (found[1], found[2]) if found else (name, "")
 
 
-def channel_symbol(channel: str) -> str:
-    """'ydot1' -> 'ȳ₁'; an unknown channel keeps its name."""
+SLIDING = {"theta": "q", "dtheta": "q" + DOT}
+"""Symbols of a joint that slides; θ is an angle."""
+OF_SLIDES = ("m", "m/s")
+
+
+@lru_cache(1024)
+def channel_symbol(channel: str, unit: str = "") -> str:
+    """'ydot1' -> 'ȳ₁'; with the SI unit of what it measures 'theta1' of a slide, in m, -> 'q₁'. An
+    unknown channel keeps its name."""
     stem, number = split_name(channel)
-    return STEMS[stem] + number.translate(SUBSCRIPTS) if stem in STEMS else channel
+    symbols = STEMS | SLIDING if unit in OF_SLIDES else STEMS
+    return symbols[stem] + number.translate(SUBSCRIPTS) if stem in symbols else channel
+
+
+def reference_symbol(channel: str, unit: str = "") -> str:
+    """The same with a star for a reference: 'dtheta1_ref' -> 'θ̇₁*'."""
+    measured = channel.removesuffix("_ref")
+    return channel_symbol(measured, unit) + ("" if measured == channel else "*")

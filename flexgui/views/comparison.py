@@ -7,10 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from flexgui.core.results import ChannelComparison, RecordingComparison
-from flexgui.sentences.written import shown_unit
+from flexgui.sentences.written import channel_symbol, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import POINTS, Figure, Pane, axis, line, panes, trace
-from flexgui.views.names import channel_symbol
 
 HEIGHT_PER_CHANNEL, HEIGHT_OF_FRAME = 330, 100
 SIGNAL_SHARE, RESIDUAL_SHARE = 0.64, 0.36

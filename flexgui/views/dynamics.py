@@ -10,10 +10,17 @@ import numpy as np
 
 from flexgui.core.simulate.posture import Mode, integrators
 from flexgui.core.simulate.response import FrequencyResponse, Port, StepResponse
-from flexgui.sentences.written import ShownUnit, format_number, shown_unit, split_name
+from flexgui.sentences.written import (
+    ShownUnit,
+    channel_symbol,
+    format_number,
+    reference_symbol,
+    shown_unit,
+    split_name,
+)
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, dots, figure, line, note
-from flexgui.views.names import TITLES, channel_symbol
+from flexgui.views.names import TITLES
 from flexgui.views.table import Row, Table, numbers, texts
 
 OPACITY = 0.6
@@ -116,17 +123,11 @@ def pair_lines(
             y = values[:, i, j]
             if float(np.abs(y).max(initial=0.0)) <= NEGLIGIBLE * size:
                 continue
-            ends = (reference_symbol(reference), channel_symbol(output.name, output.unit))
+            stepped = reference_symbol(reference.name, reference.unit)
+            ends = (stepped, channel_symbol(output.name, output.unit))
             look = {"width": 1.8, "dash": DASHES[j % len(DASHES)]}
             found.append(line(x, y, " → ".join(ends), colours.joint(i)["color"], hover, **look))
     return found
-
-
-def reference_symbol(port: Port) -> str:
-    """'dtheta1_ref' -> 'θ̇₁*'."""
-    return channel_symbol(port.name.removesuffix("_ref"), port.unit) + (
-        "*" if port.name.endswith("_ref") else ""
-    )
 
 
 def per_reference(unit: ShownUnit, references: Sequence[Port]) -> str:

@@ -9,10 +9,9 @@ import numpy as np
 
 from flexgui.core.recording.channels import Role, role_of
 from flexgui.core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
-from flexgui.sentences.written import format_number, quantity
+from flexgui.sentences.written import channel_symbol, format_number, quantity
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, heat, named_axis, panes
-from flexgui.views.names import channel_symbol
 from flexgui.views.table import Row, Table, numbers, texts
 
 LEAST_SPAN = 10.0

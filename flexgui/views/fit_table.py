@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
-from flexgui.sentences.written import format_number, quantity
+from flexgui.sentences.written import channel_symbol, format_number, quantity
 from flexgui.views.colours import channel_colour, channel_edge
 from flexgui.views.layout import Figure, axis, figure, headline
-from flexgui.views.names import channel_symbol, format_percent
+from flexgui.views.names import format_percent
 from flexgui.views.pooled import (
     ESTIMATE,
     VALIDATE,

@@ -10,11 +10,11 @@ import numpy as np
 
 from flexgui.core.results import Diagnosis, LadderStep
 from flexgui.sentences.figures import LEFT_BY_ALL, unseen_rms
-from flexgui.sentences.written import estimate_text, format_number, quantity
+from flexgui.sentences.written import channel_symbol, estimate_text, format_number, quantity
 from flexgui.views import colours
 from flexgui.views.headline import COMPLETE
 from flexgui.views.layout import Figure, axis, figure
-from flexgui.views.names import channel_symbol, plain_symbol
+from flexgui.views.names import plain_symbol
 from flexgui.views.table import Row, Table, numbers, texts
 
 GIVEN = "as given"

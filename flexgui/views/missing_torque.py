@@ -9,10 +9,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from flexgui.core.results import ErrorOver, MissingTorque
-from flexgui.sentences.written import ShownUnit, shown_unit
+from flexgui.sentences.written import ShownUnit, channel_symbol, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import POINTS, Figure, Pane, axis, dots, line, panes, trace
-from flexgui.views.names import channel_symbol
 from flexgui.views.over_speed import OverSpeed
 
 HEIGHT_OF_FRAME, HEIGHT_PER_JOINT, HEIGHT_PER_ROW = 100, 260, 230

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from functools import lru_cache
 
 from markupsafe import Markup, escape
 
 from flexgui.core.identify.unknowns import START
 from flexgui.core.recording.channels import channel_kind, is_channel
 from flexgui.core.results import Estimate
-from flexgui.sentences import written
-from flexgui.sentences.written import DOT, SUBSCRIPTS, SUPERSCRIPTS, split_name
+from flexgui.sentences.written import DOT, SUBSCRIPTS, SUPERSCRIPTS, channel_symbol, split_name
 
 GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "varepsilon": "ε", "epsilon": "ε",
@@ -33,20 +31,6 @@ TITLES = {
     "i": "motor current",
     "deflection": "deflection of the link",
 }
-
-
-SLIDING = {"theta": "q", "dtheta": "q" + DOT}
-"""Symbols of a joint that slides; θ is an angle."""
-OF_SLIDES = ("m", "m/s")
-
-
-@lru_cache(1024)
-def channel_symbol(channel: str, unit: str = "") -> str:
-    """'ydot1' -> 'ȳ₁'; with the SI unit of what it measures 'theta1' of a slide, in m, -> 'q₁'."""
-    stem, number = split_name(channel)
-    if unit in OF_SLIDES and stem in SLIDING:
-        return SLIDING[stem] + number.translate(SUBSCRIPTS)
-    return written.channel_symbol(channel)
 
 
 def channel_title(channel: str, unit: str = "") -> str:

@@ -12,10 +12,9 @@ from markupsafe import Markup
 from flexgui.core.check.finding import Finding
 from flexgui.core.recording.channels import channel_kind, is_channel, joint_of
 from flexgui.core.recording.recording import Recording
-from flexgui.sentences.written import ShownUnit, shown_unit
+from flexgui.sentences.written import ShownUnit, channel_symbol, reference_symbol, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, number, panes, trace
-from flexgui.views.names import channel_symbol
 from flexgui.views.sketch import sparkline
 
 POINTS = 600
@@ -42,7 +41,7 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
         si = _unit(names[0], slides)
         unit = shown_unit(values, si)
         change = "Δ" if any(starts) else ""
-        symbols = [_symbol(name, si) for name in names]
+        symbols = [reference_symbol(name, si) for name in names]
         label = unit.label(", ".join(change + symbol for symbol in symbols))
         each = zip(names, starts, symbols, strict=True)
         parts.append(Pane([_line(recording, n, s, unit, text) for n, s, text in each], axis(label)))
@@ -76,11 +75,6 @@ def _unit(name: str, slides: Sequence[bool]) -> str:
     units, joint = channel_kind(name).units, joint_of(name)
     sliding = joint is not None and joint < len(slides) and slides[joint]
     return units[-1] if sliding else units[0]
-
-
-def _symbol(name: str, unit: str) -> str:
-    """'dtheta1_ref' -> 'θ̇₁*', of a slide 'q̇₁*'."""
-    return channel_symbol(name.removesuffix("_ref"), unit) + ("*" if name.endswith("_ref") else "")
 
 
 def _line(recording: Recording, name: str, start: float, unit: ShownUnit, symbol: str) -> Figure:
@@ -201,10 +195,7 @@ def _with_symbols(sentence: str) -> str:
 
     def symbol(word: re.Match[str]) -> str:
         name = word.group()
-        if not is_channel(name) or name == "t":
-            return name
-        star = "*" if name.endswith("_ref") else ""
-        return channel_symbol(name.removesuffix("_ref")) + star
+        return reference_symbol(name) if is_channel(name) and name != "t" else name
 
     return re.sub(r"[a-z_]+\d(?:_ref)?", symbol, sentence)
 

@@ -13,7 +13,7 @@ from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.core.sentences import listed
 from flexgui.sentences.figures import times
 from flexgui.sentences.identifiability import invariant
-from flexgui.sentences.written import quantity, split_name
+from flexgui.sentences.written import channel_symbol, quantity, split_name
 from flexgui.views.fit_table import FIT_IS
 from flexgui.views.headline import (
     BIASED,
@@ -28,7 +28,7 @@ from flexgui.views.headline import (
     standing,
     verdict_now,
 )
-from flexgui.views.names import channel_symbol, format_percent, is_of_a_start, typeset
+from flexgui.views.names import format_percent, is_of_a_start, typeset
 from flexgui.views.parameter_tables import equation
 from flexgui.views.pooled import ESTIMATE, VALIDATE, channel_errors, tip_rms, with_role
 

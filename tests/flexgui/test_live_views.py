@@ -16,6 +16,7 @@ from flexgui.core.model import Model
 from flexgui.core.simulate.posture import Posture, posture, vibration_modes
 from flexgui.core.simulate.response import frequency_response as gains_of
 from flexgui.core.simulate.response import step_response
+from flexgui.sentences.written import channel_symbol
 from flexgui.views.dynamics import (
     NEGLIGIBLE,
     frequency_response,
@@ -26,7 +27,6 @@ from flexgui.views.dynamics import (
     window,
 )
 from flexgui.views.layout import HEIGHT, Figure, figure_json, short
-from flexgui.views.names import channel_symbol
 from tests.helpers import ARMS, looped
 
 LARGEST_MESSAGE = 60_000

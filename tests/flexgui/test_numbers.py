@@ -7,8 +7,14 @@ from hypothesis import strategies as st
 
 from flexgui.core.results import Estimate
 from flexgui.export.export_files import _rounded
-from flexgui.sentences.written import estimate_text, format_number, format_value, shown_unit
-from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset
+from flexgui.sentences.written import (
+    channel_symbol,
+    estimate_text,
+    format_number,
+    format_value,
+    shown_unit,
+)
+from flexgui.views.names import output_title, plain_symbol, typeset
 from flexgui.views.parameter_tables import short_parameters
 from flexgui.views.table import Column, Row, Table
 

@@ -14,13 +14,13 @@ from flexgui.page.panel import Panel
 from flexgui.page.plot import Plot
 from flexgui.page.tour import to_diagnosis
 from flexgui.page.widgets import Words, joined, paragraph
-from flexgui.sentences.written import quantity
+from flexgui.sentences.written import channel_symbol, quantity
 from flexgui.session import Topic
 from flexgui.stages.compare.panel_errors import Failing
 from flexgui.views.comparison import live_comparison
 from flexgui.views.fit_table import FIT_IS, ROLES, fit_table, live_fit
 from flexgui.views.html import html_table
-from flexgui.views.names import channel_symbol, format_percent, output_title
+from flexgui.views.names import format_percent, output_title
 from flexgui.views.pooled import VALIDATE
 from flexgui.views.summary import which_fit
 from flexgui.views.table import Table

@@ -17,9 +17,9 @@ from flexgui.core.recording.channels import (
 )
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.written import parse_header
+from flexgui.sentences.written import channel_symbol
 from flexgui.stages.data.inspect import Inspection
 from flexgui.stages.data.rows import SPLIT, Rows, settings
-from flexgui.views.names import channel_symbol
 
 POINT = "theta2"
 """The channel that says at which working point the arm stood, where nothing else does."""

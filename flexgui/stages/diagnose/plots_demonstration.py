@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from flexgui.sentences.written import ShownUnit, format_number, shown_unit
+from flexgui.sentences.written import ShownUnit, channel_symbol, format_number, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, panes, trace
-from flexgui.views.names import channel_symbol, output_title, typeset
+from flexgui.views.names import output_title, typeset
 from flexgui.views.sketch import POINTS as SKETCHED
 from flexgui.views.sketch import Curve, sketch
 

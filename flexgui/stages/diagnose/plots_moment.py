@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexgui.core.results import MissingTorque
+from flexgui.sentences.written import channel_symbol
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, headline, line, number, panes
 from flexgui.views.missing_torque import missing_cloud
-from flexgui.views.names import channel_symbol, output_title
+from flexgui.views.names import output_title
 from flexgui.views.over_speed import OverSpeed
 
 MORPH = {"morph": True}
