@@ -43,25 +43,22 @@ class Demo:
         self.session: Session | None = None
         """The teacher's, once there is one."""
 
-    def arrive(
-        self, browser: BrowserConnection, key: str | None, *, ticket: bool, loopback: bool
-    ) -> None:
+    def arrive(self, browser: BrowserConnection, key: str | None) -> None:
         """Gives the browser its role and its session, and shows it."""
         with self._lock:
             self._browsers[browser.client.client_id] = browser
-            first = self.session is None and self._first_is_teacher and loopback
+            first = self.session is None and self._first_is_teacher and browser.is_here
             known = self.session is not None and key == self.session.key
             begins = False
-            if ticket or first or known:
+            if browser.has_ticket or first or known:
                 begins = self.session is None
                 mine = key if self.session is None else self.session.key
                 self.session = self._store.join(mine, pinned=True, address=browser.address)
-                browser.role, browser.session, browser.counted = TEACHER, self.session, True
+                browser.take(self.session, TEACHER)
             elif self._store.knows(key):
-                browser.session = self._store.join(key, address=browser.address)
-                browser.role, browser.counted = OWN, True
+                browser.take(self._store.join(key, address=browser.address))
             else:
-                browser.role, browser.session = FOLLOWER, self.session
+                browser.follow(self.session)
         self._show(browser)
         if begins:
             for other in list(self._browsers.values()):
@@ -97,7 +94,7 @@ class Demo:
                 raise
             # The page goes before the role changes: its widgets belong to the teacher's session.
             browser.clear()
-            browser.role, browser.session, browser.counted = OWN, own, True
+            browser.take(own)
         self._show(browser)
 
     def _give_up(self, browser: BrowserConnection) -> None:
@@ -111,8 +108,7 @@ class Demo:
 
     def _follow(self, browser: BrowserConnection) -> None:
         """Rights first, page second: in between nothing of the teacher's can be changed."""
-        browser.role, browser.counted = FOLLOWER, False
-        browser.session = self.session
+        browser.follow(self.session)
         self._show(browser)
 
 

@@ -20,7 +20,7 @@ from flexgui.places import without_places
 from flexgui.server.access import AccessHandler
 from flexgui.server.browser_connection import FOLLOWER, STORED_AS, Asking, BrowserConnection
 from flexgui.server.errors import Reports
-from flexgui.server.options import is_loopback, loopback_origins, neighbours, own_name, port_of
+from flexgui.server.options import loopback_origins, own_name, port_of
 from flexgui.server.services import Limits
 from flexgui.server.sessions import KeptWork, SessionStore
 from flexgui.server.viser_patches import (
@@ -121,9 +121,11 @@ class PageServer:
         async def _(client: viser.ClientHandle) -> None:
             tolerate_leaving(client)
             connection = connection_of(self.viser, client.client_id)
-            remote = None if connection is None else connection.remote_address
-            address = neighbours(str(remote[0])) if remote else ""
-            browser = BrowserConnection(client, address, self.store)
+            if connection is None:  # it has gone already
+                return
+            remote = connection.remote_address
+            browser = BrowserConnection(client, str(remote[0]) if remote else "", self.store)
+            browser.has_ticket = self._access.is_teacher(connection.request)
             self._browsers[client.client_id] = browser
             self._admission.submit(self._careful, self._arrive, browser)
 
@@ -140,15 +142,9 @@ class PageServer:
         key, browser.answered = self._asking.key_of(browser.client)
         try:
             if self._demo is not None:
-                connection = connection_of(self.viser, browser.client.client_id)
-                if connection is not None:
-                    ticket = self._access.is_teacher(connection.request)
-                    remote = connection.remote_address
-                    here = bool(remote) and is_loopback(str(remote[0]))
-                    self._demo.arrive(browser, key, ticket=ticket, loopback=here)
+                self._demo.arrive(browser, key)
             else:
-                browser.session = self.store.join(key, address=browser.address)
-                browser.counted = True
+                browser.take(self.store.join(key, address=browser.address))
                 self._show(browser)
         except InputError as error:
             browser.client.gui.add_markdown(without_places(str(error)))
@@ -181,13 +177,9 @@ class PageServer:
         self._forget(browser)
 
     def _forget(self, browser: BrowserConnection) -> None:
-        """Once, however coming and going met."""
-        with browser.lock:
-            counted, browser.counted = browser.counted, False
         if self._demo is not None:
             self._demo.leave(browser)
-        if counted and browser.session is not None:
-            self.store.leave(browser.session)
+        browser.release()
 
     def _sweep(self) -> None:
         while not self._ending.wait(SWEEP_SECONDS):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import viser
 
+from flexgui.server.options import is_loopback, neighbours
 from flexgui.server.services import Limits
 from flexgui.server.sessions import SessionStore, folder_bytes
 
@@ -27,12 +28,17 @@ TEACHER, FOLLOWER, OWN = "teacher", "follower", "own"
 class BrowserConnection:
     """Of one browser window; its page may be exchanged while it lasts."""
 
-    def __init__(self, client: viser.ClientHandle, address: str, store: SessionStore) -> None:
-        self.client, self.address = client, address
-        self._store = store
+    def __init__(self, client: viser.ClientHandle, remote: str, store: SessionStore) -> None:
+        """`remote` is the network address that it came from."""
+        self.client, self._store = client, store
+        self.is_here = is_loopback(remote)
+        """Whether it runs on this machine."""
+        self.address = neighbours(remote)
+        self.has_ticket = False
+        """Whether it has brought the teacher's ticket."""
         self.role = OWN
         self.session: Session | None = None
-        self.counted = False
+        self._counted = False
         """Whether the store counts it as the session's browser."""
         self.answered = False
         """Whether it has said which session is its own, if any."""
@@ -43,6 +49,21 @@ class BrowserConnection:
         self._shown = False
         self.gone = False
         """Whether the browser has left."""
+
+    def take(self, session: Session, role: str = OWN) -> None:
+        """Goes on in a session that the store has given to it."""
+        self.role, self.session, self._counted = role, session, True
+
+    def follow(self, session: Session | None) -> None:
+        """Looks at another one's session; what was its own is released by whoever knows it."""
+        self.role, self.session, self._counted = FOLLOWER, session, False
+
+    def release(self) -> None:
+        """Its session has one browser less: once, however coming and going met."""
+        with self.lock:
+            counted, self._counted = self._counted, False
+        if counted and self.session is not None:
+            self._store.leave(self.session)
 
     def show(self, build: Callable[[], Page | None]) -> None:
         """Exchanges the page; nothing is built for who has left."""
