@@ -167,6 +167,6 @@ def _shade(ratio: float | None, worst: float) -> paint.Rgb | None:
 def shade(share: float) -> paint.Rgb:
     """A colour of the maps' scale, 0 the floor, 1 the worst."""
     stops = [s for s, _ in colours.RISING]
-    ends = np.array([paint.rgb(c) for _, c in colours.RISING], dtype=float)
+    ends = np.array([colours.rgb(c) for _, c in colours.RISING], dtype=float)
     mixed = [round(float(np.interp(share, stops, ends[:, k]))) for k in range(3)]
     return mixed[0], mixed[1], mixed[2]

@@ -11,6 +11,7 @@ import numpy as np
 from viser import GridHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
 
 from flexgui.views import colours
+from flexgui.views.colours import rgb
 
 Rgb = tuple[int, int, int]
 
@@ -20,11 +21,6 @@ INK: Rgb = (66, 73, 83)
 """Flat marks; the light makes them paler."""
 LINE: Rgb = (108, 116, 126)
 """Thin lines, which no light reaches; readable on a light and on a dark ground."""
-
-
-def rgb(colour: str) -> Rgb:
-    """'#rrggbb' as three integers."""
-    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
 MEASURED, MODEL = rgb(colours.MEASURED), rgb(colours.MODEL)

@@ -46,9 +46,14 @@ RISING = ((0.0, "#e9edf1"), (0.35, "#e3a9c9"), (0.7, "#c44a8f"), (1.0, "#6d1b4f"
 """From the floor up to the worst error."""
 
 
+def rgb(colour: str) -> tuple[int, int, int]:
+    """'#rrggbb' as three integers."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
 def faded(colour: str, alpha: float) -> str:
     """The colour '#rrggbb' as 'rgba(...)' with an opacity between 0 and 1."""
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    red, green, blue = rgb(colour)
     return f"rgba({red},{green},{blue},{alpha:g})"
 
 
@@ -94,5 +99,4 @@ def channel_edge(channel: str) -> str:
 
 def tinted(colour: str, white: float) -> str:
     """The colour '#rrggbb' with a share of white from 0 to 1."""
-    parts = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return "#" + "".join(f"{round(part + white * (255 - part)):02x}" for part in parts)
+    return "#" + "".join(f"{round(part + white * (255 - part)):02x}" for part in rgb(colour))

@@ -22,8 +22,8 @@ def stage():
 
 
 def test_the_scale_is_that_of_the_maps() -> None:
-    assert shade(0.0) == paint.rgb(colours.RISING[0][1])
-    assert shade(1.0) == paint.rgb(colours.RISING[-1][1])
+    assert shade(0.0) == colours.rgb(colours.RISING[0][1])
+    assert shade(1.0) == colours.rgb(colours.RISING[-1][1])
 
 
 def test_hubs_show_the_encoders_and_beams_the_camera(stage) -> None:
