@@ -132,6 +132,12 @@ def diagnosis_wanted(scenario: Scenario) -> bool:
     return scenario.diagnose.max_effects > 0 or "diagnose" in scenario.model_fields_set
 
 
+def without_diagnosis(scenario: Scenario) -> Scenario:
+    """The scenario without its table [diagnose]."""
+    stated = scenario.model_fields_set - {"diagnose"}
+    return Scenario.model_construct(stated, **{name: getattr(scenario, name) for name in stated})
+
+
 def arms_to_come(scenario: Scenario) -> tuple[Structure, ...]:
     """What must be compiled for a scenario: its arm, and those that a diagnosis will try."""
     model = base_model(scenario)

@@ -11,6 +11,7 @@ import pytest
 
 from flexgui.core.progress import Silent
 from flexgui.core.results import Outcome
+from flexgui.core.scenario.read import parse_scenario
 from flexgui.jobs import Failed, Finished, NewGeneration, Stopped, Task
 from flexgui.stages.export.task import export
 from flexgui.stages.identify.task import identify
@@ -34,6 +35,10 @@ generations = 8
 """
 
 
+def fit_of(text: str) -> Task:
+    return Task.of(identify, "The fit", scenario=parse_scenario(text, "test"))
+
+
 def same(a: object, b: object) -> bool:
     """Equal to the last digit, field by field; seconds apart, which no two runs share."""
     if is_dataclass(a) and type(a) is type(b):
@@ -48,12 +53,12 @@ def same(a: object, b: object) -> bool:
 
 @pytest.fixture(scope="module")
 def here() -> Outcome:
-    return identify(SCENARIO, progress=Silent())
+    return identify(parse_scenario(SCENARIO, "test"), progress=Silent())
 
 
 def test_a_worker_finds_what_this_process_finds(warm_pool, here):
     heard = Listener()
-    warm_pool.submit("s", Task.of(identify, "The fit", scenario_toml=SCENARIO), heard)
+    warm_pool.submit("s", fit_of(SCENARIO), heard)
     found = heard.wait_for(Finished).result
     assert same(found, here)
     assert heard.of(NewGeneration)[-1].generation.number == 8
@@ -62,7 +67,7 @@ def test_a_worker_finds_what_this_process_finds(warm_pool, here):
 def test_a_stopped_identification_gives_its_best(warm_pool):
     heard = Listener()
     long = SCENARIO.replace("generations = 8", "generations = 100000")
-    job = warm_pool.submit("s", Task.of(identify, "The fit", scenario_toml=long), heard)
+    job = warm_pool.submit("s", fit_of(long), heard)
     heard.wait_for(NewGeneration)
     assert job.remaining_seconds is None or job.remaining_seconds > 0.0
     job.stop()
@@ -75,7 +80,7 @@ def test_a_stopped_identification_gives_its_best(warm_pool):
 def test_a_wrong_scenario_is_one_sentence(warm_pool):
     heard = Listener()
     wrong = SCENARIO.replace('"epsilon", "d"', '"epsilonn"')
-    warm_pool.submit("s", Task.of(identify, "The fit", scenario_toml=wrong), heard)
+    warm_pool.submit("s", fit_of(wrong), heard)
     sentence = heard.wait_for(Failed).sentence
     assert "epsilonn" in sentence and "\n" not in sentence
 
@@ -83,7 +88,7 @@ def test_a_wrong_scenario_is_one_sentence(warm_pool):
 def test_the_report_is_of_the_outcome_given(warm_pool, here, tmp_path: Path):
     out = tmp_path / "report"
     where = {"folder": str(tmp_path), "out": str(out)}
-    task = Task.of(export, outcome=here, scenario_toml=SCENARIO, **where)
+    task = Task.of(export, outcome=here, scenario=parse_scenario(SCENARIO, "test"), **where)
     job = warm_pool.submit("s", task, Listener())
     assert job.wait(PATIENCE), job.sentence
     assert job.result == str(out)

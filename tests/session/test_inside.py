@@ -14,7 +14,6 @@ from flexgui.classroom.demo import copy_session
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.data_folder import VARIABLE, Within
-from flexgui.core.scenario.read import scenario_toml
 from flexgui.places import without_places
 from flexgui.session import Session
 from flexgui.stages.data.check import play
@@ -100,9 +99,8 @@ def test_the_tasks_of_a_worker_read_nothing_from_elsewhere(
 ) -> None:
     monkeypatch.setenv(VARIABLE, str(trapped.folder.parent))
     for file in (*trapped.names, trapped.secret.name):
-        text = scenario_toml(scenario(file))
         with pytest.raises(InputError) as refused:
-            identify(text, str(trapped.folder), progress=Silent())
+            identify(scenario(file), str(trapped.folder), progress=Silent())
         said = str(refused.value)
         assert SECRET not in said and str(trapped.folder) not in said, file
 

@@ -8,13 +8,14 @@ import numpy as np
 
 from flexgui.core.progress import Silent
 from flexgui.core.results import RecordingComparison
+from flexgui.core.scenario.read import parse_scenario
 from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.task import COMPARED, LOOKED, diagnose
 from tests.diagnose.test_run import HIDDEN, text
 
 CANDIDATES = """[diagnose]
 candidates = ["coulomb_friction", "drive_saturation", "camera_delay"]"""
-SCENARIO = f"""
+TEXT = f"""
 {text(diagnose=CANDIDATES)}
 [[recordings]]
 role = "validate"
@@ -50,7 +51,7 @@ def unseen(look: Looked) -> bool:
 
 def test_the_error_comes_first_then_a_ranking_of_all_then_the_comparison() -> None:
     heard = Heard()
-    found = diagnose(SCENARIO, progress=heard)
+    found = diagnose(parse_scenario(TEXT, "test"), progress=heard)
     first, *more = heard.looks
     assert first.step.errors and not first.ranking and not unseen(first)
     assert {r.effect for r in more[0].ranking} == {
@@ -67,14 +68,14 @@ def test_the_error_comes_first_then_a_ranking_of_all_then_the_comparison() -> No
 
 
 def test_who_stops_at_the_first_ranking_keeps_it() -> None:
-    found = diagnose(SCENARIO, progress=Heard(lambda look: bool(look.ranking)))
+    found = diagnose(parse_scenario(TEXT, "test"), progress=Heard(lambda look: bool(look.ranking)))
     assert found.ranking and found.to_come > 0
     assert found.diagnosis is not None and found.diagnosis.stopped
 
 
 def test_an_added_effects_own_fit_is_not_held_up_by_the_ranking() -> None:
     heard = Heard()
-    diagnose(SCENARIO, fit="before", progress=heard)
+    diagnose(parse_scenario(TEXT, "test"), fit="before", progress=heard)
     assert heard.order[:4] == [LOOKED, LOOKED, COMPARED, LOOKED]
     assert heard.looks[2].outcome is not None and not heard.looks[2].ranking
     assert heard.order.count(COMPARED) == 1

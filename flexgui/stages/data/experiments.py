@@ -10,8 +10,7 @@ import numpy as np
 
 from flexgui.core.recording.channels import is_reference
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model
-from flexgui.session.edit import Document, Edit
+from flexgui.session.edit import Document, Edit, model_of
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class Experiments:
 
 def has_working_points(scenario: Scenario) -> bool:
     """Whether the rig can run the experiments offered: references, and a second joint to place."""
-    model = base_model(scenario)
+    model = model_of(scenario)
     references = model.drive.reference_channels(model.arm)
     follows = any(is_reference(name) for name in references)
     return model.arm.joints > 1 and follows and model.drive.torque_known

@@ -17,10 +17,9 @@ from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.data_folder import check_plain
 from flexgui.core.scenario.read import LONGEST, parse_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs.inputs import Errands, Steps
 from flexgui.jobs.task import Task
-from flexgui.session.edit import Document, Edit, put, recording, thawed
+from flexgui.session.edit import Document, Edit, model_of, put, recording, thawed
 from flexgui.session.state import OURS, Topic
 from flexgui.stages.data.inspect import Inspection, headers, inspect_file, read_file
 from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
@@ -144,7 +143,7 @@ class Recordings:
 
     def _inspected(self, file: str, like: Waiting | None = None) -> Steps:
         scenario = self._session.document.scenario
-        model = base_model(scenario)
+        model = model_of(scenario)
         wanted = wanted_channels(model.arm, tuple(model.drive.needed_channels(model.arm)))
         known = None if like is None else (like.headers, like.columns)
         asked = {"scenario": scenario, "wanted": wanted, "like": known}
@@ -152,7 +151,7 @@ class Recordings:
 
     def _questions(self, file: str, found: Inspection) -> Waiting | None:
         """What has to be asked about a file, with what its inspection guesses; None: nothing."""
-        model = base_model(self._session.document.scenario)
+        model = model_of(self._session.document.scenario)
         references = tuple(model.drive.needed_channels(model.arm))
         waiting = waiting_for(file, found.headers, model.arm, references)
         if waiting is None and not settings(found.rows):
@@ -193,7 +192,7 @@ class Recordings:
         if spec is None or spec.file is None:
             raise InputError("Only a recording from a file has columns to choose.")
         headings = yield from self._asked(headers, spec.file)
-        model = base_model(self._session.document.scenario)
+        model = model_of(self._session.document.scenario)
         references = tuple(model.drive.needed_channels(model.arm))
         self._wait(waiting_again(headings, model.arm, references, spec))
         return True
@@ -432,7 +431,7 @@ def check_suits(scenario: Scenario) -> None:
     for spec in scenario.recordings:
         for file in spec.files:
             check_plain(file)
-    base_model(scenario)
+    model_of(scenario)
 
 
 def _named(channel: str) -> str:

@@ -30,7 +30,7 @@ SEEN = 1e-9
 
 
 def demonstrate(
-    scenario_toml: str,
+    scenario: Scenario,
     kind: str,
     recording: str,
     values: Mapping[str, float],
@@ -46,10 +46,8 @@ def demonstrate(
     """
     from flexgui.core.errors import InputError
     from flexgui.core.scenario.data_folder import Within
-    from flexgui.core.scenario.read import parse_scenario
     from flexgui.stages.diagnose.look import Demonstration
 
-    scenario = parse_scenario(scenario_toml, "The scenario")
     progress.stage("Simulating the arm with and without the effect")
     setup, data = _asked(scenario, recording, Within(Path(folder or ".")))
     one = _effect(setup, kind)

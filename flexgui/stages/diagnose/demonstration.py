@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
 from flexgui.core.results import MissingTorque
-from flexgui.core.scenario.read import scenario_toml
 from flexgui.jobs import Event, Failed, Finished, Job, WorkerLost
 from flexgui.jobs.task import Task
 from flexgui.scene.recorded import fitted_values
@@ -44,7 +43,7 @@ class Demonstrations:
         name = cursor.recording if cursor.recording in names else names[0]
         fitted = self._session.identification.current
         task = Task.of(
-            demonstrate, "The demonstration", scenario_toml=scenario_toml(scenario), kind=kind,
+            demonstrate, "The demonstration", scenario=scenario, kind=kind,
             recording=name, values=fitted_values(fitted, name), sizes=self._sizes(kind),
             floors=self._session.comparison.floors or {}, folder=str(self._session.folder),
         )  # fmt: skip

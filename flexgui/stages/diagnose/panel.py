@@ -10,7 +10,6 @@ from markupsafe import Markup
 from flexgui.classroom.panel import ChallengeControls
 from flexgui.core.effects import catalogue
 from flexgui.core.results import MISSING, Estimate
-from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs.job import RUNNING
 from flexgui.page import widgets
 from flexgui.page.busy import Busy
@@ -21,6 +20,7 @@ from flexgui.sentences.figures import linear_sentence, times
 from flexgui.sentences.ranked import round_sentence
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.session import Topic
+from flexgui.session.edit import model_of
 from flexgui.session.tour import holds_way_on
 from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.look import Look, Looked, in_vain, ladder_steps, refitted_only, worse
@@ -276,7 +276,7 @@ def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
     steps = [look.found.step for look in looks if look.found is not None]
     if not steps:
         return Markup("")
-    own = base_model(looks[-1].scenario).effect_parameters
+    own = model_of(looks[-1].scenario).effect_parameters
     found = looks[-1].diagnosis
     estimates = steps[-1].parameters if found is None else found.parameters
     standing = sorted(estimates, key=lambda e: e.name not in own)

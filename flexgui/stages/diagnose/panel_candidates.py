@@ -13,13 +13,13 @@ from flexgui.core.effects import catalogue
 from flexgui.core.effects.own import states, targets
 from flexgui.core.errors import InputError
 from flexgui.core.results import ABOVE, NOTHING, RankedEffect
-from flexgui.core.scenario.stated_effects import base_model
 from flexgui.page import widgets
 from flexgui.page.panel import PageContext
 from flexgui.page.widgets import Words, joined, paragraph
 from flexgui.sentences.figures import percent
 from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
 from flexgui.sentences.written import format_number
+from flexgui.session.edit import model_of
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.plots_demonstration import glimpse, picture
@@ -231,7 +231,7 @@ class Grown:
 
     def _own_controls(self) -> None:
         context, gui = self._context, self._context.gui
-        arm = base_model(context.session.document.scenario).arm
+        arm = model_of(context.session.document.scenario).arm
         self._target = gui.add_dropdown("Acts at", tuple(targets(arm)), disabled=context.read_only)
         self._formula = gui.add_text(
             "Formula", "-a*tanh(dtheta1/0.001)", disabled=context.read_only
@@ -254,7 +254,7 @@ class Grown:
     def _show_hint(self) -> None:
         try:
             words = states(
-                base_model(self._context.session.document.scenario).arm, str(self._target.value)
+                model_of(self._context.session.document.scenario).arm, str(self._target.value)
             )
         except (InputError, KeyError):
             return

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
 from flexgui.core.results import MISSING, Estimate, LinearModel, Outcome, RecordingComparison
-from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.events import Ended
 from flexgui.sentences.figures import times
-from flexgui.session.edit import Edit, edited, put, thawed
+from flexgui.session.edit import Edit, edited, model_of, put, thawed
 from flexgui.session.run import Then
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import (
@@ -190,7 +188,7 @@ class Diagnosis:
             if self._session.run.busy:
                 return self._session.refuse(BUSY)
             before = self._session.document.scenario
-            base_model(edited(before, edit))
+            model_of(edited(before, edit))
             if not self._session.document.change(edit):
                 return False
             look = Look(self._session.document.scenario, title, added)
@@ -205,7 +203,7 @@ class Diagnosis:
         before = (was, fitted.outcome, fitted.outcome_of)
         task = Task.of(
             diagnose, "The search for what is missing", fit=fit,
-            scenario_toml=scenario_toml(look.scenario), folder=str(self._session.folder),
+            scenario=look.scenario, folder=str(self._session.folder),
         )  # fmt: skip
 
         def on_event(event: Event) -> Then:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from flexgui.core.recording.recording import Recording
     from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
     from flexgui.core.scenario.data_folder import Within
-    from flexgui.core.scenario.schema import IdentifySpec
+    from flexgui.core.scenario.schema import IdentifySpec, Scenario
     from flexgui.stages.diagnose.look import Looked, PartialProgress
     from flexgui.views.over_speed import OverSpeed
 
@@ -47,7 +47,7 @@ class Asked(NamedTuple):
 
 
 def diagnose(
-    scenario_toml: str,
+    scenario: Scenario,
     folder: str | None = None,
     fit: str = "",
     *,
@@ -61,10 +61,8 @@ def diagnose(
     from flexgui.core.diagnose.diagnose import diagnose as look_for
     from flexgui.core.results import MISSING
     from flexgui.core.scenario.data_folder import Within
-    from flexgui.core.scenario.read import parse_scenario
     from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 
-    scenario = parse_scenario(scenario_toml, "The scenario")
     where = Within(Path(folder or "."))
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
@@ -72,7 +70,7 @@ def diagnose(
     look = FirstLook(asked, progress)
     if fit == BEFORE and not progress.stopped():
         look.check()
-        look.report(outcome=refined(scenario_toml, where, asked, progress))
+        look.report(outcome=refined(scenario, where, asked, progress))
 
     def on_ranking(ranking: tuple[RankedEffect, ...], to_come: ToCome) -> None:
         sizes, effects = to_come
@@ -91,7 +89,7 @@ def diagnose(
     reported = replace(found, rounds=light)
     look.report(ranking=reported.ranking, diagnosis=reported)
     if fit == AFTER and not progress.stopped():
-        return replace(look.seen, outcome=refined(scenario_toml, where, asked, progress))
+        return replace(look.seen, outcome=refined(scenario, where, asked, progress))
     return look.seen
 
 
@@ -210,22 +208,17 @@ def _seen(step: LadderStep, begun: Begun) -> Looked:
     )
 
 
-def refined(scenario_toml: str, where: Within, asked: Asked, progress: PartialProgress) -> Outcome:
+def refined(scenario: Scenario, where: Within, asked: Asked, progress: PartialProgress) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
-    import tomllib
-
     from flexgui.core.diagnose.announce import fit_title
-    from flexgui.core.scenario.read import check_scenario
+    from flexgui.core.scenario.stated_effects import without_diagnosis
     from flexgui.core.workbench import run_scenario
 
-    document = tomllib.loads(scenario_toml)
-    for table in ("diagnose", "compare"):
-        document.pop(table, None)
-    document.setdefault("identify", {}).update(generations=0, refine=True)
-    scenario = check_scenario(document, "The scenario")
+    spec = scenario.identify.model_copy(update={"generations": 0, "refine": True})
+    plain = without_diagnosis(scenario).model_copy(update={"identify": spec, "compare": ()})
     progress.stage(fit_title(asked.setup.model.effects))
     quiet = Unnamed(progress)
-    return run_scenario(scenario, folder=where, progress=quiet)
+    return run_scenario(plain, folder=where, progress=quiet)
 
 
 class Unnamed(Silent):

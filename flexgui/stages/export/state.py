@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
-from flexgui.core.scenario.read import scenario_toml
 from flexgui.jobs import Event, Finished, Task
 from flexgui.session.edit import Document, edited, put
 from flexgui.session.state import Topic
@@ -35,9 +34,8 @@ class Export:
         if outcome is None or scenario is None:
             return self._session.refuse("There is no result yet; identify first.")
         out = self._session.folder / "export"
-        text = scenario_toml(scenario)
         where = {"folder": str(self._session.folder), "out": str(out)}
-        task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, **where)
+        task = Task.of(export, "The report", outcome=outcome, scenario=scenario, **where)
         return self._session.run.make(task, lambda _: done(out))
 
     def plan(self, seconds: float, limits: Document, done: Callable[[Path], None]) -> bool:
@@ -51,8 +49,7 @@ class Export:
             return self._session.refuse(error)
         out = self._session.folder / "plan"
         where = {"folder": str(self._session.folder), "out": str(out)}
-        text = scenario_toml(plain)
-        task = Task.of(plan_next, "The plan", scenario_toml=text, seconds=seconds, **where)
+        task = Task.of(plan_next, "The plan", scenario=plain, seconds=seconds, **where)
 
         def on_event(event: Event) -> None:
             found = getattr(event, "result", None)

@@ -8,28 +8,28 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
     from flexgui.core.results import Outcome
+    from flexgui.core.scenario.schema import Scenario
     from flexgui.scene.recorded import Playback
 
 
 def export(
-    outcome: Outcome, scenario_toml: str, folder: str, out: str, *, progress: Progress
+    outcome: Outcome, scenario: Scenario, folder: str, out: str, *, progress: Progress
 ) -> str:
     """The folder `out`, with the report of what the page shows: nothing is identified again.
 
     `folder` holds the files that the scenario may read; its first motion is played in the report.
     """
     from flexgui.core.scenario.data_folder import Within
-    from flexgui.core.scenario.read import parse_scenario
+    from flexgui.core.scenario.read import scenario_toml
     from flexgui.export.export_files import diagnosed_text, export_outcome
     from flexgui.export.folder import check_writable
     from flexgui.export.report_motion import report_motion
 
     progress.stage("Writing the report")
     check_writable(Path(out))
-    scenario = parse_scenario(scenario_toml, "scenario.toml")
     motion = report_motion(scenario, outcome, Within(Path(folder)))
     found = diagnosed_text(scenario, outcome)
-    export_outcome(outcome, scenario_toml, Path(out), motion, found)
+    export_outcome(outcome, scenario_toml(scenario), Path(out), motion, found)
     return out
 
 
@@ -50,7 +50,7 @@ def playback_page(shown: Playback, exaggeration: float, *, progress: Progress) -
 
 
 def plan_next(
-    scenario_toml: str, seconds: float, folder: str, out: str, *, progress: Progress
+    scenario: Scenario, seconds: float, folder: str, out: str, *, progress: Progress
 ) -> tuple[str, ...]:
     """What the plan says; its files lie in `out`. `folder` holds the files that the scenario, with
     the limits in it, may read: they are to lie beside those of the plan, under their names.
@@ -58,11 +58,9 @@ def plan_next(
     from flexgui.core.experiments.design import Wish
     from flexgui.core.experiments.plan import plan
     from flexgui.core.scenario.data_folder import Within
-    from flexgui.core.scenario.read import parse_scenario
     from flexgui.export.plan_files import write_plan
     from flexgui.sentences.experiments import plan_paragraphs
 
-    scenario = parse_scenario(scenario_toml, "The scenario")
     wish = Wish(seconds, limits=scenario.limits)
     found = plan(scenario, wish, folder=Within(Path(folder)), progress=progress)
     write_plan(scenario, found, Path(out))

@@ -11,7 +11,6 @@ from markupsafe import Markup
 from flexgui.core.errors import InputError
 from flexgui.core.parameters import Parameter
 from flexgui.core.results import Outcome, Repeated
-from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.sensors import sensors
 from flexgui.jobs.job import PAUSED, QUEUED, RUNNING, STOPPING
 from flexgui.page import widgets
@@ -20,7 +19,7 @@ from flexgui.page.plot import Plot
 from flexgui.page.widgets import Rebuilt, Words, joined, paragraph
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.session import Topic
-from flexgui.session.edit import Document, put
+from flexgui.session.edit import Document, model_of, put
 from flexgui.stages.identify.state import candidates, noisy, paper_points, stated
 from flexgui.views.convergence import (
     History,
@@ -167,7 +166,7 @@ class IdentifyPanel(Panel):
             else session.identification.outcome_of or session.document.scenario
         )
         try:
-            found = stated(scenario, base_model(scenario))
+            found = stated(scenario, model_of(scenario))
         except InputError:
             return []
         return [Searched(p.name, p.symbol, p.unit, p.lower, p.upper) for p in found]
@@ -175,7 +174,7 @@ class IdentifyPanel(Panel):
     def _fitted(self) -> list[Markup]:
         """Symbols of what a fit of the scenario varies, the sizes of its effects too."""
         try:
-            sizes = base_model(self.context.session.document.scenario).effect_parameters.values()
+            sizes = model_of(self.context.session.document.scenario).effect_parameters.values()
         except InputError:
             return []
         searched = [typeset(s.symbol, s.name) for s in self._searched()]
@@ -287,7 +286,7 @@ class ChosenParameters:
         """Shows what the scenario states."""
         scenario = self._context.session.document.scenario
         try:
-            model = base_model(scenario)
+            model = model_of(scenario)
         except InputError:
             return
         chosen = stated(scenario, model)

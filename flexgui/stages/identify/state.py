@@ -10,10 +10,8 @@ from flexgui.core.identify.unknowns import GAIN, OFFSET, START
 from flexgui.core.model import Model
 from flexgui.core.parameters import Parameter
 from flexgui.core.results import Outcome
-from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Stopped, Task
-from flexgui.session.edit import edited, put
 from flexgui.session.run import Then
 from flexgui.session.state import Topic
 from flexgui.stages.identify.task import identify
@@ -48,9 +46,7 @@ class Identification:
     def start(self, then: Then = None) -> bool:
         """Runs the scenario in the pool; `then` follows however it ends."""
         scenario = self._session.document.scenario
-        # What is missing is looked for at a stage of its own.
-        plain = edited(scenario, put(("diagnose",), None))
-        arguments = {"scenario_toml": scenario_toml(plain), "folder": str(self._session.folder)}
+        arguments = {"scenario": scenario, "folder": str(self._session.folder)}
         task = Task.of(identify, "The identification", **arguments)
 
         def on_event(event: Event) -> Then:

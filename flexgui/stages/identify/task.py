@@ -9,24 +9,23 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
     from flexgui.core.results import Fit, Outcome
+    from flexgui.core.scenario.schema import Scenario
 
 
 def identify(
-    scenario_toml: str,
+    scenario: Scenario,
     folder: str | None = None,
     *,
     progress: Progress,
 ) -> Outcome:
-    """Everything that the scenario asks for; it may read the files of `folder` only."""
+    """Everything that the scenario asks for but a diagnosis, which has a stage of its own; it may
+    read the files of `folder` only."""
     from flexgui.core.scenario.data_folder import Within
-    from flexgui.core.scenario.read import parse_scenario
+    from flexgui.core.scenario.stated_effects import without_diagnosis
     from flexgui.core.workbench import run_scenario
 
-    outcome = run_scenario(
-        parse_scenario(scenario_toml, "The scenario"),
-        folder=Within(Path(folder or ".")),
-        progress=progress,
-    )
+    where = Within(Path(folder or "."))
+    outcome = run_scenario(without_diagnosis(scenario), folder=where, progress=progress)
     return replace(outcome, fits=tuple(_light(fit) for fit in outcome.fits))
 
 
