@@ -31,6 +31,8 @@ class Trace:
     def __init__(self) -> None:
         self._on = False
         self._codes: dict[CodeType, None] = {}
+        self.idle: set[CodeType] = set()
+        """What runs while nobody does anything; it is no part of any way."""
         threading.setprofile(self._called)
         sys.setprofile(self._called)
 
@@ -39,13 +41,22 @@ class Trace:
             self._codes.setdefault(frame.f_code)
 
     @contextmanager
+    def at_rest(self) -> Iterator[None]:
+        """Note what runs without a cause."""
+        self._codes.clear()
+        self._on = True
+        yield
+        self._on = False
+        self.idle = set(self._codes)
+
+    @contextmanager
     def named(self, title: str) -> Iterator[None]:
         """Print what ran meanwhile."""
         self._codes.clear()
         self._on = True
         yield
         self._on = False
-        own = [c for c in self._codes if c.co_filename.startswith(OWN)]
+        own = [c for c in self._codes if c.co_filename.startswith(OWN) and c not in self.idle]
         own = [c for c in own if c.co_name not in ("<module>", "<genexpr>", "<lambda>")]
         own = [c for c in own if not c.co_name.startswith("<")]
         # The body of a class runs when its module is imported; it is no function.
@@ -70,6 +81,8 @@ async def slider(trace: Trace, port: int, session: Any) -> None:
     await asyncio.sleep(SETTLED)
     for k in range(MOVES):
         await member.set(THETA2, 40.0 + k)
+        await asyncio.sleep(SETTLED)
+    with trace.at_rest():
         await asyncio.sleep(SETTLED)
     with trace.named("A slider's move"):
         await member.set(THETA2, 77.0)
