@@ -50,7 +50,7 @@ def _costs(history: History, caption: str = "", height: int = 260, **layout: Fig
     traces = [
         trace
         for k, (label, generations) in enumerate(history.items())
-        for trace in _cost_lines(label, generations, colours.series(k), few)
+        for trace in _cost_lines(label, generations, colours.series(k), few, len(history) == 1)
     ]
     every = (g for generations in history.values() for g in generations)
     costs = [c for g in every for c in (g.best, g.worst)[: 1 + few] if c > 0.0]
@@ -65,22 +65,24 @@ def _costs(history: History, caption: str = "", height: int = 260, **layout: Fig
 
 
 def _cost_lines(
-    label: str, generations: Sequence[Generation], colour: str, band: bool
+    label: str, generations: Sequence[Generation], colour: str, band: bool, alone: bool
 ) -> list[Figure]:
-    """The best member, and where there is room the mean and the spread from best to worst."""
+    """The best member, and where there is room the mean and the spread from best to worst; of a fit
+    that is `alone` the mean is named too."""
     x = np.array([g.number for g in generations], dtype=float)
     best, mean, worst = (
         np.array([getattr(g, name) for g in generations]) for name in ("best", "mean", "worst")
     )
-    shown = line(x, best, label, colour, "%{y:.6g}", width=2, legendgroup=label)
+    group: Figure = {} if alone else {"legendgroup": label}
+    shown = line(x, best, label, colour, "%{y:.6g}", width=2, **group)
     if not band:
         return [shown]
-    quiet: Figure = {"hoverinfo": "skip", "showlegend": False, "legendgroup": label}
+    quiet: Figure = {"hoverinfo": "skip", "showlegend": False, **group}
     fill: Figure = {"fill": "tonexty", "fillcolor": colours.faded(colour, 0.18)}
     return [
         line(x, best, "", colour, width=0, **quiet),
         line(x, worst, "", colour, width=0, **quiet, **fill),
-        line(x, mean, "", colour, width=1.2, dash="dot", **quiet),
+        line(x, mean, "mean", colour, width=1.2, dash="dot", **quiet | {"showlegend": alone}),
         shown,
     ]
 
