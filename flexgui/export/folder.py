@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import shutil
 import signal
 import tempfile
@@ -17,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from flexgui.core.errors import InputError
@@ -148,19 +148,18 @@ def zipped(content: Mapping[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def strict(value: Any) -> Any:
-    """The same with plain types; what is not a finite number becomes None."""
-    if isinstance(value, Mapping):
-        return {str(key): strict(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return strict(value.tolist())
-    if isinstance(value, list | tuple | set | frozenset):
-        return [strict(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
-
-
 def dumps(value: Any) -> str:
-    """Strict JSON text, in UTF-8 characters, with a line end."""
-    return json.dumps(strict(value), allow_nan=False, ensure_ascii=False, indent=1) + "\n"
+    """Strict JSON text, in UTF-8 characters, with a line end; what is not a finite number is null.
+
+    Records, arrays and any mapping may be in it.
+    """
+    plain = json.loads(msgspec.json.encode(value, enc_hook=_plain))
+    return json.dumps(plain, ensure_ascii=False, indent=1) + "\n"
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{type(value).__name__} is no JSON")
