@@ -11,7 +11,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(path for name in ("core", "flexgui") for path in (ROOT / name).rglob("*.py"))
-TEMPLATES = sorted((ROOT / "flexgui" / "export" / "templates").glob("*.j2"))
+TEMPLATES = sorted(
+    path for room in ("export", "stages") for path in (ROOT / "flexgui" / room).rglob("*.j2")
+)
 GLOSSARY = ROOT / "docs" / "glossary.md"
 """Lists retired words beside their terms."""
 DOCS = sorted(set((ROOT / "docs").glob("*.md")) - {GLOSSARY})

@@ -18,9 +18,8 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import LEVELS
 from flexgui.export.template import environment
-from flexgui.page import widgets
-from flexgui.page.panel import PageContext
-from flexgui.page.widgets import Words, paragraph
+from flexgui.page.panel import PageContext, Piece
+from flexgui.page.widgets import Words, button, color, paragraph, react
 from flexgui.sentences.figures import unseen_rms
 from flexgui.stages.diagnose.effects import titled
 from flexgui.views.html import html_table
@@ -45,99 +44,92 @@ TOP = -1.0
 """Order of what stands above all else in the panel; viser counts from 0."""
 
 
-class ChallengeControls:
+class ChallengeControls(Piece):
     """The guess on top of the panel while there is a challenge; how to begin one in a folder."""
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
-        gui = context.gui
+        super().__init__(context)
+        gui = self.gui
         self._drawn: Challenge | None = None
         self._form = gui.add_folder("The challenge", order=TOP, visible=False)
         with self._form:
             self._guess_controls()
         with gui.add_folder("Challenge", expand_by_default=False):
             Words(gui, paragraph(EXPLANATION, "soft"))
-            self._seed = gui.add_number(
-                "Seed", SEED, min=0, max=MOST, step=1, disabled=context.read_only
-            )
-            self._level = gui.add_dropdown("Level", tuple(LEVELS), disabled=context.read_only)
-            self._hide = widgets.button(context, "Hide an effect", self._hidden)
+            self._seed = gui.add_number("Seed", SEED, min=0, max=MOST, step=1)
+            self._level = gui.add_dropdown("Level", tuple(LEVELS))
+            self._hide = button(context, "Hide an effect", self._hidden)
             self._above = Words(gui)
 
     def _guess_controls(self) -> None:
-        context, gui = self._context, self._context.gui
+        context, gui = self.context, self.gui
         self._state = Words(gui)
         self._fields = (
             GuessFields(context, "Your guess", NONE_TITLE),
             GuessFields(context, "And", NO_SECOND),
         )
         self._name: Any = gui.add_text(
-            "Your name", "", hint="On the class's board; a nickname is enough.",
-            disabled=context.read_only,
-        )  # fmt: skip
+            "Your name", "", hint="On the class's board; a nickname is enough."
+        )
         self._nameless = Words(gui)
-        self._commit = widgets.button(
-            context, "Commit to this guess", self._guessed, prominent=True
+        self._commit = button(context, "Commit to this guess", self._guessed, prominent=True)
+        self._reveal = button(context, "Reveal", self._revealed, prominent=True)
+        self._change = button(
+            context, "Change my guess (it will be noted)", self.session.challenge.change_guess
         )
-        self._reveal = widgets.button(context, "Reveal", self._revealed, prominent=True)
-        self._change = widgets.button(
-            context, "Change my guess (it will be noted)", context.session.challenge.change_guess
-        )
-        self._take = widgets.button(
+        self._take = button(
             context, "Hand in (file)", self._handed_in,
             hint="Your guess, sealed, for whoever grades; it stays the same after Reveal.",
         )  # fmt: skip
         self._truth, self._board = Words(gui), Words(gui)
 
     def _hidden(self) -> None:
-        session = self._context.session
         seed = self._seed.value
         if not isinstance(seed, int | float) or not 0 <= seed <= MOST:
-            session.show_message(f"The seed must be a whole number from 0 to {MOST}.", bad=True)
+            self.session.refuse(f"The seed must be a whole number from 0 to {MOST}.")
             return
-        session.challenge.hide(int(seed), str(self._level.value))
+        self.session.challenge.hide(int(seed), str(self._level.value))
 
     def _guessed(self) -> None:
-        known, context = self._context.session.challenge.state, self._context
-        second = known is not None and known.count > 1 and bool(self._fields[1].kind)
-        found = [fields.guess() for fields in self._fields[: 1 + second]]
+        challenge = self.session.challenge
+        second = challenge.state is not None and challenge.state.count > 1
+        fields = self._fields[: 1 + (second and bool(self._fields[1].kind))]
+        found = [one.guess() for one in fields]
         guesses = tuple(one for one in found if one is not None)
         if len(guesses) == len(found):
-            context.session.challenge.guess(guesses, str(self._name.value))
+            challenge.guess(guesses, str(self._name.value))
 
     def _revealed(self) -> None:
-        session = self._context.session
-        if self._name.visible and str(self._name.value).strip():
-            session.challenge.nickname = plain_name(str(self._name.value))
-        session.challenge.reveal()
+        name, challenge = str(self._name.value), self.session.challenge
+        if self._name.visible and name.strip():
+            challenge.nickname = plain_name(name)
+        challenge.reveal()
 
     def _handed_in(self) -> None:
-        session, known = self._context.session, self._context.session.challenge.state
+        challenge = self.session.challenge
+        known = challenge.state
         if known is None or not known.guesses:
             return
         from flexgui.classroom.hand_in import HandIn  # late: few hand anything in
 
-        name = session.challenge.nickname or plain_name(str(self._name.value))
+        name = challenge.nickname or plain_name(str(self._name.value))
         given = HandIn(name, known.guesses, known.sealed, known.asked, known.changed)
-        content = given.text().encode()
-        self._context.client.send_file_download(given.filename, content, save_immediately=True)
-        session.show_message(f"{given.filename} was sent to your browser.")
+        self.send(given.filename, given.text().encode())
 
     def refresh(self) -> None:
         """Shows what can be done next."""
-        session = self._context.session
-        known = session.challenge.state
-        self._hide.disabled = session.run.busy or self._context.read_only
-        self._hide.color = "blue" if known is None else "gray"
-        self._above.show("" if known is None else paragraph(ABOVE, "soft"))
-        # Fields first: a folder that comes is measured with what is in it.
-        self._show_fields(known)
+        session, known = self.session, self.session.challenge.state
+        self.enable(not session.run.busy, self._hide)
+        self._hide.color = color(known is None)
+        self._above.show(paragraph("" if known is None else ABOVE, "soft"))
         if known is not None:
+            # Fields first: a folder that comes is measured with what is in it.
+            self._show_fields(known)
             self._show_words(known)
         self._form.visible = known is not None
 
     def _show_words(self, known: Challenge) -> None:
-        session, words = self._context.session, _words()
+        session, words = self.session, _words()
         look, tool, improvement = session.diagnosis.look, session.challenge.tool_answer, ""
         if look is not None and look.found is not None:
             improvement = validation_words(look.error, unseen_rms(look.found.step.errors))
@@ -150,23 +142,23 @@ class ChallengeControls:
         table = html_table(board_table(entries, waiting))
         self._board.show(words.board(known, entries, waiting, table).strip())
 
-    def _show_fields(self, known: Challenge | None) -> None:
+    def _show_fields(self, known: Challenge) -> None:
         """Either the fields, or what may follow a guess that stands."""
-        open_ = known is not None and known.revealed is None
-        stands = open_ and known is not None and bool(known.guesses) and not known.changing
-        asks = open_ and not stands
-        if asks and known is not None and known.changing and self._drawn != known:
+        nickname, committed = self.session.challenge.nickname, bool(known.guesses)
+        stands = known.revealed is None and committed and not known.changing
+        asks = known.revealed is None and not stands
+        if asks and known.changing and self._drawn != known:
             for fields, guess in zip(self._fields, known.guesses, strict=False):
                 fields.fill(guess)
-            self._name.value = self._context.session.challenge.nickname
+            self._name.value = nickname
         self._drawn = known
         self._fields[0].show(asks)
-        self._fields[1].show(asks and known is not None and known.count > 1)
-        nameless = stands and not self._context.session.challenge.nickname
-        self._nameless.show(paragraph(NAME_IT, "soft") if asks or nameless else "")
-        self._name.visible, self._commit.visible = asks or nameless, asks
+        self._fields[1].show(asks and known.count > 1)
+        nameless = asks or (stands and not nickname)
+        self._nameless.show(paragraph(NAME_IT if nameless else "", "soft"))
+        self._name.visible, self._commit.visible = nameless, asks
         self._reveal.visible = self._change.visible = stands
-        self._take.visible = known is not None and bool(known.guesses) and not known.changing
+        self._take.visible = committed and not known.changing
 
 
 @cache
@@ -190,26 +182,22 @@ def _verdict(found: Revealed, tool: ToolAnswer | None, busy: bool) -> str:
     return f"{mark} Verdict{late}: {tool.words}.{rest}"
 
 
-class GuessFields:
+class GuessFields(Piece):
     """Stands in the folder that is open; `none` is what may be chosen besides an effect."""
 
     def __init__(self, context: PageContext, label: str, none: str) -> None:
-        gui, off = context.gui, context.read_only
+        super().__init__(context)
+        gui = self.gui
         self._none = none
         self._kinds = {e.title: kind for kind, e in catalogue().items()}
-        self._kind: Any = gui.add_dropdown(label, (none, *sorted(self._kinds)), disabled=off)
-        self._of: Any = gui.add_dropdown(
-            "Size of", ("–",), disabled=off, hint="Choose one of its parameters."
-        )
-        self._size: Any = gui.add_text(
-            "is", "", disabled=off, hint="A number in this unit; may stay empty."
-        )
+        self._kind: Any = gui.add_dropdown(label, (none, *sorted(self._kinds)))
+        self._of: Any = gui.add_dropdown("Size of", ("–",), hint="Choose one of its parameters.")
+        self._size: Any = gui.add_text("is", "", hint="A number in this unit; may stay empty.")
         self._refused = Words(gui)
         self._shown = True
-        if not context.read_only:
-            self._kind.on_update(lambda _: self._chosen())
-            self._of.on_update(lambda _: self._name_field())
-            self._size.on_update(lambda _: self._refused.show(""))
+        react(context, self._kind, self._chosen)
+        react(context, self._of, self._name_field)
+        react(context, self._size, self._refused.show)
         self._chosen()
 
     @property
@@ -226,7 +214,7 @@ class GuessFields:
         except InputError as error:
             self._refused.show(paragraph(str(error), "bad"))
             return None
-        self._refused.show("")
+        self._refused.show()
         return Guess(self.kind or NONE_GUESSED, size)
 
     def fill(self, guess: Guess) -> None:
@@ -247,20 +235,20 @@ class GuessFields:
         one = self._parameter()
         self._of.visible = self._size.visible = visible and one is not None
         if not visible:
-            self._refused.show("")
+            self._refused.show()
 
     def _chosen(self) -> None:
         """Another effect has other parameters."""
         titles = tuple(one.title for one in asked_sizes(self.kind)) or ("–",)
         if self._of.options != titles:
             self._of.options = titles
-        self._refused.show("")
+        self._refused.show()
         self._name_field()
         self.show(self._shown)
 
     def _name_field(self) -> None:
         one = self._parameter()
-        if one is not None and self._size.label != one.label:
+        if one is not None:
             self._size.label = one.label
 
     def _parameter(self) -> AskedSize | None:

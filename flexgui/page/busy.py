@@ -2,46 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from markupsafe import Markup
 
 from flexgui.core.diagnose.announce import aside
 from flexgui.jobs.job import QUEUED, STOPPING, JobState
-from flexgui.page import widgets
-from flexgui.page.panel import PageContext
-from flexgui.page.widgets import Words, paragraph
+from flexgui.page.panel import PageContext, Piece
+from flexgui.page.widgets import Words, button, paragraph
 
 
-class Busy:
+class Busy(Piece):
     """Seen while a job of one of `kinds` waits or runs."""
 
     def __init__(self, context: PageContext, *kinds: str) -> None:
-        self._context, self._kinds = context, kinds
-        self._status = Words(context.gui)
-        self._bar: Any = context.gui.add_progress_bar(0.0, visible=False, animated=True)
-        self._stop = widgets.button(context, "Stop", context.session.run.stop)
+        super().__init__(context)
+        self._kinds = kinds
+        self._status = Words(self.gui)
+        self._bar: Any = self.gui.add_progress_bar(0.0, visible=False, animated=True)
+        self._stop = button(context, "Stop", self.session.run.stop)
         self._stop.visible = False
-        self._aside = Words(context.gui)
+        self._aside = Words(self.gui)
 
     @property
     def running(self) -> bool:
         """Whether a job of these kinds waits or runs."""
-        run = self._context.session.run.state
+        run = self.session.run.state
         return run.busy and run.kind in self._kinds
 
-    def refresh(self, otherwise: Callable[[], str]) -> None:
-        """`else_said` is what stands there while nothing runs."""
-        running, run = self.running, self._context.session.run.state
-        self._bar.visible = running
+    def refresh(self, otherwise: str) -> None:
+        """`otherwise` is what stands there while nothing runs."""
+        running, run = self.running, self.session.run.state
+        self._bar.visible = self._stop.visible = running
         self._bar.value = 100.0 * (run.share if run.share is not None else 1.0)
-        self._stop.visible = running
-        self._stop.disabled = run.phase == STOPPING or self._context.read_only
+        self.enable(run.phase != STOPPING, self._stop)
         head, tail, note = how_it_stands(run)
         now = Markup("<p class='lead fx-busy'>{}<span>{}</span></p>").format(head, tail)
-        self._status.show(now if running else paragraph(otherwise(), "lead"))
-        self._aside.show(paragraph(note, "soft") if running and note else "")
+        self._status.show(now if running else paragraph(otherwise, "lead"))
+        self._aside.show(paragraph(note, "soft") if running else "")
 
 
 def how_it_stands(run: JobState) -> tuple[str, str, str]:

@@ -10,12 +10,14 @@ from __future__ import annotations
 import logging
 import re
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import viser
 
-from flexgui.page.in_browser import run_javascript
+from flexgui.jobs.inbox import Inbox
+from flexgui.page.in_browser import asset, run_javascript
 
 log = logging.getLogger(__name__)
 
@@ -33,25 +35,7 @@ LEAST_LINE, NARROW_LINE, NARROW_LINE_HEIGHT = 260.0, 480.0, 252.0
 """A narrow one needs more lines for its words."""
 
 STORED_AS, THEME_KEPT_AS = "flexgui-window", "flexgui-theme"
-"""In the browser's storage: what it measures, and the theme that was chosen."""
-SCRIPT = f"""(() => {{
-  const canvas = document.querySelector("canvas[data-engine]");
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  const noted = [innerWidth, innerHeight, canvas ? canvas.clientWidth : 0, dark ? "dark" : "light"];
-  try {{
-    const theme = localStorage.getItem("viser-user:{THEME_KEPT_AS}");
-    if (theme === "dark" || theme === "light") noted.push(theme);
-    if (window.fxGpu === undefined) {{
-      const gl = document.createElement("canvas").getContext("webgl");
-      const named = gl && gl.getExtension("WEBGL_debug_renderer_info");
-      const by = named ? gl.getParameter(named.UNMASKED_RENDERER_WEBGL) : "";
-      window.fxGpu = by !== "" && !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(by);
-      gl?.getExtension("WEBGL_lose_context")?.loseContext();
-    }}
-    if (window.fxGpu) noted.push("gpu");
-    localStorage.setItem("viser-user:{STORED_AS}", noted.join(" "));
-  }} catch (error) {{}}
-}})();"""
+"""In the browser's storage: what browser/window.js measures, and the theme that was chosen."""
 PATIENCE, CALM = 0.5, 0.3
 """s for an answer, and from the first change of a size to the question."""
 LATER, LONG = 1.0, 4.0
@@ -140,11 +124,15 @@ class PageLayout:
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
         self._takers: list[Take] = []
-        self._lock, self._reporting = threading.Lock(), threading.RLock()
-        self._waits, self._closed, self._answered = False, False, False
-        self._tries = 0
+        self._reporting = threading.RLock()
+        self._answered, self._tries = False, 0
         self._shape = client.camera.aspect
         self.window = self._reported = Window()
+        # Of several questions that wait, by the time at which each is due, the first is asked.
+        self._questions = Inbox(
+            self._again, lambda waiting, due: waiting or [due],
+            lambda waiting: waiting[0] - time.monotonic(),
+        )  # fmt: skip
         # Meanwhile the page is built.
         self._first = threading.Thread(target=self._ask, name="window", daemon=True)
         self._first.start()
@@ -158,48 +146,34 @@ class PageLayout:
         self._takers += takers
         self._report()
         if not self._answered:
-            self._soon(LATER, LONG)
+            self._questions.put(time.monotonic() + LATER)
 
     def close(self) -> None:
         """Asks and tells nothing more: what would take it will be removed."""
-        self._closed = True
+        self._questions.close()
         with self._reporting:
             self._takers.clear()
 
     async def _moved(self, camera: viser.CameraHandle) -> None:
         """On the event loop, with every turn of the view."""
-        if abs(camera.aspect / self._shape - 1.0) < NOTICED:
-            return
-        with self._lock:
-            if self._waits or self._closed:
-                return
-            self._waits = True
-        self._soon(CALM, PATIENCE)
+        if abs(camera.aspect / self._shape - 1.0) >= NOTICED:
+            self._questions.put(time.monotonic() + CALM)
 
-    def _soon(self, seconds: float, patience: float) -> None:
-        timer = threading.Timer(seconds, self._again, [patience])
-        timer.daemon = True
-        timer.start()
-
-    def _again(self, patience: float = PATIENCE) -> None:
-        with self._lock:
-            self._waits = False
-            if self._closed:
-                return
+    def _again(self, _: list[float]) -> None:
         self._shape = self._client.camera.aspect
         late = not self._answered
-        self._ask(patience)
+        self._ask(LONG if late else PATIENCE)
         if late:  # measured beside panels that still have the widths of a wide window
             self.window = replace(self.window, picture=0.0)
         # An answer that came too late for the beginning counts too.
-        if self.window != self._reported and not self._closed:
+        if self.window != self._reported:
             self._report()
         self._tries += 1
-        if not self._answered and not self._closed and self._tries < TRIES:
-            self._soon(LATER, LONG)
+        if not self._answered and self._tries < TRIES:
+            self._questions.put(time.monotonic() + LATER)
 
     def _ask(self, patience: float = PATIENCE) -> None:
-        run_javascript(self._client, SCRIPT)
+        run_javascript(self._client, asset("window.js"))
         try:
             answer = window_of(self._client.local_storage.get_item(STORED_AS, patience))
         except (RuntimeError, TimeoutError) as error:

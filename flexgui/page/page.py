@@ -10,19 +10,18 @@ from importlib import import_module
 from typing import Any
 
 import viser
+from markupsafe import Markup
 
-from flexgui.page.in_browser import help_hands, lift
+from flexgui.page.in_browser import PURPOSE, help_hands, lift
 from flexgui.page.layout import CONTROLS, PLOTS, PageLayout, Widths, Window
 from flexgui.page.painter import Painter
-from flexgui.page.panel import PageContext, Panel
-from flexgui.page.plot import fresh_paper, paper_of
+from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.scene_panel import Scene
-from flexgui.page.stagebar import StageBar
 from flexgui.page.timeline import TimeLine
 from flexgui.page.tour import Offer, Tour
-from flexgui.page.widgets import grey
+from flexgui.page.widgets import Words, grey, paragraph
 from flexgui.session import Session, Topic
-from flexgui.session.state import STAGES, Part
+from flexgui.session.state import OURS, STAGES, Part
 
 CURSOR_INTERVAL = 0.12
 """s: a plot is sent whole each time."""
@@ -36,28 +35,26 @@ def build_page(client: viser.ClientHandle, session: Session, read_only: bool = F
     return Page(PageContext(client, session, read_only))
 
 
-class Page:
+class Page(Piece):
     """Lives as long as the browser's connection."""
 
     def __init__(self, context: PageContext) -> None:
-        self.context = context
-        gui = context.gui
+        super().__init__(context)
+        gui, session = context.gui, context.session
         help_hands(context.client)
         self._layout = PageLayout(context.client)
-        fresh_paper(gui)
         others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
         gui.main_panel.dock_right()
         self._docked = (PLOTS, CONTROLS)
         gui.main_panel.set_width(CONTROLS)
         self._panels: dict[str, Panel] = {stage: panel_of(stage)(context) for stage in STAGES}
-        self._folders: dict[str, tuple[Any, Any]] = {}
-        self._offer = Offer(context)
-        self._bar = StageBar(context)
-        self._tour = Tour(context)
+        self._offer, self._bar, self._tour = Offer(context), StageBar(context), Tour(context)
         self._cursor_drawn, self._behind_curtain = 0.0, True
         self._left = gui.add_panel()
-        self._build(gui)
+        self._folders = self._in_folders(lambda panel: panel.build_controls())
+        with self._left.add_tab("Plots"):
+            self._folders += self._in_folders(lambda panel: panel.build_plots())
         self._left.dock_left()
         self._left.set_width(PLOTS)
         self._scene = Scene(context)
@@ -65,14 +62,14 @@ class Page:
         self._layout.begin(self.context.theme.fit, self._fit, self._timeline.fit, self._scene.fit)
         if context.read_only:
             grey(gui, others)
-        self._painter = Painter(self._draw, self._settle, lambda: context.session.wait_idle(0.0))
-        self._end = context.session.subscribe(self._painter.mark)
+        self._painter = Painter(self._draw, self._settle, lambda: session.wait_idle(0.0))
+        self._end = session.subscribe(self._painter.mark)
         for topic in Topic:
             self._painter.mark(topic)
-        if context.session.document.view is None:
-            context.session.document.refresh()
-        if context.session.playback.motion is None:
-            context.session.playback.refresh()
+        if session.document.view is None:
+            session.document.refresh()
+        if session.playback.motion is None:
+            session.playback.refresh()
 
     def close(self) -> None:
         """Stops drawing; the session lives on."""
@@ -87,39 +84,34 @@ class Page:
         if (shares.plots, shares.controls) != self._docked:
             self._docked = (shares.plots, shares.controls)
             self._left.set_width(shares.plots)
-            self.context.gui.main_panel.set_width(shares.controls)
+            self.gui.main_panel.set_width(shares.controls)
         width = window.width if window.phone else shares.plots
-        paper_of(self.context.gui).resize(width - BESIDE)
+        self.context.paper.resize(width - BESIDE)
 
     def _cursor_is_due(self) -> bool:
         """While it plays the arm moves at every frame, plots and slider less often."""
         now = time.monotonic()
-        due = (
-            not self.context.session.playback.cursor.playing
-            or now - self._cursor_drawn > CURSOR_INTERVAL
-        )
+        playing = self.session.playback.cursor.playing
+        due = not playing or now - self._cursor_drawn > CURSOR_INTERVAL
         self._cursor_drawn = now if due else self._cursor_drawn
         return due
 
-    def _build(self, gui: viser.GuiApi) -> None:
-        controls = {}
+    def _in_folders(self, build: Callable[[Panel], None]) -> list[tuple[str, Any]]:
+        """A folder for each stage; only that of the stage that is shown is seen."""
+        folders = []
         for stage, panel in self._panels.items():
-            controls[stage] = gui.add_folder(None, visible=stage == self.context.session.stage)
-            with controls[stage]:
-                panel.build_controls()
-        with self._left.add_tab("Plots"):
-            for stage, panel in self._panels.items():
-                folder = gui.add_folder(None, visible=stage == self.context.session.stage)
-                with folder:
-                    panel.build_plots()
-                self._folders[stage] = (controls[stage], folder)
+            folder = self.gui.add_folder(None, visible=stage == self.session.stage)
+            with folder:
+                build(panel)
+            folders.append((stage, folder))
+        return folders
 
     def _draw(self, topics: frozenset[Topic]) -> None:
         with self.context.client.atomic():
             for part, draw in self._due(topics):
                 with self.context.faults.watch(part):
                     draw()
-        if self._behind_curtain and self.context.session.document.view is not None:
+        if self._behind_curtain and self.session.document.view is not None:
             self._behind_curtain = False
             lift(self.context.client)
         # Not at the next sixtieth of a second: a hand on a slider feels it.
@@ -127,7 +119,7 @@ class Page:
 
     def _due(self, topics: frozenset[Topic]) -> Iterator[tuple[Part, Callable[[], object]]]:
         """What is to be drawn, each by itself: one that fails keeps no other from being drawn."""
-        shown = self._panels[self.context.session.stage]
+        shown = self._panels[self.session.stage]
         yield Part.FRAME, partial(self._draw_frame, topics)
         yield Part.ARM, partial(self._scene.draw, topics)
         if Topic.STAGE in topics or topics & shown.topics:
@@ -141,9 +133,8 @@ class Page:
 
     def _draw_frame(self, topics: frozenset[Topic]) -> None:
         if Topic.STAGE in topics:
-            for stage, folders in self._folders.items():
-                for folder in folders:
-                    folder.visible = stage == self.context.session.stage
+            for stage, folder in self._folders:
+                folder.visible = stage == self.session.stage
         if Topic.KEPT in topics:
             self._offer.refresh()
         if topics & {Topic.STAGE, Topic.MESSAGE}:
@@ -154,7 +145,7 @@ class Page:
     def _settle(self) -> None:
         """Nothing has moved for a moment."""
         with self.context.client.atomic(), self.context.faults.watch(Part.LATE_PLOTS):
-            self._panels[self.context.session.stage].settle()
+            self._panels[self.session.stage].settle()
 
 
 def _each(*steps: Callable[[], object]) -> None:
@@ -167,3 +158,47 @@ def panel_of(stage: str) -> type[Panel]:
     module = import_module(f"flexgui.stages.{stage.lower()}.panel")
     classes = (each for each in vars(module).values() if isinstance(each, type))
     return next(each for each in classes if issubclass(each, Panel) and each.kind == stage)
+
+
+PURPOSE_LINE = Markup("<p class='purpose'>{}</p>").format(PURPOSE)
+FOLLOWS = Markup("<p class='follows'><b>You follow the teacher.</b> {}</p>").format(
+    "Stages and settings are the teacher's. Turn the arm with the mouse as you like; take your own "
+    "copy to change things. It stays yours after a reload."
+)
+BAR = Markup("<span class='fx-bar at-{}{}'></span>")
+OLD_FIGURES = Markup("<span class='fx-old'></span>")
+IN_FIGURES = {Part.MODEL, Part.PLAYBACK, Part.STUDY, Part.PLOTS, Part.LATE_PLOTS}
+
+
+class StageBar(Piece):
+    """Stands on top of the main panel."""
+
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        Words(self.gui, FOLLOWS if context.read_only else PURPOSE_LINE)
+        self._mark = Words(self.gui, self._active())
+        buttons = self.gui.add_button_group("Stage", STAGES)
+        if not context.read_only:
+            buttons.on_click(lambda _: self.session.show(str(buttons.value)))
+        self._message, self._old = Words(self.gui), Words(self.gui)
+
+    def refresh(self) -> None:
+        """Shows which stage is active, the newest message, and what is not up to date."""
+        self._mark.show(self._active())
+        message = self.session.message
+        self._message.show(paragraph(message.text, "bad" if message.bad else "good"))
+        self._old.show(*not_updated(self.session.faults.old | self.context.faults.old))
+
+    def _active(self) -> Markup:
+        """Marks the row of buttons below it."""
+        number = 1 + STAGES.index(self.session.stage)
+        return BAR.format(number, " watched" if self.context.read_only else "")
+
+
+def not_updated(parts: frozenset[Part]) -> list[Markup]:
+    """Says which parts of the page show an older state, and marks its figures where they do."""
+    if not parts:
+        return []
+    words = ", ".join(sorted(part.value for part in parts))
+    sentence = f"{words[0].upper()}{words[1:]} could not be updated and may be old: {OURS}."
+    return [paragraph(sentence, "bad"), *([OLD_FIGURES] if parts & IN_FIGURES else [])]

@@ -1,29 +1,79 @@
-"""The contract of a stage's panel, and what every panel of one browser works with."""
+"""The contract of a stage's panel, and what every piece of one browser's page works with."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import viser
 
 from flexgui.page.layout import Theme
+from flexgui.page.plot import Paper
 from flexgui.session import Session, Topic
 from flexgui.session.state import Faults
 
 
-class Panel(ABC):
+@dataclass
+class PageContext:
+    """One browser's page: its client and its session."""
+
+    client: viser.ClientHandle
+    session: Session
+    read_only: bool = False
+    """A follower sees everything and changes nothing: no callback is registered at all."""
+    syncs: list[Callable[[], None]] = field(default_factory=list)
+    """Called when the session changed: each brings one input up to date."""
+    paper: Paper = field(default_factory=Paper)
+
+    def __post_init__(self) -> None:
+        self.faults = Faults(lambda: self.session.notify(Topic.MESSAGE))
+        """Of this page's own parts."""
+        self.theme = Theme(self.client)
+
+    @property
+    def gui(self) -> viser.GuiApi:
+        """The widgets of this browser."""
+        return self.client.gui
+
+
+class Piece:
+    """Some widgets that belong together."""
+
+    def __init__(self, context: PageContext) -> None:
+        self.context = context
+
+    @property
+    def session(self) -> Session:
+        """What the page shows."""
+        return self.context.session
+
+    @property
+    def gui(self) -> viser.GuiApi:
+        """The widgets of this browser."""
+        return self.context.gui
+
+    def enable(self, able: bool, *inputs: Any) -> None:
+        """Whether inputs can be used; by a follower none."""
+        for each in inputs:
+            each.disabled = not able or self.context.read_only
+
+    def send(self, name: str, content: bytes, without: str = "") -> None:
+        """A file for the browser; `without` says why it lacks the recordings."""
+        self.context.client.send_file_download(name, content, save_immediately=True)
+        lacks = f", without recordings: {without}" if without else ""
+        sentence = f"{name} was sent to your browser{lacks}"
+        self.session.show_message(sentence.rstrip(".") + ".", bad=bool(without))
+
+
+class Panel(Piece, ABC):
     """Controls on the right, plots on the left; both are built once and then kept up to date."""
 
     kind: ClassVar[str] = ""
     """The stage that it belongs to."""
     topics: ClassVar[frozenset[Topic]] = frozenset()
     """What makes it draw itself anew."""
-
-    def __init__(self, context: PageContext) -> None:
-        self.context = context
 
     @abstractmethod
     def build_controls(self) -> None:
@@ -42,28 +92,3 @@ class Panel(ABC):
 
     def settle(self) -> None:  # noqa: B027 (most have nothing that takes long)
         """Draws what takes long, once nothing has changed for a moment; after `refresh`."""
-
-
-@dataclass(frozen=True)
-class PageContext:
-    """One browser's page: its client and its session."""
-
-    client: viser.ClientHandle
-    session: Session
-    read_only: bool = False
-    """A follower sees everything and changes nothing: no callback is registered at all."""
-    syncs: list[Callable[[], None]] = field(default_factory=list)
-    """Called when the session changed: each brings one input up to date."""
-
-    theme: Theme = field(init=False)
-    faults: Faults = field(init=False)
-    """Of this page's own parts."""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "faults", Faults(lambda: self.session.notify(Topic.MESSAGE)))
-        object.__setattr__(self, "theme", Theme(self.client))
-
-    @property
-    def gui(self) -> viser.GuiApi:
-        """The widgets of this browser."""
-        return self.client.gui

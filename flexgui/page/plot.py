@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 from typing import TYPE_CHECKING, Any, cast
-from weakref import WeakKeyDictionary, WeakSet
 
-import viser
 from viser import _messages
 
 from flexgui.views.layout import Figure, figure_json, plain
@@ -14,6 +12,8 @@ from flexgui.views.preview import cursor_shape
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
+
+    from flexgui.page.panel import PageContext
 
 MARGIN = {"l": 68, "r": 10, "t": 28, "b": 40}
 CONFIG = {"displayModeBar": False}
@@ -27,27 +27,14 @@ class Paper:
 
     def __init__(self) -> None:
         self.width = WIDTH
-        self.plots: WeakSet[Plot] = WeakSet()
+        self.plots: list[Plot] = []
 
     def resize(self, width: float) -> None:
         """px; all figures follow."""
         if width != self.width:
             self.width = width
-            for plot in tuple(self.plots):
-                plot.fit(width)
-
-
-_PAPERS: WeakKeyDictionary[viser.GuiApi, Paper] = WeakKeyDictionary()
-
-
-def paper_of(gui: viser.GuiApi) -> Paper:
-    """The one of a page."""
-    return _PAPERS.setdefault(gui, Paper())
-
-
-def fresh_paper(gui: viser.GuiApi) -> None:
-    """For a page that takes the place of another: the figures of that one are gone."""
-    _PAPERS[gui] = Paper()
+            for plot in self.plots:
+                plot.fit()
 
 
 class _Blank:
@@ -60,16 +47,14 @@ class _Blank:
 class Plot:
     """One figure; hidden where there is nothing to draw."""
 
-    def __init__(self, gui: viser.GuiApi, aspect: float, title: str = "") -> None:
+    def __init__(self, context: PageContext, aspect: float, title: str = "") -> None:
         """`aspect` is height over width in a wide window; `title` for figures that have none."""
-        self._title, self._height = title, aspect * WIDTH
-        self._paper = paper_of(gui)
-        self._handle = gui.add_plotly(
-            cast(Any, _Blank()), aspect=self._height / self._paper.width, visible=False
-        )
-        self._paper.plots.add(self)
-        self._before, self._shapes, self._after = "", "", ""
-        self._gui, self._sent = gui, 0
+        self._context, self._title, self._height = context, title, aspect * WIDTH
+        aspect = self._height / context.paper.width
+        self._handle = context.gui.add_plotly(cast(Any, _Blank()), aspect=aspect, visible=False)
+        context.paper.plots.append(self)
+        self._before, self._shapes = "", ""
+        self._sent = 0
         self._has_cursor = False
 
     def show(self, figure: Figure | None, cursor: float | None = None, height: float = 0.0) -> None:
@@ -78,9 +63,8 @@ class Plot:
         if figure is None:
             self._handle.visible = False
             return
-        if height and height != self._height:
-            self._height = height
-            self.fit(self._paper.width)
+        self._height = height or self._height
+        self.fit()
         layout = dict(figure["layout"])
         shapes = layout.pop("shapes", [])
         font = {**layout.get("font", {}), "size": FONT_SIZE}
@@ -92,23 +76,19 @@ class Plot:
         text = figure_json({"data": figure["data"], "config": CONFIG, "layout": layout})
         self._before = text[:-2] + ',"shapes":['
         self._shapes = ",".join(figure_json(shape) for shape in shapes)
-        self._after = "]}}"
         self._draw(cursor)
         self._handle.visible = True
 
     def show_whole(self, figure: Figure | go.Figure | None, height: float = 0.0) -> None:
         """Draws one of the report's figures; `height` in px, 0: as high as it wants to be."""
-        if figure is None:
-            self.show(None)
-            return
-        drawn = plain(figure)
-        self.show(drawn, height=height or float(drawn["layout"].get("height") or WIDTH / 2))
+        drawn = None if figure is None else plain(figure)
+        wanted = 0.0 if drawn is None else float(drawn["layout"].get("height") or WIDTH / 2)
+        self.show(drawn, height=height or wanted)
 
-    def fit(self, width: float) -> None:
-        """As high as it was, in a panel of another width in px; one that was removed stays so."""
-        if self._handle._impl.removed:
-            return
-        self._handle.aspect = self._height / width
+    def fit(self) -> None:
+        """As high as it was, in a panel of another width; one that was removed stays so."""
+        if not self._handle._impl.removed:
+            self._handle.aspect = self._height / self._context.paper.width
 
     @property
     def _key(self) -> str:
@@ -124,23 +104,23 @@ class Plot:
             self._draw(cursor)
             return
         script = f"window.fxCursor && window.fxCursor({json.dumps(self._key)}, {cursor:.4f})"
-        self._gui._websock_interface.queue_message(_messages.RunJavascriptMessage(script))
+        message = _messages.RunJavascriptMessage(script)
+        self._context.gui._websock_interface.queue_message(message)
 
     def _draw(self, cursor: float | None) -> None:
         self._has_cursor = cursor is not None
         line = figure_json(cursor_shape(cursor)) if cursor is not None else ""
         shapes = ",".join(part for part in (self._shapes, line) if part)
-        self._handle._plotly_json_str = self._before + shapes + self._after
+        self._handle._plotly_json_str = f"{self._before}{shapes}]}}}}"
 
 
 def titled(title: str, layout: dict[str, Any]) -> dict[str, Any]:
     """The title on the left, the legend on the right of one line (left of a note there)."""
-    legend = layout.get("legend", {})
     place = {"x": 0.01, "xanchor": "left", "y": 0.985, "yanchor": "top"}
-    beside = {"x": 1.0, "xanchor": "right", "font": {"size": 10}}
+    beside: dict[str, Any] = {"x": 1.0, "xanchor": "right", "font": {"size": 10}}
     if layout.get("annotations"):
         beside |= {"x": 0.0, "xanchor": "left"}
     return {
         "title": {"text": title, "font": {"size": 12}} | place,
-        "legend": legend | beside,
+        "legend": layout.get("legend", {}) | beside,
     }

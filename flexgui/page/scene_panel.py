@@ -1,4 +1,5 @@
-"""The arm in the middle: the live model, a mode that swings, or a recording that plays."""
+"""The arm in the middle: the live model, a mode that swings, or a recording that plays, with its
+error in the colours of the arm and as a board."""
 
 from __future__ import annotations
 
@@ -10,13 +11,15 @@ import numpy as np
 from flexgui.core.arm.arm import Arm
 from flexgui.jobs.inbox import CREW
 from flexgui.page.layout import Widths, Window, aspect, covered
-from flexgui.page.panel import PageContext
-from flexgui.page.recording_in_scene import ErrorsInScene, exaggeration, has_camera, plays
+from flexgui.page.panel import PageContext, Piece
+from flexgui.scene.error_board import NAME, ErrorBoard, error_paint
 from flexgui.scene.paint import HOME, lowered
 from flexgui.scene.recorded import Playback
 from flexgui.scene.scene import Drawn, Stage, show_effects
-from flexgui.session import Topic
+from flexgui.session import Session, Topic
+from flexgui.session.state import Live
 from flexgui.stages.arm.live import LiveModel
+from flexgui.stages.compare.state import WhereItFails
 from flexgui.stages.diagnose.effects import places
 
 ASPECT = 0.68
@@ -40,23 +43,16 @@ FRAMES_PER_SECOND = 25.0
 OTHER_SIZE = 1.5
 """An arm that is so many times larger or smaller is looked at anew."""
 
-DRAWN = frozenset(
-    {
-        Topic.LIVE,
-        Topic.STAGE,
-        Topic.CURSOR,
-        Topic.RECORDINGS,
-        Topic.OUTCOME,
-        Topic.DIAGNOSIS,
-    }
-)
+DRAWN = frozenset({
+    Topic.LIVE, Topic.STAGE, Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS,
+})  # fmt: skip
 
 
-class Scene:
+class Scene(Piece):
     """Made with the first live model; only moved after that."""
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
+        super().__init__(context)
         self._stage: Stage | None = None
         self._shown: object = None
         self._written: object = None
@@ -67,7 +63,6 @@ class Scene:
         self._window, self._side = Window(), HOME
         self._aimed = 0.0
         """When that was, by the monotonic clock."""
-        self._was_aimed = False
         self._eye = np.zeros(3)
         """Where the camera was put, (3,) m."""
         self._lock = threading.RLock()
@@ -77,7 +72,7 @@ class Scene:
 
     def draw(self, topics: frozenset[Topic]) -> None:
         """Shows what the session says now."""
-        session = self._context.session
+        session = self.session
         view, motion = session.document.view, session.playback.motion
         if view is None or not topics & DRAWN:
             return
@@ -99,17 +94,17 @@ class Scene:
 
     def _show_effects(self, stage: Stage) -> None:
         """What was added to the model, where it acts; anew where the arm's nodes were."""
-        key = (places(self._context.session.document.scenario), stage.anchor("base"))
+        key = (places(self.session.document.scenario), stage.anchor("base"))
         if key != self._written:
             self._written = key
-            show_effects(stage, self._context.client, [Drawn(*each) for each in key[0]])
+            show_effects(stage, self.context.client, [Drawn(*each) for each in key[0]])
 
     def _made(self, view: LiveModel) -> Stage:
         if self._stage is None:
             self._stage = Stage(
-                self._context.client, view.model.arm, view.numbers.p, view.q, self._window.gpu
+                self.context.client, view.model.arm, view.numbers.p, view.q, self._window.gpu
             )
-            self._stage.set_dark(self._context.theme.dark)
+            self._stage.set_dark(self.context.theme.dark)
             self._aim(self._stage)
         return self._stage
 
@@ -131,13 +126,13 @@ class Scene:
 
     def _is_aimed(self) -> bool:
         """Whether nobody has turned the view since."""
-        moved = self._context.client.camera.position - self._eye
+        moved = self.context.client.camera.position - self._eye
         return bool(np.linalg.norm(moved) < TURNED * self._reach)
 
     def _aim(self, stage: Stage) -> None:
         """Looks at the whole arm; what a person turns stays so until another arm comes."""
         self._reach, self._aimed = stage.body.reach, time.monotonic()
-        camera, phone = self._context.client.camera, self._window.phone
+        camera, phone = self.context.client.camera, self._window.phone
         eye = stage.view(min(aspect(self._window), ASPECT), self._side)
         # Panels cover the lower part: the arm goes up, the aim down.
         if phone:
@@ -160,16 +155,16 @@ class Scene:
         self._rebuild(stage, view.model.arm, view.numbers.p, view.q)
 
     def _show_recording(self, stage: Stage, motion: Playback) -> None:
-        cursor = self._context.session.playback.cursor
+        cursor = self.session.playback.cursor
         fresh = self._shown is not motion
+        aims = fresh and self._is_aimed()
         if fresh:
-            self._was_aimed = self._is_aimed()
             self._shown, self._apart = motion, 0.0
             self._rebuild(stage, motion.arm, motion.motion.p, motion.motion.q[0])
         if self._apart != cursor.error:
             self._apart = cursor.error
             stage.show_paths(motion.motion.q, motion.apart(cursor.error))
-        if fresh and self._was_aimed:
+        if aims:
             self._aim(stage)
         k, ghost = motion.frame(cursor.time), motion.apart(cursor.error)
         stage.show(motion.motion.q[k], None if ghost is None else ghost[k])
@@ -182,7 +177,7 @@ class Scene:
 
     def _swing(self) -> None:
         """Swings the chosen mode while the first stage is shown; nobody waits where none is."""
-        session = self._context.session
+        session = self.session
         while not self._closed.wait(1.0 / FRAMES_PER_SECOND):
             with self._lock:
                 mode, view, stage = session.document.live.mode, self._shown, self._stage
@@ -198,3 +193,103 @@ class Scene:
     def close(self) -> None:
         """Nothing swings any more."""
         self._closed.set()
+
+
+COLOURED = ("Compare", "Diagnose")
+"""Stages in which the arm shows its error."""
+
+BOARD = "Compare"
+
+
+class ErrorsInScene(Piece):
+    """Drawn on whatever stage there is; anew where its nodes are new."""
+
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        self._painted: object = None
+        self._board: ErrorBoard | None = None
+        self._made_of: tuple[object, str] = (None, "")
+
+    def draw(self, stage: Stage) -> None:
+        """Shows the error at the cursor."""
+        session = self.session
+        found = session.comparison.failing if session.stage in COLOURED else None
+        self._paint(stage, found)
+        self._show_board(stage, found if session.stage == BOARD else None)
+
+    def _paint(self, stage: Stage, found: WhereItFails | None) -> None:
+        cursor, joints = self.session.playback.cursor, stage.body.arm.joints
+        along = None if found is None else found.now.get(cursor.recording)
+        worst = 1.0 if found is None else self.session.comparison.worst_error
+        colours = error_paint({} if along is None else along.at(cursor.time), joints, worst)
+        key = (colours, stage.anchor("base"))
+        if key != self._painted:
+            self._painted = key
+            stage.paint(colours.beams, colours.hubs)
+
+    def _show_board(self, stage: Stage, found: WhereItFails | None) -> None:
+        board = None if found is None else found.board
+        made_of = (board, stage.anchor("base"))
+        if made_of[0] is not self._made_of[0] or made_of[1] != self._made_of[1]:
+            self._made_of = made_of
+            self._board = None
+            stage.detach(NAME)
+            if board is not None:
+                pick = None if self.context.read_only else self._picked
+                # In a narrow picture there is little room beside the board.
+                names = [name.removeprefix("θ2 = ") for name in board.recordings]
+                self._board = ErrorBoard(stage, self.context.client, board.ratio, names, pick)
+        cursor = self.session.playback.cursor
+        if board is not None and self._board is not None and cursor.recording in board.recordings:
+            row = board.recordings.index(cursor.recording)
+            self._board.mark(row, cursor.time / float(board.edges[-1]))
+
+    def _picked(self, row: int, column: int) -> None:
+        """Arm, time-line and plots go to the cell."""
+        session = self.session
+        board = None if session.comparison.failing is None else session.comparison.failing.board
+        if board is None or row >= len(board.recordings) or column + 1 >= len(board.edges):
+            return
+        middle = 0.5 * float(board.edges[column] + board.edges[column + 1])
+        session.playback.move(recording=board.recordings[row], time=middle, playing=False)
+
+
+BEFORE = Live().exaggeration
+"""Where the slider stands until somebody moves it."""
+
+
+def plays(session: Session) -> bool:
+    """Whether the scene shows the recording and not the arm of the sliders."""
+    return session.stage != "Arm" and session.playback.motion is not None
+
+
+def exaggeration(session: Session) -> float:
+    """Of what the scene shows now."""
+    chosen, motion = session.document.live.exaggeration, session.playback.motion
+    if motion is None or not plays(session) or chosen != BEFORE:
+        return chosen
+    return motion.exaggeration
+
+
+def has_camera(session: Session) -> bool:
+    """Whether a camera is drawn: only where the recording holds what one saw. What a file holds is
+    not known before it was read; simulated recordings have a camera."""
+    if session.playback.recording is not None:
+        return session.playback.recording.has("z1", "z2")
+    return all(spec.simulate is not None for spec in session.document.scenario.recordings)
+
+
+def legend(session: Session) -> str:
+    """What is what in the scene, in words; empty where it shows no recording."""
+    motion = session.playback.motion
+    if motion is None or not plays(session):
+        return ""
+    arms = () if motion.ghost is None else (
+        "Solid: model.", "Translucent: measured.", "Line at the tip: error."
+    )  # fmt: skip
+    factor = exaggeration(session)
+    bends = motion.arm.coordinates > motion.arm.joints
+    bending = f"Bending drawn ×{factor:g}." if factor > 1.0 else "Bending drawn as it is."
+    larger = motion.ghost is not None and session.playback.cursor.error > 1.0
+    error = (f"Error drawn ×{session.playback.cursor.error:g}.",) if larger else ()
+    return " ".join((*arms, *((bending,) if bends else ()), *error))

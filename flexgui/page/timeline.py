@@ -7,11 +7,10 @@ from collections.abc import Callable, Mapping
 
 from markupsafe import Markup
 
-from flexgui.page import widgets
 from flexgui.page.layout import LINE_MARGIN, Widths, Window
-from flexgui.page.panel import PageContext
-from flexgui.page.recording_in_scene import COLOURED, legend, plays
-from flexgui.page.widgets import Words, joined, paragraph
+from flexgui.page.panel import PageContext, Piece
+from flexgui.page.scene_panel import COLOURED, legend, plays
+from flexgui.page.widgets import Words, choice, paragraph, slider
 from flexgui.scene.paint import DIRECTIONS
 from flexgui.views.error_map import words as error_words
 
@@ -26,41 +25,45 @@ UNREAD = "The recording is not read yet; it will play here."
 NOTHING = "Here a recording will play, once there is one."
 STEP = 0.02
 """s, one frame."""
+MOVES = {
+    "◀ step": (False, -STEP),
+    "Play": (True, 0.0),
+    "Pause": (False, 0.0),
+    "step ▶": (False, STEP),
+}
+"""Button -> whether it plays then, and how many s the cursor jumps."""
 
 
-class TimeLine:
+class TimeLine(Piece):
     """Play, pause, step, seek, speed."""
 
     def __init__(self, context: PageContext, look_from: Callable[[str], None]) -> None:
         """`look_from` turns the view of the arm to one of DIRECTIONS."""
-        self._context, playback = context, context.session.playback
-        gui = context.gui
+        super().__init__(context)
+        gui, playback = self.gui, self.session.playback
         self._panel = gui.add_panel()
         with self._panel.add_tab("Time-line"):
             self._about = Words(gui, ROW)
-            self._seek = widgets.slider(
-                context,
-                "Time [s]",
-                (0.0, 10.0, 0.01),
-                lambda: playback.cursor.time,
-                self._to,
-            )
-            self._buttons = gui.add_button_group("Move", ("◀ step", "Play", "Pause", "step ▶"))
-            widgets.choice(
-                context, "Speed", tuple(SPEEDS), lambda: _named(SPEEDS, playback.cursor.speed),
-                lambda v: playback.move(speed=SPEEDS[v]),
+            self._seek = slider(
+                context, "Time [s]", (0.0, 10.0, 0.01), lambda: playback.cursor.time,
+                lambda time: playback.move(time=time, playing=False),
             )  # fmt: skip
-            widgets.choice(
+            moves = gui.add_button_group("Move", tuple(MOVES))
+            choice(
+                context, "Speed", tuple(SPEEDS), lambda: _named(SPEEDS, playback.cursor.speed),
+                lambda name: playback.move(speed=SPEEDS[name]),
+            )  # fmt: skip
+            choice(
                 context, "Error drawn", tuple(ERRORS),
                 lambda: _named(ERRORS, playback.cursor.error),
-                lambda v: playback.move(error=ERRORS[v]),
+                lambda name: playback.move(error=ERRORS[name]),
                 "Draws the measured arm farther from the model.",
             )  # fmt: skip
             views = gui.add_button_group("View", tuple(DIRECTIONS))
             views.on_click(lambda _: look_from(str(views.value)))
         self._size = (0.0, 0.0)
         if not context.read_only:
-            self._buttons.on_click(lambda _: self._pressed(str(self._buttons.value)))
+            moves.on_click(lambda _: self._pressed(str(moves.value)))
 
     def fit(self, window: Window, shares: Widths) -> None:
         """Into the picture of the arm; where a person has put it, it stays."""
@@ -74,53 +77,31 @@ class TimeLine:
 
     def refresh(self) -> None:
         """Shows the cursor."""
-        session = self._context.session
-        motion, cursor = session.playback.motion, session.playback.cursor
-        if motion is None or not plays(session):
-            none = UNREAD if session.document.scenario.recordings else NOTHING
-            words = none if motion is None else POSTURE
-            self._about.show(ROW + paragraph(words, "soft"))
+        motion, cursor = self.session.playback.motion, self.session.playback.cursor
+        if motion is None or not plays(self.session):
+            none = UNREAD if self.session.document.scenario.recordings else NOTHING
+            self._about.show(ROW, paragraph(none if motion is None else POSTURE, "soft"))
             return
         who = "identified model" if motion.fitted else "model as stated"
         pace = "" if cursor.speed == 1.0 else f", speed ×{cursor.speed:g}"
         now = f"{motion.recording}: {who}{pace}{self._error()}"
-        what = legend(session)
-        soft = paragraph(what, "soft") if what else ""
-        self._about.show(joined(ROW, paragraph(now), soft))
+        self._about.show(ROW, paragraph(now), paragraph(legend(self.session), "soft"))
         # A value beyond a greatest one of more digits would be shown as that, with all of them.
-        most = last_time(motion.seconds)
-        if self._seek.max != most:
-            self._seek.max = most
-        shown = min(round(cursor.time, 2), most)
-        if abs(self._seek.value - shown) > 1e-9:
-            self._seek.value = shown
+        self._seek.max = last_time(motion.seconds)
+        self._seek.value = min(round(cursor.time, 2), self._seek.max)
 
     def _error(self) -> str:
         """What the arm's colours say, in words."""
-        session = self._context.session
+        session, cursor = self.session, self.session.playback.cursor
         found = session.comparison.failing if session.stage in COLOURED else None
-        along = None if found is None else found.now.get(session.playback.cursor.recording)
-        if along is None:
-            return ""
-        return f"; {error_words(along.at(session.playback.cursor.time), along.units)}"
+        along = None if found is None else found.now.get(cursor.recording)
+        return "" if along is None else f"; {error_words(along.at(cursor.time), along.units)}"
 
-    def _to(self, time: float) -> None:
-        self._context.session.playback.move(time=time, playing=False)
-
-    def _pressed(self, what: str) -> None:
-        session = self._context.session
-        actions = {
-            "Play": lambda: session.playback.move(playing=True),
-            "Pause": lambda: session.playback.move(playing=False),
-            "◀ step": lambda: self._step(-STEP),
-            "step ▶": lambda: self._step(STEP),
-        }
-        actions[what]()
-
-    def _step(self, by: float) -> None:
-        session = self._context.session
-        session.playback.move(playing=False)
-        session.playback.advance(by)
+    def _pressed(self, label: str) -> None:
+        playing, jump = MOVES[label]
+        self.session.playback.move(playing=playing)
+        if jump:
+            self.session.playback.advance(jump)
 
 
 def last_time(seconds: float) -> float:

@@ -10,9 +10,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from flexgui.page import widgets
-from flexgui.page.panel import PageContext
-from flexgui.page.widgets import Words, paragraph
+from flexgui.page.panel import PageContext, Piece
+from flexgui.page.widgets import Words, button, color, paragraph
 from flexgui.session.demo import HIDDEN, is_of_tour
 from flexgui.session.tour import (
     AT,
@@ -28,7 +27,7 @@ from flexgui.session.tour import (
     is_to_be_fitted,
     is_to_be_searched,
 )
-from flexgui.stages.data.panel_own import upload_hint
+from flexgui.stages.data.panel_own import upload_button
 
 CARD = Markup("<div class='tour {}'><p class='lead'>{}</p><p>{}</p></div>")
 QUIET = Markup("<span class='fx-tour'></span>")
@@ -37,35 +36,28 @@ AWAY = Markup("<span class='fx-away'></span>")
 
 OPEN_MINE = "Open my recordings"
 """Beside the tour's offer: who has own files need not walk through somebody else's."""
-
 AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "Skip tour"
+NOTHING = Card("", "")
 
 
-class Tour:
+class Tour(Piece):
     """A card below the stages; who dismissed it can have it back."""
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
-        self._card = Words(context.gui)
-        self._go: Any = widgets.button(context, BEGIN, self._pressed, prominent=True)
-        self._away = Words(context.gui, AWAY)
-        self._mine: Any = context.gui.add_upload_button(
-            OPEN_MINE,
-            hint=upload_hint(context.session.services),
-            disabled=context.read_only,
-            color="gray",
-        )
-        if not context.read_only:
-            self._mine.on_upload(self._brought)
-        self._mark = Words(context.gui, QUIET)
-        self._quiet: Any = widgets.button(context, AGAIN, self._left_or_back)
+        super().__init__(context)
+        self._card = Words(self.gui)
+        self._go: Any = button(context, BEGIN, self._pressed, prominent=True)
+        self._away = Words(self.gui, AWAY)
+        upload_button(context, OPEN_MINE)
+        self._mark = Words(self.gui, QUIET)
+        self._quiet: Any = button(context, AGAIN, self._left_or_back)
 
     def _shown(self) -> Card | None:
-        return None if self._context.read_only else card(self._context.session)
+        return None if self.context.read_only else card(self.session)
 
     def _pressed(self) -> None:
         """The card's own button: begins the tour, or ends it."""
-        session = self._context.session
+        session = self.session
         if session.tour.step != OFFERED:
             session.tour.go_on(None)
         elif session.choose(HIDDEN):
@@ -73,7 +65,7 @@ class Tour:
             session.show("Data")
 
     def _left_or_back(self) -> None:
-        session = self._context.session
+        session = self.session
         if self._shown() is not None:
             session.tour.go_on(None)
         elif is_of_tour(session.document.scenario):
@@ -84,57 +76,47 @@ class Tour:
             session.tour.go_on(OFFERED)
             session.show(FIRST_STAGE)
 
-    def _brought(self, event: Any) -> None:
-        file, session = event.target.value, self._context.session
-        session.show("Data")
-        session.recordings.upload(file.name, file.content)
-
     def refresh(self) -> None:
         """Shows the card of the moment."""
-        shown = self._shown()
-        offers = shown is not None and shown.button == BEGIN
+        found = self._shown()
+        shown = found or NOTHING
+        offers = shown.button == BEGIN
+        self._card.show(
+            CARD.format("pair" if offers else "", shown.title, shown.text) if found else ""
+        )
         self._away.show("" if offers else AWAY)
-        self._go.visible = shown is not None and bool(shown.button)
-        ends = shown is not None and shown.button == END
-        self._quiet.visible = not (self._context.read_only or ends)
-        self._mark.show(QUIET if self._quiet.visible else "")
-        if shown is None:
-            self._card.show("")
-            self._quiet.label = AGAIN
-            return
-        self._card.show(CARD.format("pair" if offers else "", shown.title, shown.text))
+        self._go.visible = bool(shown.button)
         self._go.label = shown.button or BEGIN
         # Where earlier work is offered, to restore it is the next thing to do.
-        self._go.color = "gray" if self._context.session.store.earlier is not None else "blue"
-        self._quiet.label = REFUSE if offers else LEAVE
+        self._go.color = color(self.session.store.earlier is None)
+        self._quiet.visible = not (self.context.read_only or shown.button == END)
+        self._quiet.label = AGAIN if found is None else REFUSE if offers else LEAVE
+        self._mark.show(QUIET if self._quiet.visible else "")
 
 
 ON_TOP = -1e8
 """Order in the main panel: above the stages."""
 
 
-class Offer:
+class Offer(Piece):
     """A question with two buttons; gone once it is answered."""
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
-        earlier = context.session.store.earlier
+        super().__init__(context)
+        store = self.session.store
         self._folder = None
-        if earlier is None or context.read_only:
+        if store.earlier is None or context.read_only:
             return
-        self._folder = context.gui.add_folder(None, order=ON_TOP)
+        self._folder = self.gui.add_folder(None, order=ON_TOP)
         with self._folder:
-            question = f"Restore your work of {earlier.words}?"
-            Words(context.gui).show(paragraph(question, "lead"))
-            widgets.button(
-                context, "Restore it", lambda: context.session.store.restore(), prominent=True
-            )
-            widgets.button(context, "Not now", lambda: context.session.store.decline())
+            Words(self.gui, paragraph(f"Restore your work of {store.earlier.words}?", "lead"))
+            button(context, "Restore it", store.restore, prominent=True)
+            button(context, "Not now", store.decline)
 
     def refresh(self) -> None:
         """Takes the question away once it is answered."""
         if self._folder is not None:
-            self._folder.visible = self._context.session.store.earlier is not None
+            self._folder.visible = self.session.store.earlier is not None
 
 
 def to_identification(context: PageContext) -> None:

@@ -7,16 +7,16 @@ from typing import Any, cast
 
 import pytest
 
-from flexgui.page.recording_in_scene import has_camera
+from flexgui.page.scene_panel import has_camera
 
 FILE, SIMULATED = SimpleNamespace(simulate=None), SimpleNamespace(simulate=object())
 
 
 def session(columns: tuple[str, ...] | None, *specs: Any) -> Any:
     recording = None if columns is None else SimpleNamespace(has=lambda *n: set(n) <= set(columns))
-    return cast(
-        Any, SimpleNamespace(recording=recording, scenario=SimpleNamespace(recordings=specs))
-    )
+    scenario = SimpleNamespace(recordings=specs)
+    playback, document = SimpleNamespace(recording=recording), SimpleNamespace(scenario=scenario)
+    return cast(Any, SimpleNamespace(playback=playback, document=document))
 
 
 @pytest.mark.parametrize(

@@ -103,10 +103,10 @@ def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
     recording: str, time: float | None
 ) -> None:
     moment, seen = Moment.__new__(Moment), list[float | None]()
-    session = SimpleNamespace(cursor=Cursor(recording, 1.25))
-    moment._context = cast(Any, SimpleNamespace(session=session))
+    session = SimpleNamespace(playback=SimpleNamespace(cursor=Cursor(recording, 1.25)))
+    moment.context = cast(Any, SimpleNamespace(session=session))
     moment._residual = cast(Any, SimpleNamespace(move_cursor=seen.append))
-    moment._timed, moment._shown = True, "th1"
+    moment._over_time = "th1"
     moment.move_cursor()
     assert seen == [time]
 
@@ -114,7 +114,9 @@ def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
 def test_a_cursor_that_goes_to_another_recording_takes_the_residual_along() -> None:
     panel, drawn = DiagnosePanel.__new__(DiagnosePanel), list[str]()
     look = SimpleNamespace(found=SimpleNamespace(recordings=("th1", "th2")))
-    session = SimpleNamespace(look=look, cursor=Cursor("th1"))
+    session = SimpleNamespace(
+        diagnosis=SimpleNamespace(look=look), playback=SimpleNamespace(cursor=Cursor("th1"))
+    )
     panel.context = cast(Any, SimpleNamespace(session=session))
     panel._residual = panel._moment = cast(
         Any, SimpleNamespace(move_cursor=lambda *_: None, refresh=lambda: None)

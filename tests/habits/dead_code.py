@@ -73,8 +73,9 @@ def unused() -> Iterator[str]:
 
 
 def template_words() -> set[str]:
-    """What the report's templates may read of an object."""
-    pages = (ROOT / "flexgui" / "export" / "templates").glob("*.j2")
+    """What the templates of the report and of the panels may read of an object."""
+    rooms = (ROOT / "flexgui" / "export", ROOT / "flexgui" / "stages")
+    pages = (page for room in rooms for page in room.rglob("*.j2"))
     texts = [page.read_text(encoding="utf-8") for page in pages]
     inside = [part for text in texts for part in re.findall(r"\{[{%](.*?)[%}]\}", text, re.DOTALL)]
     return set(re.findall(r"\w+", " ".join(inside)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,10 +28,9 @@ from flexgui.core.recording.load import load_recording
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.rig_spec import SensorsSpec
 from flexgui.core.scenario.schema import DiagnoseSpec
-from flexgui.page import widgets
 from flexgui.reference import reference_text
-from flexgui.stages.arm.panel import ArmSliders
-from flexgui.stages.compare import panel_errors as failing_panel
+from flexgui.stages.arm import panel as arm_panel
+from flexgui.stages.compare import panel as compare_panel
 from flexgui.views.names import channel_title
 
 EI = 520.8333
@@ -112,7 +111,7 @@ def test_an_effect_is_one_file(add: Add, tmp_path: Path) -> None:
     add("flexgui.core.effects", "return_spring", EFFECT)
     hidden = {"return_spring": {"ks1": 0.0, "ks2": 4.0}}
     made = machine().simulate(theta2=1.2, seconds=0.5, hidden=hidden)
-    rig = machine(recordings=[made.playback.recording], identify=QUICK)
+    rig = machine(recordings=[made.recording], identify=QUICK)
     found = rig.with_effects("return_spring").identify()
     assert found["ks2"].value == pytest.approx(4.0, rel=RECOVERED)
     asked = rig.with_settings(diagnose={"candidates": ["return_spring", "viscous_friction"]})
@@ -187,7 +186,7 @@ def test_an_effect_with_a_coordinate_of_its_own_is_one_file(add: Add) -> None:
     settings = {"theta2": 1.2, "seconds": 0.5}
     hidden = {"loose_mass": {"ml": 0.5, "wl": 40.0, "bl": 2.0}}
     made = machine().simulate(**settings, hidden=hidden)
-    rig = machine(recordings=[made.playback.recording], identify=QUICK)
+    rig = machine(recordings=[made.recording], identify=QUICK)
     found = rig.with_effects("loose_mass").identify()
     for name, value in hidden["loose_mass"].items():
         assert found[name].value == pytest.approx(value, rel=RECOVERED)
@@ -266,14 +265,14 @@ def test_a_new_sensor_is_identified_from_and_its_noise_is_known(add: Add) -> Non
     stated = {"accelerometer_noise": NOISE, "encoder_noise": 1e-5}
     made = machine(sensors=stated).simulate(theta2=1.2, seconds=0.5, seed=7)
     outputs = {**QUICK, "output": ["acceleration", "encoder"]}
-    rig = machine(recordings=[made.playback.recording], sensors=stated, identify=outputs)
+    rig = machine(recordings=[made.recording], sensors=stated, identify=outputs)
     found = rig.identify()
     assert abs(found["EI1"].value - EI) < SIGMAS * found["EI1"].std
     assert "a1" in {c.channel for c in found.compare().recordings[0].channels if c.fitted}
     step = rig.with_settings(diagnose={"candidates": ["viscous_friction"]}).diagnose().steps[0]
     floors = {e.channel: e for e in step.errors}
     assert floors["a1"].floor_source == "stated"
-    left = DiagnoseSpec().fidelity * np.std(made.playback.recording["a1"])
+    left = DiagnoseSpec().fidelity * np.std(made.recording["a1"])
     assert floors["a1"].floor == pytest.approx(np.hypot(NOISE, left), rel=0.02)
     assert rig.with_settings().scenario.sensors.noise_of("accelerometer_noise") == NOISE
     assert "accelerometer_noise" in rig.to_toml()
@@ -303,9 +302,7 @@ def test_a_new_sensor_has_a_delay_of_its_own(add: Add) -> None:
     late = {"sensor_delay": {"tacceleration1": 0.004, "tacceleration2": 0.004}}
     made = machine().simulate(theta2=1.2, seconds=0.5, seed=7, hidden=late)
     outputs = {"parameters": ["EI1"], "output": ["acceleration", "z", "encoder"], "generations": 0}
-    rig = machine(recordings=[made.playback.recording], identify=outputs).with_effects(
-        "sensor_delay"
-    )
+    rig = machine(recordings=[made.recording], identify=outputs).with_effects("sensor_delay")
     found = rig.identify()
     for name in ("tacceleration1", "tacceleration2"):
         assert found[name].value == pytest.approx(0.004, rel=RECOVERED)
@@ -369,7 +366,7 @@ def test_a_drive_is_one_file(add: Add) -> None:
     made = fg.project("paper", true, model={"level": "nonlinear"}).simulate(**settings)
     wrong = {**true, "damping": [50.0, 30.0]}
     rig = fg.project(
-        "paper", wrong, [made.playback.recording], model={"level": "nonlinear"},
+        "paper", wrong, [made.recording], model={"level": "nonlinear"},
         identify={**QUICK, "parameters": ["b1", "EI1"]},
     )  # fmt: skip
     assert rig.identify()["b1"].value == pytest.approx(60.0, rel=RECOVERED)
@@ -430,10 +427,8 @@ def test_a_drive_with_another_servo_is_one_file(add: Add, monkeypatch: pytest.Mo
 
     monkeypatch.setattr(module.LightServo, "response", response)
     made = machine().simulate(theta2=1.2, seconds=0.5)
-    kept = {
-        name: made.playback.recording[name] for name in ("u1", "u2", "theta1", "theta2", "z1", "z2")
-    }
-    recording = replace(made.playback.recording, channels=kept)
+    kept = {name: made.recording[name] for name in ("u1", "u2", "theta1", "theta2", "z1", "z2")}
+    recording = replace(made.recording, channels=kept)
     rig = fg.project(
         "paper", "lightly_served", [recording], model={"level": "nonlinear"},
         identify={**QUICK, "output": ["torque", "z"]},
@@ -447,12 +442,13 @@ def test_a_drive_with_another_servo_is_one_file(add: Add, monkeypatch: pytest.Mo
 def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
     add("flexgui.core.drives", "damped", DRIVE)
     drive = {"kind": "damped", "stiffness": [900.0, 400.0], "damping": [60.0, 30.0]}
-    session = SimpleNamespace(scenario=fg.project("paper", drive).scenario)
+    document = SimpleNamespace(scenario=fg.project("paper", drive).scenario)
+    session = SimpleNamespace(document=document)
     shown: list[str] = []
-    monkeypatch.setattr(widgets, "slider", lambda context, label, *rest: shown.append(label))
-    panel = ArmSliders.__new__(ArmSliders)
-    panel._context = cast(Any, SimpleNamespace(session=session))
-    panel._scenario, panel._built = session.document.scenario, fg.presets()["paper"]
+    monkeypatch.setattr(arm_panel, "slider", lambda context, label, *rest: shown.append(label))
+    panel = arm_panel.ArmSliders.__new__(arm_panel.ArmSliders)
+    panel.context = cast(Any, SimpleNamespace(session=session))
+    panel._scenario, panel._built = document.scenario, fg.presets()["paper"]
     panel._build_more()
     assert {"k1 [N m/rad]", "k2 [N m/rad]"} <= set(shown)
     assert not any(label.startswith("λ") for label in shown)
@@ -486,31 +482,16 @@ class ErrorHistogram(RecordingView):
 def test_a_view_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     add("flexgui.views.of_recording", "error_histogram", VIEW)
     made = machine().simulate(theta2=1.2, seconds=0.3)
-    compared = machine(recordings=[made.playback.recording], identify=QUICK).compare()
+    compared = machine(recordings=[made.recording], identify=QUICK).compare()
     figure = compared.plot("error_histogram")
     assert isinstance(figure, go.Figure)
     assert [trace.name for trace in figure.data] == ["z1", "z2", "theta1", "theta2"]
 
     assert "| `error_histogram` | histogram of the error |" in reference_text()
-    found = machine(recordings=[made.playback.recording], identify=QUICK).identify()
+    found = machine(recordings=[made.recording], identify=QUICK).identify()
     report = found.export(tmp_path / "report").read_text(encoding="utf-8")
     assert "Histogram of the error" in report and "White noise is a bell." in report
 
-    offered: list[tuple[str, ...]] = []
-    monkeypatch.setattr(
-        widgets, "choice", lambda context, label, options, *rest: offered.append(options)
-    )
-    monkeypatch.setattr(widgets, "button", lambda *rest: None)
-    monkeypatch.setattr(failing_panel, "Words", lambda *rest: None)
-    failing_panel.Failing(cast(Any, _Context()))
-    assert "histogram of the error" in offered[0]
-    assert offered[0][0] == failing_panel.SIGNALS
-
-
-class _Context:
-    """Takes a folder of widgets and nothing else."""
-
-    gui = cast(Any, SimpleNamespace())
-
-    def __init__(self) -> None:
-        self.gui.add_folder = lambda *rest, **more: nullcontext()
+    offered = compare_panel.shown_titles()
+    assert "histogram of the error" in offered
+    assert offered[0] == compare_panel.SIGNALS

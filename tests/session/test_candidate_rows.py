@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.results import LadderStep, RankedEffect
 from flexgui.stages.diagnose.look import Looked
-from flexgui.stages.diagnose.panel_candidates import _row
+from flexgui.stages.diagnose.panel_candidates import row_words
 
 ONE = RankedEffect("tip_payload", "Tip payload", 50.0, 1e-9, 70.0, 46.0, 900.0)
 FOUND = Looked(
@@ -19,7 +19,7 @@ FOUND = Looked(
 
 
 def row(one: RankedEffect) -> str:
-    return str(_row(0, one, FOUND, {}))
+    return str(row_words(0, one, FOUND, {}))
 
 
 def test_only_a_refitted_share_stands_in_bold() -> None:

@@ -14,7 +14,7 @@ from flexgui.core.results import (
     RecordingComparison,
     WorstCell,
 )
-from flexgui.stages.compare.panel_errors import cell_label
+from flexgui.stages.compare.panel import cell_label
 from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.data.experiments import point_name
 from flexgui.stages.diagnose.look import Looked

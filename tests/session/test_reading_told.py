@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 from flexgui.jobs import Advanced, Stage, Started
 from flexgui.jobs.job import JobState
-from flexgui.stages.identify.panel import IdentifyPanel
+from flexgui.stages.identify.panel import WORDS
 
 
 def test_how_far_a_file_is_read_stands_in_the_sentence() -> None:
     run = JobState(kind="identify")
     for event in (Started(), Stage("Reading the recordings", 1), Advanced(0, "th1.csv, 40% read")):
         run = run.after(event)
-    panel = IdentifyPanel.__new__(IdentifyPanel)
     run = run if run.busy else run.after(Started())
-    session = SimpleNamespace(run=SimpleNamespace(state=run, remaining_seconds=None))
-    panel.context = SimpleNamespace(session=session)  # type: ignore[assignment]
-    assert panel._sentence() == "Reading the recordings 0 of 1: th1.csv, 40% read."
+    assert "Reading the recordings 0 of 1: th1.csv, 40% read." in WORDS.state(run, None)

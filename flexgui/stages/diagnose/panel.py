@@ -2,247 +2,195 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 from markupsafe import Markup
 
 from flexgui.classroom.panel import ChallengeControls
 from flexgui.core.effects import catalogue
-from flexgui.core.results import MISSING, Estimate
+from flexgui.core.results import MISSING
 from flexgui.jobs.job import RUNNING
-from flexgui.page import widgets
 from flexgui.page.busy import Busy
-from flexgui.page.panel import Panel
+from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.plot import Plot
-from flexgui.page.widgets import Words, joined, paragraph
+from flexgui.page.widgets import Words, button, color, offer, paragraph, react
 from flexgui.sentences.figures import linear_sentence, times
-from flexgui.sentences.ranked import round_sentence
-from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.session import Topic
 from flexgui.session.edit import model_of
 from flexgui.session.tour import holds_way_on
 from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.look import Look, Looked, in_vain, ladder_steps, refitted_only, worse
-from flexgui.stages.diagnose.panel_candidates import Candidates, Grown, inviting
-from flexgui.stages.diagnose.panel_demonstration import AtWork
+from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, inviting
 from flexgui.stages.diagnose.panel_moment import Moment
+from flexgui.stages.diagnose.plots_demonstration import demonstration, demonstration_summary
 from flexgui.stages.diagnose.plots_moment import live_prediction
-from flexgui.views.headline import AS_GIVEN, BIASED, COMPLETE
+from flexgui.views.headline import AS_GIVEN, BIASED
 from flexgui.views.ladder import ladder
-from flexgui.views.parameter_tables import equation
+from flexgui.views.missing_torque import missing_cloud
 from flexgui.views.ranking import ranking
-from flexgui.views.summary import doubt
 
-FIRST = "A first ranking: {} more sizes of the effects have not been tried yet."
-UNTRIED = " Not in it: {}."
 BEST = "the first in the list"
-AGAINST = (
-    "With {} the model fits the recordings worse than without it: they speak against it. Undo the "
-    "last step."
-)
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 BARS = 6
-LADDER = 240.0
+LADDER, RANKING = 240.0, 290.0
 """px: ladder and the picture below it are seen together on a usual screen."""
-EMPTY = (
-    "Press Find what is missing: the error of the model appears here as a ladder above the "
-    "noise floor, and below it a ranking of the possible effects, which grows while they are tried."
-)
-HEADS = {
-    "missing": "Something is missing.",
-    "nothing_missing": "Nothing is missing.",
-    "unlisted": "Something is missing that is not on the list.",
-}
 
 
 class DiagnosePanel(Panel):
     """Verdict and ranked list on the right; ladder, ranking and residual on the left."""
 
-    kind: ClassVar[str] = "Diagnose"
-    topics: ClassVar[frozenset[Topic]] = frozenset(
-        {
-            Topic.SCENARIO,
-            Topic.RUN,
-            Topic.DIAGNOSIS,
-            Topic.DEMONSTRATION,
-            Topic.CHALLENGE,
-            Topic.RECORDINGS,
-            Topic.TOUR,
-        }
-    )
+    kind = "Diagnose"
+    topics = frozenset({
+        Topic.SCENARIO, Topic.RUN, Topic.DIAGNOSIS, Topic.DEMONSTRATION, Topic.CHALLENGE,
+        Topic.RECORDINGS, Topic.TOUR,
+    })  # fmt: skip
 
     def build_controls(self) -> None:
-        context, session = self.context, self.context.session
+        context, session, gui = self.context, self.session, self.gui
         self._busy = Busy(context, "diagnose", "hide")
         self._refitted: tuple[Looked, Looked] | None = None
-        self._find = widgets.button(
-            context,
-            "Find what is missing",
-            lambda: session.diagnosis.search(),
-            prominent=True,
+        self._find = button(
+            context, "Find what is missing", session.diagnosis.search, prominent=True
         )
-        self._verdict = Words(context.gui)
-        self._added, self._undo = (
-            Words(context.gui),
-            widgets.button(context, "Undo the last step", session.diagnosis.undo),
-        )
-        self._so_far = Words(context.gui)
+        self._verdict, self._added = Words(gui), Words(gui)
+        self._undo = button(context, "Undo the last step", session.diagnosis.undo)
+        self._so_far = Words(gui)
         self._candidates = Candidates(context)
-        self._rest = Words(context.gui)
-        self._grown = Grown(context)
+        self._rest = Words(gui)
+        self._by_hand = ByHand(context)
         self._challenge = ChallengeControls(context)
-        self._next = widgets.button(context, "Next: export", lambda: session.show("Export"))
+        self._next = button(context, "Next: export", lambda: session.show("Export"))
 
     def build_plots(self) -> None:
-        gui = self.context.gui
-        self._at_work = AtWork(self.context)
+        context, gui = self.context, self.gui
+        self._at_work = AtWork(context)
         self._about = Words(gui)
-        self._ladder = Plot(gui, 0.45)
-        self._moment = Moment(self.context)
-        self._ranking = Plot(gui, 0.54)
-        self._of: Any = gui.add_dropdown("Predicted by", (BEST,), visible=False)
-        self._of.on_update(lambda _: self._show_residual())
-        self._residual = Plot(gui, 0.72)
+        self._ladder = Plot(context, 0.45)
+        self._moment = Moment(context)
+        self._ranking = Plot(context, 0.54)
+        of = gui.add_dropdown("Predicted by", (BEST,), visible=False)
+        self._of: Any = react(context, of, self._show_residual)
+        self._residual = Plot(context, 0.72)
         self._drawn: object = None
         self._residual_of = ""
 
     def refresh(self) -> None:
-        session = self.context.session
-        look = session.diagnosis.look
+        session, look = self.session, self.session.diagnosis.look
         found = self._listed(None if look is None else look.found)
-        run_is_ours = session.run.state.kind == "diagnose" and session.run.state.phase == RUNNING
-        self._busy.refresh(self._sentence)
+        free, old, way_on = not session.run.busy, self._old(look), self._way_on(look)
+        fresh = look is not None and look.diagnosis is not None and not old
+        self._busy.refresh(self._sentence(look))
         self._find.visible = not self._busy.running
-        self._find.disabled = session.run.busy or self.context.read_only
-        fresh = look is not None and look.diagnosis is not None and not self._old()
-        way_on = self._way_on()
+        self.enable(free, self._find, self._undo)
         self._find.label = "Repeat diagnosis" if fresh else "Find what is missing"
-        self._find.color = _color(way_on == FIND)
-        self._verdict.show(self._verdict_text(look))
-        self._grown.refresh(not session.run.busy)
-        self._show_added()
-        self._undo.color = _color(way_on == UNDO)
-        self._so_far.show(_so_far(found))
-        self._candidates.show(found, self._titles(found), way_on == ADD)
-        able = not session.run.busy or (run_is_ours and session.diagnosis.pending is not None)
-        self._candidates.enable(able and not self._old())
-        self._rest.show(_rest(look))
+        for each, step in ((self._find, FIND), (self._undo, UNDO), (self._next, GO_ON)):
+            each.color = color(way_on == step)
+        self._verdict.show(*self._verdict_words(look))
+        self._added.show(self._model_words())
+        self._by_hand.refresh(free)
+        self._undo.visible = len(session.diagnosis.looks) > 1
+        self._so_far.show(WORDS.so_far(found))
+        run = session.run.state
+        streams = run.kind == "diagnose" and run.phase == RUNNING
+        able = free or (streams and session.diagnosis.pending is not None)
+        titles = _titles(found)
+        self._candidates.show(found, titles, way_on == ADD, able and not old)
+        diagnosed = None if look is None else look.diagnosis
+        self._rest.show("" if diagnosed is None else WORDS.rest(diagnosed, titles))
         self._challenge.refresh()
         self._next.visible = fresh
-        self._next.color = _color(way_on == GO_ON)
         self._at_work.refresh()
-        self._about.show(paragraph(EMPTY, "soft") if found is None else "")
+        self._about.show(WORDS.nothing_yet() if found is None else "")
         self._show_plots(found)
 
     def _listed(self, found: Looked | None) -> Looked | None:
         """In a challenge only what refits have shown; the same object as long as nothing changes,
         since what is shown already is not drawn again."""
-        if found is None or self.context.session.challenge.state is None:
+        if found is None or self.session.challenge.state is None:
             return found
         if self._refitted is None or self._refitted[0] is not found:
             self._refitted = (found, refitted_only(found))
         return self._refitted[1]
 
-    def _way_on(self) -> str:
+    def _way_on(self, look: Look | None) -> str:
         """The one button that invites; the tour's card may hold it instead."""
-        look = self.context.session.diagnosis.look
-        if holds_way_on(self.context.session) or self._guess_first():
+        known = self.session.challenge.state
+        # A challenge waits for a guess, before which asking the tool is marked.
+        guess_first = known is not None and known.revealed is None and not known.guesses
+        if holds_way_on(self.session) or guess_first:
             return ""
-        if look is None or look.found is None or not look.ranking or self._old():
+        if look is None or look.found is None or not look.ranking or self._old(look):
             return FIND
         more = inviting(look.found)
         if look.diagnosis is None:
             # Whether an effect was enough that was just added, the whole list has to say.
             return ADD if more and not look.added else FIND
-        if in_vain(self.context.session.diagnosis.looks):
+        if in_vain(self.session.diagnosis.looks):
             return UNDO
         return ADD if more else GO_ON
 
-    def _guess_first(self) -> bool:
-        """Whether a challenge waits for a guess, before which asking the tool is marked."""
-        known = self.context.session.challenge.state
-        return known is not None and known.revealed is None and not known.guesses
-
-    def _verdict_text(self, look: Look | None) -> Markup:
+    def _verdict_words(self, look: Look | None) -> list[Markup | str]:
         """The verdict on the model that is shown; of one that was left none."""
-        session = self.context.session
-        if session.diagnosis.pending is not None and session.diagnosis.pending is not look:
-            return Markup("")
-        if (
-            session.diagnosis.pending is None
-            and look is not None
-            and worse(session.diagnosis.looks)
-        ):
-            text = paragraph(AGAINST.format(session.diagnosis.looks[-1].title))
-            return Markup("<div class='verdict unlisted'>{}</div>").format(text)
-        return self._linear(look) + _verdict(look)
+        diagnosis = self.session.diagnosis
+        if look is None or (diagnosis.pending is not None and diagnosis.pending is not look):
+            return []
+        if diagnosis.pending is None and worse(diagnosis.looks):
+            return [WORDS.speaks_against(diagnosis.looks[-1].title)]
+        # What the linear model costs stands beside the verdict on the first model.
+        cost = diagnosis.linear_model if look is diagnosis.shown_looks[0] else None
+        verdict = "" if look.diagnosis is None else WORDS.verdict(look.diagnosis, look.error)
+        return [paragraph("" if cost is None else linear_sentence(cost)), verdict]
 
-    def _linear(self, look: Look | None) -> Markup:
-        """What the linear model costs, beside the verdict on the first model."""
-        cost = self.context.session.diagnosis.linear_model
-        first = next(iter(self.context.session.diagnosis.shown_looks), None)
-        if cost is None or look is not first:
-            return Markup("")
-        return paragraph(linear_sentence(cost))
+    def _model_words(self) -> Markup:
+        """What is in the model with its sizes, by the diagnosis' own fit and by the first."""
+        looks, first_fit = self.session.diagnosis.shown_looks, self.session.diagnosis.first_fit
+        titles = [title for _, title in present(self.session.document.scenario)]
+        steps = [look.found.step for look in looks if look.found is not None]
+        if not steps:
+            return Markup(WORDS.model(titles, (), 0.0, (), "", ""))
+        last, own = looks[-1], model_of(looks[-1].scenario).effect_parameters
+        known = steps[-1].parameters if last.diagnosis is None else last.diagnosis.parameters
+        standing = sorted(known, key=lambda e: e.name not in own)
+        first = [e for e in first_fit if e.name not in own and not e.recording]
+        began = looks[0].diagnosis
+        biased = began is not None and began.verdict == MISSING
+        heading = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
+        alone = len(looks) > 1 and last.added and last.added not in catalogue()
+        place = own_place(looks[-2], last) if alone else ""
+        before = first if len(steps) > 1 else []
+        return Markup(WORDS.model(titles, standing, last.error, before, heading, place))
 
-    def _show_added(self) -> None:
-        """What is in the model with its sizes, and the way back."""
-        session = self.context.session
-        titles = ", ".join(title for _, title in present(session.document.scenario))
-        looks = session.diagnosis.shown_looks
-        text = Markup("In the model: {}.").format(titles)
-        content = (
-            paragraph(text, "good") + _values(looks, session.diagnosis.first_fit)
-            if titles
-            else Markup("")
-        )
-        if len(looks) > 1 and looks[-1].added and looks[-1].added not in catalogue():
-            content += paragraph(own_place(looks[-2], looks[-1]))
-        self._added.show(content)
-        self._undo.visible = len(session.diagnosis.looks) > 1
-        self._undo.disabled = session.run.busy or self.context.read_only
-
-    def _sentence(self) -> str:
-        session = self.context.session
-        if session.diagnosis.look is None:
-            count = sum(r.role == "estimate" for r in session.document.scenario.recordings)
+    def _sentence(self, look: Look | None) -> str:
+        if look is None:
+            recordings = self.session.document.scenario.recordings
+            count = sum(r.role == "estimate" for r in recordings)
             return f"{count} recordings to diagnose. What does the model lack?"
-        if self._old():
+        if self._old(look):
             return "The settings have changed since; repeat the diagnosis."
-        return f"The model's error is {times(session.diagnosis.look.error)} the noise floor."
+        return f"The model's error is {times(look.error)} the noise floor."
 
-    def _old(self) -> bool:
-        look = self.context.session.diagnosis.look
-        return look is not None and look.scenario != self.context.session.document.scenario
-
-    @staticmethod
-    def _titles(found: Looked | None) -> dict[str, str]:
-        own = {} if found is None else {r.effect: r.title for r in found.ranking}
-        return {kind: one.title for kind, one in catalogue().items()} | own
+    def _old(self, look: Look | None) -> bool:
+        return look is not None and look.scenario != self.session.document.scenario
 
     def _show_plots(self, found: Looked | None) -> None:
         if found is not self._drawn:
             self._drawn = found
-            self._ladder.show_whole(
-                ladder(ladder_steps(self.context.session.diagnosis.shown_looks)), LADDER
-            )
-            self._ranking.show_whole(ranking(found.ranking[:BARS]) if found else None, 290)
+            steps = ladder_steps(self.session.diagnosis.shown_looks)
+            self._ladder.show_whole(ladder(steps), LADDER)
+            self._ranking.show_whole(ranking(found.ranking[:BARS]) if found else None, RANKING)
             pictured = [r.title for r in found.ranking if r.predicted] if found else []
-            options = (BEST, *pictured)
-            if self._of.options != options:
-                self._of.options = options
+            offer(self._of, (BEST, *pictured), self._of.value)
             self._of.visible = bool(pictured)
         self._moment.refresh()
         self._show_residual()
 
     def _show_residual(self) -> None:
-        look = self.context.session.diagnosis.look
+        look = self.session.diagnosis.look
         found = None if look is None else look.found
         if found is None:
             self._residual.show(None)
             return
-        name = self.context.session.playback.cursor.recording
+        name = self.session.playback.cursor.recording
         k = found.recordings.index(name) if name in found.recordings else 0
         self._residual_of = found.recordings[k]
         pictured = [r for r in found.ranking if r.predicted]
@@ -255,14 +203,11 @@ class DiagnosePanel(Panel):
         self._residual.show(figure, self._cursor(found))
 
     def _cursor(self, found: Looked) -> float | None:
-        cursor = self.context.session.playback.cursor
+        cursor = self.session.playback.cursor
         return cursor.time if cursor.recording in found.recordings else None
 
     def move_cursor(self) -> None:
-        look, name = (
-            self.context.session.diagnosis.look,
-            self.context.session.playback.cursor.recording,
-        )
+        look, name = self.session.diagnosis.look, self.session.playback.cursor.recording
         if look is not None and look.found is not None:
             if name in look.found.recordings and name != self._residual_of:
                 self._show_residual()  # its times are of another axis
@@ -271,72 +216,41 @@ class DiagnosePanel(Panel):
         self._moment.move_cursor()
 
 
-def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
-    """Of the model as it now stands, by the diagnosis' own fit, and the first fit of it."""
-    steps = [look.found.step for look in looks if look.found is not None]
-    if not steps:
-        return Markup("")
-    own = model_of(looks[-1].scenario).effect_parameters
-    found = looks[-1].diagnosis
-    estimates = steps[-1].parameters if found is None else found.parameters
-    standing = sorted(estimates, key=lambda e: e.name not in own)
-    doubtful = doubt(looks[-1].error)
-    line = Markup("Current model: {}. {}").format(
-        _equations(standing), "" if doubtful else COMPLETE
-    )
-    text = joined(paragraph(line), paragraph(doubtful, "alarm") if doubtful else "")
-    first = [e for e in first_fit if e.name not in own and not e.recording]
-    if len(steps) == 1 or not first:
-        return text
-    found = looks[0].diagnosis
-    biased = found is not None and found.verdict == MISSING
-    heading = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
-    before = Markup("{}: {}.").format(heading, _equations(first))
-    return joined(text, paragraph(before, "soft"))
+def _titles(found: Looked | None) -> dict[str, str]:
+    own = {} if found is None else {r.effect: r.title for r in found.ranking}
+    return {kind: one.title for kind, one in catalogue().items()} | own
 
 
-def _equations(estimates: Sequence[Estimate]) -> Markup:
-    return Markup(", ").join(equation(e) for e in estimates)
+class AtWork(Piece):
+    """An effect at work on this arm, while it is demonstrated: its story, formula, outputs and
+    torque; how its job stands."""
 
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        self._words, self._plot = Words(self.gui), Plot(context, 0.56)
+        self._below = Words(self.gui)
+        self._about, self._cloud = Words(self.gui), Plot(context, 0.75)
+        self._drawn: object = None
+        self._torques: object = None
 
-def _color(invites: bool) -> str:
-    return "blue" if invites else "gray"
-
-
-def _verdict(look: Look | None) -> Markup:
-    """The verdict and its first paragraph; the rest unfolds."""
-    if look is None or look.diagnosis is None:
-        return Markup("")
-    found = look.diagnosis
-    first, *more = verdict_paragraphs(found) or ("",)
-    doubtful = doubt(look.error)
-    body = joined(
-        paragraph(HEADS.get(found.verdict, found.verdict), "lead"), paragraph(first),
-        paragraph(doubtful, "alarm") if doubtful else "",
-    )  # fmt: skip
-    if more:
-        rest = joined(*(paragraph(text) for text in more))
-        body += Markup("<details><summary>Details</summary>{}</details>").format(rest)
-    return Markup("<div class='verdict {}'>{}</div>").format(found.verdict, body)
-
-
-def _so_far(found: Looked | None) -> Markup:
-    """What a ranking does not know yet."""
-    if found is None or not (found.ranking and found.to_come):
-        return Markup("")
-    untried = UNTRIED.format(", ".join(found.untried)) if found.untried else ""
-    return paragraph(FIRST.format(found.to_come) + untried, "soft")
-
-
-def _rest(look: Look | None) -> Markup:
-    """The experiment that would decide, and what was not tried."""
-    if look is None or look.diagnosis is None:
-        return Markup("")
-    sentences = [text for r in look.diagnosis.rounds if (text := round_sentence(r))]
-    known = catalogue()
-    skipped = Markup("").join(
-        Markup("<li>{}: {}</li>").format(known[kind].title if kind in known else kind, reason)
-        for kind, reason in look.diagnosis.not_applicable.items()
-    )
-    fold = Markup("<details><summary>Not tried</summary><ul>{}</ul></details>").format(skipped)
-    return joined(*(paragraph(text) for text in sentences), fold if skipped else "")
+    def refresh(self) -> None:
+        """Shows it, or why there is nothing to show."""
+        state = self.session.demonstration
+        shown, why = state.shown if state.kind else None, state.not_shown
+        effect = catalogue().get(state.kind)
+        words = WORDS.at_work(effect, why) if shown is None else WORDS.story(effect)
+        self._words.show(words if state.kind else "")
+        self._below.show(paragraph("" if shown is None else demonstration_summary(shown), "soft"))
+        if shown is not self._drawn:
+            self._drawn = shown
+            self._plot.show(None if shown is None else demonstration(shown))
+        # Only where a diagnosis knows what is missing and the effect has a law to put into it.
+        torques = state.torques
+        if shown is None or not torques:
+            self._torques = None
+            self._about.show()
+            self._cloud.show(None)
+        elif self._torques != (id(shown), id(torques)):
+            self._torques = (id(shown), id(torques))
+            self._about.show(WORDS.torque(shown.recording))
+            self._cloud.show(missing_cloud(torques, shown.torques, shown.title))

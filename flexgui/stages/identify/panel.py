@@ -4,19 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from functools import partial
+from typing import Any
 
 from markupsafe import Markup
 
 from flexgui.core.errors import InputError
 from flexgui.core.parameters import Parameter
 from flexgui.core.results import Outcome, Repeated
+from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sensors import sensors
-from flexgui.jobs.job import PAUSED, QUEUED, RUNNING, STOPPING
-from flexgui.page import widgets
-from flexgui.page.panel import PageContext, Panel
+from flexgui.jobs.job import PAUSED, RUNNING, STOPPING
+from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.plot import Plot
-from flexgui.page.widgets import Rebuilt, Words, joined, paragraph
+from flexgui.page.widgets import (
+    Rebuilt,
+    Words,
+    bind,
+    button,
+    choice,
+    color,
+    joined,
+    number,
+    offer,
+    paragraph,
+    react,
+    switch,
+    words_of,
+)
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.session import Topic
 from flexgui.session.edit import Document, model_of, put
@@ -41,221 +56,167 @@ from flexgui.views.parameter_tables import (
 )
 from flexgui.views.summary import alarms, summary
 
+WORDS = words_of("identify")
 METHODS = ("glocal", "local")
 AUTOMATIC = "automatic"
-EMPTY = (
-    "Press Start identification: the cost, the parameters and the FIT of every recording appear "
-    "here while it runs, and the population of a search in the plane of its first two parameters."
+WHOLE_NUMBERS = (
+    ("Population", "population", (4, 300, 1)),
+    ("Generations", "generations", (0, 10_000, 1)),
+    ("Seed", "seed", (0, 2**31, 1)),
 )
+"""Label, setting of [identify], limits."""
 
 
 class IdentifyPanel(Panel):
     """Settings and progress on the right; what the search finds on the left."""
 
-    kind: ClassVar[str] = "Identify"
-    topics: ClassVar[frozenset[Topic]] = frozenset(
-        {Topic.SCENARIO, Topic.RUN, Topic.OUTCOME, Topic.DIAGNOSIS}
-    )
+    kind = "Identify"
+    topics = frozenset({Topic.SCENARIO, Topic.RUN, Topic.OUTCOME, Topic.DIAGNOSIS})
 
     def build_controls(self) -> None:
-        context, session, gui = self.context, self.context.session, self.context.gui
+        context, session, gui = self.context, self.session, self.gui
         self._state = Words(gui)
         self._bar: Any = gui.add_progress_bar(0.0, visible=False)
-        self._start = widgets.button(
-            context,
-            "Start identification",
-            lambda: session.identification.start(),
-            prominent=True,
+        self._start = button(
+            context, "Start identification", session.identification.start, prominent=True
         )
-        self._pause = widgets.button(context, "Pause", session.run.pause)
-        self._resume = widgets.button(context, "Go on", session.run.resume, prominent=True)
-        self._stop = widgets.button(context, "Stop", session.run.stop)
-        self._next = widgets.button(
+        self._pause = button(context, "Pause", session.run.pause)
+        self._resume = button(context, "Go on", session.run.resume, prominent=True)
+        self._stop = button(context, "Stop", session.run.stop)
+        self._next = button(
             context, "Next: compare model and measurements", lambda: session.show("Compare"),
             prominent=True,
         )  # fmt: skip
         self._summary = Words(gui)
         with gui.add_folder("Fit settings"):
-            widgets.choice(
-                context, "Method", METHODS, lambda: session.document.scenario.identify.method,
-                lambda v: session.document.change(put(("identify", "method"), v)),
+            choice(
+                context, "Method", METHODS, partial(self._get, "method"),
+                partial(self._put, "method"),
                 "glocal: one fit over all recordings; local: one for each.",
             )  # fmt: skip
-            widgets.choice(
-                context, "Output", (AUTOMATIC, *sensors()), self._output, self._put_output,
+            choice(
+                context, "Output", (AUTOMATIC, *sensors()),
+                lambda: next(iter(self._get("output") or ()), AUTOMATIC),
+                lambda name: self._put("output", None if name == AUTOMATIC else [name]),
                 "Which output is compared with the model.",
             )  # fmt: skip
             self._chosen = ChosenParameters(context)
         with gui.add_folder("Search settings", expand_by_default=False):
-            self._whole("Population", "population", 4, 300)
-            self._whole("Generations", "generations", 0, 10_000)
-            self._whole("Seed", "seed", 0, 2**31)
-            widgets.switch(
-                context, "Refine", lambda: session.document.scenario.identify.refine,
-                lambda v: session.document.change(put(("identify", "refine"), v)),
+            for label, name, limits in WHOLE_NUMBERS:
+                number(context, label, limits, partial(self._get, name), partial(self._put, name))
+            switch(
+                context, "Refine", partial(self._get, "refine"), partial(self._put, "refine"),
                 "Follow the search with a least-squares refinement.",
             )  # fmt: skip
 
-    def _whole(self, label: str, name: str, least: int, most: int) -> None:
-        session = self.context.session
-        widgets.number(
-            self.context, label, lambda: getattr(session.document.scenario.identify, name),
-            lambda v: session.document.change(put(("identify", name), int(v))), least, most, 1,
-        )  # fmt: skip
+    def _get(self, name: str) -> Any:
+        return getattr(self.session.document.scenario.identify, name)
 
-    def _output(self) -> str:
-        output = self.context.session.document.scenario.identify.output
-        return output[0] if output else AUTOMATIC
-
-    def _put_output(self, name: str) -> bool:
-        wanted = None if name == AUTOMATIC else [name]
-        return self.context.session.document.change(put(("identify", "output"), wanted))
+    def _put(self, name: str, value: Any) -> bool:
+        return self.session.document.change(put(("identify", name), value))
 
     def build_plots(self) -> None:
-        gui = self.context.gui
+        context, gui = self.context, self.gui
         self._about = Words(gui)
-        self._cost, self._plane = Plot(gui, 0.33), Plot(gui, 0.42)
-        self._table = Words(gui)
-        self._repeated = Words(gui)
-        self._fit = Plot(gui, 0.30)
+        self._cost, self._plane = Plot(context, 0.33), Plot(context, 0.42)
+        self._table, self._repeated = Words(gui), Words(gui)
+        self._fit = Plot(context, 0.30)
         self._paper = Words(gui)
 
     def refresh(self) -> None:
         self._chosen.refresh()
         self._show_state()
-        history = self._history()
+        outcome = None if self._running else self.session.identification.outcome
+        history = self._history(outcome)
         searched = self._searched()
         self._cost.show(live_convergence(history) if history else None)
         self._plane.show(live_plane(history, searched))
-        session = self.context.session
-        outcome = None if self._running else session.identification.outcome
-        nothing = not history and outcome is None
-        self._about.show(paragraph(EMPTY, "soft") if nothing else "")
+        self._about.show("" if history or outcome is not None else WORDS.nothing_yet())
         if outcome is None:
             table = live_parameters(history, searched)
             self._table.show(html_table(table) if table else "")
-            self._repeated.show("")
             self._fit.show(None)
-            self._summary.show("")
-        else:
-            whole = session.diagnosis.whole or outcome
-            self._table.show(found_parameters(whole))
-            self._repeated.show(_runs(outcome.repeated))
-            self._fit.show(live_fit(final_comparisons(whole)))
-            self._summary.show(_sentences(whole, self._old(), session.diagnosis.known_biased))
-        self._show_paper()
+            for words in (self._repeated, self._summary, self._paper):
+                words.show()
+            return
+        whole = self.session.diagnosis.whole or outcome
+        self._table.show(found_parameters(whole))
+        self._repeated.show(repeated_words(outcome.repeated))
+        self._fit.show(live_fit(final_comparisons(whole)))
+        biased = self.session.diagnosis.known_biased
+        old = self.session.identification.current is None
+        self._summary.show(WORDS.summary(alarms(whole), biased, summary(whole), old))
+        self._paper.show(beside_paper(outcome, self._fitted_scenario))
 
     @property
     def _running(self) -> bool:
-        run = self.context.session.run.state
+        run = self.session.run.state
         return run.kind == "identify" and run.busy
 
-    def _history(self) -> History:
-        session = self.context.session
-        if self._running or session.identification.outcome is None:
-            return session.run.state.history
-        return {
-            f.label: f.convergence for f in session.identification.outcome.fits if f.convergence
-        }
+    @property
+    def _fitted_scenario(self) -> Scenario:
+        """The one of the last result; the present one where there is none."""
+        return self.session.identification.outcome_of or self.session.document.scenario
+
+    def _history(self, outcome: Outcome | None) -> History:
+        if outcome is None:
+            return self.session.run.state.history
+        return {f.label: f.convergence for f in outcome.fits if f.convergence}
 
     def _searched(self) -> list[Searched]:
-        session = self.context.session
-        scenario = (
-            session.document.scenario
-            if self._running
-            else session.identification.outcome_of or session.document.scenario
-        )
+        scenario = self.session.document.scenario if self._running else self._fitted_scenario
         try:
             found = stated(scenario, model_of(scenario))
         except InputError:
             return []
         return [Searched(p.name, p.symbol, p.unit, p.lower, p.upper) for p in found]
 
-    def _fitted(self) -> list[Markup]:
-        """Symbols of what a fit of the scenario varies, the sizes of its effects too."""
-        try:
-            sizes = model_of(self.context.session.document.scenario).effect_parameters.values()
-        except InputError:
-            return []
-        searched = [typeset(s.symbol, s.name) for s in self._searched()]
-        return searched + [typeset(p.symbol, p.name) for p in sizes]
-
-    def _old(self) -> bool:
-        session = self.context.session
-        return (
-            session.identification.outcome is not None
-            and session.identification.outcome_of != session.document.scenario
-        )
-
     def _show_state(self) -> None:
-        session, run = self.context.session, self.context.session.run.state
-        busy = self._running
+        run, busy = self.session.run.state, self._running
+        done = self.session.identification.current is not None and not busy
         self._start.visible = not busy
-        self._start.disabled = self.context.read_only or session.run.busy
-        done = session.identification.outcome is not None and not busy and not self._old()
+        self.enable(not self.session.run.busy, self._start)
         self._start.label = "Start again" if done else "Start identification"
-        self._start.color = "gray" if done else "blue"
-        self._pause.visible = busy and run.phase == RUNNING
+        self._start.color = color(not done)
+        self._pause.visible = self._bar.animated = busy and run.phase == RUNNING
         self._resume.visible = busy and run.phase == PAUSED
         self._stop.visible = busy and run.phase != STOPPING
         self._next.visible = done
         self._bar.visible = busy
         self._bar.value = 100.0 * (run.share or 0.0)
-        self._bar.animated = busy and run.phase == RUNNING
-        self._state.show(paragraph(self._sentence(), "lead"))
+        self._state.show(self._state_words())
 
-    def _sentence(self) -> Markup | str:
-        session, run = self.context.session, self.context.session.run.state
-        if not self._running:
-            count = sum(r.role == "estimate" for r in session.document.scenario.recordings)
-            what = Markup(", ").join(self._fitted()) or "none yet"
-            many = "1 recording" if count == 1 else f"{count} recordings"
-            return Markup("{} to fit; parameters: {}.").format(many, what)
-        if run.phase == QUEUED:
-            place = "" if run.place is None else f", place {run.place} in the queue"
-            return f"Waiting{place}."
-        words = {PAUSED: "Paused", STOPPING: "Stopping"}.get(run.phase, run.stage or "Starting")
-        steps = f" {run.done} of {run.total}" if run.total else ""
-        left = session.run.remaining_seconds
-        time = f", about {max(left, 1.0):.0f} s left" if left is not None else ""
-        at = f": {run.text}" if run.text else ""
-        return f"{words}{steps}{at}{time}."
-
-    def _show_paper(self) -> None:
-        session = self.context.session
-        scenario = session.identification.outcome_of or session.document.scenario
-        points = paper_points(scenario)
-        if points is None or session.identification.outcome is None or self._running:
-            self._paper.show("")
-            return
-        table = paper_table(session.identification.outcome.fits, points, noisy(scenario))
-        self._paper.show(
-            joined(paragraph("The paper's table beside ours", "lead"), html_table(table))
-        )
+    def _state_words(self) -> Markup:
+        """How the search stands; what would be fitted, the sizes of the model's effects too."""
+        run, scenario = self.session.run, self.session.document.scenario
+        if self._running:
+            return Markup(WORDS.state(run.state, run.remaining_seconds))
+        count = sum(r.role == "estimate" for r in scenario.recordings)
+        try:
+            sizes = model_of(scenario).effect_parameters.values()
+        except InputError:
+            return Markup(WORDS.to_fit(count, ()))
+        symbols = [typeset(s.symbol, s.name) for s in self._searched()]
+        symbols += [typeset(p.symbol, p.name) for p in sizes]
+        return Markup(WORDS.to_fit(count, symbols))
 
 
-BIASED_NOTE = "Biased, since an effect is missing: Diagnose says which."
+def beside_paper(outcome: Outcome, scenario: Scenario) -> Markup:
+    """The paper's table, where the scenario is its experiment."""
+    points = paper_points(scenario)
+    if points is None:
+        return Markup("")
+    table = paper_table(outcome.fits, points, noisy(scenario))
+    return joined(paragraph("The paper's table beside ours", "lead"), html_table(table))
 
 
-def _sentences(outcome: Outcome, old: bool, biased: bool) -> Markup:
-    alarming = (paragraph(text, "alarm") for text in alarms(outcome))
-    note = paragraph("The settings have changed since; start again to renew this.", "bad")
-    doubt = paragraph(BIASED_NOTE, "bad") if biased else ""
-    sentences = (paragraph(text) for text in summary(outcome))
-    return joined(*alarming, doubt, *sentences, note if old else "")
-
-
-def _runs(found: Sequence[Repeated]) -> Markup:
+def repeated_words(found: Sequence[Repeated]) -> Markup:
     """How well the parameters repeat, and which run differs; nothing where nothing was repeated."""
     table = short_between_runs(found)
     if table is None:
         return Markup("")
-    odd = any(one.disagreeing for one in found)
-    lead = paragraph("Runs of the same experiment differ." if odd else "The runs agree.", "lead")
-    return joined(lead, Markup("<div class='scroll'>{}</div>").format(html_table(table)))
-
-
-FIRST_FIT = "The first fit: of the identification, before the diagnosis"
+    differs = any(one.disagreeing for one in found)
+    return Markup(WORDS.repeated(html_table(table), differs))
 
 
 def found_parameters(outcome: Outcome) -> Markup:
@@ -263,74 +224,68 @@ def found_parameters(outcome: Outcome) -> Markup:
     own."""
     found = html_table(short_parameters(standing_parameters(outcome), standing(outcome)))
     first = given_parameters(outcome)
-    if first is None:
-        return found
-    fold = Markup("<details><summary>{}</summary>{}</details>")
-    return found + fold.format(FIRST_FIT, html_table(short_parameters(first, given(outcome))))
+    folded = "" if first is None else html_table(short_parameters(first, given(outcome)))
+    return Markup(WORDS.parameters(found, folded))
 
 
 ADD = "add a parameter …"
 
 
-class ChosenParameters:
+class ChosenParameters(Piece):
     """Rebuilt when other parameters are chosen; else its fields follow the session."""
 
     def __init__(self, context: PageContext) -> None:
-        self._context = context
-        self._rows = Rebuilt(context, context.gui.add_folder(None))
-        self._add: Any = context.gui.add_dropdown("Add", (ADD,))
-        if not context.read_only:
-            self._add.on_update(self._added)
+        super().__init__(context)
+        self._rows = Rebuilt(context)
+        self._add: Any = self.gui.add_dropdown("Add", (ADD,))
+        react(context, self._add, self._added)
 
     def refresh(self) -> None:
         """Shows what the scenario states."""
-        scenario = self._context.session.document.scenario
+        scenario = self.session.document.scenario
         try:
             model = model_of(scenario)
         except InputError:
             return
-        chosen = stated(scenario, model)
-        left = [n for n in candidates(model) if n not in scenario.identify.parameters]
-        shape = (scenario.identify.parameters, scenario.arm.preset)
-        if self._add.options != (ADD, *left):
-            self._add.options = (ADD, *left)
-        self._add.value = ADD
+        chosen = scenario.identify.parameters
+        offer(self._add, (ADD, *(n for n in candidates(model) if n not in chosen)), ADD)
+        rows = partial(self._build_rows, stated(scenario, model))
+        self._rows.make((chosen, scenario.arm.preset), rows)
 
-        def build() -> None:
-            for parameter in chosen:
-                self._row(parameter)
-
-        self._rows.make(shape, build)
+    def _build_rows(self, parameters: Sequence[Parameter]) -> None:
+        for p in parameters:
+            self._row(p)
 
     def _row(self, p: Parameter) -> None:
-        context, document, name = self._context, self._context.session.document, p.name
+        context, name = self.context, p.name
         unit = shown_unit(p.value or p.upper, p.unit)
         symbol = plain_symbol(p.symbol, name)
-        bounds = context.gui.add_vector2(
-            unit.label(symbol), self._bounds(name, p, unit), step=_step(p, unit),
+        bounds = self.gui.add_vector2(
+            unit.label(symbol), self._bounds(p, unit), step=_step(p, unit),
             hint=f"{p.title or name}: bounds, from and to.",
         )  # fmt: skip
-
-        def set_bounds(value: tuple[float, float]) -> bool:
-            ends = [float(v) / unit.factor for v in value]
-            return document.change(put(("identify", "bounds", name), ends))
-
-        widgets.bind(context, bounds, lambda: self._bounds(name, p, unit), set_bounds)
-        widgets.number(
-            context, f"± {symbol}, known", lambda: self._prior(name) * unit.factor,
-            lambda v: document.change(put(("identify", "prior", name), v / unit.factor or None)),
-            least=0.0, hint="Standard deviation of the prior knowledge; 0: none.",
+        bind(
+            context, bounds, partial(self._bounds, p, unit),
+            lambda ends: self._put("bounds", name, [float(v) / unit.factor for v in ends]),
         )  # fmt: skip
-        widgets.button(context, f"Do not estimate {symbol}", lambda: self._remove(name))
+        number(
+            context, f"± {symbol}, known", (0.0, math.inf, None),
+            lambda: self._prior(name) * unit.factor,
+            lambda v: self._put("prior", name, v / unit.factor or None),
+            "Standard deviation of the prior knowledge; 0: none.",
+        )  # fmt: skip
+        button(context, f"Do not estimate {symbol}", partial(self._remove, name))
 
-    def _bounds(self, name: str, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
-        low, high = self._context.session.document.scenario.identify.bounds.get(
-            name, (p.lower, p.upper)
-        )
+    def _put(self, setting: str, name: str, value: Any) -> bool:
+        return self.session.document.change(put(("identify", setting, name), value))
+
+    def _bounds(self, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
+        bounds = self.session.document.scenario.identify.bounds
+        low, high = bounds.get(p.name, (p.lower, p.upper))
         return _plain(low * unit.factor), _plain(high * unit.factor)
 
     def _prior(self, name: str) -> float:
-        prior = self._context.session.document.scenario.identify.prior.get(name)
+        prior = self.session.document.scenario.identify.prior.get(name)
         return 0.0 if prior is None else prior.std
 
     def _remove(self, name: str) -> bool:
@@ -340,15 +295,13 @@ class ChosenParameters:
             for setting in ("bounds", "prior"):
                 table.get(setting, {}).pop(name, None)
 
-        return self._context.session.document.change(edit)
+        return self.session.document.change(edit)
 
-    def _added(self, event: Any) -> None:
-        name = str(self._add.value)
-        if event.client_id is None or name == ADD:
-            return
-        session = self._context.session
-        names = [*session.document.scenario.identify.parameters, name]
-        session.document.change(put(("identify", "parameters"), names))
+    def _added(self) -> None:
+        document, name = self.session.document, str(self._add.value)
+        if name != ADD:
+            names = [*document.scenario.identify.parameters, name]
+            document.change(put(("identify", "parameters"), names))
 
 
 def _plain(value: float) -> float:

@@ -1,0 +1,20 @@
+// Writes down the window's size, the picture's width, light or dark, and whether a graphics card draws;
+// the server reads it from the browser's storage (layout.py).
+(() => {
+  const canvas = document.querySelector("canvas[data-engine]");
+  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  const noted = [innerWidth, innerHeight, canvas ? canvas.clientWidth : 0, dark ? "dark" : "light"];
+  try {
+    const theme = localStorage.getItem("viser-user:flexgui-theme");
+    if (theme === "dark" || theme === "light") noted.push(theme);
+    if (window.fxGpu === undefined) {
+      const gl = document.createElement("canvas").getContext("webgl");
+      const named = gl && gl.getExtension("WEBGL_debug_renderer_info");
+      const by = named ? gl.getParameter(named.UNMASKED_RENDERER_WEBGL) : "";
+      window.fxGpu = by !== "" && !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(by);
+      gl?.getExtension("WEBGL_lose_context")?.loseContext();
+    }
+    if (window.fxGpu) noted.push("gpu");
+    localStorage.setItem("viser-user:flexgui-window", noted.join(" "));
+  } catch (error) {}
+})();
