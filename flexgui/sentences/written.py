@@ -14,6 +14,8 @@ from flexgui.core.results import Estimate
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LARGE, SMALL = 1e6, 1e-3
 """Outside these sizes a number is written with a power of ten."""
+SMALLEST_POWER = -300
+"""A computer's smallest numbers are less than any power of ten that it knows."""
 
 
 def format_value(value: float, std: float, unit: str = "") -> str:
@@ -54,7 +56,7 @@ def _to_decimals(x: float, decimals: int) -> str:
 
 def _power(size: float) -> int:
     """The power of ten to write apart, 0 for ordinary sizes."""
-    return 0 if SMALL <= size < LARGE else math.floor(math.log10(size))
+    return 0 if SMALL <= size < LARGE else max(math.floor(math.log10(size)), SMALLEST_POWER)
 
 
 def format_number(value: float, digits: int = 4, keep_zeros: bool = False) -> str:

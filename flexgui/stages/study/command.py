@@ -39,13 +39,16 @@ def study(
 ) -> None:
     """Monte Carlo study of SCENARIO: tables, figures and a page in OUT; goes on if stopped."""
     from flexgui.core.montecarlo.settings import make_settings
-    from flexgui.core.montecarlo.study import study as steps_of
-    from flexgui.core.resumable.executor import Cluster, Processes
     from flexgui.core.scenario.read import read_scenario
-    from flexgui.export.folder import check_writable
     from flexgui.library.shipped import scenario_path
 
     settings = make_settings(read_scenario(scenario_path(scenario)), runs=runs)
+
+    # What computes is slow to load, and a slip in the scenario is said before.
+    from flexgui.core.montecarlo.study import study as steps_of
+    from flexgui.core.resumable.executor import Cluster, Processes
+    from flexgui.export.folder import check_writable
+
     folder = out or Path("studies") / scenario.stem
     executor = Processes(workers) if cluster is None else Cluster(cluster)
     check_writable(folder)
