@@ -22,7 +22,7 @@ OTHER_MEANINGS = {
     "slot": "core/arm/",
     "slots": "core/arm/",
     "listener": "flexgui/server/",
-    "sealed": "flexgui/classroom/challenging.py",
+    "sealed": "flexgui/stages/challenge/state.py",
 }
 """Word -> where it means something else, or has to stay: a slot is the index of a number in an
 arm's vector, a listener a socket that waits for connections, and a challenge's `sealed` is the name

@@ -59,11 +59,7 @@ NOT_LOADED = {
         "scipy.optimize",
     ),
     # A challenge on the page needs nothing of what only a class does.
-    "flexgui.session, flexgui.stages.diagnose.panel": (
-        "flexgui.classroom.demo",
-        "flexgui.classroom.hand_in",
-        "flexgui.classroom.tickets",
-    ),
+    "flexgui.session.session, flexgui.stages.diagnose.panel": ("flexgui.classroom",),
     # The page shows this panel, and computes nothing of it.
     "flexgui.stages.study.panel": ("scipy.signal", "scipy.stats"),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -56,12 +57,15 @@ RANKS = {
     "flexgui.scene": 14.5,
     "flexgui.export": 15,
     "flexgui.jobs": 15.5,
-    "flexgui.session": 16,
+    "flexgui.session": 15.8,
+    "flexgui.stages": 16,
+    "flexgui.classroom": 16.1,
+    "flexgui.session.session": 16.2,
     "flexgui.page": 16.5,
     "flexgui.page.page": 17,
     "flexgui.server": 17.5,
     "flexgui.stages.study.command": 17.5,
-    "flexgui.classroom.commands": 17.5,
+    "flexgui.classroom.commands": 17.6,
     "flexgui.library": 17.6,
     "flexgui.reference": 17.7,
     "flexgui.cli": 18,
@@ -70,6 +74,11 @@ RANKS = {
 }
 """A module may import what ranks lower, and its own package. The longest prefix counts. `flexgui`
 itself is the public face: it names what lies below and imports it when it is first used."""
+
+AT_THE_SERVER = ("flexgui.classroom.demo", "flexgui.classroom.tickets")
+"""Where a class comes in."""
+PARTS = {"document", "playback", "store", "tour"}
+"""Files of `flexgui/session` that know the stages."""
 
 CORE_NEVER = {"flexgui", "viser", "plotly", "typer", "rich", "jinja2"}
 VIEWS_NEVER = {"viser", "typer", "jinja2"}
@@ -87,8 +96,9 @@ def dotted(path: Path) -> str:
 
 
 def imports(tree: ast.Module, name: str) -> Iterator[str]:
-    """Full names of all that a file imports, inside functions too; `core` by its folder."""
-    for node in ast.walk(tree):
+    """Full names of all that a file imports, inside functions too, but for types only; `core` by
+    its folder."""
+    for node in _nodes(tree):
         if isinstance(node, ast.Import):
             yield from (a.name.replace("flexgui.core.", "core.") for a in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -96,6 +106,14 @@ def imports(tree: ast.Module, name: str) -> Iterator[str]:
             above = above[: len(above) - node.level + 1] if node.level else []
             start = ".".join([*above, *filter(None, [node.module])])
             yield from (f"{start}.{a.name}".replace("flexgui.core.", "core.") for a in node.names)
+
+
+def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
+    """All below, without `if TYPE_CHECKING`."""
+    for node in ast.iter_child_nodes(tree):
+        if not (isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"):
+            yield node
+            yield from _nodes(node)
 
 
 def folder_of(name: str) -> str:
@@ -117,14 +135,15 @@ def imports_of(name: str) -> frozenset[str]:
 
 
 def room(name: str) -> str:
-    """The longest ranked prefix of a dotted name. A stage's folder holds what belongs to two: its
-    panels are of the page, its state and tasks of the session. A class comes in at the server."""
+    """The longest ranked prefix of a dotted name; panels are of the page, what a session is made of
+    stands with it."""
     parts = name.split(".")
-    if name in ("flexgui.classroom.tickets", "flexgui.classroom.demo"):
+    if name.startswith(AT_THE_SERVER):
         return "flexgui.server"
-    if name not in RANKS and parts[:2] in (["flexgui", "stages"], ["flexgui", "classroom"]):
-        module = parts[3 if parts[1] == "stages" else 2 :][:1]
-        return "flexgui.page" if module and module[0].startswith("panel") else "flexgui.session"
+    if parts[:2] == ["flexgui", "stages"] and parts[3:] and parts[3].startswith("panel"):
+        return "flexgui.page"
+    if parts[:2] == ["flexgui", "session"] and parts[2:3] and parts[2] in PARTS:
+        return "flexgui.session.session"
     return next(
         prefix for end in range(len(parts), 0, -1) if (prefix := ".".join(parts[:end])) in RANKS
     )
@@ -156,6 +175,26 @@ def test_there_is_something_to_look_at() -> None:
 def test_imports_go_down() -> None:
     found = {name: sorted(upward(name)) for name in trees() if upward(name)}
     assert not found, f"these import upwards: {found}"
+
+
+def test_no_module_needs_itself() -> None:
+    """What is imported when a module is imported never comes back to it."""
+    known = trees()
+    needs = {
+        name: {
+            module
+            for each in imports(tree, name)
+            for module in (each, each.rpartition(".")[0])
+            if module in known and module != name
+        }
+        for name, tree in ((name, _outside_functions(tree)) for name, tree in known.items())
+    }
+    TopologicalSorter(needs).prepare()
+
+
+def _outside_functions(tree: ast.Module) -> ast.Module:
+    plain = (n for n in tree.body if not isinstance(n, ast.FunctionDef | ast.ClassDef))
+    return ast.Module(list(plain), [])
 
 
 def test_every_module_has_a_room() -> None:

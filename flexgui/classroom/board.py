@@ -7,31 +7,11 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
+from flexgui.stages.challenge.judging import Entry, plain_name
 from flexgui.views.table import Column, Row, Table
 
 CLASSES, MOST = 50, 200
 """Seeds that are remembered, and entries of each; the oldest go first."""
-
-LONGEST_NAME = 24
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One person's end of a challenge."""
-
-    name: str
-    """As the person wrote it; empty: somebody."""
-    guess: str
-    found: int
-    hidden: int
-    complete: bool
-    size: str
-    seconds: float
-    """From the data to the truth."""
-    asked: bool
-    """Whether the tool was asked before the guess."""
-    changed: bool = False
-    """Whether another guess was committed to before this one."""
 
 
 @dataclass
@@ -105,11 +85,6 @@ class Board:
             callbacks = tuple(self._callbacks)
         for callback in callbacks:
             callback()
-
-
-def plain_name(text: str) -> str:
-    """One short line."""
-    return " ".join("".join(c for c in text if c.isprintable()).split())[:LONGEST_NAME]
 
 
 SOMEBODY = "somebody"

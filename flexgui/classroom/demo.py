@@ -16,7 +16,7 @@ from flexgui.server.browser_connection import FOLLOWER, OWN, TEACHER, BrowserCon
 from flexgui.server.sessions import SessionStore
 
 if TYPE_CHECKING:
-    from flexgui.session import Session
+    from flexgui.session.session import Session
 
 COPY = "Take my own copy"
 FOLLOW = "Follow the teacher again"
@@ -114,7 +114,7 @@ class Demo:
 
 def copy_session(teacher: Session, own: Session) -> None:
     """The scenario, its files, and what was found so far; jobs stay the teacher's."""
-    from flexgui.session import Topic  # late: the server listens before it is there
+    from flexgui.session.state import Topic  # late: the server listens before it is there
 
     _copy_files(teacher.folder, own.folder)
     own.open(teacher.document.scenario)

@@ -11,13 +11,12 @@ from pathlib import Path
 
 import msgspec
 
-from flexgui.classroom.board import plain_name
-from flexgui.classroom.judging import NONE_GUESSED, Guess, judged
-from flexgui.classroom.truth import truth_in_words
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import did_you_mean
 from flexgui.core.study.challenge import LEVELS, obfuscate, opened
+from flexgui.stages.challenge.judging import NONE_GUESSED, Guess, judged, plain_name
+from flexgui.stages.challenge.truth import truth_in_words
 
 HEAD = "FlexGUI hand-in, sealed. `flexgui grade` checks it."
 ENDING = ".handin"

@@ -20,8 +20,8 @@ from flexgui.page.scene_panel import Scene
 from flexgui.page.timeline import TimeLine
 from flexgui.page.tour import Offer, Tour
 from flexgui.page.widgets import Words, grey, paragraph
-from flexgui.session import Session, Topic
-from flexgui.session.state import OURS, STAGES, Part
+from flexgui.session.session import Session
+from flexgui.session.state import OURS, STAGES, Part, Topic
 
 CURSOR_INTERVAL = 0.12
 """s: a plot is sent whole each time."""

@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable
 
 from flexgui.jobs.inbox import Inbox
-from flexgui.session import Topic
 from flexgui.session.latest import TURNS
+from flexgui.session.state import Topic
 
 STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY, Topic.SCENARIO})
 """What may wait a little: a job's news, and an edit, whose result follows as another topic."""

@@ -11,8 +11,8 @@ import viser
 
 from flexgui.page.layout import Theme
 from flexgui.page.plot import Paper
-from flexgui.session import Session, Topic
-from flexgui.session.state import Faults
+from flexgui.session.session import Session
+from flexgui.session.state import Faults, Topic
 
 
 @dataclass

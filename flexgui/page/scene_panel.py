@@ -16,8 +16,8 @@ from flexgui.scene.error_board import NAME, ErrorBoard, error_paint
 from flexgui.scene.paint import HOME, lowered
 from flexgui.scene.recorded import Playback
 from flexgui.scene.scene import Drawn, Stage, show_effects
-from flexgui.session import Session, Topic
-from flexgui.session.state import Live
+from flexgui.session.session import Session
+from flexgui.session.state import Live, Topic
 from flexgui.stages.arm.live import LiveModel
 from flexgui.stages.compare.state import WhereItFails
 from flexgui.stages.diagnose.effects import places

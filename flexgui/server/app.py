@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from flexgui.classroom.tickets import Tickets
     from flexgui.page.page import Page
     from flexgui.server.warming import Warming
-    from flexgui.session import Session
+    from flexgui.session.session import Session
 
 log = logging.getLogger("flexgui")
 

@@ -18,7 +18,7 @@ from flexgui.server.sessions import SessionStore, folder_bytes
 
 if TYPE_CHECKING:
     from flexgui.page.page import Page
-    from flexgui.session import Session
+    from flexgui.session.session import Session
 
 log = logging.getLogger(__name__)
 

@@ -31,7 +31,7 @@ from flexgui.server.warming import Warming
 
 if TYPE_CHECKING:
     from flexgui.classroom.tickets import Tickets
-    from flexgui.session import Session
+    from flexgui.session.session import Session
 
 log = logging.getLogger("flexgui")
 
@@ -140,7 +140,7 @@ def _session_maker(
             print_line(far)
 
     def make(key: str, folder: Path) -> Session:
-        from flexgui.session import Session
+        from flexgui.session.session import Session
         from flexgui.stages.data.uploads import fetch_files
 
         session = Session(key, folder, services)

@@ -32,7 +32,7 @@ from flexgui.places import (
 from flexgui.server.services import MEGA, Limits
 
 if TYPE_CHECKING:
-    from flexgui.session import Session
+    from flexgui.session.session import Session
 
 log = logging.getLogger(__name__)
 

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import final
 
-from flexgui.classroom.challenging import Challenges
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
@@ -22,6 +21,7 @@ from flexgui.session.run import Run
 from flexgui.session.state import STAGES, Faults, Message, Part, Services, Subscriber, Topic
 from flexgui.session.store import Store
 from flexgui.session.tour import Tour
+from flexgui.stages.challenge.state import Challenges
 from flexgui.stages.compare.state import Comparison
 from flexgui.stages.data.check import Check
 from flexgui.stages.data.state import Recordings, check_suits

@@ -11,10 +11,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from flexgui.classroom.board import Board
-from flexgui.jobs import JobPool
+if TYPE_CHECKING:
+    from flexgui.classroom.board import Board
+    from flexgui.jobs import JobPool
+
 
 STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export", "Study")
 """The stages of the work, in order."""

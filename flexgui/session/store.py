@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flexgui.classroom.challenging import Challenge
 from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.results import Outcome
@@ -29,6 +28,7 @@ from flexgui.places import (
 from flexgui.session.edit import Document
 from flexgui.session.records import packed, unpacked
 from flexgui.session.state import STAGES, Cursor, Live, Topic
+from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data.state import check_suits
 from flexgui.stages.diagnose.look import Look
 from flexgui.stages.study.state import StudyChoice

@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import flexgui as fg
-from flexgui.classroom.truth import truth_in_words
 from flexgui.core.results import Diagnosis, Estimate, LadderStep
 from flexgui.core.study.challenge import TRUTH_FILE, make_challenge, opened
 from flexgui.sentences.identifiability import identifiability_sentences
 from flexgui.sentences.written import format_number
+from flexgui.stages.challenge.truth import truth_in_words
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "docs" / "teaching" / "answers.md"

@@ -103,7 +103,7 @@ async def slider(trace: Trace, port: int, session: Any) -> None:
 def page(trace: Trace) -> None:
     """A viser server with a page in this process, its workers beside it."""
     from flexgui.jobs import JobPool
-    from flexgui.session import Session
+    from flexgui.session.session import Session
     from tests.page.conftest import Desktop, Offered
 
     with JobPool(1) as pool, tempfile.TemporaryDirectory() as folder:

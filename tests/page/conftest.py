@@ -16,7 +16,7 @@ import viser
 from flexgui.classroom.board import Board
 from flexgui.jobs import JobPool
 from flexgui.page.page import Page, build_page
-from flexgui.session import Session
+from flexgui.session.session import Session
 from tests.page.helpers import FIRST
 
 UPLOAD_LIMIT = 1_000_000

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from flexgui.session import Session
 from flexgui.session.edit import Document, put
+from flexgui.session.session import Session
 from tests.session.helpers import until
 
 PLOTS = """() => JSON.stringify([

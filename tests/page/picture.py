@@ -17,7 +17,7 @@ from playwright.sync_api import sync_playwright
 
 from flexgui.jobs import JobPool
 from flexgui.server.viser_patches import send_plotly
-from flexgui.session import Session
+from flexgui.session.session import Session
 from tests.conftest import CHROMIUM, FLAGS, ROOT
 from tests.page.conftest import Desktop, Offered
 from tests.page.test_diagnose import few

@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.scenario.read import read_scenario
 from flexgui.library.shipped import shipped_folder
-from flexgui.session import Session
+from flexgui.session.session import Session
 from flexgui.stages.arm import panel as arm_panel
 from tests.page.conftest import Desktop
 from tests.page.helpers import FIRST, PLOTS, enter, plots, press, sees, still

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.classroom.challenging import Challenge
 from flexgui.core.study.challenge import opened
 from flexgui.jobs.settings import DEFAULT
-from flexgui.session import Session
 from flexgui.session.edit import Document, put
+from flexgui.session.session import Session
+from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.stages.diagnose.look import ladder_steps
 from tests.page.conftest import Desktop

@@ -9,7 +9,7 @@ import pytest
 from flexgui.page.in_browser import PURPOSE
 from flexgui.page.layout import DARK
 from flexgui.server.access import LONGEST, SLOW, behind_curtain
-from flexgui.session import Session
+from flexgui.session.session import Session
 from tests.page.conftest import PATIENCE, Desktop
 from tests.page.helpers import FIRST, press, sees, still
 from tests.session.helpers import until

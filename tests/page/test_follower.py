@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from flexgui.page.in_browser import PURPOSE
-from flexgui.session import Session
+from flexgui.session.session import Session
 from tests.page.conftest import PATIENCE, Desktop
 from tests.page.helpers import FIRST, sees
 

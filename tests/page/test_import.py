@@ -12,8 +12,8 @@ import pytest
 
 from flexgui.core.recording.save import save_recording
 from flexgui.scene.recorded import read_one
-from flexgui.session import Session
 from flexgui.session.edit import put
+from flexgui.session.session import Session
 from tests.page.conftest import Desktop
 from tests.page.helpers import press, sees
 from tests.page.test_walk import BOXES, SETTLED

@@ -12,8 +12,8 @@ import pytest
 
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.study.challenge import opened
-from flexgui.session import Session
 from flexgui.session.edit import put
+from flexgui.session.session import Session
 from flexgui.stages.data.uploads import fetch_files
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.stages.diagnose.look import ladder_steps

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 import flexgui as fg
-from flexgui.session import Session, Topic
+from flexgui.session.session import Session
+from flexgui.session.state import Topic
 from flexgui.views.of_recording import recording_views
 from tests.page.helpers import sees
 

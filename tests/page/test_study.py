@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from flexgui.core.scenario.read import read_scenario
-from flexgui.session import Session
+from flexgui.session.session import Session
 from flexgui.stages.data.uploads import fetch_files
 from flexgui.stages.diagnose.look import Look
 from flexgui.stages.study.panel import OPEN

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexgui.session import Session
+from flexgui.session.session import Session
 from tests.page.helpers import press, sees
 
 INVITING = """() => [...document.querySelectorAll('.mantine-Button-root[data-block]')]

@@ -15,7 +15,7 @@ import viser
 
 from flexgui.jobs import JobPool
 from flexgui.server.viser_patches import send_plotly
-from flexgui.session import Session
+from flexgui.session.session import Session
 from flexgui.session.state import STAGES
 from tests.jobs.helpers import EVEN
 from tests.page.conftest import Desktop, Offered

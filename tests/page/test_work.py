@@ -14,7 +14,7 @@ import pytest
 
 from flexgui.core.recording.save import save_recording
 from flexgui.scene.recorded import read_one
-from flexgui.session import Session
+from flexgui.session.session import Session
 from tests.page.helpers import enter, field, plots, press, sees, small
 from tests.session.helpers import until
 

@@ -21,7 +21,6 @@ import plotly.graph_objects as go
 import pytest
 
 import flexgui as fg
-from flexgui.classroom.panel import GuessFields
 from flexgui.core.plugins import look_again
 from flexgui.core.recording import channels as known_channels
 from flexgui.core.recording.load import load_recording
@@ -30,6 +29,7 @@ from flexgui.core.scenario.rig_spec import SensorsSpec
 from flexgui.core.scenario.schema import DiagnoseSpec
 from flexgui.reference import reference_text
 from flexgui.stages.arm import panel as arm_panel
+from flexgui.stages.challenge.panel import GuessFields
 from flexgui.stages.compare import panel as compare_panel
 from flexgui.views.names import channel_title
 

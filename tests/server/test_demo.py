@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from flexgui.classroom import demo as demo_module
-from flexgui.classroom.challenging import Challenge, Guess
 from flexgui.classroom.demo import COPY, FOLLOW, copy_session
 from flexgui.classroom.tickets import Tickets
-from flexgui.session import Session
+from flexgui.session.session import Session
+from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.stages.diagnose.look import Look
 from tests.server.conftest import MakePlace, Place
 from tests.server.helpers import SILENCE, Browser, Thing, announcement, get, wait_for

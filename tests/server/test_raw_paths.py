@@ -10,7 +10,7 @@ import pytest
 from flexgui.classroom.demo import COPY
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
-from flexgui.session import Session
+from flexgui.session.session import Session
 from tests.server.helpers import Browser, announcement, part
 from tests.server.served import until, widget
 from tests.session.elsewhere import SECRET, names, secret, stated

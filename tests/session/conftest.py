@@ -10,7 +10,7 @@ import pytest
 
 from flexgui.classroom.board import Board
 from flexgui.jobs import JobPool
-from flexgui.session import Session
+from flexgui.session.session import Session
 
 UPLOAD_LIMIT = 1_000_000
 """bytes; small, so that a file that is too large is quick to make."""

@@ -10,8 +10,9 @@ from typing import Any
 
 from flexgui.cli import run
 from flexgui.jobs import JobPool
-from flexgui.session import Services, Session
 from flexgui.session.edit import Document, put
+from flexgui.session.session import Session
+from flexgui.session.state import Services
 from tests.session.conftest import Offered
 
 SOON = 60.0

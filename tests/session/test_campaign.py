@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from flexgui.core.recording.spec import GapsSpec
-from flexgui.session import Session
+from flexgui.session.session import Session
 from flexgui.stages.data.rows import SHORT_GAP, Rows, settings
 from tests.session.conftest import Offered
 from tests.session.test_columns import good_csv

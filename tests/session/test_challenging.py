@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.classroom.board import MOST, Board, Entry, board_table
-from flexgui.classroom.challenging import Challenge, Guess
-from flexgui.classroom.judging import asked_sizes, judged, read_sizes
+from flexgui.classroom.board import MOST, Board, board_table
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
-from flexgui.session import Session
+from flexgui.session.session import Session
+from flexgui.stages.challenge.judging import Entry, asked_sizes, judged, read_sizes
+from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.views.summary import validation_words
 from tests.session.conftest import Offered
 from tests.session.helpers import until

@@ -11,7 +11,7 @@ import pytest
 
 from flexgui.core.check.finding import Finding
 from flexgui.core.scenario.read import scenario_toml
-from flexgui.session import Session
+from flexgui.session.session import Session
 from flexgui.stages.data.panel_recording import wording_of
 from flexgui.views.preview import finding_words, title_of
 from flexgui.views.sketch import sparkline

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from flexgui.session import Session
+from flexgui.session.session import Session
 from flexgui.stages.data.uploads import scenario_file
 from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, settle

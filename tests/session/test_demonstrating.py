@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexgui.core.results import LadderStep, MissingTorque, RecordingComparison
-from flexgui.session import Session
 from flexgui.session.edit import Document
+from flexgui.session.session import Session
 from flexgui.stages.diagnose.look import Look, Looked
 from flexgui.stages.diagnose.plots_demonstration import demonstration, demonstration_summary
 from flexgui.views.missing_torque import missing_cloud

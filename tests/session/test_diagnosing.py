@@ -19,8 +19,8 @@ from flexgui.jobs import JobPool
 from flexgui.jobs.job import DONE, FAILED
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
-from flexgui.session import Session
 from flexgui.session.edit import Document, put
+from flexgui.session.session import Session
 from flexgui.stages.data.uploads import diagnosed_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
 from flexgui.stages.diagnose.look import Looked, ladder_steps, story

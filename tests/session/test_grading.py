@@ -18,11 +18,11 @@ from flexgui.classroom.hand_in import (
     read_hand_in,
     stated_guess,
 )
-from flexgui.classroom.judging import NONE_GUESSED, Guess
 from flexgui.cli import app
 from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import HEAD as CHALLENGE
 from flexgui.core.study.challenge import TRUTH_FILE, obfuscate
+from flexgui.stages.challenge.judging import NONE_GUESSED, Guess
 
 TRUTH = {
     "seed": 6, "level": "hard", "effects": ["coulomb_friction", "camera_delay"], "EI": 520.0,

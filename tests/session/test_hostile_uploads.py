@@ -13,8 +13,8 @@ import pytest
 
 from flexgui.jobs import JobPool, inputs
 from flexgui.server.viser_patches import CALLBACK_THREADS
-from flexgui.session import Session
 from flexgui.session.edit import put
+from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from tests.recording.test_large_files import long_csv, mat_of_zeros
 from tests.session.conftest import SOON, Offered

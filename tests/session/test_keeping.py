@@ -18,7 +18,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from flexgui.classroom.challenging import Challenge, Guess
 from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.scenario.read import read_scenario
@@ -27,12 +26,14 @@ from flexgui.library.shipped import shipped_folder
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server import sessions
 from flexgui.server.sessions import KeptWork
-from flexgui.session import Session, Topic, store
+from flexgui.session import store
 from flexgui.session.demo import demo_scenario, hidden_scenario
 from flexgui.session.edit import put
 from flexgui.session.records import SCHEMA, Envelope, packed, unpacked
-from flexgui.session.state import STAGES
+from flexgui.session.session import Session
+from flexgui.session.state import STAGES, Topic
 from flexgui.session.store import Found, Stated
+from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.stages.study.state import DONE, STOPPED
 from tests.paper_study.helpers import short
 from tests.session.conftest import SOON, Offered

@@ -8,9 +8,10 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from flexgui.session import Session, Topic, document, playback
+from flexgui.session import document, playback
 from flexgui.session.edit import arm_setting
-from flexgui.session.state import Part
+from flexgui.session.session import Session
+from flexgui.session.state import Part, Topic
 from flexgui.stages.arm.live import LiveModel
 
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from flexgui.jobs import JobPool, inputs
-from flexgui.session import Session
 from flexgui.session.edit import put
+from flexgui.session.session import Session
 from flexgui.stages.study.state import DONE
 from tests.jobs.helpers import EVEN
 from tests.paper_study.helpers import short

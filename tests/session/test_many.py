@@ -11,8 +11,8 @@ from flexgui.core.results import RankedEffect
 from flexgui.jobs import JobPool
 from flexgui.jobs.events import Event, Started
 from flexgui.jobs.job import DONE
-from flexgui.session import Session
 from flexgui.session.edit import Document, put
+from flexgui.session.session import Session
 from tests.jobs.helpers import EVEN
 from tests.session.conftest import Offered
 from tests.session.helpers import until

@@ -6,7 +6,7 @@ import pytest
 
 from flexgui.page import painter
 from flexgui.page.painter import INTERVAL, LONG, SLOWEST, Painter
-from flexgui.session import Topic
+from flexgui.session.state import Topic
 
 BEGUN = 100.0
 """s on the clock."""

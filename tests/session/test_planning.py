@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.session import Session
 from flexgui.session.edit import Document
+from flexgui.session.session import Session
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 

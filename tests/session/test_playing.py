@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from flexgui.session import Session
+from flexgui.session.session import Session
 from flexgui.session.state import Part
 from tests.session.helpers import until
 

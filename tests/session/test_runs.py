@@ -15,7 +15,7 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.export.formats import model_formats
 from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
 from flexgui.jobs.job import DONE, QUEUED, RUNNING, STOPPED, JobState
-from flexgui.session import Session
+from flexgui.session.session import Session
 from flexgui.stages.data.uploads import scenario_file
 from flexgui.stages.export.panel import ExportPanel
 from tests.session.conftest import SOON, Offered

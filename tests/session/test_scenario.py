@@ -16,10 +16,10 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.sensors import sensors
 from flexgui.library.shipped import scenarios
-from flexgui.session import Session, Topic
 from flexgui.session.demo import demo_scenario, hidden_scenario, scenario_choices
 from flexgui.session.edit import arm_setting, edited, put
-from flexgui.session.state import Part
+from flexgui.session.session import Session
+from flexgui.session.state import Part, Topic
 from flexgui.stages.data.experiments import Experiments
 
 

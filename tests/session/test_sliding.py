@@ -9,11 +9,12 @@ import pytest
 from flexgui.core.errors import InputError
 from flexgui.core.recent import Recent
 from flexgui.places import WORK, is_kept
-from flexgui.session import Session, Topic, document
+from flexgui.session import document
 from flexgui.session.edit import Edit, arm_setting, edited, put
 from flexgui.session.latest import TURNS
 from flexgui.session.records import packed, unpacked
-from flexgui.session.state import Live
+from flexgui.session.session import Session
+from flexgui.session.state import Live, Topic
 from flexgui.session.store import Stated
 from flexgui.stages.arm.live import LiveModel
 

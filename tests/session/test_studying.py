@@ -17,7 +17,8 @@ from flexgui.core.montecarlo.summary import summarise
 from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Journal
 from flexgui.core.scenario.read import parse_scenario, read_scenario
-from flexgui.session import Session, Topic
+from flexgui.session.session import Session
+from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import zipped_folder
 from flexgui.stages.study.command import JOURNAL as JOURNAL_OF_THE_COMMAND
 from flexgui.stages.study.state import (

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.classroom.challenging import Challenge
 from flexgui.core.errors import InputError
-from flexgui.session import Session
+from flexgui.session.session import Session
+from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered

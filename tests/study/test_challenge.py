@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flexgui.classroom.truth import revealed, truth_in_words
 from flexgui.cli import app
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
@@ -26,6 +25,7 @@ from flexgui.core.study.challenge import (
     opened,
     write_challenge,
 )
+from flexgui.stages.challenge.truth import revealed, truth_in_words
 
 
 @pytest.fixture(scope="module")

@@ -28,8 +28,8 @@ from flexgui.page.widgets import (
     paragraph,
     slider,
 )
-from flexgui.session import Topic
 from flexgui.session.edit import arm_setting, put
+from flexgui.session.state import Topic
 from flexgui.session.tour import holds_way_on
 from flexgui.stages.arm.chart import chart
 from flexgui.views.dynamics import frequency_response, mode_table, noisy_step, phase_response, poles

@@ -22,7 +22,7 @@ from flexgui.page.tour import to_diagnosis
 from flexgui.page.widgets import Words, button, choice, offer, paragraph, words_of
 from flexgui.sentences.figures import FLOOR_IS
 from flexgui.sentences.written import channel_symbol, format_number, quantity
-from flexgui.session import Topic
+from flexgui.session.state import Topic
 from flexgui.stages.compare.state import WhereItFails
 from flexgui.views.comparison import live_comparison
 from flexgui.views.error_map import place

@@ -25,8 +25,8 @@ from flexgui.page.widgets import (
     paragraph,
     switch,
 )
-from flexgui.session import Topic
 from flexgui.session.demo import scenario_choices
+from flexgui.session.state import Topic
 from flexgui.stages.data.experiments import Experiments, has_working_points
 from flexgui.stages.data.panel_columns import ColumnChoice
 from flexgui.stages.data.panel_own import WORDS, Arrivals, RigChoice, upload_button

@@ -13,8 +13,8 @@ from flexgui.core.check.finding import Finding
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, bind, button, choice, number, offer
-from flexgui.session import Session
 from flexgui.session.edit import Document, put, recording
+from flexgui.session.session import Session
 from flexgui.stages.data.panel_own import WORDS
 from flexgui.views.preview import finding_words, lines_applied
 

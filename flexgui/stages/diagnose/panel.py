@@ -6,7 +6,6 @@ from typing import Any
 
 from markupsafe import Markup
 
-from flexgui.classroom.panel import ChallengeControls
 from flexgui.core.effects import catalogue
 from flexgui.core.results import MISSING
 from flexgui.jobs.job import RUNNING
@@ -15,9 +14,10 @@ from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import Words, button, color, offer, paragraph, react
 from flexgui.sentences.figures import linear_sentence, times
-from flexgui.session import Topic
 from flexgui.session.edit import model_of
+from flexgui.session.state import Topic
 from flexgui.session.tour import holds_way_on
+from flexgui.stages.challenge.panel import ChallengeControls
 from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.look import Look, Looked, in_vain, ladder_steps, refitted_only, worse
 from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, inviting

@@ -14,7 +14,8 @@ from flexgui.export.model_format import ModelFormat
 from flexgui.jobs.task import Task
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.widgets import Words, button, number, paragraph, words_of
-from flexgui.session import Session, Topic
+from flexgui.session.session import Session
+from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import (
     diagnosed_file,
     recordings_of,

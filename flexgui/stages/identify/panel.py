@@ -33,8 +33,8 @@ from flexgui.page.widgets import (
     words_of,
 )
 from flexgui.sentences.written import ShownUnit, shown_unit
-from flexgui.session import Topic
 from flexgui.session.edit import Document, model_of, put
+from flexgui.session.state import Topic
 from flexgui.stages.identify.state import candidates, noisy, paper_points, stated
 from flexgui.views.convergence import (
     History,

@@ -24,8 +24,8 @@ from flexgui.page.widgets import (
     switch,
     words_of,
 )
-from flexgui.session import Topic
 from flexgui.session.demo import DEMO
+from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import safe_name, zipped_folder
 from flexgui.stages.study.baselines import snr
 from flexgui.stages.study.state import (

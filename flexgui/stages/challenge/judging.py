@@ -196,3 +196,30 @@ def _words(ratio: float) -> str:
     if off <= NEAR:
         return f"near: {off:.2g} times too {side}"
     return f"far off: {off:.2g} times too {side}" if math.isfinite(off) else "the wrong sign"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One person's end of a challenge."""
+
+    name: str
+    """As the person wrote it; empty: somebody."""
+    guess: str
+    found: int
+    hidden: int
+    complete: bool
+    size: str
+    seconds: float
+    """From the data to the truth."""
+    asked: bool
+    """Whether the tool was asked before the guess."""
+    changed: bool = False
+    """Whether another guess was committed to before this one."""
+
+
+LONGEST_NAME = 24
+
+
+def plain_name(text: str) -> str:
+    """One short line."""
+    return " ".join("".join(c for c in text if c.isprintable()).split())[:LONGEST_NAME]

@@ -5,15 +5,6 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from flexgui.classroom.board import board_table, plain_name
-from flexgui.classroom.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
-from flexgui.classroom.judging import (
-    NONE_GUESSED,
-    AskedSize,
-    Guess,
-    asked_sizes,
-    read_sizes,
-)
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import LEVELS
@@ -21,6 +12,15 @@ from flexgui.export.template import environment
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, button, color, paragraph, react
 from flexgui.sentences.figures import unseen_rms
+from flexgui.stages.challenge.judging import (
+    NONE_GUESSED,
+    AskedSize,
+    Guess,
+    asked_sizes,
+    plain_name,
+    read_sizes,
+)
+from flexgui.stages.challenge.state import NONE_TITLE, Challenge, Revealed, ToolAnswer
 from flexgui.stages.diagnose.effects import titled
 from flexgui.views.html import html_table
 from flexgui.views.summary import validation_words
@@ -139,6 +139,8 @@ class ChallengeControls(Piece):
         board = session.services.board
         entries = board.entries(known.seed, known.level)
         waiting = board.guessing(known.seed, known.level)
+        from flexgui.classroom.board import board_table  # late: only a class has entries
+
         table = html_table(board_table(entries, waiting))
         self._board.show(words.board(known, entries, waiting, table).strip())
 

@@ -8,13 +8,20 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from flexgui.classroom.board import Entry, plain_name
-from flexgui.classroom.judging import NONE_GUESSED, NONE_TITLE, Guess, Judgement, judged
-from flexgui.classroom.truth import hide, truth_in_words
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.session.state import Topic
+from flexgui.stages.challenge.judging import (
+    NONE_GUESSED,
+    NONE_TITLE,
+    Entry,
+    Guess,
+    Judgement,
+    judged,
+    plain_name,
+)
+from flexgui.stages.challenge.truth import hide, truth_in_words
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.views.ranking import sizes
 

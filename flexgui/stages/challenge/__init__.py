@@ -1,0 +1,1 @@
+"""A hidden effect to be found."""
