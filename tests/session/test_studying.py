@@ -144,7 +144,7 @@ def test_another_scenario_ends_the_study_of_the_first(quick: Session, services: 
     quick.choose("demo")
     assert quick.study.state.phase == IDLE and not quick.study.state.sections
     assert run.wait()
-    done = run.done
+    done = run.state.done
     assert quick.open(short().scenario)
     quick.study.choose(runs=1)
     assert quick.study.start()

@@ -28,6 +28,7 @@ from flexgui.stages.study.state import (
     RUNNING,
     STOPPED,
     STOPPING,
+    ShownSection,
     StudyChoice,
     StudyState,
     asked,
@@ -57,7 +58,6 @@ class Study:
     def __init__(self, session: Session) -> None:
         self._session = session
         self.choice = StudyChoice()
-        self.state = StudyState()
         self.run: StudyRun | None = None
         """The one that is shown."""
         self._left: StudyRun | None = None
@@ -65,6 +65,15 @@ class Study:
         self._worker = LatestWins(session.faults, Part.STUDY)
         self._over = threading.Event()
         self._refused: tuple[Scenario, str] | None = None
+        self._unread = StudyState()
+        """How it stands without a run: nothing, or why what was kept cannot be shown."""
+        self._sections: tuple[ShownSection, ...] = ()
+
+    @property
+    def state(self) -> StudyState:
+        """How the study stands, with what has been drawn of its results."""
+        run = self.run
+        return self._unread if run is None else replace(run.state, sections=self._sections)
 
     @property
     def refusal(self) -> str:
@@ -101,7 +110,7 @@ class Study:
         try:
             run, left = self._new(scenario, Here(), self._show)
         except InputError as error:  # another version refuses it
-            self.state = StudyState(FAILED, sentence=str(error))
+            self._unread = StudyState(FAILED, sentence=str(error))
             return
         run.stop()
         run.start(after=left)
@@ -119,26 +128,21 @@ class Study:
             folder = self._session.folder / "studies" / settings.identity
             run = StudyRun(settings, self.choice.parts, executor, folder, on_change)
             left, self.run = self.run or self._left, run
-            sections = self.state.sections if same else ()
-            self.state = replace(_state(run), sections=sections)
+            self._sections = self._sections if same else ()
         return run, left
 
     def stop(self) -> None:
         """What is finished stays, and the next start goes on from there."""
-        with self._session.lock:
-            run = self.run
-            if run is None or not self.state.busy:
-                return
-            run.stop()
-            self.state = replace(self.state, phase=run.phase)
-        self._session.notify(Topic.STUDY)
+        if self.run is not None and self.run.state.busy:
+            self.run.stop()
+            self._session.notify(Topic.STUDY)
 
     def forget(self) -> None:
         """Stops it and hears nothing more of it: its scenario has been left."""
         with self._session.lock:
             run, self.run = self.run, None
             self._left = run or self._left
-            self.state = StudyState()
+            self._unread, self._sections = StudyState(), ()
         if run is not None:
             run.stop()
         self._session.notify(Topic.STUDY)
@@ -168,9 +172,9 @@ class Study:
     def _changed(self, run: StudyRun) -> None:
         if not self._show(run):
             return
-        if run.phase == FAILED:
-            self._session.show_message(run.sentence, bad=True)
-        elif run.phase == STOPPED:
+        if run.state.phase == FAILED:
+            self._session.refuse(run.state.sentence)
+        elif run.state.phase == STOPPED:
             self._session.show_message("The study was stopped; what is finished is kept.")
 
     def _show(self, run: StudyRun) -> bool:
@@ -178,10 +182,8 @@ class Study:
         if self._session.closed and not is_kept(self._session.folder):
             # A run that was just beginning has made its folder anew.
             shutil.rmtree(self._session.folder, ignore_errors=True)
-        with self._session.lock:
-            if run is not self.run:
-                return False
-            self.state = replace(_state(run), sections=self.state.sections)
+        if run is not self.run:
+            return False
         self._session.notify(Topic.STUDY)
         self._worker.ask(lambda: self._draw(run))
         return True
@@ -199,16 +201,9 @@ class Study:
         with self._session.lock:
             if run is not self.run:
                 return
-            self.state = replace(self.state, sections=sections)
+            self._sections = sections
         self._session.notify(Topic.STUDY)
         self._over.wait(max(CALM, SHARE * took))
-
-
-def _state(run: StudyRun) -> StudyState:
-    return StudyState(
-        run.phase, run.settings, run.parts, run.done, run.total, run.before,
-        run.remaining_seconds, without_places(run.sentence, run.folder),
-    )  # fmt: skip
 
 
 log = logging.getLogger(__name__)
@@ -230,15 +225,15 @@ class StudyRun:
     ) -> None:
         from flexgui.core.montecarlo.study import study_cases
 
-        self.settings, self.folder, self.phase, self.sentence = settings, folder, RUNNING, ""
-        self.done = self.before = 0
-        self.parts, self._executor, self._on_change = parts, executor, on_change
+        self.settings, self.folder = settings, folder
+        self._executor, self._on_change = executor, on_change
         self._cases: list[Case] = study_cases(settings, parts)
+        self._state = StudyState(RUNNING, settings, parts, total=len(self._cases))
         self._records: dict[str, Record] = {}
         self._new: list[str] = []
         self._after: StudyRun | None = None
         self._begun = time.monotonic()
-        self._lock, self._stop = threading.Lock(), threading.Event()
+        self._lock, self._stop = threading.RLock(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="study", daemon=True)
 
     def start(self, after: StudyRun | None = None) -> None:
@@ -249,8 +244,8 @@ class StudyRun:
     def stop(self) -> None:
         """Begins no other case; returns at once."""
         with self._lock:
-            if self.phase == RUNNING:
-                self.phase = STOPPING
+            if self._state.phase == RUNNING:
+                self._change(phase=STOPPING)
         self._stop.set()
 
     def wait(self, timeout: float = LONGEST_WAIT) -> bool:
@@ -259,34 +254,36 @@ class StudyRun:
         return not self._thread.is_alive()
 
     @property
-    def total(self) -> int:
-        """Number of cases."""
-        return len(self._cases)
-
-    @property
     def records(self) -> dict[str, Record]:
         """All that is known of this study, also of parts that were not asked for now."""
         with self._lock:
             return dict(self._records)
 
     @property
-    def remaining_seconds(self) -> float | None:
-        """s that the rest may take; None where nobody knows yet."""
+    def state(self) -> StudyState:
+        """How it stands now."""
         with self._lock:
             left = [case.part for case in self._cases if case.key not in self._records]
             elapsed = time.monotonic() - self._begun
-            return remaining(self._records, self._new, left, elapsed)
+            seconds = remaining(self._records, self._new, left, elapsed)
+            return replace(self._state, remaining_seconds=seconds)
+
+    def _change(self, **changes: Any) -> None:
+        with self._lock:
+            self._state = replace(self._state, **changes)
 
     def _run(self) -> None:
         try:
             self._go_through()
-            self._end(DONE if self.done == self.total else STOPPED)
+            done = self._state.done == self._state.total
+            self._change(phase=DONE if done else STOPPED)
         except InputError as error:
-            self._end(FAILED, str(error))
+            self._change(phase=FAILED, sentence=without_places(str(error), self.folder))
         except Exception as error:
             log.exception("A study failed")
             kind = type(error).__name__
-            self._end(FAILED, f"The study failed unexpectedly ({kind}); details are in the log.")
+            sentence = f"The study failed unexpectedly ({kind}); details are in the log."
+            self._change(phase=FAILED, sentence=sentence)
         self._on_change(self)
 
     def _go_through(self) -> None:
@@ -299,7 +296,7 @@ class StudyRun:
         with self._lock:
             self._records = dict(Journal(path, self.settings.identity).records)
         steps = study(
-            self.settings, executor=self._executor, path=path, only=self.parts,
+            self.settings, executor=self._executor, path=path, only=self._state.parts,
             stop=self._stop.is_set,
         )  # fmt: skip
         for step in steps:
@@ -308,15 +305,11 @@ class StudyRun:
     def _take(self, step: FinishedCase) -> None:
         key = step.record["key"]
         with self._lock:
-            self.done = step.done
             self._records[key] = step.record
+            self._change(done=step.done, before=step.done if step.before else self._state.before)
             if step.before:
-                self.before, self._begun = step.done, time.monotonic()
+                self._begun = time.monotonic()
             else:
                 self._new.append(key)
         if not step.before or step.done == step.total:
             self._on_change(self)
-
-    def _end(self, phase: str, sentence: str = "") -> None:
-        with self._lock:
-            self.phase, self.sentence = phase, sentence
