@@ -30,7 +30,7 @@ def reveal(
     place: Place,
 ) -> None:
     """Open the seal: print what was hidden in a challenge."""
-    from flexgui.stages.challenge.truth import revealed
+    from flexgui.stages.challenge.judging import revealed
 
     typer.echo(revealed(place))
 

@@ -15,8 +15,7 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import did_you_mean
 from flexgui.core.study.challenge import LEVELS, obfuscate, opened
-from flexgui.stages.challenge.judging import NONE_GUESSED, Guess, judged, plain_name
-from flexgui.stages.challenge.truth import truth_in_words
+from flexgui.stages.challenge.judging import NONE_GUESSED, Guess, judged, plain_name, truth_in_words
 
 HEAD = "FlexGUI hand-in, sealed. `flexgui grade` checks it."
 ENDING = ".handin"

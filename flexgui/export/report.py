@@ -12,11 +12,9 @@ from flexgui import __version__
 from flexgui.core.diagnose.maps import error_maps
 from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.export.report_motion import Motion
-from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.export.report_sections import diagnosis_section, glance
-from flexgui.export.template import environment
-from flexgui.sentences.identifiability import sentences_of_fits
-from flexgui.sentences.notes import notes
+from flexgui.export.template import Plot, environment, packed_plotly, plot
+from flexgui.sentences.identifiability import notes, sentences_of_fits
 from flexgui.sentences.written import format_number, quantity, shown_unit, with_unit
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
@@ -29,7 +27,6 @@ from flexgui.views.fit_table import (
     variants,
 )
 from flexgui.views.headline import beside, final_comparisons, given_comparisons, grown
-from flexgui.views.html import mathml
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.layout import POINTS
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
@@ -37,7 +34,7 @@ from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
 from flexgui.views.parameter_tables import between_runs, given_parameters, standing_parameters
 from flexgui.views.summary import alarms, distinguishable, lead
-from flexgui.views.table import Column, Row, Table, affine, matrices
+from flexgui.views.table import Column, Row, Table, affine, mathml, matrices
 
 LARGEST = 4_000_000
 """Bytes: a mail takes such a report, and a browser opens it at once."""

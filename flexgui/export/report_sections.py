@@ -16,7 +16,7 @@ from flexgui import __version__
 from flexgui.core.diagnose.maps import error_maps
 from flexgui.core.effects import catalogue
 from flexgui.core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
-from flexgui.export.report_plot import Plot, plot
+from flexgui.export.template import Plot, plot
 from flexgui.sentences.experiments import experiment_title
 from flexgui.sentences.ranked import in_order, round_sentence
 from flexgui.sentences.verdict import all_paragraphs
@@ -24,13 +24,12 @@ from flexgui.sentences.written import format_number
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_bars
 from flexgui.views.headline import final_comparisons, verdict_now
-from flexgui.views.html import mathml
 from flexgui.views.ladder import ladder, ladder_table, sizes_table
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.errors import patterns
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.summary import doubt
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Column, Row, Table, mathml
 
 
 def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:

@@ -9,7 +9,7 @@ from typing import Any
 from flexgui.core.diagnose.maps import error_maps
 from flexgui.core.results import Diagnosis, Estimate, Outcome, RecordingComparison
 from flexgui.export.records import as_record
-from flexgui.sentences.notes import notes
+from flexgui.sentences.identifiability import notes
 from flexgui.sentences.verdict import STOPPED, all_paragraphs
 from flexgui.views.headline import (
     belongs_to,

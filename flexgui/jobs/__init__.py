@@ -7,7 +7,8 @@ Nothing heavy runs in the process of the page: a supervisor only waits, a callba
 of the crew's threads, never by `submit`, `stop` or whoever holds a lock.
 """
 
-from flexgui.jobs.events import (
+from flexgui.jobs.job import Job, JobState
+from flexgui.jobs.messages import (
     Advanced,
     Event,
     Failed,
@@ -20,12 +21,11 @@ from flexgui.jobs.events import (
     Stage,
     Started,
     Stopped,
+    Task,
     WorkerLost,
 )
-from flexgui.jobs.job import Job, JobState
 from flexgui.jobs.pool import JobPool
 from flexgui.jobs.settings import PoolSettings
-from flexgui.jobs.task import Task
 
 __all__ = [
     "Advanced",

@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from flexgui.jobs.events import (
+from flexgui.jobs.inbox import Inbox
+from flexgui.jobs.messages import (
     Advanced,
     Ended,
     Event,
@@ -23,11 +24,10 @@ from flexgui.jobs.events import (
     Started,
     Stopped,
     Stopping,
+    Task,
     WorkerLost,
     merged,
 )
-from flexgui.jobs.inbox import Inbox
-from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:
     from flexgui.core.results import Generation

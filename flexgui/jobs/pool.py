@@ -14,11 +14,10 @@ from types import TracebackType
 from typing import Generic, Protocol, TypeVar
 
 from flexgui.core.errors import InputError
-from flexgui.jobs.events import Ended, Event, Failed, Started, Stopped
 from flexgui.jobs.job import Job
+from flexgui.jobs.messages import Ended, Event, Failed, Started, Stopped, Task
 from flexgui.jobs.settings import DEFAULT, PoolSettings
 from flexgui.jobs.supervisor import WorkerSupervisor
-from flexgui.jobs.task import Task
 
 CLOSING = 4.0
 """s for all workers to end, well within what a person waits after Ctrl-C."""

@@ -12,8 +12,8 @@ from multiprocessing.connection import wait
 from typing import Any
 
 from flexgui.core.resumable.executor import one_thread_each
+from flexgui.jobs.messages import Alive, Order
 from flexgui.jobs.settings import PoolSettings
-from flexgui.jobs.task import Alive, Order
 from flexgui.jobs.worker import work
 
 # A fork would copy the page's threads as locks that nobody ever opens.

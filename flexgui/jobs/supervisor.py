@@ -7,11 +7,23 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
-from flexgui.jobs.events import Ended, Event, Failed, Finished, Stopped, WorkerLost
 from flexgui.jobs.job import PAUSED, Job
+from flexgui.jobs.messages import (
+    Answer,
+    Begin,
+    Crashed,
+    Ended,
+    Event,
+    Failed,
+    Finished,
+    Order,
+    Ready,
+    Refused,
+    Stopped,
+    WorkerLost,
+)
 from flexgui.jobs.process import WorkerGoneError, WorkerProcess
 from flexgui.jobs.settings import TOO_LONG
-from flexgui.jobs.task import Answer, Begin, Crashed, Order, Ready, Refused
 
 if TYPE_CHECKING:
     from flexgui.jobs.pool import JobPool

@@ -20,9 +20,24 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import brief
-from flexgui.jobs.events import Advanced, Event, NewGeneration, Partial, Stage, merged
+from flexgui.jobs.messages import (
+    Advanced,
+    Alive,
+    Answer,
+    Begin,
+    Crashed,
+    Done,
+    Event,
+    NewGeneration,
+    Order,
+    Partial,
+    Ready,
+    Refused,
+    Stage,
+    Task,
+    merged,
+)
 from flexgui.jobs.settings import TOO_LARGE, PoolSettings, limit_memory, limit_time
-from flexgui.jobs.task import Alive, Answer, Begin, Crashed, Done, Order, Ready, Refused, Task
 
 if TYPE_CHECKING:
     from flexgui.core.results import Generation

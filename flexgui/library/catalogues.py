@@ -17,8 +17,7 @@ from flexgui.core.plugins import unregister as remove_plugin
 from flexgui.core.sensors.sensor import Sensor
 from flexgui.core.sentences import first_sentence
 from flexgui.library.shown import looked_up
-from flexgui.views.html import html_table
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Column, Row, Table, html_table
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -16,12 +16,12 @@ from flexgui.core.results import (
 from flexgui.library.shown import chosen, from_dict, looked_up, paragraphs
 from flexgui.views.comparison import comparison
 from flexgui.views.fit_table import fit_bars, fit_table
-from flexgui.views.html import html_table
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import RecordingView, Seen, believable_floors
 from flexgui.views.preview import preview
 from flexgui.views.summary import quality
+from flexgui.views.table import html_table
 
 if TYPE_CHECKING:
     import pandas as pd

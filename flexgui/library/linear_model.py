@@ -27,7 +27,7 @@ from flexgui.views.dynamics import frequency_response as draw_frequency
 from flexgui.views.dynamics import mode_table
 from flexgui.views.dynamics import poles as draw_poles
 from flexgui.views.dynamics import step as draw_step
-from flexgui.views.html import html_table
+from flexgui.views.table import html_table
 
 if TYPE_CHECKING:
     import control

@@ -21,8 +21,7 @@ from flexgui.library.comparison import Comparison, Simulation
 from flexgui.library.linear_model import LinearModel, linear_model
 from flexgui.library.progress_callback import Callback, at_work
 from flexgui.library.results import Diagnosis, Identification, StoppedError
-from flexgui.views.html import html_table
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Column, Row, Table, html_table
 
 if TYPE_CHECKING:
     from flexgui.core.results import Outcome

@@ -22,12 +22,12 @@ from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import fit_bars
 from flexgui.views.headline import final_comparisons, given_comparisons, standing
-from flexgui.views.html import html_table
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder, ladder_table
 from flexgui.views.parameter_tables import standing_parameters
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.summary import alarms, ending, plain, summary
+from flexgui.views.table import html_table
 
 if TYPE_CHECKING:
     import pandas as pd

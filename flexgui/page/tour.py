@@ -10,9 +10,9 @@ from typing import Any
 
 from markupsafe import Markup
 
+from flexgui.library.shipped import HIDDEN, is_of_tour
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, button, color, paragraph
-from flexgui.session.demo import HIDDEN, is_of_tour
 from flexgui.session.tour import (
     AT,
     BEGIN,

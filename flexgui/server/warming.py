@@ -107,7 +107,7 @@ class Warming(Silent):
 
 def _load() -> None:
     import flexgui.page.page  # noqa: F401  (two seconds of imports)
-    from flexgui.session.demo import demo_scenario
+    from flexgui.library.shipped import demo_scenario
     from flexgui.session.state import Live
     from flexgui.stages.arm.live import live_model, prepare
 

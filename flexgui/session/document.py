@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from flexgui.core.arm.build import build_arm
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
-from flexgui.session.demo import demo_scenario
+from flexgui.library.shipped import demo_scenario
 from flexgui.session.edit import Edit, edited, model_of, noise_of_simulations
 from flexgui.session.latest import TURNS, LatestWins
 from flexgui.session.state import Live, Part, Topic

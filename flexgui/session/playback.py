@@ -13,7 +13,7 @@ from flexgui.core.results import Outcome
 from flexgui.core.scenario.data_folder import Within
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
-from flexgui.jobs.task import Task
+from flexgui.jobs.messages import Task
 from flexgui.scene import recorded
 from flexgui.session.latest import LatestWins
 from flexgui.session.state import STAGES, Cursor, Part, Topic

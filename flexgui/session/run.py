@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from flexgui.core.errors import InputError
 from flexgui.jobs import Event, Finished, Job, Task
-from flexgui.jobs.events import Ended
 from flexgui.jobs.job import FAILED, LOST, QUEUED, JobState
+from flexgui.jobs.messages import Ended
 from flexgui.session.state import Part, Topic
 
 if TYPE_CHECKING:

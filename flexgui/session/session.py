@@ -13,8 +13,8 @@ from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sentences import brief
 from flexgui.jobs.inputs import leave
+from flexgui.library.shipped import EMBEDDED, scenario_choices
 from flexgui.places import is_kept, without_places
-from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.document import Document
 from flexgui.session.playback import Playback
 from flexgui.session.run import Run

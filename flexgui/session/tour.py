@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexgui.core.results import NOTHING
-from flexgui.session.demo import is_of_tour
+from flexgui.library.shipped import is_of_tour
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.look import Look, in_vain, last_change
 

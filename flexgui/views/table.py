@@ -1,14 +1,141 @@
-"""Tables and matrices to show: texts in rows, ready for a page, a report or a terminal."""
+"""Tables as data, and as HTML with matrices and equations; every text in it is escaped.
+
+Put together as plain strings: Markup's own `format` takes ten times as long, and a page writes a
+table with every move of a slider. LaTeX becomes MathML that a browser shows without any script, and
+that cannot carry one.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import html
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from latex2mathml.converter import convert_to_element
+from markupsafe import Markup, escape
 
-from flexgui.core.results import DescriptorModel
+from flexgui.core.results import DescriptorModel, Equation
 from flexgui.sentences.written import format_number
+
+
+def html_table(table: Table) -> Markup:
+    """With its caption below."""
+    head = "".join(_cell("th", column, column.title) for column in table.columns)
+    rows = "".join(
+        f"<tr class='{'strong' if row.strong else ''}'>{_cells(row, table.columns)}</tr>"
+        for row in table.rows
+    )
+    caption = f"<p class='soft'>{escape(table.caption)}</p>" if table.caption else ""
+    return Markup(
+        f"<div class='scroll'><table><thead><tr>{head}</tr></thead>"
+        f"<tbody>{rows}</tbody></table></div>{caption}"
+    )
+
+
+def _cells(row: Row, columns: Sequence[Column]) -> str:
+    return "".join(
+        _cell("td", column, text, row.best == k)
+        for k, (column, text) in enumerate(zip(columns, row.cells, strict=True))
+    )
+
+
+def _cell(tag: str, column: Column, text: str, best: bool = False) -> str:
+    classes = " ".join(("number" if column.numeric else "", "best" if best else "")).strip()
+    return f"<{tag} class='{classes}'>{escape(text)}</{tag}>"
+
+
+def html_matrix(view: MatrixView) -> Markup:
+    """Named rows and columns; zeros are empty."""
+    head = "".join(f"<th>{escape(name)}</th>" for name in view.columns)
+    rows = "".join(
+        f"<tr><th>{escape(name)}</th>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>"
+        for name, cells in zip(view.rows, view.cells, strict=True)
+    )
+    return Markup(
+        f"<h4>{escape(view.title)}</h4><div class='scroll'><table class='matrix'>"
+        f"<tr><th></th>{head}</tr>{rows}</table></div>"
+    )
+
+
+def html_matrices(views: Iterable[MatrixView]) -> Markup:
+    """One below the other."""
+    return Markup("").join(html_matrix(view) for view in views)
+
+
+def html_equations(equations: Sequence[Equation]) -> Markup:
+    """Each with its title and note."""
+    frame = Markup("<h4>{}</h4><div class='formula'>{}</div>{}")
+    note = Markup("<p class='soft'>{}</p>")
+    return Markup("").join(
+        frame.format(e.title, mathml(e.latex), note.format(e.note) if e.note else "")
+        for e in equations
+    )
+
+
+ALLOWED = frozenset(
+    "math mrow mi mn mo ms mtext mspace mfrac msqrt mroot msub msup msubsup mover munder "
+    "munderover mtable mtr mtd mstyle mpadded mphantom menclose".split()
+)
+"""Elements of presentation MathML; anything else is not shown as a formula."""
+
+ATTRIBUTES = frozenset(
+    "display mathvariant stretchy fence form accent accentunder displaystyle scriptlevel width "
+    "height depth lspace rspace columnalign rowspacing columnspacing linethickness notation "
+    "minsize maxsize separator movablelimits symmetric".split()
+)
+
+SYNONYMS = (
+    ("\\begin{aligned}", "\\begin{align*}"),
+    ("\\end{aligned}", "\\end{align*}"),
+    ("''^", "''{}^"),
+)
+"""What the converter does not know, and what it knows instead."""
+
+NAMESPACE = "http://www.w3.org/1998/Math/MathML"
+BRACKETS = {"[": "]", "(": ")", "|": "|"}
+
+
+def mathml(latex: str, block: bool = True) -> Markup:
+    """A formula as MathML; the LaTeX itself, escaped, where it cannot be converted."""
+    for unknown, known in SYNONYMS:
+        latex = latex.replace(unknown, known)
+    try:
+        root = convert_to_element(latex, display="block" if block else "inline")
+        _clean(root)
+    except Exception:  # the converter fails in many ways, each with an error of its own
+        return Markup("<code class='latex'>") + escape(latex) + Markup("</code>")
+    _frame_matrices(root)
+    root.set("xmlns", NAMESPACE)
+    return Markup(ET.tostring(root, encoding="unicode", short_empty_elements=False))
+
+
+def _clean(element: ET.Element) -> None:
+    """Keep known elements and attributes only; texts become characters, to be escaped anew."""
+    if element.tag not in ALLOWED:
+        raise ValueError(f"no element of a formula: {element.tag}")
+    element.attrib = {k: v for k, v in element.attrib.items() if k in ATTRIBUTES}
+    element.text = html.unescape(element.text or "")
+    element.tail = html.unescape(element.tail or "")
+    for child in element:
+        _clean(child)
+
+
+def _frame_matrices(element: ET.Element) -> None:
+    """Draw the brackets of a matrix as borders.
+
+    A browser stretches brackets only with a mathematical font, which many machines lack.
+    """
+    children = list(element)
+    for before, table, after in zip(children, children[1:], children[2:], strict=False):
+        opening = (before.text or "").strip()
+        if table.tag == "mtable" and BRACKETS.get(opening) == (after.text or "").strip():
+            element.remove(before)
+            element.remove(after)
+            table.set("class", {"[": "square", "(": "round", "|": "bars"}[opening])
+    for child in element:
+        _frame_matrices(child)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from flexgui.core.recording.recording import Recording
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.workbench import run_scenario
-from flexgui.sentences.notes import notes
+from flexgui.sentences.identifiability import notes
 from tests.marks import long_except
 
 SAME = 0.02

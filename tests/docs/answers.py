@@ -15,7 +15,7 @@ from flexgui.core.results import Diagnosis, Estimate, LadderStep
 from flexgui.core.study.challenge import TRUTH_FILE, make_challenge, opened
 from flexgui.sentences.identifiability import identifiability_sentences
 from flexgui.sentences.written import format_number
-from flexgui.stages.challenge.truth import truth_in_words
+from flexgui.stages.challenge.judging import truth_in_words
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "docs" / "teaching" / "answers.md"

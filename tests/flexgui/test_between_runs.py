@@ -13,7 +13,7 @@ from flexgui.core.scenario.stated_effects import base_model
 from flexgui.export.report import report_html
 from flexgui.export.result import result
 from flexgui.export.tables import tables
-from flexgui.session.demo import demo_scenario
+from flexgui.library.shipped import demo_scenario
 from flexgui.stages.identify.panel import repeated_words
 from flexgui.views.parameter_tables import between_runs, short_between_runs
 from tests.export.helpers import outcome_of

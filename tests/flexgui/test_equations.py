@@ -2,7 +2,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from flexgui.views.html import ALLOWED, NAMESPACE, mathml
+from flexgui.views.table import ALLOWED, NAMESPACE, mathml
 
 FORMULAS = (
     r"M(q)\,\ddot{q} = F(q,\dot{q}) + G u",

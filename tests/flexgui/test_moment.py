@@ -13,7 +13,7 @@ from flexgui.core.results import LadderStep, MissingTorque
 from flexgui.session.state import Cursor
 from flexgui.stages.diagnose.panel import DiagnosePanel
 from flexgui.stages.diagnose.panel_moment import Moment
-from flexgui.stages.diagnose.plots_moment import (
+from flexgui.stages.diagnose.plots import (
     cloud_caption,
     moment_cloud,
     moment_residual,

@@ -22,10 +22,10 @@ from flexgui.core.results import (
     RankedEffect,
 )
 from flexgui.jobs.job import QUEUED, RUNNING, STOPPING, JobState
+from flexgui.library.shipped import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.page.busy import how_it_stands
 from flexgui.page.panel import PageContext
 from flexgui.page.tour import to_diagnosis, to_identification
-from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.session.edit import edited
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES

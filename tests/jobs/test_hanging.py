@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from flexgui.jobs import Advanced, Finished, JobPool, WorkerLost, process, worker
-from flexgui.jobs.task import Alive
+from flexgui.jobs.messages import Alive
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import (
     MANY,

@@ -9,11 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.results import Generation
-from flexgui.jobs.events import Advanced, Event, NewGeneration, Queued, Stage, merged
 from flexgui.jobs.inbox import Inbox
 from flexgui.jobs.job import Pace
+from flexgui.jobs.messages import Advanced, Event, NewGeneration, Queued, Stage, Task, merged
 from flexgui.jobs.pool import FairQueue
-from flexgui.jobs.task import Task
 from tests.jobs.helpers import PATIENCE, count
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flexgui.core.errors import InputError
+from flexgui.library.shipped import demo_scenario
 from flexgui.session import playback
-from flexgui.session.demo import demo_scenario
 from flexgui.session.session import Session
 from tests.page.helpers import press, sees
 from tests.session.helpers import until

@@ -8,7 +8,7 @@ from flexgui.core.results import LadderStep, MissingTorque, RecordingComparison
 from flexgui.session.edit import Document
 from flexgui.session.session import Session
 from flexgui.stages.diagnose.look import Look, Looked
-from flexgui.stages.diagnose.plots_demonstration import demonstration, demonstration_summary
+from flexgui.stages.diagnose.plots import demonstration, demonstration_summary
 from flexgui.views.missing_torque import missing_cloud
 from tests.session.conftest import Offered
 from tests.session.helpers import until

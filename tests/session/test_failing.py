@@ -16,7 +16,7 @@ from flexgui.core.results import (
 )
 from flexgui.stages.compare.panel import cell_label
 from flexgui.stages.compare.state import where_it_fails
-from flexgui.stages.data.experiments import point_name
+from flexgui.stages.data.rigs import point_name
 from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.panel_candidates import inviting
 from flexgui.views.error_map import words

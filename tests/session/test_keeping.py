@@ -22,12 +22,11 @@ from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.library.shipped import shipped_folder
+from flexgui.library.shipped import demo_scenario, hidden_scenario, shipped_folder
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server import sessions
 from flexgui.server.sessions import KeptWork
 from flexgui.session import store
-from flexgui.session.demo import demo_scenario, hidden_scenario
 from flexgui.session.edit import put
 from flexgui.session.records import SCHEMA, Envelope, packed, unpacked
 from flexgui.session.session import Session

@@ -9,8 +9,8 @@ import pytest
 
 from flexgui.core.results import RankedEffect
 from flexgui.jobs import JobPool
-from flexgui.jobs.events import Event, Started
 from flexgui.jobs.job import DONE
+from flexgui.jobs.messages import Event, Started
 from flexgui.session.edit import Document, put
 from flexgui.session.session import Session
 from tests.jobs.helpers import EVEN

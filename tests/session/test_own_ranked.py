@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.results import ChannelError, Estimate, LadderStep, RankedEffect
-from flexgui.session.demo import demo_scenario
+from flexgui.library.shipped import demo_scenario
 from flexgui.stages.diagnose.effects import own_place, own_ranked, ranked_with_own
 from flexgui.stages.diagnose.look import Look, Looked
 

@@ -12,11 +12,17 @@ from flexgui.core.recording.read_table import read_table
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
-from flexgui.session.demo import demo_scenario
+from flexgui.library.shipped import demo_scenario
 from flexgui.session.edit import put, thawed
-from flexgui.stages.data.experiments import has_working_points
 from flexgui.stages.data.inspect import CONTRADICT, inspect_file
-from flexgui.stages.data.rigs import RIGS, arm_choices, arm_edit, rig_edit, rig_of
+from flexgui.stages.data.rigs import (
+    RIGS,
+    arm_choices,
+    arm_edit,
+    has_working_points,
+    rig_edit,
+    rig_of,
+)
 from flexgui.stages.data.waiting_file import Waiting, waiting_again, wanted_channels
 
 DATA = Path(os.environ.get("FLEXGUI_DATA", ""))

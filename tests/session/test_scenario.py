@@ -15,12 +15,11 @@ from flexgui.core.scenario.rig_spec import SensorsSpec
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.sensors import sensors
-from flexgui.library.shipped import scenarios
-from flexgui.session.demo import demo_scenario, hidden_scenario, scenario_choices
+from flexgui.library.shipped import demo_scenario, hidden_scenario, scenario_choices, scenarios
 from flexgui.session.edit import arm_setting, edited, put
 from flexgui.session.session import Session
 from flexgui.session.state import Part, Topic
-from flexgui.stages.data.experiments import Experiments
+from flexgui.stages.data.rigs import Experiments
 
 
 def test_demo_is_a_scenario_that_needs_no_file() -> None:

@@ -17,11 +17,10 @@ from flexgui.views.convergence import (
     live_parameters,
     live_plane,
 )
-from flexgui.views.html import html_equations, html_table
 from flexgui.views.layout import figure_json
 from flexgui.views.parameter_tables import GLOCAL, MEAN, SNR_20, SNR_NONE, paper_table
 from flexgui.views.preview import ROWS, preview
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Column, Row, Table, html_equations, html_table
 
 SEARCHED = (
     Searched("epsilon", r"\varepsilon", "Pa", 0.8e9, 1.2e9),

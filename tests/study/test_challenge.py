@@ -25,7 +25,7 @@ from flexgui.core.study.challenge import (
     opened,
     write_challenge,
 )
-from flexgui.stages.challenge.truth import revealed, truth_in_words
+from flexgui.stages.challenge.judging import revealed, truth_in_words
 
 
 @pytest.fixture(scope="module")

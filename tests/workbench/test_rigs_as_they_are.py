@@ -23,7 +23,7 @@ from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.simulate.experiment import NO_NOISE, make_task, read_sensors
 from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.workbench import load_recordings, run_scenario
-from flexgui.sentences.notes import notes
+from flexgui.sentences.identifiability import notes
 from flexgui.sentences.ranked import in_order, tie
 from flexgui.stages.diagnose.look import Looked
 from flexgui.stages.diagnose.panel_candidates import inviting

@@ -15,7 +15,7 @@ from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario_fits import MEAN_LABEL
 from flexgui.core.workbench import run_scenario
-from flexgui.sentences.notes import notes
+from flexgui.sentences.identifiability import notes
 
 BASE = """
 title = "small"

@@ -20,7 +20,7 @@ from flexgui.core.simulate.response import (
     frequency_response,
     step_response,
 )
-from flexgui.session.demo import demo_scenario
+from flexgui.library.shipped import demo_scenario
 from flexgui.session.edit import MOST, model_of
 from flexgui.session.state import Live
 

@@ -33,9 +33,8 @@ from flexgui.session.state import Topic
 from flexgui.session.tour import holds_way_on
 from flexgui.stages.arm.chart import chart
 from flexgui.views.dynamics import frequency_response, mode_table, noisy_step, phase_response, poles
-from flexgui.views.html import html_equations, html_matrices, html_table
 from flexgui.views.layout import Figure
-from flexgui.views.table import affine, matrices
+from flexgui.views.table import affine, html_equations, html_matrices, html_table, matrices
 
 MODES: dict[str, int | None] = {"none": None} | {f"mode {k + 1}": k for k in range(6)}
 ABOUT = "Move a slider: the arm, its poles and its responses follow at once."

@@ -22,8 +22,8 @@ from flexgui.stages.challenge.judging import (
 )
 from flexgui.stages.challenge.state import NONE_TITLE, Challenge, Revealed, ToolAnswer
 from flexgui.stages.diagnose.effects import titled
-from flexgui.views.html import html_table
 from flexgui.views.summary import validation_words
+from flexgui.views.table import html_table
 
 MOST = 99_999
 SEED = 30

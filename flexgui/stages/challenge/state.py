@@ -18,10 +18,11 @@ from flexgui.stages.challenge.judging import (
     Entry,
     Guess,
     Judgement,
+    hide,
     judged,
     plain_name,
+    truth_in_words,
 )
-from flexgui.stages.challenge.truth import hide, truth_in_words
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.views.ranking import sizes
 

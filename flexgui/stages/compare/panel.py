@@ -27,7 +27,6 @@ from flexgui.stages.compare.state import WhereItFails
 from flexgui.views.comparison import live_comparison
 from flexgui.views.error_map import place
 from flexgui.views.fit_table import FIT_IS, ROLES, fit_table, live_fit
-from flexgui.views.html import html_table
 from flexgui.views.missing_torque import missing_cloud, missing_curve
 from flexgui.views.names import format_percent, output_title
 from flexgui.views.of_recording import recording_views
@@ -35,7 +34,7 @@ from flexgui.views.of_recording.errors import ErrorByFrequency
 from flexgui.views.of_recording.view import RecordingView, Seen
 from flexgui.views.pooled import VALIDATE
 from flexgui.views.summary import which_fit
-from flexgui.views.table import Table
+from flexgui.views.table import Table, html_table
 
 WORDS = words_of(
     "compare", format_percent=format_percent, channel_symbol=channel_symbol, quantity=quantity

@@ -11,7 +11,7 @@ from flexgui.core.check.finding import Finding, mended_columns
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
-from flexgui.jobs.task import Task
+from flexgui.jobs.messages import Task
 from flexgui.session.edit import Document, Edit
 from flexgui.session.latest import LatestWins
 from flexgui.session.state import Part, Topic

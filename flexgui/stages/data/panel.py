@@ -11,6 +11,7 @@ from flexgui.core.arm.build import build_arm
 from flexgui.core.excitation.excitation import Excitation
 from flexgui.core.plugins import classes_of
 from flexgui.core.scenario.schema import Scenario
+from flexgui.library.shipped import scenario_choices
 from flexgui.page.panel import Panel
 from flexgui.page.plot import Plot
 from flexgui.page.tour import to_identification
@@ -25,15 +26,13 @@ from flexgui.page.widgets import (
     paragraph,
     switch,
 )
-from flexgui.session.demo import scenario_choices
 from flexgui.session.state import Topic
-from flexgui.stages.data.experiments import Experiments, has_working_points
 from flexgui.stages.data.panel_columns import ColumnChoice
 from flexgui.stages.data.panel_own import WORDS, Arrivals, RigChoice, upload_button
 from flexgui.stages.data.panel_recording import FindingList, OneRecording, wording_of
-from flexgui.views.html import html_table
+from flexgui.stages.data.rigs import Experiments, has_working_points
 from flexgui.views.preview import preview
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Column, Row, Table, html_table
 
 NONE = "no recordings yet"
 COLUMNS = (Column("Recording"), Column("Role"), Column("From"), Column("Check"))

@@ -18,7 +18,7 @@ from flexgui.core.scenario.data_folder import check_plain
 from flexgui.core.scenario.read import LONGEST, parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import Errands, Steps
-from flexgui.jobs.task import Task
+from flexgui.jobs.messages import Task
 from flexgui.session.edit import Document, Edit, model_of, put, recording, thawed
 from flexgui.session.state import OURS, Topic
 from flexgui.stages.data.inspect import Inspection, headers, inspect_file, read_file

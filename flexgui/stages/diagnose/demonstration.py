@@ -1,21 +1,36 @@
-"""What one effect would do to the arm, shown while a diagnosis goes on."""
+"""What one effect would do to the arm, simulated by a worker while a diagnosis goes on."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from flexgui.core.errors import InputError
 from flexgui.core.results import MissingTorque
 from flexgui.jobs import Event, Failed, Finished, Job, WorkerLost
-from flexgui.jobs.task import Task
+from flexgui.jobs.messages import Task
 from flexgui.scene.recorded import fitted_values
 from flexgui.session.state import Topic
-from flexgui.stages.diagnose.demonstrate import demonstrate
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.look import Demonstration
 
 if TYPE_CHECKING:
+    from flexgui.core.effects.effect import Effect
+    from flexgui.core.identify.setup import Setup
+    from flexgui.core.model import Model
+    from flexgui.core.parameters import Parameter
+    from flexgui.core.progress import Progress
+    from flexgui.core.recording.recording import Recording
+    from flexgui.core.results import RecordingComparison
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.schema import Scenario
     from flexgui.session.session import Session
+    from flexgui.stages.diagnose.look import Demonstration
+    from flexgui.views.over_speed import OverSpeed
 
 LEAST = 1e-9
 
@@ -109,3 +124,175 @@ class Demonstrations:
             self._session.notify(Topic.DEMONSTRATION)
         elif isinstance(event, Failed | WorkerLost):
             self._cannot(kind, event.sentence)
+
+
+SECONDS = 0.6
+"""Of the stretch that is shown: some periods of the first bending mode of a usual arm."""
+
+SEEN = 1e-9
+"""Share of an output's spread; what moves all outputs by less does nothing here."""
+
+
+def demonstrate(
+    scenario: Scenario,
+    kind: str,
+    recording: str,
+    values: Mapping[str, float],
+    sizes: Mapping[str, float],
+    floors: Mapping[str, float],
+    folder: str | None = None,
+    *,
+    progress: Progress,
+) -> Demonstration:
+    """`values` of the fitted model; `sizes` of the effect, plausible ones where none are given.
+
+    InputError where the arm cannot have the effect, or where it shows in no output.
+    """
+    from flexgui.core.errors import InputError
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.stages.diagnose.look import Demonstration
+
+    progress.stage("Simulating the arm with and without the effect")
+    setup, data = _asked(scenario, recording, Within(Path(folder or ".")))
+    one = _effect(setup, kind)
+    bare, grown = _models(setup, data, one, values, sizes)
+    plain, more = (_compared(model, data, setup, values) for model in (bare, grown))
+    place = _place(plain, more, data, floors)
+    if place is None:
+        raise InputError(f"{one.title} changes none of the outputs of {recording} at that size.")
+    k, rows = place
+    without, with_it = plain.channels[k], more.channels[k]
+    return Demonstration(
+        kind=kind,
+        title=one.title,
+        recording=recording,
+        channel=without.channel,
+        unit=without.unit,
+        time=without.time[rows],
+        measured=np.where(without.counted, without.measured, np.nan)[rows],
+        without=without.model[rows],
+        with_it=with_it.model[rows],
+        sizes=_sizes(one, grown),
+        floor=floors.get(without.channel),
+        torques=_torques(bare, grown, plain, values),
+    )
+
+
+def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
+    """Compared in the outputs in which a diagnosis ranks effects: more than a fit may have."""
+    from flexgui.core.diagnose.start import outputs_of
+    from flexgui.core.identify.setup import make_setup
+    from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
+    from flexgui.scene.recorded import read_one
+
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    if scenario.diagnose.output is not None:
+        spec = spec.model_copy(update={"output": scenario.diagnose.output})
+    # Only recordings to estimate from decide which outputs there are.
+    data = replace(read_one(scenario, name, folder), role="estimate")
+    setup = make_setup(model, spec, [data])
+    return replace(setup, outputs=outputs_of(setup.model, setup.outputs, [data])), data
+
+
+def _effect(setup: Setup, kind: str) -> Effect:
+    from flexgui.core.effects import effect
+    from flexgui.core.effects.effect import Rig
+    from flexgui.core.errors import InputError
+
+    model = setup.model
+    present = next((e for e in model.effects if e.kind == kind), None)
+    if present is not None:
+        return present
+    found = effect(kind)
+    kinds = tuple(s.kind for s in setup.outputs)
+    rig = Rig(model.arm, model.drive, model.level, kinds, model.steering is not None)
+    if reason := found.not_applicable(rig):
+        raise InputError(f"{found.title} cannot be shown here: {reason}")
+    return found
+
+
+def _models(
+    setup: Setup, data: Recording, one: Effect, values: Mapping[str, float],
+    sizes: Mapping[str, float],
+) -> tuple[Model, Model]:  # fmt: skip
+    """Without and with the effect, everything else alike, at the same level."""
+    from flexgui.core.effects.sizes import sizes_of
+    from flexgui.core.identify.prepared import make_task
+    from flexgui.core.simulate.linear import respond
+
+    model = setup.model
+    others = [e for e in model.effects if e.kind != one.kind]
+    plain = {**model.effect_values, **{k: v for k, v in values.items() if "@" not in k}}
+    bare = model.with_effects(others, plain)
+    lpv = bare.at_level("lpv")
+    motion = respond(lpv, [lpv.numbers(values)], [make_task(lpv, data)])[0]
+    grown = model.with_effects([*others, one], {**plain, **sizes}, sizes_of([motion]))
+    if one.kind not in {e.kind for e in grown.effects}:
+        grown = model.with_effects([*others, one], plain, sizes_of([motion]))
+    same = bare if one.kind == "large_motion" else bare.at_level(grown.level)
+    return same, grown
+
+
+def _sizes(one: Effect, grown: Model) -> tuple[Parameter, ...]:
+    """Its parameters at the values that were simulated."""
+    from flexgui.core.effects.sizes import typical
+
+    quantities = one.parameters(grown.arm, grown.drive, typical(grown.arm))
+    known = grown.effect_values
+    return tuple(
+        replace(k.parameter, value=value, lower=min(k.parameter.lower, value), upper=np.inf)
+        for k in quantities
+        if (value := float(known.get(k.parameter.name, np.nan))) == value
+    )
+
+
+def _torques(
+    bare: Model, grown: Model, plain: RecordingComparison, values: Mapping[str, float]
+) -> tuple[OverSpeed, ...]:
+    """Of the effect with those that it brings along, over the speeds of the motion."""
+    from flexgui.views.over_speed import over_speed
+
+    have, motion = {e.kind for e in bare.effects}, plain.motion
+    added = [e for e in grown.effects if e.kind not in have]
+    if motion is None or not any(e.acts_at in ("joints", "drive") for e in added):
+        return ()
+    p = grown.numbers({**values, **grown.effect_values}).p
+    return over_speed(added, grown.arm, p, grown.effect_values, motion.position, motion.velocity)
+
+
+def _compared(
+    model: Model, data: Recording, setup: Setup, values: Mapping[str, float]
+) -> RecordingComparison:
+    from flexgui.core.identify.compare import compare
+
+    known = {**values, **model.effect_values}
+    return compare(model, data, setup.outputs, setup.processing, known, "")
+
+
+def _place(
+    without: RecordingComparison,
+    with_it: RecordingComparison,
+    data: Recording,
+    floors: Mapping[str, float],
+) -> tuple[int, slice] | None:
+    """The measured output that changes most, in floors or else in its own spread, and where."""
+    best, place = SEEN, None
+    for k, (a, b) in enumerate(zip(without.channels, with_it.channels, strict=True)):
+        if not (data.has(a.channel) or a.fitted):
+            continue
+        change = np.nan_to_num(b.model - a.model)
+        unit = floors.get(a.channel) or float(np.nanstd(a.measured)) or 1.0
+        size = float(np.sqrt(np.mean(change**2))) / unit
+        if size > best:
+            best, place = size, (k, _stretch(a.time, change))
+    return place
+
+
+def _stretch(time: np.ndarray, change: np.ndarray) -> slice:
+    """The rows of SECONDS with the largest change."""
+    dt = float(time[1] - time[0]) if len(time) > 1 else 1.0
+    rows = min(max(int(SECONDS / dt), 2), len(change))
+    energy = np.concatenate([[0.0], np.cumsum(change**2)])
+    at = int(np.argmax(energy[rows:] - energy[:-rows]))
+    return slice(at, at + rows)

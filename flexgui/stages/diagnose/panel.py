@@ -22,8 +22,7 @@ from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.look import Look, Looked, in_vain, ladder_steps, refitted_only, worse
 from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, inviting
 from flexgui.stages.diagnose.panel_moment import Moment
-from flexgui.stages.diagnose.plots_demonstration import demonstration, demonstration_summary
-from flexgui.stages.diagnose.plots_moment import live_prediction
+from flexgui.stages.diagnose.plots import demonstration, demonstration_summary, live_prediction
 from flexgui.views.headline import AS_GIVEN, BIASED
 from flexgui.views.ladder import ladder
 from flexgui.views.missing_torque import missing_cloud

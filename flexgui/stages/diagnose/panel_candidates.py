@@ -22,12 +22,12 @@ from flexgui.sentences.written import format_number
 from flexgui.session.edit import model_of
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.look import Looked
-from flexgui.stages.diagnose.plots_demonstration import glimpse, picture
+from flexgui.stages.diagnose.plots import glimpse, picture
 from flexgui.views.headline import COMPLETE
-from flexgui.views.html import mathml
 from flexgui.views.parameter_tables import equation
 from flexgui.views.ranking import chance, typeset_sizes
 from flexgui.views.summary import doubt
+from flexgui.views.table import mathml
 
 WORDS = words_of(
     "diagnose", percent=percent, number=format_number, chance=chance, isfinite=math.isfinite,

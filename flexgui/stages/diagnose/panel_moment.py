@@ -13,7 +13,7 @@ from flexgui.page.plot import Plot
 from flexgui.page.widgets import Words
 from flexgui.stages.diagnose.look import Look, Looked
 from flexgui.stages.diagnose.panel_candidates import WORDS, inviting
-from flexgui.stages.diagnose.plots_moment import (
+from flexgui.stages.diagnose.plots import (
     BESIDE,
     cloud_caption,
     moment_cloud,

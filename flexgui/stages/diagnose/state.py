@@ -10,7 +10,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.results import MISSING, Estimate, LinearModel, Outcome, RecordingComparison
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
-from flexgui.jobs.events import Ended
+from flexgui.jobs.messages import Ended
 from flexgui.sentences.figures import times
 from flexgui.session.edit import Edit, edited, model_of, put, thawed
 from flexgui.session.run import Then

@@ -11,7 +11,7 @@ from flexgui.core.errors import InputError
 from flexgui.export.folder import zipped
 from flexgui.export.formats import model_formats
 from flexgui.export.model_format import ModelFormat
-from flexgui.jobs.task import Task
+from flexgui.jobs.messages import Task
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.widgets import Words, button, number, paragraph, words_of
 from flexgui.session.session import Session
@@ -24,8 +24,8 @@ from flexgui.stages.data.uploads import (
     zipped_folder,
 )
 from flexgui.stages.export.task import model_files, playback_page
-from flexgui.views.html import html_equations
 from flexgui.views.summary import summary
+from flexgui.views.table import html_equations
 
 WORDS = words_of("export")
 EVERYTHING = (

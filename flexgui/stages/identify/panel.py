@@ -45,7 +45,6 @@ from flexgui.views.convergence import (
 )
 from flexgui.views.fit_table import live_fit
 from flexgui.views.headline import final_comparisons, given, standing
-from flexgui.views.html import html_table
 from flexgui.views.names import plain_symbol, typeset
 from flexgui.views.parameter_tables import (
     given_parameters,
@@ -55,6 +54,7 @@ from flexgui.views.parameter_tables import (
     standing_parameters,
 )
 from flexgui.views.summary import alarms, summary
+from flexgui.views.table import html_table
 
 WORDS = words_of("identify")
 METHODS = ("glocal", "local")

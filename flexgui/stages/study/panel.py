@@ -11,6 +11,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.montecarlo.study import parts, study_cases
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sentences import listed
+from flexgui.library.shipped import DEMO
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import (
@@ -24,7 +25,6 @@ from flexgui.page.widgets import (
     switch,
     words_of,
 )
-from flexgui.session.demo import DEMO
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import safe_name, zipped_folder
 from flexgui.stages.study.baselines import snr

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
 from flexgui.core.resumable.executor import CALM, Answers, Executor, Stop, Work, give_again, never
-from flexgui.jobs.events import Failed, Stopped, WorkerLost
 from flexgui.jobs.job import QUEUED, Job
+from flexgui.jobs.messages import Failed, Stopped, Task, WorkerLost
 from flexgui.jobs.pool import JobPool
-from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
