@@ -52,6 +52,7 @@ class Page(Piece):
         self._offer, self._bar, self._tour = Offer(context), StageBar(context), Tour(context)
         self._cursor_drawn, self._behind_curtain = 0.0, True
         self._left = gui.add_panel()
+        self._syncs: dict[str, list[Callable[[], None]]] = {}
         self._folders = self._in_folders(lambda panel: panel.build_controls())
         with self._left.add_tab("Plots"):
             self._folders += self._in_folders(lambda panel: panel.build_plots())
@@ -98,12 +99,14 @@ class Page(Piece):
 
     def _in_folders(self, build: Callable[[Panel], None]) -> list[tuple[str, Any]]:
         """A folder for each stage; only that of the stage that is shown is seen."""
-        folders = []
+        folders, around = [], self.context.syncs
         for stage, panel in self._panels.items():
             folder = self.gui.add_folder(None, visible=stage == self.session.stage)
+            self.context.syncs = self._syncs.setdefault(stage, [])
             with folder:
                 build(panel)
             folders.append((stage, folder))
+        self.context.syncs = around
         return folders
 
     def _draw(self, topics: frozenset[Topic]) -> None:
@@ -129,7 +132,8 @@ class Page(Piece):
         elif Topic.STAGE in topics:
             yield Part.CURSOR, self._timeline.refresh
         if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
-            yield Part.INPUTS, partial(_each, *self.context.syncs)
+            syncs = self._syncs[self.session.stage]
+            yield Part.INPUTS, partial(_each, *self.context.syncs, *syncs)
 
     def _draw_frame(self, topics: frozenset[Topic]) -> None:
         if Topic.STAGE in topics:

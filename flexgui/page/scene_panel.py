@@ -85,7 +85,8 @@ class Scene(Piece):
                 self._show_live(stage, view)
             else:
                 self._show_recording(stage, motion)
-            stage.show_camera(has_camera(session))
+            if topics & {Topic.RECORDINGS, Topic.STAGE}:
+                stage.show_camera(has_camera(session))
             self._show_effects(stage)
             self._errors.draw(stage)
             if session.document.live.mode is not None and not self._swings:
@@ -94,10 +95,12 @@ class Scene(Piece):
 
     def _show_effects(self, stage: Stage) -> None:
         """What was added to the model, where it acts; anew where the arm's nodes were."""
-        key = (places(self.session.document.scenario), stage.anchor("base"))
+        scenario = self.session.document.scenario
+        key = (scenario.model, stage.anchor("base"))
         if key != self._written:
             self._written = key
-            show_effects(stage, self.context.client, [Drawn(*each) for each in key[0]])
+            effects = [Drawn(*each) for each in places(scenario)]
+            show_effects(stage, self.context.client, effects)
 
     def _made(self, view: LiveModel) -> Stage:
         if self._stage is None:
@@ -105,6 +108,7 @@ class Scene(Piece):
                 self.context.client, view.model.arm, view.numbers.p, view.q, self._window.gpu
             )
             self._stage.set_dark(self.context.theme.dark)
+            self._stage.show_camera(has_camera(self.session))
             self._aim(self._stage)
         return self._stage
 
@@ -220,9 +224,11 @@ class ErrorsInScene(Piece):
     def _paint(self, stage: Stage, found: WhereItFails | None) -> None:
         cursor, joints = self.session.playback.cursor, stage.body.arm.joints
         along = None if found is None else found.now.get(cursor.recording)
+        if along is None and self._painted == (None, stage.anchor("base")):
+            return
         worst = 1.0 if found is None else self.session.comparison.worst_error
         colours = error_paint({} if along is None else along.at(cursor.time), joints, worst)
-        key = (colours, stage.anchor("base"))
+        key = (None if along is None else colours, stage.anchor("base"))
         if key != self._painted:
             self._painted = key
             stage.paint(colours.beams, colours.hubs)

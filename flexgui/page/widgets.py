@@ -185,26 +185,29 @@ def offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:
 
 
 class Rebuilt:
-    """Holds inputs and their links to the session."""
+    """A folder whose inputs are made anew where others are needed."""
 
     def __init__(self, context: PageContext) -> None:
         self._context, self._folder = context, context.gui.add_folder(None)
         self._shape: object = None
         self._syncs: list[Callable[[], None]] = []
+        context.syncs.append(self._sync)
 
     def make(self, shape: object, build: Callable[[], None]) -> None:
         """Calls `build` inside the folder where the shape differs from the last one."""
         if shape == self._shape:
             return
         self._shape = shape
-        for sync in self._syncs:
-            self._context.syncs.remove(sync)
         for child in tuple(self._folder._children.values()):
             child.remove()
-        before = len(self._context.syncs)
+        around, self._context.syncs = self._context.syncs, []
         with self._folder:
             build()
-        self._syncs = self._context.syncs[before:]
+        self._syncs, self._context.syncs = self._context.syncs, around
+
+    def _sync(self) -> None:
+        for sync in self._syncs:
+            sync()
 
 
 FRAME = "<div class='fx'>{}</div>"

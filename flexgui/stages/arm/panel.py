@@ -176,10 +176,15 @@ class ArmSliders(Piece):
         super().__init__(context)
         self._scenario: object = None
         self._first, self._more = first, more
+        self._made_for: object = None
         self.refresh()
 
     def refresh(self) -> None:
         """Nothing where the arm is of the same kind."""
+        scenario = self.session.document.scenario
+        if scenario is self._made_for:
+            return
+        self._made_for = scenario
         arm, gains = self._arm, [(s.setting, len(self._stated(s))) for s in self._drive_sliders]
         segments = [(s.joint, s.has_section, s.EI is not None) for s in arm.segments]
         shape = (arm.name, segments, gains)
