@@ -123,17 +123,17 @@ class Page(Piece):
     def _due(self, topics: frozenset[Topic]) -> Iterator[tuple[Part, Callable[[], object]]]:
         """What is to be drawn, each by itself: one that fails keeps no other from being drawn."""
         shown = self._panels[self.session.stage]
+        around = (*self.context.syncs, self._timeline.refresh)
         yield Part.FRAME, partial(self._draw_frame, topics)
         yield Part.ARM, partial(self._scene.draw, topics)
         if Topic.STAGE in topics or topics & shown.topics:
             yield Part.PLOTS, shown.refresh
         if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
-            yield Part.CURSOR, partial(_each, self._timeline.refresh, shown.move_cursor)
+            yield Part.CURSOR, partial(_each, *around, shown.move_cursor)
         elif Topic.STAGE in topics:
-            yield Part.CURSOR, self._timeline.refresh
+            yield Part.CURSOR, partial(_each, *around)
         if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
-            syncs = self._syncs[self.session.stage]
-            yield Part.INPUTS, partial(_each, *self.context.syncs, *syncs)
+            yield Part.INPUTS, partial(_each, *self._syncs[self.session.stage])
 
     def _draw_frame(self, topics: frozenset[Topic]) -> None:
         if Topic.STAGE in topics:

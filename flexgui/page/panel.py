@@ -24,8 +24,8 @@ class PageContext:
     read_only: bool = False
     """A follower sees everything and changes nothing: no callback is registered at all."""
     syncs: list[Callable[[], None]] = field(default_factory=list)
-    """Called when the session changed, each brings one input up to date: of what is built now, a
-    stage or what stands around all stages."""
+    """Called when the session changed, each brings one input up to date: of the stage that is being
+    built, and after that of what stands around all stages."""
     paper: Paper = field(default_factory=Paper)
 
     def __post_init__(self) -> None:

@@ -62,7 +62,7 @@ class ArmPanel(Panel):
         )
         choice(
             context, "Vibration", tuple(MODES),
-            lambda: next(name for name, mode in MODES.items() if mode == document.live.mode),
+            lambda: next((k for k, mode in MODES.items() if mode == document.live.mode), ""),
             lambda name: document.set_live(mode=MODES[name]),
             "Plays a mode of this posture, slowly.",
         )  # fmt: skip
