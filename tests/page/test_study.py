@@ -62,6 +62,7 @@ def test_a_scenario_that_cannot_be_studied_says_what_to_do(page: Any, session: S
     sees(page, "which is a file")
     assert not page.get_by_role("button", name="Start the study").is_visible()
     press(page, "Open the paper's arm and experiments")
+    press(page, "Replace my work")
     sees(page, "10 cases; 5 runs at 7 working points")
 
 
