@@ -210,6 +210,8 @@ class ErrorsInScene(Piece):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
+        self._plain = ""
+        """The nodes on which no error is shown."""
         self._painted: object = None
         self._board: ErrorBoard | None = None
         self._made_of: tuple[object, str] = (None, "")
@@ -218,17 +220,19 @@ class ErrorsInScene(Piece):
         """Shows the error at the cursor."""
         session = self.session
         found = session.comparison.failing if session.stage in COLOURED else None
+        plain = stage.anchor("base") if found is None else ""
+        if plain and plain == self._plain:
+            return
+        self._plain = plain
         self._paint(stage, found)
         self._show_board(stage, found if session.stage == BOARD else None)
 
     def _paint(self, stage: Stage, found: WhereItFails | None) -> None:
         cursor, joints = self.session.playback.cursor, stage.body.arm.joints
         along = None if found is None else found.now.get(cursor.recording)
-        if along is None and self._painted == (None, stage.anchor("base")):
-            return
         worst = 1.0 if found is None else self.session.comparison.worst_error
         colours = error_paint({} if along is None else along.at(cursor.time), joints, worst)
-        key = (None if along is None else colours, stage.anchor("base"))
+        key = (colours, stage.anchor("base"))
         if key != self._painted:
             self._painted = key
             stage.paint(colours.beams, colours.hubs)
