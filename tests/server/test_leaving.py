@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from flexgui.jobs.inbox import LINGER
 from flexgui.server import sessions
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
 from flexgui.server.services import Limits
-from flexgui.session.latest import LINGER
 from tests.server.conftest import Place
 from tests.server.helpers import Browser, FakeClock
 from tests.server.served import until, widget
