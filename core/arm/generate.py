@@ -10,15 +10,13 @@ from collections.abc import Sequence
 
 import sympy as sp
 
+from .. import __name__ as core
 from ..arm.assembly import Sums, add_segment
 from ..arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from ..arm.kinematics import Kinematics, components
 from ..arm.printing import Statements, code, free_symbols, written_out
 from ..arm.solvers import solver_functions
 from ..arm.straight import StraightArm
-
-CORE = __name__.removesuffix(".arm.generate")
-"""The name under which generated modules import this package."""
 
 _HEAD = '''"""Equations of {whose}, written by {core}.arm.generate from their symbolic statement."""
 
@@ -38,13 +36,13 @@ def module_head(n: int, wide: bool) -> str:
     if wide:
         return _HEAD.format(
             whose="LANES arms side by side", columns=n, wide=wide, fast=("contract",),
-            core=CORE, functions=f"from {CORE}.lanes import algebra\n"
-            f"from {CORE}.lanes.functions import absolute, cos, maximum, sin", layout=":, ::1",
+            core=core, functions=f"from {core}.lanes import algebra\n"
+            f"from {core}.lanes.functions import absolute, cos, maximum, sin", layout=":, ::1",
         )  # fmt: skip
     # Sums may be taken in any order, which lets them be taken side by side.
     return _HEAD.format(
         whose="one arm", columns=n, wide=wide, fast=("contract", "reassoc", "nsz"),
-        core=CORE, functions="from math import cos, sin", layout="::1",
+        core=core, functions="from math import cos, sin", layout="::1",
     )  # fmt: skip
 
 

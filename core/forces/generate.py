@@ -5,6 +5,7 @@ from __future__ import annotations
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
+from .. import __name__ as core
 from ..forces.law import ForceLaw
 
 _HEAD = '''"""A force law, written by core.forces.generate from its symbolic statement."""
@@ -58,18 +59,15 @@ class _Printer(PythonCodePrinter):
         return f"({expr.p}/{expr.q})"
 
 
-CORE = __name__.removesuffix(".forces.generate")
-"""The name under which generated modules import this package."""
-
-_WIDE_HEAD = f'''"""A force law of LANES arms at once, written by {CORE}.forces.generate."""
+_WIDE_HEAD = f'''"""A force law of LANES arms at once, written by {core}.forces.generate."""
 
 from numba import carray, cfunc, types
 
-from {CORE}.lanes.functions import (
+from {core}.lanes.functions import (
     absolute, acos, asin, atan, atan2, cos, cosh, exp, get, log, maximum, minimum, power, put,
     select, sign, sin, sinh, spread, sqrt, step, tan, tanh,
 )
-from {CORE}.lanes.wide import LANES
+from {core}.lanes.wide import LANES
 
 pointer = types.CPointer(types.float64)
 OPTIONS = {{"cache": True, "nopython": True, "error_model": "numpy", "fastmath": {{"contract"}}}}

@@ -107,7 +107,8 @@ class Inbox:
             try:
                 self._deliver(items)
             except Exception:
-                log.exception("What was delivered has failed")
+                if not self._closed:  # nobody looks any more: failing is no fault
+                    log.exception("What was delivered has failed")
 
     def _next(self) -> list[Any]:
         with self._news:

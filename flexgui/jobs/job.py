@@ -240,9 +240,10 @@ class Job:
         elif isinstance(event, Advanced):
             self._pace.advance(event.n)
         self.state = self.state.after(event)
+        if isinstance(event, Ended):  # before the callback hears of it, and asks
+            self.ending = event
         self._inbox.put(event)
         if isinstance(event, Ended):
-            self.ending = event
             self._over.set()
 
     def silence(self) -> None:

@@ -117,6 +117,18 @@ def read_one(
     return load_recordings(alone, base_model(scenario), folder, data, progress or Silent())[0]
 
 
+def play(
+    scenario: Scenario, recording: str, folder: str, values: Mapping[str, float], *,
+    progress: Progress,
+) -> tuple[Recording, Playback]:  # fmt: skip
+    """A recording and its motion, in a worker: a file of `folder` only; `values` are the fitted
+    parameters, none where there is no fit."""
+    from flexgui.core.scenario.data_folder import Within
+
+    found = read_one(scenario, recording, Within(Path(folder)), progress=progress)
+    return found, played(scenario, values, found)
+
+
 def playback(scenario: Scenario, outcome: Outcome | None, recording: Recording) -> Playback:
     """The model at the fitted values, where there are any for this scenario, else as stated."""
     return played(scenario, fitted_values(outcome, recording.name), recording)

@@ -5,16 +5,28 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from typing import Any
+from collections import deque
+from typing import Any, NamedTuple
 
 from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
 from websockets.protocol import State
 
 from flexgui.server.guard import Guard
-from flexgui.server.messages import decoded
+from flexgui.server.messages import Message, Passive, decoded
 from flexgui.server.services import Limits
 
 log = logging.getLogger(__name__)
+
+AHEAD = 64
+"""Messages looked ahead: a hand sends 20 a second, so three seconds of a server that stood."""
+
+
+class Frame(NamedTuple):
+    """What came, and what it says."""
+
+    raw: bytes
+    message: Message
 
 
 class Pace:
@@ -41,20 +53,47 @@ class GuardedConnection(ServerConnection):
     def __init__(self, *arguments: Any, limits: Limits, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self._pace = Pace(limits)
+        self._ahead: deque[Frame] = deque()
 
     async def recv(self, decode: bool | None = None) -> Any:
         """The next message that may change something, as bytes."""
         while True:
-            raw = await super().recv(decode=False)
-            # At least one turn for the others: refused messages may come without a pause, and viser
-            # first does what the message before asked for.
+            await self._look_ahead()
+            await asyncio.sleep(0.0)  # viser first does what the message before asked for
+            for frame in self._newest_places(self._ahead.popleft()):
+                admitted = await self.guard.admit(*frame)
+                if admitted is not None:
+                    return admitted
+
+    def _newest_places(self, frame: Frame) -> list[Frame]:
+        """The message, and before it the later ones that move the same slider, the newest first:
+        who drags on a busy server would otherwise be answered later and later.
+
+        Only moves of sliders, and what changes nothing, may lie in between.
+        """
+        slider = self.guard.slider(frame.message)
+        found, rest = [frame], deque[Frame]()
+        while slider is not None and self._ahead:
+            theirs = self.guard.slider(self._ahead[0].message)
+            if theirs is None and not isinstance(self._ahead[0].message, Passive):
+                break
+            (found if theirs == slider else rest).append(self._ahead.popleft())
+        self._ahead.extendleft(reversed(rest))
+        return found[::-1]
+
+    async def _look_ahead(self) -> None:
+        """Until there is a message, and then what has come already."""
+        while not self._ahead or (self.recv_messages.frames and len(self._ahead) < AHEAD):
+            try:
+                raw = await super().recv(decode=False)
+            except ConnectionClosed:
+                if self._ahead:  # what came before counts; the next call hears of it
+                    return
+                raise
+            # At least one turn for the others: refused messages may come without a pause.
             delay = self._pace.delay()
             await asyncio.sleep(delay if self.state is State.OPEN else 0.0)
             try:
-                message = decoded(raw)
+                self._ahead.append(Frame(raw, decoded(raw)))
             except ValueError as fault:
                 log.debug("A message that no page sends: %s", fault)
-                continue
-            admitted = await self.guard.admit(raw, message)
-            if admitted is not None:
-                return admitted

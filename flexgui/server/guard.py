@@ -28,6 +28,8 @@ from flexgui.server.services import MEGA, Limits
 
 log = logging.getLogger(__name__)
 
+SLIDERS = (viser.GuiSliderHandle, viser.GuiMultiSliderHandle)
+
 
 class RefusedError(Exception):
     """A message that changes nothing; the text is for the log, or for the person if `shown`."""
@@ -65,6 +67,13 @@ class Guard:
             return None
         browser.acted()
         return msgspec.msgpack.encode(message) if changed else raw
+
+    def slider(self, message: Message) -> str | None:
+        """The slider that a message moves, if it does."""
+        if isinstance(message, GuiUpdateMessage) and (browser := self._browser()) is not None:
+            handle = browser.client.gui._gui_input_handle_from_uuid.get(message.uuid)
+            return message.uuid if isinstance(handle, SLIDERS) else None
+        return None
 
     async def _checked(self, browser: BrowserConnection, message: Message) -> bool:
         """Whether the message had to be changed; RefusedError where it may do nothing."""

@@ -17,7 +17,6 @@ from flexgui.jobs.messages import Task
 from flexgui.scene import recorded
 from flexgui.session.latest import LatestWins
 from flexgui.session.state import STAGES, Cursor, Part, Topic
-from flexgui.stages.data.check import play
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -143,7 +142,7 @@ class Playback:
         values = recorded.fitted_values(fitted, name)
         if not _short(scenario, name):
             arguments = {"recording": name, "folder": str(self._session.folder), "values": values}
-            task = Task.of(play, f"Recording {name}", scenario=scenario, **arguments)
+            task = Task.of(recorded.play, f"Recording {name}", scenario=scenario, **arguments)
             again, found = ask(self._session.key, task)
             return kept or again, found
         recording = kept or recorded.read_one(scenario, name, Within(self._session.folder))

@@ -15,7 +15,7 @@ from flexgui.session.edit import text_of
 
 SCHEMA = 2
 """Of the store. Fields may come and go within one: what is missing has its default."""
-DAMAGED = "the stored work is damaged."
+DAMAGED = "it is damaged, or an earlier version of FlexGUI wrote it."
 T = TypeVar("T")
 
 
@@ -55,10 +55,13 @@ def unpacked(content: bytes, kind: type[T]) -> T:
     another version of the program that this one cannot read."""
     if b"%08x" % zlib.crc32(content[8:]) != content[:8]:
         raise InputError(DAMAGED)
-    envelope = msgspec.msgpack.decode(content[8:], type=Envelope)
+    try:
+        envelope = msgspec.msgpack.decode(content[8:], type=Envelope)
+        arrays = [np.load(io.BytesIO(each), allow_pickle=False) for each in envelope.arrays]
+    except (msgspec.DecodeError, ValueError, EOFError) as error:
+        raise InputError(DAMAGED) from error
     if envelope.schema != SCHEMA:
         raise InputError("another version of FlexGUI wrote it.")
-    arrays = [np.load(io.BytesIO(each), allow_pickle=False) for each in envelope.arrays]
 
     def made(wanted: type, value: Any) -> Any:
         if wanted is Scenario:

@@ -28,7 +28,7 @@ cost the same, to the last digit: on a quiet core after a minute."""
 AWAY = 1.0
 """s until the page has drawn another stage, and until it stands again."""
 START = "Start identification"
-RUNS, RESTS = "Identifying ", "recordings to fit; parameters: "
+RUNS, RESTS = "Identifying ", "recordings to fit; parameters:"
 """Words of the page while a search runs, and while it would begin one."""
 
 

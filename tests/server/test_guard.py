@@ -300,7 +300,7 @@ def test_a_drag_that_the_server_could_not_follow_is_answered_by_its_last_place(
         place.set(browser, "slider", NAN)  # refused: the place before it stays the last one
         free.set()
         wait_for(lambda: page.session.values.get("slider") == places[-1])
-        assert seen == sorted(seen)
+        assert seen == sorted(seen) and len(seen) < len(places) / 4
 
 
 def test_no_click_overtakes_the_slider_that_was_moved_before_it(place: Place) -> None:

@@ -15,8 +15,8 @@ from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.data_folder import VARIABLE, Within
 from flexgui.places import without_places
+from flexgui.scene.recorded import play
 from flexgui.session.session import Session
-from flexgui.stages.data.check import play
 from flexgui.stages.data.inspect import headers, read_file
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpack, zipped
 from flexgui.stages.identify.task import identify

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,9 +18,7 @@ from flexgui.session.state import Part, Topic
 if TYPE_CHECKING:
     from flexgui.core.check.finding import Finding
     from flexgui.core.progress import Progress
-    from flexgui.core.recording.recording import Recording
     from flexgui.core.scenario.schema import Scenario
-    from flexgui.scene.recorded import Playback
     from flexgui.session.session import Session
 
 TITLE = "The check of the recordings"
@@ -138,15 +135,3 @@ def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Fi
     from flexgui.core.scenario.data_folder import Within
 
     return tuple(check_scenario(scenario, Within(Path(folder)), None, progress))
-
-
-def play(
-    scenario: Scenario, recording: str, folder: str, values: Mapping[str, float], *,
-    progress: Progress,
-) -> tuple[Recording, Playback]:  # fmt: skip
-    """A file of `folder` only; `values` are the fitted parameters, none where there is no fit."""
-    from flexgui.core.scenario.data_folder import Within
-    from flexgui.scene.recorded import played, read_one
-
-    found = read_one(scenario, recording, Within(Path(folder)), progress=progress)
-    return found, played(scenario, values, found)

@@ -1,4 +1,4 @@
-"""A file that a person brought, read once: its columns as pictures, what they may be, its rows."""
+"""A file that a person brought, in one job: its columns as pictures, what they may be, its rows."""
 
 from __future__ import annotations
 

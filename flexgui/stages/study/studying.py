@@ -65,7 +65,7 @@ class Study:
         self._worker = LatestWins(session.faults, Part.STUDY)
         self._over = threading.Event()
         self._refused: tuple[Scenario, str] | None = None
-        self._unread = StudyState()
+        self._without_run = StudyState()
         """How it stands without a run: nothing, or why what was kept cannot be shown."""
         self._sections: tuple[ShownSection, ...] = ()
 
@@ -73,7 +73,7 @@ class Study:
     def state(self) -> StudyState:
         """How the study stands, with what has been drawn of its results."""
         run = self.run
-        return self._unread if run is None else replace(run.state, sections=self._sections)
+        return self._without_run if run is None else replace(run.state, sections=self._sections)
 
     @property
     def refusal(self) -> str:
@@ -110,7 +110,7 @@ class Study:
         try:
             run, left = self._new(scenario, Here(), self._show)
         except InputError as error:  # another version refuses it
-            self._unread = StudyState(FAILED, sentence=str(error))
+            self._without_run = StudyState(FAILED, sentence=str(error))
             return
         run.stop()
         run.start(after=left)
@@ -142,7 +142,7 @@ class Study:
         with self._session.lock:
             run, self.run = self.run, None
             self._left = run or self._left
-            self._unread, self._sections = StudyState(), ()
+            self._without_run, self._sections = StudyState(), ()
         if run is not None:
             run.stop()
         self._session.notify(Topic.STUDY)
