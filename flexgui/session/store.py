@@ -145,7 +145,8 @@ class Store:
         session = self._session
         session.stage = stated.stage if stated.stage in STAGES else STAGES[0]
         session.playback.cursor = Cursor(recording=stated.recording)
-        session.recordings.aside, session.recordings.own = stated.aside, frozenset(stated.own)
+        imports = session.recordings.imports
+        imports.replaced, imports.own_files = stated.aside, frozenset(stated.own)
         session.tour.step = stated.tour
         session.challenge.nickname, session.challenge.state = stated.nickname, stated.challenge
         if stated.challenge is not None:
@@ -194,9 +195,10 @@ class Store:
     def _stated(self) -> tuple[Any, ...]:
         """What is compared to see whether anything has changed: objects that are replaced whole."""
         session = self._session
+        imports = session.recordings.imports
         return (
-            session.document.scenario, session.challenge.state, session.recordings.aside,
-            session.recordings.own, " ".join(session.diagnosis.formulas), session.study.choice,
+            session.document.scenario, session.challenge.state, imports.replaced, imports.own_files,
+            " ".join(session.diagnosis.formulas), session.study.choice,
             session.study.state.settings,
         )  # fmt: skip
 
@@ -221,8 +223,8 @@ class Store:
             live=session.document.live,
             stage=session.stage,
             recording=session.playback.cursor.recording,
-            aside=session.recordings.aside,
-            own=tuple(sorted(session.recordings.own)),
+            aside=session.recordings.imports.replaced,
+            own=tuple(sorted(session.recordings.imports.own_files)),
             nickname=session.challenge.nickname,
             tour=session.tour.step,
             challenge=challenge,

@@ -58,7 +58,7 @@ def bring(session: Session, name: str, content: bytes, services: Services) -> bo
 
 def settle(session: Session) -> bool:
     """Beside those that stand, where that is asked."""
-    return not session.recordings.arrived or session.recordings.use_arrived(alone=False)
+    return not session.recordings.imports.pending or session.recordings.imports.use(alone=False)
 
 
 def good_csv(session: Session) -> bytes:

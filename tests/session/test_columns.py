@@ -176,7 +176,7 @@ def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: 
     assert session.recordings.waiting is not None and not session.recordings.waiting.questions
     assert asked[:4] == ["t", "dtheta1_ref", "dtheta2_ref", "theta2"]
     assert set(asked) == {*ANSWERS, "theta2"}
-    assert session.recordings.read_waiting().result() and session.recordings.use_arrived(
+    assert session.recordings.read_waiting().result() and session.recordings.imports.use(
         alone=True
     ), session.message.text
     assert session.wait_idle()
@@ -207,9 +207,9 @@ def test_the_working_point_is_needed_where_no_column_has_it(
         "theta2",
     )
     assert not session.recordings.read_waiting().result() and session.document.scenario == before
-    assert "[[" not in session.message.text and not session.recordings.arrived
+    assert "[[" not in session.message.text and not session.recordings.imports.pending
     session.recordings.answer(theta2=0.5)
-    assert session.recordings.read_waiting().result() and session.recordings.arrived
+    assert session.recordings.read_waiting().result() and session.recordings.imports.pending
 
 
 def test_what_is_only_useful_may_be_absent(session: Session, services: Offered) -> None:
@@ -251,7 +251,7 @@ def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session, service
     assert waiting.rows[0].empty == {"enc_1": 6}
     names = {c: entry["name"] for c, entry in waiting.columns.items()}
     assert names["theta1"] == "enc_2 [deg]" and names["theta2"] == "enc_1 [deg]"
-    assert session.recordings.read_waiting().result() and session.recordings.use_arrived(
+    assert session.recordings.read_waiting().result() and session.recordings.imports.use(
         alone=True
     ), session.message.text
     spec = session.document.scenario.recordings[-1]

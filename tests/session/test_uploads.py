@@ -60,7 +60,7 @@ def test_rows_out_of_order_are_not_refused_but_asked_about(
         and "resample" in session.recordings.waiting.settings()
     )
     assert session.recordings.read_waiting().result()
-    assert [one.entry["file"] for one in session.recordings.arrived] == ["unsorted.csv"]
+    assert [one.entry["file"] for one in session.recordings.imports.pending] == ["unsorted.csv"]
 
 
 def test_a_file_that_our_own_fault_keeps_from_being_read_is_not_blamed(
@@ -90,9 +90,9 @@ def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(
 ) -> None:
     before = session.document.scenario
     assert session.recordings.upload("own.csv", good_csv(session)).result()
-    assert session.document.scenario == before and len(session.recordings.arrived) == 1
-    session.recordings.leave_arrived()
-    assert session.document.scenario == before and not session.recordings.arrived
+    assert session.document.scenario == before and len(session.recordings.imports.pending) == 1
+    session.recordings.imports.cancel()
+    assert session.document.scenario == before and not session.recordings.imports.pending
     assert not list(session.folder.iterdir())
 
 
@@ -101,10 +101,10 @@ def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
 ) -> None:
     before = session.document.scenario.recordings
     assert session.recordings.upload("own.csv", good_csv(session)).result()
-    assert session.recordings.use_arrived(alone=True)
+    assert session.recordings.imports.use(alone=True)
     assert [s.file for s in session.document.scenario.recordings] == ["own.csv"]
-    assert len(session.recordings.aside) == len(before)
-    assert session.recordings.bring_back() and not session.recordings.aside
+    assert len(session.recordings.imports.replaced) == len(before)
+    assert session.recordings.imports.restore() and not session.recordings.imports.replaced
     assert session.document.scenario.recordings[:-1] == before
     assert session.document.scenario.recordings[-1].file == "own.csv"
 
@@ -113,10 +113,13 @@ def test_own_recordings_stand_together_without_being_asked(
     session: Session, services: Offered
 ) -> None:
     content = good_csv(session)
-    assert session.recordings.upload("a.csv", content).result() and session.recordings.use_arrived(
+    assert session.recordings.upload("a.csv", content).result() and session.recordings.imports.use(
         alone=True
     )
-    assert session.recordings.upload("b.csv", content).result() and not session.recordings.arrived
+    assert (
+        session.recordings.upload("b.csv", content).result()
+        and not session.recordings.imports.pending
+    )
     assert [s.file for s in session.document.scenario.recordings] == ["a.csv", "b.csv"]
 
 
@@ -124,18 +127,18 @@ def test_two_files_that_arrive_wait_for_one_answer(session: Session, services: O
     content = good_csv(session)
     assert session.recordings.upload("a.csv", content).result()
     assert session.recordings.upload("b.csv", content).result()
-    assert session.recordings.use_arrived(alone=True)
+    assert session.recordings.imports.use(alone=True)
     assert [s.file for s in session.document.scenario.recordings] == ["a.csv", "b.csv"]
 
 
 def test_another_scenario_forgets_what_stood_aside(session: Session, services: Offered) -> None:
     assert session.recordings.upload("own.csv", good_csv(session)).result()
-    assert session.recordings.use_arrived(alone=True)
+    assert session.recordings.imports.use(alone=True)
     session.choose("demo")
-    assert not session.recordings.aside and not session.recordings.bring_back()
+    assert not session.recordings.imports.replaced and not session.recordings.imports.restore()
     assert (
         session.recordings.upload("own.csv", good_csv(session)).result()
-        and session.recordings.arrived
+        and session.recordings.imports.pending
     )
 
 
@@ -144,8 +147,8 @@ def test_a_challenge_waits_while_own_recordings_are_used_alone(
 ) -> None:
     known = session.challenge.state = Challenge(4, "easy", "sealed")
     assert session.recordings.upload("own.csv", good_csv(session)).result()
-    assert session.recordings.use_arrived(alone=True) and session.challenge.state is None
-    assert session.recordings.bring_back() and session.challenge.state == known
+    assert session.recordings.imports.use(alone=True) and session.challenge.state is None
+    assert session.recordings.imports.restore() and session.challenge.state == known
 
 
 def test_the_same_name_twice_gives_two_recordings(session: Session, services: Offered) -> None:

@@ -37,32 +37,33 @@ def upload_button(context: PageContext, label: str) -> None:
 
 
 class Arrivals(Piece):
-    """Asks where something has arrived; brings back what made room."""
+    """Asks how imported files are used; restores what they replaced."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        recordings = self.session.recordings
+        imports = self.session.recordings.imports
         self._folder = self.gui.add_folder("Imported file", order=TOP, visible=False)
         with self._folder:
             self._lead = Words(self.gui)
             self._alone = button(
-                context, "Use it alone", partial(recordings.use_arrived, alone=True), prominent=True
+                context, "Use it alone", partial(imports.use, alone=True), prominent=True
             )
-            self._beside = button(context, "Add", partial(recordings.use_arrived, alone=False))
-            self._leave = button(context, "Cancel import", recordings.leave_arrived)
-            self._back = button(context, "Restore", recordings.bring_back)
+            self._beside = button(context, "Add", partial(imports.use, alone=False))
+            self._leave = button(context, "Cancel import", imports.cancel)
+            self._back = button(context, "Restore", imports.restore)
 
     def refresh(self) -> None:
         """Hidden where there is nothing to say."""
-        arrived, aside = self.session.recordings.arrived, self.session.recordings.aside
-        count, one = len(self.session.document.scenario.recordings), len(arrived) == 1
+        imports = self.session.recordings.imports
+        pending, replaced = imports.pending, imports.replaced
+        count, one = len(self.session.document.scenario.recordings), len(pending) == 1
         present = f"the {count} present recordings" if count > 1 else "the present recording"
-        self._alone.label = "Use it alone" if one else f"Use these {len(arrived)} alone"
+        self._alone.label = "Use it alone" if one else f"Use these {len(pending)} alone"
         self._beside.label = f"Add to {present}"
-        self._alone.visible = self._beside.visible = self._leave.visible = bool(arrived)
-        self._back.visible = bool(aside) and not arrived
-        self._lead.show(WORDS.arrivals(arrived, present, len(aside)))
-        self._folder.visible = bool(arrived or aside)
+        self._alone.visible = self._beside.visible = self._leave.visible = bool(pending)
+        self._back.visible = bool(replaced) and not pending
+        self._lead.show(WORDS.arrivals(pending, present, len(replaced)))
+        self._folder.visible = bool(pending or replaced)
 
 
 OTHER = "Another one (see the scenario)"

@@ -7,10 +7,11 @@ import shutil
 import threading
 from collections.abc import Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.errors import InputError
 from flexgui.core.recording.spec import RecordingSpec
@@ -19,8 +20,9 @@ from flexgui.core.scenario.read import LONGEST, parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import Errands, Steps
 from flexgui.jobs.messages import Task
-from flexgui.session.edit import Document, Edit, model_of, put, recording, thawed
+from flexgui.session.edit import Document, Edit, model_of, put, recording
 from flexgui.session.state import OURS, Topic
+from flexgui.stages.data.imports import Import, Imports
 from flexgui.stages.data.inspect import Inspection, headers, inspect_file, read_file
 from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
 from flexgui.stages.data.rows import parted, settings
@@ -46,32 +48,17 @@ REST = " The other files were read: {}."
 GUESSED = "{}: what its columns seem to be stands below; read it, or correct the table."
 
 
-@dataclass(frozen=True)
-class Arrived:
-    """A file that was read and is no recording of the scenario yet."""
-
-    entry: Document
-    """The scenario's table of it."""
-    words: str
-    """What was read."""
-
-
 class Recordings:
     """At most one file waits for its columns, with those that have the same ones."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self.waiting: Waiting | None = None
-        self.arrived: tuple[Arrived, ...] = ()
-        """Files of which the person has not said yet whether they are used alone."""
-        self.aside: tuple[Document, ...] = ()
-        """Recordings that made room for them."""
-        self.own: frozenset[str] = frozenset()
-        """Files of the person that are recordings by now."""
+        self.imports = Imports(session)
         self._queued: tuple[str, ...] = ()
         """Files with other columns, which are asked about once the one that waits is read."""
         self._bringing = threading.Lock()
-        """Held while a file is written: several that are chosen at once come one by one."""
+        """Held while a file is written: several chosen at once come one by one."""
         self._errands = Errands(
             session.key, lambda text: session.show_message(f"{text} …"), self._show_error
         )
@@ -128,7 +115,9 @@ class Recordings:
         found: Inspection = yield from self._inspected(path.name, before)
         asked = self._questions(path.name, found)
         if asked is None:
-            self._arrive(path.name, found)
+            if found.refusal:
+                raise InputError(found.refusal)
+            self.imports.add((Import({"file": path.name}, found.words),))
             return True
         now = self.waiting  # answered or left meanwhile
         if now is None:
@@ -142,33 +131,32 @@ class Recordings:
         return False
 
     def _inspected(self, file: str, like: Waiting | None = None) -> Steps:
-        scenario = self._session.document.scenario
-        model = model_of(scenario)
-        wanted = wanted_channels(model.arm, tuple(model.drive.needed_channels(model.arm)))
         known = None if like is None else (like.headers, like.columns)
-        asked = {"scenario": scenario, "wanted": wanted, "like": known}
-        return (yield from self._asked(inspect_file, file, **asked))
+        wanted, scenario = wanted_channels(*self._rig()), self._session.document.scenario
+        return (
+            yield from self._asked(inspect_file, file, scenario=scenario, wanted=wanted, like=known)
+        )
+
+    def _rig(self) -> tuple[Arm, tuple[str, ...]]:
+        """The arm, and the channels that its drive needs."""
+        model = model_of(self._session.document.scenario)
+        return model.arm, tuple(model.drive.needed_channels(model.arm))
 
     def _questions(self, file: str, found: Inspection) -> Waiting | None:
         """What has to be asked about a file, with what its inspection guesses; None: nothing."""
-        model = model_of(self._session.document.scenario)
-        references = tuple(model.drive.needed_channels(model.arm))
-        waiting = waiting_for(file, found.headers, model.arm, references)
+        waiting = waiting_for(file, found.headers, *self._rig())
         if waiting is None and not settings(found.rows):
             return None
         if waiting is None:
-            plain = RecordingSpec(file=file)
-            waiting = waiting_again(found.headers, model.arm, references, plain)
+            waiting = waiting_again(found.headers, *self._rig(), RecordingSpec(file=file))
         return waiting.guessed(found)
 
     def _ask(self, waiting: Waiting) -> None:
         """Lets a file wait for its columns."""
         self._wait(waiting)
-        missing = waiting.missing
-        done = MORE if waiting.questions else GUESSED
-        file = waiting.file
-        message = ASKED.format(file, _named(missing[0])) if missing else done.format(file)
-        self._session.show_message(message, bad=bool(missing))
+        names = ["t (time)" if channel == "t" else channel for channel in waiting.missing]
+        text = ASKED if names else MORE if waiting.questions else GUESSED
+        self._session.show_message(text.format(waiting.file, *names), bad=bool(names))
 
     def _ask_next(self) -> Steps:
         """Looks at the files that came while another one waited."""
@@ -179,7 +167,7 @@ class Recordings:
                 try:
                     yield from self._taken_in(self._session.folder / file)
                 except InputError as error:
-                    self._drop(file)
+                    self.imports.drop(file)
                     self._show_error(error)
 
     def choose_columns(self, name: str) -> Future[bool]:
@@ -192,9 +180,7 @@ class Recordings:
         if spec is None or spec.file is None:
             raise InputError("Only a recording from a file has columns to choose.")
         headings = yield from self._asked(headers, spec.file)
-        model = model_of(self._session.document.scenario)
-        references = tuple(model.drive.needed_channels(model.arm))
-        self._wait(waiting_again(headings, model.arm, references, spec))
+        self._wait(waiting_again(headings, *self._rig(), spec))
         return True
 
     def _show_error(self, error: Exception) -> None:
@@ -239,26 +225,27 @@ class Recordings:
 
     def read_waiting(self) -> Future[bool]:
         """Reads the waiting file with the columns that were chosen."""
-        return self._errands.begin(
-            self._read_all("" if self.waiting is None else self.waiting.file)
-        )
+        file = "" if self.waiting is None else self.waiting.file
+        return self._errands.begin(self._read_all(file))
 
     def _read_all(self, file: str) -> Steps:
         waiting = self.waiting
         if waiting is None or waiting.file != file:
             return False
         if waiting.missing:
-            raise InputError(_still(waiting))
+            channel = waiting.missing[0]
+            meaning = waiting.words(channel)
+            raise InputError(f"{file}: first assign a column to {meaning}, {channel}.")
         failed = []
         for k, one in enumerate(waiting.files):
             try:
                 yield from self._read(one, waiting, waiting.settings(k))
             except InputError as error:
                 failed.append(str(error))
+        rest = len(waiting.files) - len(failed)
         if failed:
-            rest = len(waiting.files) - len(failed)
             self._session.refuse(f"{failed[0]}{REST.format(rest) if rest else ''}")
-        if len(failed) == len(waiting.files):
+        if not rest:
             return False
         self._wait(None)
         yield from self._ask_next()
@@ -275,71 +262,14 @@ class Recordings:
         entries = [entry] if waiting.recording in names else parted(entry)
         words = yield from self._asked(read_file, file, entries=entries, scenario=scenario)
         if waiting.recording not in names:
-            self._add(tuple(Arrived(*each) for each in zip(entries, words, strict=True)))
+            self.imports.add(tuple(Import(*each) for each in zip(entries, words, strict=True)))
             return
         place = recording(names.index(waiting.recording))
-        edits = (
-            put((*place, "columns"), waiting.columns or None),
-            put((*place, POINT), waiting.theta2),
-        )
-        more = [put((*place, key), value) for key, value in extra.items()]
-        if self._session.document.change(*edits, *more):
+        values = {"columns": waiting.columns or None, POINT: waiting.theta2, **extra}
+        if self._session.document.change(*(put((*place, k), v) for k, v in values.items())):
             self._session.show_message(words[0])
             self._session.playback.move(recording=waiting.recording, time=0.0, playing=False)
             self._session.check.start()
-
-    def _arrive(self, file: str, found: Inspection) -> None:
-        """A file without questions; InputError where it cannot be read."""
-        if found.refusal:
-            raise InputError(found.refusal)
-        self._add((Arrived({"file": file}, found.words),))
-
-    def _add(self, arrived: tuple[Arrived, ...]) -> None:
-        """Asks where recordings of another origin stand alone; a person's own stand together."""
-        files = {spec.file for spec in self._session.document.scenario.recordings}
-        with self._session.lock:
-            self.arrived = (*self.arrived, *arrived)
-        if not files or files & self.own:
-            self.use_arrived(alone=False)
-            return
-        self._session.show_message(" ".join(one.words for one in arrived))
-        self._session.notify(Topic.RECORDINGS)
-
-    def use_arrived(self, alone: bool) -> bool:
-        """Makes what has arrived recordings, in place of those that stand or beside them."""
-        arrived, before = self.arrived, self._entries()
-        entries = [one.entry for one in arrived]
-        if not arrived or not self._put_recordings(entries if alone else [*before, *entries]):
-            return False
-        with self._session.lock:
-            self.own |= {one.entry["file"] for one in arrived}
-            self.arrived, self.aside = (), (*self.aside, *(before if alone else ()))
-        self._session.show_message(" ".join(one.words for one in arrived))
-        last = self._session.document.scenario.recordings[-1].name
-        self._session.playback.move(recording=last, time=0.0, playing=False)
-        self._session.notify(Topic.RECORDINGS)
-        self._session.check.start()
-        if alone:
-            self._session.challenge.lay_aside()
-        return True
-
-    def bring_back(self) -> bool:
-        """Puts the recordings that made room before those that stand now."""
-        if not self.aside or not self._put_recordings([*self.aside, *self._entries()]):
-            return False
-        with self._session.lock:
-            self.aside = ()
-        self._session.notify(Topic.RECORDINGS)
-        self._session.challenge.take_back()
-        return True
-
-    def leave_arrived(self) -> None:
-        """Forgets the files of which was asked whether they are used alone."""
-        with self._session.lock:
-            left, self.arrived = self.arrived, ()
-        for one in left:
-            self._drop(one.entry["file"])
-        self._session.notify(Topic.RECORDINGS)
 
     def leave_file(self) -> None:
         """Forgets the waiting file; a recording that has it already keeps it."""
@@ -349,7 +279,7 @@ class Recordings:
     def _forget_file(self) -> None:
         if self.waiting is not None:
             for file in self.waiting.files:
-                self._drop(file)
+                self.imports.drop(file)
             self._wait(None)
 
     def leave_waiting(self) -> None:
@@ -357,16 +287,9 @@ class Recordings:
         with self._session.lock:
             queued, self._queued = self._queued, ()
         for file in queued:
-            self._drop(file)
+            self.imports.drop(file)
         self._forget_file()
-        self.leave_arrived()
-        with self._session.lock:
-            self.aside, self.own = (), frozenset()
-
-    def _drop(self, file: str) -> None:
-        specs = self._session.document.scenario.recordings
-        if not any(file in spec.files for spec in specs):
-            (self._session.folder / file).unlink(missing_ok=True)
+        self.imports.clear()
 
     def choose_rig(self, title: str) -> bool:
         """Makes the scenario one of another kind of rig; a waiting file is looked at anew."""
@@ -379,17 +302,15 @@ class Recordings:
     def choose_arm(self, preset: str) -> bool:
         """Makes the scenario's arm one that ships; a waiting file is looked at anew."""
         scenario = self._session.document.scenario
-        if preset == scenario.arm.preset or preset not in presets():
-            return False
-        return self._become(arm_edit(scenario, preset))
+        known = preset in presets() and preset != scenario.arm.preset
+        return known and self._become(arm_edit(scenario, preset))
 
     def _become(self, edit: Edit) -> bool:
-        """Another rig: a waiting file is looked at anew."""
-        if not self._session.document.change(edit):
-            return False
-        self._errands.begin(self._looked_anew())
-        self._session.notify(Topic.RECORDINGS)
-        return True
+        changed = self._session.document.change(edit)
+        if changed:
+            self._errands.begin(self._looked_anew())
+            self._session.notify(Topic.RECORDINGS)
+        return changed
 
     def _looked_anew(self) -> Steps:
         waiting = self.waiting
@@ -417,14 +338,6 @@ class Recordings:
             self.waiting = waiting
         self._session.notify(Topic.RECORDINGS)
 
-    def _entries(self) -> list[Document]:
-        document = self._session.document.scenario.model_dump(exclude_defaults=True)
-        found: list[Document] = thawed(document.get("recordings", ()))
-        return found
-
-    def _put_recordings(self, entries: list[Document]) -> bool:
-        return self._session.document.change(put(("recordings",), entries))
-
 
 def check_suits(scenario: Scenario) -> None:
     """InputError where a session cannot have the scenario."""
@@ -432,12 +345,3 @@ def check_suits(scenario: Scenario) -> None:
         for file in spec.files:
             check_plain(file)
     model_of(scenario)
-
-
-def _named(channel: str) -> str:
-    return "t (time)" if channel == "t" else channel
-
-
-def _still(waiting: Waiting) -> str:
-    channel = waiting.missing[0]
-    return f"{waiting.file}: first assign a column to {waiting.words(channel)}, {channel}."
