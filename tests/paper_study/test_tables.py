@@ -21,8 +21,7 @@ from flexgui.core.montecarlo.summary import Summary, summarise
 from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Record
 from flexgui.core.scenario.read import read_scenario
-from flexgui.stages.study.baselines import conclusions
-from flexgui.stages.study.findings import findings
+from flexgui.stages.study.findings import conclusions, findings
 from flexgui.stages.study.report import study_html, write_study
 from tests.paper_study.helpers import paper_scenario, records_of, short
 

@@ -27,7 +27,7 @@ from flexgui.page.widgets import (
 )
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import safe_name, zipped_folder
-from flexgui.stages.study.baselines import snr
+from flexgui.stages.study.plots_estimates import snr
 from flexgui.stages.study.state import (
     DONE,
     MOST_AT_ONCE,

@@ -22,7 +22,6 @@ from flexgui.core.montecarlo.estimates import (
 )
 from flexgui.core.montecarlo.printed import MEAN, Numbers, stiffness
 from flexgui.sentences.written import format_number
-from flexgui.stages.study.baselines import snr
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, dots, figure, line
 from flexgui.views.table import Row, Table, numbers, texts
@@ -258,7 +257,15 @@ def percent(share: float, digits: int = 3) -> str:
 
 def signed(share: float) -> str:
     """'+0.12 %'"""
-    if not math.isfinite(share):
-        return "–"
-    text = f"{100.0 * share:+.2f}"
-    return f"{text[1:] if float(text) == 0.0 else text.replace('-', '−')} %"
+    return f"{plus(100.0 * share, 2)} %" if math.isfinite(share) else "–"
+
+
+def plus(value: float, digits: int) -> str:
+    """'+0.03', with a true minus, and no sign before a zero."""
+    text = f"{value:+.{digits}f}"
+    return text[1:] if float(text) == 0.0 else text.replace("-", "−")
+
+
+def snr(snr_db: float | None) -> str:
+    """'SNR ∞' or '20 dB'."""
+    return "SNR ∞" if snr_db is None else f"{snr_db:g} dB"

@@ -13,8 +13,15 @@ from flexgui.core.montecarlo.planning import Candidate, Planning
 from flexgui.core.montecarlo.printed import FITS, LOCALS
 from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, BiasSource, Validation
 from flexgui.sentences.written import format_number
-from flexgui.stages.study.baselines import GLOCAL, conclusions, result_words, snr
-from flexgui.stages.study.plots_estimates import EXCITATIONS, RATES, angle, percent, signed
+from flexgui.stages.study.findings import GLOCAL, conclusions, result_words
+from flexgui.stages.study.plots_estimates import (
+    EXCITATIONS,
+    RATES,
+    angle,
+    percent,
+    signed,
+    snr,
+)
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, figure, line, panes
 from flexgui.views.names import format_percent

@@ -22,8 +22,7 @@ from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, Summary
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.export.folder import dumps, swap_in, work_folder
 from flexgui.export.template import Plot, environment, packed_plotly, plot
-from flexgui.stages.study.baselines import conclusions, result_words
-from flexgui.stages.study.findings import findings
+from flexgui.stages.study.findings import conclusions, findings, result_words
 from flexgui.stages.study.plots_estimates import (
     deviation_table,
     explained_table,

@@ -15,8 +15,7 @@ from flexgui.core.montecarlo.settings import StudySettings, make_settings
 from flexgui.core.resumable.journal import Record
 from flexgui.core.scenario.schema import Scenario
 from flexgui.export.template import Plot
-from flexgui.stages.study.baselines import snr
-from flexgui.stages.study.plots_estimates import parameter_table, stiffness_table
+from flexgui.stages.study.plots_estimates import parameter_table, snr, stiffness_table
 from flexgui.views.table import Table, html_table
 
 if TYPE_CHECKING:
