@@ -13,8 +13,7 @@ import pandas as pd
 
 from flexgui.core.diagnose.maps import error_maps
 from flexgui.core.results import ChannelComparison, Estimate, Outcome, RecordingComparison
-from flexgui.export.records import as_record
-from flexgui.export.result import parameters
+from flexgui.export.result import as_record, parameters
 from flexgui.views.fit_table import bar_label
 from flexgui.views.headline import (
     beside,
