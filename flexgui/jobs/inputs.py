@@ -17,7 +17,7 @@ from typing import Any
 from flexgui.core.errors import InputError
 from flexgui.jobs.messages import Advanced, Ended, Event, Failed, Finished, Task, WorkerLost
 from flexgui.jobs.pool import JobPool
-from flexgui.jobs.settings import TOO_LARGE, PoolSettings
+from flexgui.jobs.worker import TOO_LARGE, PoolSettings
 
 MEMORY = 700_000_000
 """Bytes: the largest table that is read (160 MB of numbers), its columns in SI units, and room to
@@ -32,8 +32,16 @@ SETTINGS = PoolSettings(
     niceness=5,
     memory=MEMORY,
     seconds=SECONDS,
-    warm_up="flexgui.jobs.worker:warm_inputs",
+    warm_up="flexgui.jobs.inputs:warm_inputs",
 )
+
+
+def warm_inputs() -> None:
+    """Reads nothing yet: the libraries that reading needs, so that the first file is not slow."""
+    import pyarrow.csv
+    import pyarrow.parquet  # noqa: F401
+
+    import flexgui.scene.recorded  # noqa: F401
 
 
 @cache

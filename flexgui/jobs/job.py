@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from flexgui.jobs.messages import (
     Failed,
     Finished,
     NewGeneration,
+    Order,
     Paused,
     Queued,
     Resumed,
@@ -35,43 +37,6 @@ if TYPE_CHECKING:
 
 
 log = logging.getLogger(__name__)
-
-
-class Pace:
-    """Steps per second of the current stage, without the time in which it was paused."""
-
-    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
-        self._now = now
-        self.stage(None)
-
-    def stage(self, total: int | None) -> None:
-        """A stage begins."""
-        self._total, self._done, self._worked = total, 0, 0.0
-        self._since: float | None = self._now()
-
-    def advance(self, n: int) -> None:
-        """Note that `n` steps are done."""
-        self._done += n
-
-    def pause(self) -> None:
-        """Stop the clock."""
-        self._worked, self._since = self._elapsed(), None
-
-    def resume(self) -> None:
-        """Let the clock go on."""
-        if self._since is None:
-            self._since = self._now()
-
-    @property
-    def remaining_seconds(self) -> float | None:
-        """Of this stage; None where it is not known."""
-        if not self._total or not self._done:
-            return None
-        left = max(self._total - self._done, 0)
-        return self._elapsed() / self._done * left
-
-    def _elapsed(self) -> float:
-        return self._worked + (0.0 if self._since is None else self._now() - self._since)
 
 
 IDLE, QUEUED, RUNNING, PAUSED = "idle", "queued", "running", "paused"
@@ -110,43 +75,37 @@ class JobState:
 
     def after(self, event: Event) -> JobState:
         """The record once the event has happened."""
-        step = _AFTER.get(type(event))
-        return self if step is None else step(self, event)
+        match event:
+            case Stage(title, total):
+                return replace(self, stage=title, total=total, done=0, text="")
+            case Advanced(n, text):
+                return replace(self, done=self.done + n, text=text or self.text)
+            case NewGeneration(label, generation):
+                # Only the newest population is drawn; thousands of them would stay in memory.
+                before = self.history.get(label, ())
+                last = tuple(replace(each, population=None) for each in before[-1:])
+                return replace(
+                    self, history={**self.history, label: (*before[:-1], *last, generation)}
+                )
+        phase = PHASES.get(type(event))
+        if phase is None:
+            return self
+        place, sentence = getattr(event, "place", None), getattr(event, "sentence", "")
+        return replace(self, phase=phase, place=place, sentence=sentence)
 
 
-def _generation(state: JobState, event: Any) -> JobState:
-    """Of the populations only the newest is drawn; thousands of them would stay in memory."""
-    generations = state.history.get(event.label, ())
-    before = (*generations[:-1], *(replace(last, population=None) for last in generations[-1:]))
-    return replace(state, history={**state.history, event.label: (*before, event.generation)})
-
-
-def _phase(phase: str) -> Callable[[JobState, Any], JobState]:
-    return lambda state, event: replace(state, phase=phase, place=None)
-
-
-def _bad(phase: str) -> Callable[[JobState, Any], JobState]:
-    return lambda state, event: replace(state, phase=phase, place=None, sentence=event.sentence)
-
-
-_AFTER: dict[type[Event], Callable[[JobState, Any], JobState]] = {
-    Queued: lambda state, event: replace(state, phase=QUEUED, place=event.place),
-    Started: _phase(RUNNING),
-    Paused: _phase(PAUSED),
-    Resumed: _phase(RUNNING),
-    Stopping: _phase(STOPPING),
-    Stage: lambda state, event: replace(
-        state, stage=event.title, total=event.total, done=0, text=""
-    ),
-    Advanced: lambda state, event: replace(
-        state, done=state.done + event.n, text=event.text or state.text
-    ),
-    NewGeneration: _generation,
-    Finished: _phase(DONE),
-    Stopped: _phase(STOPPED),
-    Failed: _bad(FAILED),
-    WorkerLost: _bad(LOST),
+PHASES: dict[type[Event], str] = {
+    Queued: QUEUED,
+    Started: RUNNING,
+    Paused: PAUSED,
+    Resumed: RUNNING,
+    Stopping: STOPPING,
+    Finished: DONE,
+    Stopped: STOPPED,
+    Failed: FAILED,
+    WorkerLost: LOST,
 }
+"""In which an event puts its job."""
 
 
 class Job:
@@ -162,10 +121,13 @@ class Job:
         self.stop_wished: float | None = None
         """When (monotonic) the user asked to stop it."""
         self.paused_since: float | None = None
+        self.orders: deque[Order] = deque()
+        """What the user wishes, and its worker has not been told."""
         self._pool, self._callback, self._silent = pool, callback, False
         self._inbox = Inbox(self._call_back, merged)
         self._lock = pool.lock
-        self._pace = Pace()
+        self._clock_since, self._worked = time.monotonic(), 0.0
+        """Since when the stage is timed, and the s of it before: pauses are left out."""
         self._over = threading.Event()
 
     @property
@@ -187,8 +149,15 @@ class Job:
     def remaining_seconds(self) -> float | None:
         """Of the current stage, from its pace so far; None where nobody can know."""
         with self._lock:
-            running = self.state.phase in (RUNNING, PAUSED)
-            return self._pace.remaining_seconds if running else None
+            state = self.state
+            if state.phase not in (RUNNING, PAUSED) or not state.total or not state.done:
+                return None
+            return self._seconds_worked() / state.done * max(state.total - state.done, 0)
+
+    def _seconds_worked(self) -> float:
+        """For the current stage."""
+        until = time.monotonic() if self.paused_since is None else self.paused_since
+        return self._worked + max(until - self._clock_since, 0.0)
 
     def stop(self) -> None:
         """Ends it with the best it has; one that waits goes from the queue."""
@@ -198,6 +167,7 @@ class Job:
                 self.observe(Stopped())
             elif not self.over and self.stop_wished is None:
                 self.stop_wished = time.monotonic()
+                self.orders.append(Order.STOP)
                 self.observe(Stopping())
 
     def pause(self) -> None:
@@ -205,15 +175,16 @@ class Job:
         with self._lock:
             if self.state.phase == RUNNING:
                 self.paused_since = time.monotonic()
-                self._pace.pause()
+                self.orders.append(Order.PAUSE)
                 self.observe(Paused())
 
     def resume(self) -> None:
         """Lets a paused job go on."""
         with self._lock:
             if self.state.phase == PAUSED:
+                self._worked, self._clock_since = self._seconds_worked(), time.monotonic()
                 self.paused_since = None
-                self._pace.resume()
+                self.orders.append(Order.RESUME)
                 self.observe(Resumed())
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -224,21 +195,10 @@ class Job:
         """Until the callback has heard all there was."""
         self._inbox.wait_idle(timeout)
 
-    # What follows is for the pool and its supervisors; they hold the lock.
-
-    def queued(self, place: int) -> None:
-        """Note its place in the queue, 1 is next."""
-        if self.state.place != place:
-            self.observe(Queued(place))
-
     def observe(self, event: Event) -> None:
-        """Takes note of what has happened, and passes it on."""
-        if isinstance(event, Started):
-            self._pace = Pace()
-        elif isinstance(event, Stage):
-            self._pace.stage(event.total)
-        elif isinstance(event, Advanced):
-            self._pace.advance(event.n)
+        """Takes note of what has happened, and passes it on; for who holds the pool's lock."""
+        if isinstance(event, Started | Stage):
+            self._clock_since, self._worked = time.monotonic(), 0.0
         self.state = self.state.after(event)
         if isinstance(event, Ended):  # before the callback hears of it, and asks
             self.ending = event

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -17,15 +17,6 @@ if TYPE_CHECKING:
 class Event:
     """One thing that happened to a job."""
 
-    @property
-    def subject(self) -> Hashable | None:
-        """Events of one subject may be told as one; None where each counts."""
-        return None
-
-    def after(self, earlier: Any) -> Event:
-        """The one event that stands for an earlier one of the same subject and this one."""
-        return self
-
 
 @dataclass(frozen=True)
 class Queued(Event):
@@ -33,10 +24,6 @@ class Queued(Event):
 
     place: int
     """1 is next."""
-
-    @property
-    def subject(self) -> Hashable:
-        return "place"
 
 
 @dataclass(frozen=True)
@@ -74,13 +61,6 @@ class Advanced(Event):
     n: int = 1
     text: str = ""
 
-    @property
-    def subject(self) -> Hashable:
-        return "advance"
-
-    def after(self, earlier: Any) -> Advanced:
-        return Advanced(earlier.n + self.n, self.text or earlier.text)
-
 
 @dataclass(frozen=True)
 class NewGeneration(Event):
@@ -90,10 +70,6 @@ class NewGeneration(Event):
     label: str
     generation: Generation
 
-    @property
-    def subject(self) -> Hashable:
-        return ("generation", self.label)
-
 
 @dataclass(frozen=True)
 class Partial(Event):
@@ -101,10 +77,6 @@ class Partial(Event):
 
     name: str
     value: Any
-
-    @property
-    def subject(self) -> Hashable:
-        return ("partial", self.name)
 
 
 @dataclass(frozen=True)
@@ -124,6 +96,8 @@ class Failed(Ended):
     """The task cannot be done; the sentence is for the user."""
 
     sentence: str
+    traceback: str = ""
+    """For the log, where a worker met what nobody expected; its sentence is the error then."""
 
 
 @dataclass(frozen=True)
@@ -145,13 +119,31 @@ def merged(waiting: list[Event], event: Event) -> list[Event]:
     """With one more event: it stands for a waiting one of the same subject, but never across one
     that has no subject (a new stage, an end). So the order of what matters stays, and what waits is
     short however slow the reader is."""
-    for place in reversed(range(len(waiting)) if event.subject is not None else ()):
-        subject = waiting[place].subject
-        if subject is None:
+    subject = _subject(event)
+    for place in reversed(range(len(waiting)) if subject is not None else ()):
+        earlier = waiting[place]
+        if _subject(earlier) is None:
             break
-        if subject == event.subject:
-            return [*waiting[:place], event.after(waiting[place]), *waiting[place + 1 :]]
+        if _subject(earlier) == subject:
+            return [*waiting[:place], _together(earlier, event), *waiting[place + 1 :]]
     return [*waiting, event]
+
+
+def _subject(event: Event) -> tuple[type[Event], str] | None:
+    """Events of one subject may be told as one; None where each counts."""
+    match event:
+        case Queued() | Advanced():
+            return type(event), ""
+        case NewGeneration(name) | Partial(name):
+            return type(event), name
+    return None
+
+
+def _together(earlier: Event, event: Event) -> Event:
+    """What is told of two events of one subject."""
+    if isinstance(earlier, Advanced) and isinstance(event, Advanced):
+        return Advanced(earlier.n + event.n, event.text or earlier.text)
+    return event
 
 
 @dataclass(frozen=True)
@@ -184,7 +176,7 @@ class Task:
 
 
 class Order(Enum):
-    """What the server tells a worker while it works."""
+    """What the server tells a worker besides its next task."""
 
     STOP = "stop"
     PAUSE = "pause"
@@ -192,16 +184,8 @@ class Order(Enum):
     EXIT = "exit"
 
 
-@dataclass(frozen=True)
-class Begin:
-    """Do this."""
-
-    task: Task
-
-
-@dataclass(frozen=True)
-class Alive:
-    """Told again and again, whatever the worker does: who is silent hangs."""
+ALIVE = None
+"""Told again and again, whatever a worker does: who is silent hangs."""
 
 
 @dataclass(frozen=True)
@@ -210,32 +194,3 @@ class Ready:
 
     trouble: str = ""
     """Traceback of a warm-up that failed: the jobs will say themselves what is wrong."""
-
-
-@dataclass(frozen=True)
-class Done:
-    """The task returned."""
-
-    result: Any
-    stopped: bool
-    """Whether it was told to stop while it ran, so that the result is the best so far."""
-
-
-@dataclass(frozen=True)
-class Refused:
-    """The task raised InputError."""
-
-    sentence: str
-
-
-@dataclass(frozen=True)
-class Crashed:
-    """The task raised something else."""
-
-    error: str
-    """Type and text, one line."""
-    traceback: str
-
-
-Answer = Done | Refused | Crashed
-"""The one message that ends a task."""

@@ -10,14 +10,12 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
-from types import TracebackType
-from typing import Generic, Protocol, TypeVar
 
 from flexgui.core.errors import InputError
 from flexgui.jobs.job import Job
-from flexgui.jobs.messages import Ended, Event, Failed, Started, Stopped, Task
-from flexgui.jobs.settings import DEFAULT, PoolSettings
+from flexgui.jobs.messages import Ended, Event, Failed, Queued, Started, Stopped, Task
 from flexgui.jobs.supervisor import WorkerSupervisor
+from flexgui.jobs.worker import DEFAULT, PoolSettings
 
 CLOSING = 4.0
 """s for all workers to end, well within what a person waits after Ctrl-C."""
@@ -38,7 +36,7 @@ class JobPool:
         self.warming = threading.Lock()
         self.closing = threading.Event()
         self._news = threading.Condition(self.lock)
-        self._queue: FairQueue[Job] = FairQueue()
+        self._queue: FairQueue = FairQueue()
         self._active: set[Job] = set()
         self._started = False
         self._stirred = 0.0
@@ -48,12 +46,7 @@ class JobPool:
         self.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
@@ -80,8 +73,15 @@ class JobPool:
             return len(self._queue)
 
     def start(self) -> None:
-        """Begins to warm the workers in the background; `submit` does so too where it must."""
-        self._begin()
+        """Warms the workers in the background, as `submit` does too; InputError after the end."""
+        with self.lock:
+            if self.closing.is_set():
+                raise InputError("FlexGUI is being closed; start it again to run this.")
+            if not self._started:
+                self._started = True
+                atexit.register(self.close)
+                for supervisor in self._supervisors:
+                    supervisor.thread.start()
 
     def submit(self, session: str, task: Task, callback: Callback) -> Job:
         """InputError where the session has too much waiting already, or all is closing.
@@ -90,7 +90,7 @@ class JobPool:
         last one being Finished, Failed, Stopped or WorkerLost. It may call anything of a job.
         """
         with self.lock:
-            self._begin()
+            self.start()
             limit = self.settings.queued_per_session
             if self._queue.waiting_of(session) >= limit:
                 raise InputError(
@@ -130,20 +130,10 @@ class JobPool:
         for job in last:
             job.wait_heard(max(until - time.monotonic(), 0.0))
 
-    def _begin(self) -> None:
-        """Starts the supervisors where nobody did; InputError after the end."""
-        with self.lock:
-            if self.closing.is_set():
-                raise InputError("FlexGUI is being closed; start it again to run this.")
-            if not self._started:
-                self._started = True
-                atexit.register(self.close)
-                for supervisor in self._supervisors:
-                    supervisor.thread.start()
-
     def _report_places(self) -> None:
         for place, job in enumerate(self._queue.order(), start=1):
-            job.queued(place)
+            if job.state.place != place:
+                job.observe(Queued(place))
 
     # What follows is for jobs and supervisors.
 
@@ -197,24 +187,13 @@ class JobPool:
                 job.observe(Failed(sentence))
 
 
-class Owned(Protocol):
-    """Something that a session waits for."""
-
-    @property
-    def session(self) -> str:
-        """The key of the session that it belongs to."""
-
-
-T = TypeVar("T", bound=Owned)
-
-
-class FairQueue(Generic[T]):
+class FairQueue:
     """Within a session first come, first served. Between sessions the one with the least work
     under way goes first; equals go round, and whoever joins or was served stands at the end.
     Not thread-safe."""
 
     def __init__(self) -> None:
-        self._round: dict[str, deque[T]] = {}
+        self._round: dict[str, deque[Job]] = {}
         """What waits; a dict keeps the order of the round."""
         self._busy: Counter[str] = Counter()
 
@@ -225,27 +204,27 @@ class FairQueue(Generic[T]):
         """How many items of a session wait."""
         return len(self._round.get(session, ()))
 
-    def put(self, item: T) -> None:
+    def put(self, item: Job) -> None:
         """Add an item behind those of its session."""
         self._round.setdefault(item.session, deque()).append(item)
 
-    def remove(self, item: T) -> None:
+    def remove(self, item: Job) -> None:
         """Forget an item that waits."""
         items = self._round[item.session]
         items.remove(item)
         if not items:
             del self._round[item.session]
 
-    def take(self) -> T | None:
+    def take(self) -> Job | None:
         """The next item, which is then under way; None where nothing waits."""
         return _serve(self._round, self._busy) if self._round else None
 
-    def done(self, item: T) -> None:
+    def done(self, item: Job) -> None:
         """An item that was taken is no longer under way."""
         self._busy[item.session] -= 1
         self._busy = +self._busy  # only sessions that are busy
 
-    def order(self) -> Iterator[T]:
+    def order(self) -> Iterator[Job]:
         """All that wait, in the order in which they would go if nothing ended meanwhile."""
         again = {session: items.copy() for session, items in self._round.items()}
         busy = self._busy.copy()
@@ -253,7 +232,7 @@ class FairQueue(Generic[T]):
             yield _serve(again, busy)
 
 
-def _serve(waiting: dict[str, deque[T]], busy: Counter[str]) -> T:
+def _serve(waiting: dict[str, deque[Job]], busy: Counter[str]) -> Job:
     """Takes the next item; its session goes to the end of the round."""
     session = min(waiting, key=busy.__getitem__)  # the first of equals
     items = waiting.pop(session)

@@ -1,29 +1,22 @@
-"""One place where a job can run: a light thread that looks after one worker process."""
+"""One place where a job can run: a worker process, and the light thread that looks after it."""
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import multiprocessing
+import os
+import socket
+import struct
 import threading
 import time
-from typing import TYPE_CHECKING
+from multiprocessing.connection import wait
+from typing import TYPE_CHECKING, Any
 
-from flexgui.jobs.job import PAUSED, Job
-from flexgui.jobs.messages import (
-    Answer,
-    Begin,
-    Crashed,
-    Ended,
-    Event,
-    Failed,
-    Finished,
-    Order,
-    Ready,
-    Refused,
-    Stopped,
-    WorkerLost,
-)
-from flexgui.jobs.process import WorkerGoneError, WorkerProcess
-from flexgui.jobs.settings import TOO_LONG
+from flexgui.core.resumable.executor import one_thread_each
+from flexgui.jobs.job import Job
+from flexgui.jobs.messages import Ended, Failed, Order, Ready, Stopped, WorkerLost
+from flexgui.jobs.worker import TOO_LONG, PoolSettings, work
 
 if TYPE_CHECKING:
     from flexgui.jobs.pool import JobPool
@@ -44,6 +37,116 @@ LONGEST_PAUSE = 30.0
 """s between two attempts to start a worker that does not start."""
 
 log = logging.getLogger(__name__)
+
+
+# A fork would copy the page's threads as locks that nobody ever opens.
+_SPAWN = multiprocessing.get_context("spawn")
+
+
+LAST_BREATH = 1.0
+"""s between the end of a pipe and the end of its process, so that one can say how it ended."""
+
+
+class WorkerGoneError(Exception):
+    """The process ended without being asked."""
+
+
+def _limit_waiting(pipe: int, seconds: float) -> None:
+    """A message that the pipe cannot hold at once waits for the other end: from now on for so long
+    without a byte at most, then it is an OSError. Elsewhere than on POSIX it waits for ever."""
+    if os.name != "posix":
+        return
+    limit = struct.pack("ll", int(seconds), int(seconds % 1.0 * 1e6))
+    with socket.socket(fileno=os.dup(pipe)) as same:
+        for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
+            same.setsockopt(socket.SOL_SOCKET, option, limit)
+
+
+class WorkerProcess:
+    """Starts on construction; used by one thread."""
+
+    def __init__(self, settings: PoolSettings) -> None:
+        self._heard = time.monotonic()
+        self._silence = settings.silence
+        self._pipe, theirs = _SPAWN.Pipe()
+        try:
+            _limit_waiting(self._pipe.fileno(), settings.silence)
+            self._process = _SPAWN.Process(
+                target=work,
+                args=(theirs, settings),
+                name="flexgui-worker",
+                daemon=True,
+            )
+            # Threads of its algebra would only wait for each other: the cores are the page's too.
+            with one_thread_each():
+                self._process.start()
+        except BaseException:
+            self._pipe.close()
+            raise
+        finally:
+            theirs.close()  # else the pipe would not end with the worker
+
+    @property
+    def pid(self) -> int:
+        """Of the process; 0 before it has one."""
+        return self._process.pid or 0
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process runs."""
+        return self._process.is_alive()
+
+    @property
+    def silent(self) -> float:
+        """s since it was heard of last."""
+        return time.monotonic() - self._heard
+
+    @property
+    def hangs(self) -> bool:
+        """Whether there was no sign of life for as long as it takes to say so."""
+        return self.silent > self._silence
+
+    @property
+    def ending(self) -> str:
+        """How the process ended, for a sentence."""
+        code = self._process.exitcode
+        if code is None:
+            return "it does not answer"
+        return f"signal {-code}" if code < 0 else f"exit code {code}"
+
+    def send(self, message: Any) -> None:
+        """WorkerGoneError where nobody is there; other errors where it cannot travel."""
+        try:
+            self._pipe.send(message)
+        except OSError as error:
+            self._process.join(LAST_BREATH)
+            raise WorkerGoneError from error
+
+    def receive(self, timeout: float) -> Any | None:
+        """The next message; None for a sign of life, and after `timeout` s without anything.
+        WorkerGoneError at its death."""
+        try:
+            # A dead worker's last words are read before its death is told: the pipe ends after.
+            if wait([self._pipe], timeout):
+                message = self._pipe.recv()
+                self._heard = time.monotonic()
+                return message
+        except (EOFError, OSError) as error:
+            self._process.join(LAST_BREATH)
+            raise WorkerGoneError from error
+        return None
+
+    def end(self, patience: float) -> None:
+        """The process is gone afterwards: by itself within `patience` s, else killed."""
+        with contextlib.suppress(WorkerGoneError):
+            if patience > 0.0:
+                self.send(Order.EXIT)
+                self._process.join(patience)
+        if self.alive:
+            self._process.kill()
+        self._process.join()
+        self._process.close()
+        self._pipe.close()
 
 
 class WorkerSupervisor:
@@ -163,8 +266,8 @@ class WorkerSupervisor:
         try:
             ending = self._ending(job, self._worker)
         except WorkerGoneError:
-            log.warning("Worker %s is gone in the middle of a job", self._worker.pid)
-            ending = (_hung if self._worker.hangs else _lost)(job, self._worker)
+            log.warning("Worker %s is gone or hangs in the middle of a job", self._worker.pid)
+            ending = _lost(job, self._worker)
             self._dismiss(0.0)
         except Exception as error:  # a task or a result that no pipe can carry
             log.exception("%s could not be sent or received", job.task.title)
@@ -175,87 +278,59 @@ class WorkerSupervisor:
 
     def _ending(self, job: Job, worker: WorkerProcess) -> Ended:
         """Relays both ways until there is an answer, or none is to be expected."""
-        worker.send(Begin(job.task))
-        wishes, begun = _Wishes(job, worker), time.monotonic()
+        worker.send(job.task)
+        begun = time.monotonic()
         while True:
             message = worker.receive(TICK)
-            if isinstance(message, Event):
+            if isinstance(message, Ended):
+                return _judged(job, message)
+            if message is not None:
                 with self._pool.lock:
                     job.observe(message)
-            elif message is not None:
-                return _verdict(job, message)
             if self._pool.closing.is_set():
                 return Stopped()
-            wishes.pass_on()
-            if self._too_long(begun):
-                log.warning("%s took too long; its worker is replaced", job.task.title)
-                self._dismiss(0.0)
-                return Failed(f"{job.task.title} {TOO_LONG.format(self._settings.seconds)}")
+            while job.orders:
+                worker.send(job.orders.popleft())
             if worker.hangs:
-                log.warning("Worker %s hangs; another takes its place", worker.pid)
+                raise WorkerGoneError
+            late = self._too_late(job, begun)
+            if late is not None:
+                log.warning("%s did not end in time; its worker is replaced", job.task.title)
                 self._dismiss(0.0)
-                return _hung(job, worker)
-            if self._overdue(job):
-                log.warning("%s did not stop in time; its worker is replaced", job.task.title)
-                self._dismiss(0.0)
-                return Stopped()
+                return late
 
-    def _too_long(self, begun: float) -> bool:
-        limit = self._settings.seconds
-        return limit is not None and time.monotonic() - begun > limit
-
-    def _overdue(self, job: Job) -> bool:
-        """Whether a stopped job had its time; one that pauses too long is stopped."""
-        now, paused, stopped = time.monotonic(), job.paused_since, job.stop_wished
+    def _too_late(self, job: Job, begun: float) -> Ended | None:
+        """How a job ends that had its time; one that pauses too long is asked to stop."""
+        now, limit, paused = time.monotonic(), self._settings.seconds, job.paused_since
+        if limit is not None and now - begun > limit:
+            return Failed(f"{job.task.title} {TOO_LONG.format(limit)}")
         if paused is not None and now - paused > self._settings.pause_limit and self._pool.waiting:
             job.stop()
-        return stopped is not None and now - stopped > self._settings.grace
+        stopped = job.stop_wished
+        return Stopped() if stopped is not None and now - stopped > self._settings.grace else None
 
 
-class _Wishes:
-    """Passes on what the user wishes of a job, each wish once."""
-
-    def __init__(self, job: Job, worker: WorkerProcess) -> None:
-        self._job, self._worker = job, worker
-        self._paused = self._stopped = False
-
-    def pass_on(self) -> None:
-        paused = self._job.state.phase == PAUSED
-        if paused is not self._paused:
-            self._paused = paused
-            self._worker.send(Order.PAUSE if paused else Order.RESUME)
-        if self._job.stop_wished is not None and not self._stopped:
-            self._stopped = True
-            self._worker.send(Order.STOP)
-
-
-def _verdict(job: Job, answer: Answer) -> Ended:
-    if isinstance(answer, Refused) and job.stop_wished is not None:
-        return Stopped()
-    if isinstance(answer, Refused):
-        return Failed(answer.sentence)
-    if isinstance(answer, Crashed):
-        log.error("%s failed unexpectedly\n%s", job.task.title, answer.traceback)
-        return _failed(job, answer.error)
-    return Stopped(answer.result) if answer.stopped else Finished(answer.result)
+def _judged(job: Job, ending: Ended) -> Ended:
+    """As the page is told of it."""
+    if not isinstance(ending, Failed):
+        return ending
+    if ending.traceback:
+        log.error("%s failed unexpectedly\n%s", job.task.title, ending.traceback)
+        return _failed(job, ending.sentence)
+    return ending if job.stop_wished is None else Stopped()
 
 
 def _failed(job: Job, error: str) -> Failed:
     return Failed(f"{job.task.title} failed unexpectedly ({error}); details are in the log.")
 
 
-def _hung(job: Job, worker: WorkerProcess) -> Ended:
-    if job.stop_wished is not None:
-        return Stopped()
-    return WorkerLost(
-        f"{job.task.title} hangs: its worker process has shown no sign of life for "
-        f"{worker.silent:.0f} s and is replaced; start it again."
-    )
-
-
 def _lost(job: Job, worker: WorkerProcess) -> Ended:
     if job.stop_wished is not None:
         return Stopped()
-    return WorkerLost(
-        f"{job.task.title} was lost with its worker process ({worker.ending}); start it again."
-    )
+    why = f"was lost with its worker process ({worker.ending})"
+    if worker.hangs:
+        why = (
+            f"hangs: its worker process has shown no sign of life for {worker.silent:.0f} s and "
+            "is replaced"
+        )
+    return WorkerLost(f"{job.task.title} {why}; start it again.")

@@ -9,38 +9,83 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import threading
 import time
 import traceback
 from collections.abc import Callable
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import brief
 from flexgui.jobs.messages import (
+    ALIVE,
     Advanced,
-    Alive,
-    Answer,
-    Begin,
-    Crashed,
-    Done,
+    Ended,
     Event,
+    Failed,
+    Finished,
     NewGeneration,
     Order,
     Partial,
     Ready,
-    Refused,
     Stage,
+    Stopped,
     Task,
     merged,
 )
-from flexgui.jobs.settings import TOO_LARGE, PoolSettings, limit_memory, limit_time
 
 if TYPE_CHECKING:
     from flexgui.core.results import Generation
+
+
+@dataclass(frozen=True)
+class PoolSettings:
+    """Limits and times of a pool."""
+
+    queued_per_session: int = 4
+    """Jobs of one session that may wait."""
+    grace: float = 8.0
+    """s that a task may take to end by itself once it was stopped; then its worker is killed."""
+    silence: float = 60.0
+    """s without a sign of life, of which there is one every two, after which a worker hangs: one
+    large function that is compiled has held up a busy machine's interpreter for fifteen."""
+    pause_limit: float = 600.0
+    """s that a paused job may keep its worker while others wait; then it is stopped."""
+    recycle_after: int = 200
+    """Jobs, after which a worker is replaced: whatever memory it gathered is given back."""
+    calm: float = 6.0
+    """s after a worker's or a job's start in which no further worker is started that nobody waits
+    for: it would take the cores from the first ranking of whoever clicks at once."""
+    start_limit: float = 300.0
+    """s that a worker may need to be ready; on a new machine everything is compiled first."""
+    niceness: int = 10
+    """Of the workers, so that the page answers first (POSIX)."""
+    memory: int | None = 3_000_000_000
+    """Bytes that a job may take beyond what its warm worker has (Linux); None: all there are. The
+    diagnosis of seven recordings takes a tenth of that; two such jobs still fit into a laptop."""
+    seconds: float | None = None
+    """That a job may take, in all and of a processor; then its worker is replaced. None: no end."""
+    warm_up: str | None = "flexgui.jobs.worker:warm_up"
+    """What a worker calls before its first job, as "package.module:name"."""
+
+
+DEFAULT = PoolSettings()
+
+
+TOO_LARGE = (
+    "needs more memory than is allowed; cut the recordings, keep fewer columns or simulate fewer "
+    "samples."
+)
+TOO_LONG = (
+    "took longer than {:.0f} s; cut the recordings, keep fewer columns or simulate fewer samples."
+)
+"""How a sentence about the work goes on."""
 
 
 class Reporter:
@@ -138,19 +183,13 @@ class Worker:
         self._waiting: list[Event] = []
         self._keeping, self._news = threading.Lock(), threading.Event()
         self._reporter = Reporter(self._put)
-        self._tasks: SimpleQueue[tuple[Task, Reporter] | Crashed | None] = SimpleQueue()
-        self._orders = {
-            Order.STOP: lambda: self._reporter.stop(),
-            Order.PAUSE: lambda: self._reporter.pause(),
-            Order.RESUME: lambda: self._reporter.resume(),
-            Order.EXIT: self._exit,
-        }
+        self._tasks: SimpleQueue[tuple[Task, Reporter] | Failed | None] = SimpleQueue()
 
     def serve(self, seconds: float | None = None) -> None:
         """One task after the other, on the main thread; each has `seconds` of a processor."""
         while (item := self._tasks.get()) is not None:
             limit_time(seconds)
-            answer = item if isinstance(item, Crashed) else attempt(*item)
+            answer = item if isinstance(item, Failed) else attempt(*item)
             self._flush()
             try:
                 self.send(answer)
@@ -169,7 +208,11 @@ class Worker:
             except Exception as error:  # arguments that cannot be read here
                 self._tasks.put(crash(error))
                 continue
-            self._obey(order)
+            if isinstance(order, Task):
+                self._reporter = Reporter(self._put)
+                self._tasks.put((order, self._reporter))
+            else:
+                self._obey(order)
 
     def spread_news(self) -> None:
         """Sends what waits, then rests, so that a fast search does not flood the pipe."""
@@ -185,7 +228,7 @@ class Worker:
         with contextlib.suppress(OSError):
             while True:
                 with contextlib.suppress(MemoryError):  # the job has taken all there is; it lives
-                    self.send(Alive())
+                    self.send(ALIVE)
                 time.sleep(BEAT)
 
     def send(self, message: Any) -> None:
@@ -206,39 +249,80 @@ class Worker:
             for event in events:
                 self._pipe.send(event)
 
-    def _obey(self, order: Begin | Order) -> None:
-        if isinstance(order, Begin):
-            self._reporter = Reporter(self._put)
-            self._tasks.put((order.task, self._reporter))
-        else:
-            self._orders[order]()
+    def _obey(self, order: Order) -> None:
+        match order:
+            case Order.PAUSE:
+                self._reporter.pause()
+            case Order.RESUME:
+                self._reporter.resume()
+            case Order.STOP:
+                self._reporter.stop()
+            case Order.EXIT:
+                self._reporter.stop()
+                self._tasks.put(None)
 
-    def _exit(self) -> None:
-        self._reporter.stop()
-        self._tasks.put(None)
 
-
-def attempt(task: Task, reporter: Reporter) -> Answer:
-    """The task's answer, whatever happens in it."""
+def attempt(task: Task, reporter: Reporter) -> Ended:
+    """How the task ends, whatever happens in it."""
     try:
-        return Done(task.resolve()(**task.arguments, progress=reporter), reporter.noticed)
+        result = task.resolve()(**task.arguments, progress=reporter)
+        return Stopped(result) if reporter.noticed else Finished(result)
     except InputError as error:
-        return Refused(brief(str(error)))
+        return Failed(brief(str(error)))
     except MemoryError:
-        return Refused(f"{task.title} {TOO_LARGE}")
+        return Failed(f"{task.title} {TOO_LARGE}")
     except BaseException as error:
         return crash(error)
 
 
-def crash(error: BaseException) -> Crashed:
+def crash(error: BaseException) -> Failed:
     """In words for the page and in full for the log."""
     text = " ".join(f"{type(error).__name__}: {error}".split())
-    return Crashed(text[:LONGEST_TEXT], "".join(traceback.format_exception(error)))
+    return Failed(text[:LONGEST_TEXT], "".join(traceback.format_exception(error)))
 
 
 def gone() -> NoReturn:
     """Nobody would read what this process still finds."""
     os._exit(0)
+
+
+SPARE = 5.0
+"""s of a processor beyond the limit: the server, which can say why, ends the job first."""
+
+
+def limit_memory(more: int | None) -> None:
+    """This process gets `more` bytes than it has now, then MemoryError; Linux only.
+
+    Data, not address space: compilers and allocators reserve much more than they ever touch.
+    """
+    used = _data_bytes()
+    if more is None or used is None:
+        return
+    import resource
+
+    with contextlib.suppress(ValueError, OSError):  # a lower limit stands already
+        resource.setrlimit(resource.RLIMIT_DATA, (used + more, resource.RLIM_INFINITY))
+
+
+def limit_time(seconds: float | None) -> None:
+    """This process dies after so many more seconds of a processor, where the system can do it."""
+    if seconds is None or os.name != "posix":
+        return
+    import resource
+
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    until = int(usage.ru_utime + usage.ru_stime + seconds + SPARE)
+    with contextlib.suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_CPU, (until, resource.RLIM_INFINITY))
+
+
+def _data_bytes() -> int | None:
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+    except OSError:
+        return None
+    found = re.search(r"VmData:\s+(\d+) kB", status)
+    return None if found is None else int(found[1]) * 1024
 
 
 TINY = """
@@ -263,11 +347,3 @@ def warm_up() -> None:
     from flexgui.core.workbench import run_scenario
 
     run_scenario(parse_scenario(TINY, "warm-up"))
-
-
-def warm_inputs() -> None:
-    """Reads nothing yet: the libraries that reading needs, so that the first file is not slow."""
-    import pyarrow.csv
-    import pyarrow.parquet  # noqa: F401
-
-    import flexgui.scene.recorded  # noqa: F401

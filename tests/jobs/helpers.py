@@ -15,7 +15,8 @@ import numpy as np
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress
 from flexgui.core.results import Generation
-from flexgui.jobs import Event, PoolSettings, Task, inputs, worker
+from flexgui.jobs import Event, Task, inputs, worker
+from flexgui.jobs.worker import PoolSettings
 
 E = TypeVar("E", bound=Event)
 

@@ -11,8 +11,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from flexgui.jobs import Advanced, Finished, JobPool, WorkerLost, process, worker
-from flexgui.jobs.messages import Alive
+from flexgui.jobs import Finished, JobPool, WorkerLost, supervisor, worker
+from flexgui.jobs.messages import ALIVE, Advanced
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import (
     MANY,
@@ -59,9 +59,7 @@ def test_a_stopped_worker_is_told_to_hang_and_replaced(pool: JobPool) -> None:
 def test_an_idle_worker_that_is_stopped_is_replaced(pool: JobPool) -> None:
     before = worker_of(pool)
     os.kill(before, signal.SIGSTOP)
-    assert eventually(
-        lambda: before not in {supervisor.pid for supervisor in pool._supervisors}, 2 * PATIENCE
-    )
+    assert eventually(lambda: before not in {each.pid for each in pool._supervisors}, 2 * PATIENCE)
     assert worker_of(pool) != before
 
 
@@ -85,9 +83,9 @@ def test_a_worker_that_stands_still_while_it_is_sent_a_large_job_is_replaced(
 def test_a_worker_that_stands_still_in_the_middle_of_a_message_is_lost(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(process, "work", half_a_message)
-    worker = process.WorkerProcess(replace(OFTEN, silence=1.0))
-    with pytest.raises(process.WorkerGoneError):
+    monkeypatch.setattr(supervisor, "work", half_a_message)
+    worker = supervisor.WorkerProcess(replace(OFTEN, silence=1.0))
+    with pytest.raises(supervisor.WorkerGoneError):
         worker.receive(PATIENCE)
     assert worker.hangs
     worker.end(0.0)
@@ -120,4 +118,4 @@ def test_a_worker_whose_job_took_all_memory_goes_on_giving_signs_of_life(
     monkeypatch.setattr(worker, "BEAT", 0.0)
     pipe = Narrow()
     worker.Worker(cast(Any, pipe)).beat()
-    assert [type(message) for message in pipe.heard] == [Alive] * 3
+    assert pipe.heard == [ALIVE] * 3

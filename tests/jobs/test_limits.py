@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from flexgui.jobs import Failed, Finished, JobPool, PoolSettings, WorkerLost
+from flexgui.jobs import Failed, Finished, JobPool, WorkerLost
+from flexgui.jobs.worker import PoolSettings
 from tests.jobs.helpers import PATIENCE, Listener, process_id, sevens, sleep_deaf, spin, task
 
 ROOM = 100_000_000

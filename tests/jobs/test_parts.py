@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -9,10 +11,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.results import Generation
+from flexgui.jobs import job as job_module
 from flexgui.jobs.inbox import Inbox
-from flexgui.jobs.job import Pace
-from flexgui.jobs.messages import Advanced, Event, NewGeneration, Queued, Stage, Task, merged
-from flexgui.jobs.pool import FairQueue
+from flexgui.jobs.job import Job
+from flexgui.jobs.messages import (
+    Advanced,
+    Event,
+    NewGeneration,
+    Queued,
+    Stage,
+    Started,
+    Task,
+    merged,
+)
+from flexgui.jobs.pool import FairQueue, JobPool
 from tests.jobs.helpers import PATIENCE, count
 
 
@@ -26,14 +38,14 @@ class Item:
     number: int
 
 
-def queue_of(sessions: str) -> FairQueue[Item]:
-    queue: FairQueue[Item] = FairQueue()
+def queue_of(sessions: str) -> FairQueue:
+    queue = FairQueue()
     for k, session in enumerate(sessions):
-        queue.put(Item(session, k))
+        queue.put(cast(Job, Item(session, k)))
     return queue
 
 
-def taken(queue: FairQueue[Item]) -> str:
+def taken(queue: FairQueue) -> str:
     return "".join(item.session for item in iter(queue.take, None))
 
 
@@ -150,26 +162,32 @@ class TestInbox:
 
 
 class TestPace:
-    def test_time_left_follows_the_pace_and_leaves_out_pauses(self):
-        clock = [0.0]
-        pace = Pace(lambda: clock[0])
-        pace.stage(10)
-        assert pace.remaining_seconds is None
-        clock[0] = 4.0
-        pace.advance(2)
-        assert pace.remaining_seconds == 16.0
-        pace.pause()
-        clock[0] = 100.0
-        assert pace.remaining_seconds == 16.0
-        pace.resume()
-        clock[0] = 104.0
-        pace.advance(2)
-        assert pace.remaining_seconds == 12.0
+    @pytest.fixture
+    def job(self) -> Job:
+        pool = SimpleNamespace(lock=threading.RLock())
+        return Job(cast(JobPool, pool), "s", Task.of(count, steps=3), lambda event: None)
 
-    def test_unknown_where_the_stage_has_no_total(self):
-        pace = Pace()
-        pace.advance(3)
-        assert pace.remaining_seconds is None
+    def test_time_left_follows_the_pace_and_leaves_out_pauses(self, job, monkeypatch):
+        clock = [0.0]
+        monkeypatch.setattr(job_module.time, "monotonic", lambda: clock[0])
+        job.observe(Started())
+        job.observe(Stage("Fitting", 10))
+        assert job.remaining_seconds is None
+        clock[0] = 4.0
+        job.observe(Advanced(2))
+        assert job.remaining_seconds == 16.0
+        job.pause()
+        clock[0] = 100.0
+        assert job.remaining_seconds == 16.0
+        job.resume()
+        clock[0] = 104.0
+        job.observe(Advanced(2))
+        assert job.remaining_seconds == 12.0
+
+    def test_unknown_where_the_stage_has_no_total(self, job):
+        job.observe(Started())
+        job.observe(Advanced(3))
+        assert job.remaining_seconds is None
 
 
 class TestTask:

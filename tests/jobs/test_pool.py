@@ -11,25 +11,10 @@ import numpy as np
 import pytest
 
 from flexgui.core.errors import InputError
-from flexgui.jobs import (
-    Advanced,
-    Event,
-    Failed,
-    Finished,
-    Job,
-    JobPool,
-    NewGeneration,
-    Paused,
-    PoolSettings,
-    Queued,
-    Resumed,
-    Stage,
-    Started,
-    Stopped,
-    Task,
-    WorkerLost,
-)
+from flexgui.jobs import Event, Failed, Finished, Job, JobPool, Stopped, Task, WorkerLost
 from flexgui.jobs.job import DONE, LOST, PAUSED, STOPPED
+from flexgui.jobs.messages import Advanced, NewGeneration, Paused, Queued, Resumed, Stage, Started
+from flexgui.jobs.worker import PoolSettings
 from tests.jobs import helpers
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import (

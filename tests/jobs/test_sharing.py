@@ -7,16 +7,10 @@ import time
 import pytest
 
 from flexgui.core.errors import InputError
-from flexgui.jobs import (
-    Finished,
-    JobPool,
-    NewGeneration,
-    PoolSettings,
-    Queued,
-    Started,
-    Stopped,
-)
+from flexgui.jobs import Finished, JobPool, Stopped
 from flexgui.jobs.job import PAUSED, RUNNING, STOPPED
+from flexgui.jobs.messages import NewGeneration, Queued, Started
+from flexgui.jobs.worker import PoolSettings
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import MANY, PATIENCE, Listener, count, eventually, task
 

@@ -12,7 +12,8 @@ import pytest
 from flexgui.core.progress import Silent
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.read import parse_scenario
-from flexgui.jobs import Failed, Finished, NewGeneration, Stopped, Task
+from flexgui.jobs import Failed, Finished, Stopped, Task
+from flexgui.jobs.messages import NewGeneration
 from flexgui.stages.export.task import export
 from flexgui.stages.identify.task import identify
 from tests.jobs.helpers import PATIENCE, Listener

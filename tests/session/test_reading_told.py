@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from flexgui.jobs import Advanced, Stage, Started
 from flexgui.jobs.job import JobState
+from flexgui.jobs.messages import Advanced, Stage, Started
 from flexgui.stages.identify.panel import WORDS
 
 

@@ -13,8 +13,9 @@ import pytest
 from flexgui.core.results import Generation
 from flexgui.core.scenario.schema import Scenario
 from flexgui.export.formats import model_formats
-from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
+from flexgui.jobs import Event, Finished
 from flexgui.jobs.job import DONE, QUEUED, RUNNING, STOPPED, JobState
+from flexgui.jobs.messages import Advanced, NewGeneration, Queued, Stage, Started
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import scenario_file
 from flexgui.stages.export.panel import ExportPanel
