@@ -1,5 +1,6 @@
 """What runs in the browser itself, in `browser/`: the page's style, the curtain that stands before
-it until it is drawn, keys, names for those who hear the page, figures to copy."""
+it until it is drawn, what is pressed in its own HTML, the
+time-line, names for those who hear the page, figures to copy."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ STYLE = """(() => {
   style.textContent = %s;
   document.head.append(style);
 })();"""
-SCRIPTS = ("page.js", "plots.js", "files.js", "late_clicks.js")
+SCRIPTS = ("page.js", "actions.js", "timeline.js", "plots.js", "files.js")
 
 
 @cache

@@ -22,17 +22,19 @@ from flexgui.page.in_browser import asset, run_javascript
 log = logging.getLogger(__name__)
 
 PLOTS, CONTROLS, ARM = 560.0, 400.0, 420.0
-"""px: what each wants."""
+"""px: what each wants, of a usual window."""
+PLOTS_SHARE = 0.37
+"""Of a wide window, for the plots."""
+TWO_COLUMNS = 820.0
+"""px of the plots from which they stand in two columns; `browser/page.css` says the same."""
 BORDERS = 8.0
 """px of both panels' borders."""
 LEAST_PLOTS, LEAST_CONTROLS = 320.0, 340.0
 """px below which figures cannot be read, and the stages' buttons not be pressed."""
 PHONE = 576.0
 """px: viser puts all panels into one sheet, up to here."""
-LINE, LINE_HEIGHT, LINE_MARGIN = 600.0, 236.0, 10.0
-"""px of the time-line over the 3-D picture; it shrinks with it."""
-LEAST_LINE, NARROW_LINE, NARROW_LINE_HEIGHT = 260.0, 480.0, 252.0
-"""A narrow one needs more lines for its words."""
+LINE_HEIGHT = 56.0
+"""px of the time-line over the 3-D picture."""
 
 STORED_AS, THEME_KEPT_AS = "flexgui-window", "flexgui-theme"
 """In the browser's storage: what browser/window.js measures, and the theme that was chosen."""
@@ -61,7 +63,7 @@ class Window:
     theme: str = ""
     """ "light" or "dark" where one was chosen in this browser before."""
     gpu: bool = False
-    """Whether a graphics card draws the arm."""
+    """Whether a graphics card draws the arm, or a person wants it as fine as with one."""
 
     @property
     def phone(self) -> bool:
@@ -71,12 +73,15 @@ class Window:
 
 @dataclass(frozen=True)
 class Widths:
-    """px of everything that stands beside or over the 3-D picture."""
+    """px of what stands beside the 3-D picture."""
 
     plots: float
     controls: float
-    line: float
-    line_height: float
+
+    @property
+    def columns(self) -> int:
+        """In which the plots stand."""
+        return 2 if self.plots >= TWO_COLUMNS else 1
 
 
 def window_of(text: str | None) -> Window | None:
@@ -91,14 +96,11 @@ def window_of(text: str | None) -> Window | None:
 
 def widths(window: Window) -> Widths:
     """Plots and stages give what the arm misses, each in proportion to what it can spare."""
-    spare_plots, spare_controls = PLOTS - LEAST_PLOTS, CONTROLS - LEAST_CONTROLS
-    missing = PLOTS + CONTROLS + BORDERS + ARM - window.width
+    wanted = max(PLOTS, PLOTS_SHARE * window.width)
+    spare_plots, spare_controls = wanted - LEAST_PLOTS, CONTROLS - LEAST_CONTROLS
+    missing = wanted + CONTROLS + BORDERS + ARM - window.width
     share = min(max(missing / (spare_plots + spare_controls), 0.0), 1.0)
-    plots, controls = round(PLOTS - share * spare_plots), round(CONTROLS - share * spare_controls)
-    picture = window.picture or window.width - plots - controls - BORDERS
-    line = min(max(picture - 2.0 * LINE_MARGIN, LEAST_LINE), LINE)
-    height = LINE_HEIGHT if line >= NARROW_LINE else NARROW_LINE_HEIGHT
-    return Widths(plots, controls, round(line), height)
+    return Widths(round(wanted - share * spare_plots), round(CONTROLS - share * spare_controls))
 
 
 def aspect(window: Window) -> float:
@@ -112,7 +114,7 @@ def aspect(window: Window) -> float:
 
 def covered(window: Window) -> float:
     """Share of the picture's height that the time-line lies over, from below."""
-    return min((widths(window).line_height + 2.0 * LINE_MARGIN) / window.height, 0.5)
+    return min(2.0 * LINE_HEIGHT / window.height, 0.5)
 
 
 Take = Callable[[Window, Widths], None]
@@ -201,6 +203,7 @@ class Theme:
         self._client = client
         self.chosen, self.dark = AS_SYSTEM, False
         self._system_dark = False
+        client.gui.configure_theme(show_share_button=False, show_logo=False)
         self.followers: list[Callable[[bool], None]] = []
         """Called with whether the page is dark, when that changes."""
 

@@ -4,7 +4,7 @@ changed is drawn on another thread, so that no callback ever waits for a drawing
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from importlib import import_module
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import viser
 from markupsafe import Markup
 
-from flexgui.page.in_browser import PURPOSE, help_hands, lift
+from flexgui.page.in_browser import help_hands, lift
 from flexgui.page.layout import CONTROLS, PLOTS, PageLayout, Widths, Window
 from flexgui.page.painter import Painter
 from flexgui.page.panel import PageContext, Panel, Piece
@@ -49,18 +49,20 @@ class Page(Piece):
         self._docked = (PLOTS, CONTROLS)
         gui.main_panel.set_width(CONTROLS)
         self._panels: dict[str, Panel] = {stage: panel_of(stage)(context) for stage in STAGES}
-        self._offer, self._bar, self._tour = Offer(context), StageBar(context), Tour(context)
+        context.actions.build(gui)
+        self._offer = Offer(context)
+        self._steps, self._tour = Steps(context, self._panels), Tour(context)
         self._cursor_drawn, self._behind_curtain = 0.0, True
         self._left = gui.add_panel()
         self._syncs: dict[str, list[Callable[[], None]]] = {}
         self._folders = self._in_folders(lambda panel: panel.build_controls())
         with self._left.add_tab("Plots"):
-            self._folders += self._in_folders(lambda panel: panel.build_plots())
+            self._folders += self._in_folders(self._build_plots)
         self._left.dock_left()
         self._left.set_width(PLOTS)
         self._scene = Scene(context)
         self._timeline = TimeLine(context, self._scene.look_from)
-        self._layout.begin(self.context.theme.fit, self._fit, self._timeline.fit, self._scene.fit)
+        self._layout.begin(self.context.theme.fit, self._fit, self._scene.fit)
         if context.read_only:
             grey(gui, others)
         self._painter = Painter(self._draw, self._settle, lambda: session.wait_idle(0.0))
@@ -87,7 +89,7 @@ class Page(Piece):
             self._left.set_width(shares.plots)
             self.gui.main_panel.set_width(shares.controls)
         width = window.width if window.phone else shares.plots
-        self.context.paper.resize(width - BESIDE)
+        self.context.paper.resize(width - BESIDE, shares.columns)
 
     def _cursor_is_due(self) -> bool:
         """While it plays the arm moves at every frame, plots and slider less often."""
@@ -108,6 +110,10 @@ class Page(Piece):
             folders.append((stage, folder))
         self.context.syncs = around
         return folders
+
+    def _build_plots(self, panel: Panel) -> None:
+        Words(self.gui, COLUMNS)
+        panel.build_plots()
 
     def _draw(self, topics: frozenset[Topic]) -> None:
         with self.context.client.atomic():
@@ -141,8 +147,8 @@ class Page(Piece):
                 folder.visible = stage == self.session.stage
         if Topic.KEPT in topics:
             self._offer.refresh()
-        if topics & {Topic.STAGE, Topic.MESSAGE}:
-            self._bar.refresh()
+        if topics - {Topic.CURSOR, Topic.LIVE}:
+            self._steps.refresh()
         if topics - {Topic.CURSOR, Topic.LIVE, Topic.MESSAGE}:
             self._tour.refresh()
 
@@ -164,39 +170,46 @@ def panel_of(stage: str) -> type[Panel]:
     return next(each for each in classes if issubclass(each, Panel) and each.kind == stage)
 
 
-PURPOSE_LINE = Markup("<p class='purpose'>{}</p>").format(PURPOSE)
 FOLLOWS = Markup("<p class='follows'><b>You follow the teacher.</b> {}</p>").format(
     "Stages and settings are the teacher's. Turn the arm with the mouse as you like; take your own "
     "copy to change things. It stays yours after a reload."
 )
-BAR = Markup("<span class='fx-bar at-{}{}'></span>")
+COLUMNS = Markup("<span class='fx-plots'></span>")
+"""A mark: in a wide window the plots around it stand in columns."""
+STEP = Markup(
+    "<button type='button' data-action='stage' data-value='{0}' class='{1}'{2}>{0}</button>"
+)
 OLD_FIGURES = Markup("<span class='fx-old'></span>")
 IN_FIGURES = {Part.MODEL, Part.PLAYBACK, Part.STUDY, Part.PLOTS, Part.LATE_PLOTS}
 
 
-class StageBar(Piece):
-    """Stands on top of the main panel."""
+class Steps(Piece):
+    """The stages of the work on top of the main panel, which of them are done, and the newest
+    message."""
 
-    def __init__(self, context: PageContext) -> None:
+    def __init__(self, context: PageContext, panels: Mapping[str, Panel]) -> None:
         super().__init__(context)
-        Words(self.gui, FOLLOWS if context.read_only else PURPOSE_LINE)
-        self._mark = Words(self.gui, self._active())
-        buttons = self.gui.add_button_group("Stage", STAGES)
-        if not context.read_only:
-            buttons.on_click(lambda _: self.session.show(str(buttons.value)))
+        self._panels = panels
+        Words(self.gui, FOLLOWS if context.read_only else "")
+        self._steps = Words(self.gui, self._written())
         self._message, self._old = Words(self.gui), Words(self.gui)
+        context.actions.register("stage", self.session.show)
 
     def refresh(self) -> None:
         """Shows which stage is active, the newest message, and what is not up to date."""
-        self._mark.show(self._active())
+        self._steps.show(self._written())
         message = self.session.message
         self._message.show(paragraph(message.text, "bad" if message.bad else "good"))
         self._old.show(*not_updated(self.session.faults.old | self.context.faults.old))
 
-    def _active(self) -> Markup:
-        """Marks the row of buttons below it."""
-        number = 1 + STAGES.index(self.session.stage)
-        return BAR.format(number, " watched" if self.context.read_only else "")
+    def _written(self) -> Markup:
+        steps = Markup("").join(self._step(stage) for stage in STAGES)
+        return Markup("<nav class='steps fx-bar' aria-label='Stages'>{}</nav>").format(steps)
+
+    def _step(self, stage: str) -> Markup:
+        current = stage == self.session.stage
+        marked = Markup(" aria-current='step'") if current else ""
+        return STEP.format(stage, "done" if self._panels[stage].done else "", marked)
 
 
 def not_updated(parts: frozenset[Part]) -> list[Markup]:

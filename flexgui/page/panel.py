@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import viser
 
+from flexgui.page.actions import Actions
 from flexgui.page.layout import Theme
 from flexgui.page.plot import Paper
 from flexgui.session.session import Session
@@ -27,6 +28,8 @@ class PageContext:
     """Called when the session changed, each brings one input up to date: of the stage that is being
     built, and after that of what stands around all stages."""
     paper: Paper = field(default_factory=Paper)
+    actions: Actions = field(default_factory=Actions)
+    """What the HTML of this page can do."""
 
     def __post_init__(self) -> None:
         self.faults = Faults(lambda: self.session.notify(Topic.MESSAGE))
@@ -75,6 +78,11 @@ class Panel(Piece, ABC):
     """The stage that it belongs to."""
     topics: ClassVar[frozenset[Topic]] = frozenset()
     """What makes it draw itself anew."""
+
+    @property
+    def done(self) -> bool:
+        """Whether its work stands as the scenario is now."""
+        return False
 
     @abstractmethod
     def build_controls(self) -> None:

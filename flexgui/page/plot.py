@@ -26,15 +26,19 @@ class Paper:
     """How wide the figures of one page are: they keep their height in px in a narrower panel."""
 
     def __init__(self) -> None:
-        self.width = WIDTH
+        self.width, self.columns = WIDTH, 1
         self.plots: list[Plot] = []
 
-    def resize(self, width: float) -> None:
-        """px; all figures follow."""
-        if width != self.width:
-            self.width = width
+    def resize(self, width: float, columns: int) -> None:
+        """px of the whole paper; all figures follow."""
+        if (width, columns) != (self.width, self.columns):
+            self.width, self.columns = width, columns
             for plot in self.plots:
                 plot.fit()
+
+    def of(self, wide: bool) -> float:
+        """px of one figure, which is as wide as the paper or as one of its columns."""
+        return self.width if wide else self.width / self.columns
 
 
 class _Blank:
@@ -47,10 +51,16 @@ class _Blank:
 class Plot:
     """One figure; hidden where there is nothing to draw."""
 
-    def __init__(self, context: PageContext, aspect: float, title: str = "") -> None:
-        """`aspect` is height over width in a wide window; `title` for figures that have none."""
+    def __init__(
+        self, context: PageContext, aspect: float, title: str = "", wide: bool = False
+    ) -> None:
+        """`aspect` is height over width in a usual window; `title` for figures that have none;
+        `wide`: over all columns of the paper."""
         self._context, self._title, self._height = context, title, aspect * WIDTH
-        aspect = self._height / context.paper.width
+        self._wide = wide
+        if wide:
+            context.gui.add_html("<span class='fx-wide'></span>")
+        aspect = self._height / context.paper.of(wide)
         self._handle = context.gui.add_plotly(cast(Any, _Blank()), aspect=aspect, visible=False)
         context.paper.plots.append(self)
         self._before, self._shapes = "", ""
@@ -88,7 +98,7 @@ class Plot:
     def fit(self) -> None:
         """As high as it was, in a panel of another width; one that was removed stays so."""
         if not self._handle._impl.removed:
-            self._handle.aspect = self._height / self._context.paper.width
+            self._handle.aspect = self._height / self._context.paper.of(self._wide)
 
     @property
     def _key(self) -> str:

@@ -11,7 +11,10 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.library.shipped import HIDDEN, is_of_tour
+from flexgui.page.actions import press
+from flexgui.page.in_browser import PURPOSE
 from flexgui.page.panel import PageContext, Piece
+from flexgui.page.settings import settings_menu
 from flexgui.page.widgets import Words, button, color, paragraph
 from flexgui.session.tour import (
     AT,
@@ -30,9 +33,9 @@ from flexgui.session.tour import (
 from flexgui.stages.data.panel_own import upload_button
 
 CARD = Markup("<div class='tour {}'><p class='lead'>{}</p><p>{}</p></div>")
-QUIET = Markup("<span class='fx-tour'></span>")
+QUIET = Markup("<div class='purpose'>{}<span>{} {}</span></div>")
 AWAY = Markup("<span class='fx-away'></span>")
-"""Marks: the button below is a small word, or hidden."""
+"""A mark: the button below is hidden."""
 
 OPEN_MINE = "Open my recordings"
 """Beside the tour's offer: who has own files need not walk through somebody else's."""
@@ -49,8 +52,9 @@ class Tour(Piece):
         self._go: Any = button(context, BEGIN, self._pressed, prominent=True)
         self._away = Words(self.gui, AWAY)
         upload_button(context, OPEN_MINE)
-        self._mark = Words(self.gui, QUIET)
-        self._quiet: Any = button(context, AGAIN, self._left_or_back)
+        self._quiet = Words(self.gui)
+        context.actions.register("tour", lambda _: self._left_or_back())
+        context.actions.register("theme", context.theme.choose)
 
     def _shown(self) -> Card | None:
         return None if self.context.read_only else card(self.session)
@@ -89,9 +93,14 @@ class Tour(Piece):
         self._go.label = shown.button or BEGIN
         # Where earlier work is offered, to restore it is the next thing to do.
         self._go.color = color(self.session.store.earlier is None)
-        self._quiet.visible = not (self.context.read_only or shown.button == END)
-        self._quiet.label = AGAIN if found is None else REFUSE if offers else LEAVE
-        self._mark.show(QUIET if self._quiet.visible else "")
+        # On its last card the tour has a button that ends it.
+        label = AGAIN if found is None else REFUSE if offers else LEAVE
+        way = (
+            ""
+            if self.context.read_only or shown.button == END
+            else press(label, "tour", "", "link")
+        )
+        self._quiet.show(QUIET.format(PURPOSE, way, settings_menu(self.context)))
 
 
 ON_TOP = -1e8

@@ -39,7 +39,7 @@ ALIVE = "/alive"
 """What the page asks for while it is open; answered without a word."""
 HARMLESS = {
     "darkMode", "hideViserLogo", "showStats", "fixedDpr", "logCamera", "forceOrbitOriginTool",
-    "initialCameraPosition", "initialCameraLookAt", "initialCameraUp",
+    "initialCameraPosition", "initialCameraLookAt", "initialCameraUp", "stage",
 }  # fmt: skip
 """Of what viser's client reads from its address; `websocket` and `playbackPath` would let a link
 make our page run another server's scripts."""

@@ -59,6 +59,11 @@ class Playback:
             threading.Thread(target=self._play, name="player", daemon=True).start()
         self._session.notify(Topic.CURSOR)
 
+    def seek(self, time: float) -> None:
+        """To a time of the recording, in s, and no further than its ends; it pauses there."""
+        end = 0.0 if self.motion is None else self.motion.seconds
+        self.move(time=min(max(time, 0.0), end), playing=False)
+
     def _play(self) -> None:
         """A thread that lives only while something plays."""
         last = time.monotonic()

@@ -193,7 +193,7 @@ def test_the_cursor_moves_arm_and_plots(page: Any, session: Session) -> None:
     until(lambda: not session.playback.cursor.playing)
     stands = 0.3  # wherever it was paused, at the end too, after which it starts again
     session.playback.move(time=stands)
-    press(page, "step ▶")
+    page.get_by_role("slider", name="Time").press("ArrowRight")
     until(lambda: session.playback.cursor.time > stands)
 
 

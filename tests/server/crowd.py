@@ -13,7 +13,7 @@ import msgspec
 import viser
 from websockets.asyncio.client import ClientConnection, connect
 
-from tests.server.helpers import CAMERA, _messages
+from tests.server.helpers import CAMERA, _messages, action
 
 THETA2, EPSILON = "θ2 [deg]", "ε [GPa]"
 ANGLE = re.compile(r"θ₂ = ([\d.]+)°")
@@ -92,7 +92,7 @@ class Member:
     async def working(self, patience: float) -> bool:
         """Whether the page says within `patience` s that its search runs."""
         self._search, self._watches = "", False
-        await self.set("Stage", "Identify")
+        await self.set("Action", action("stage", "Identify"))
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(patience):
                 while self._search != RUNS:
@@ -103,7 +103,7 @@ class Member:
     async def identify_again(self) -> None:
         """Another search, where the page says that none runs."""
         self._watches = False
-        await self.set("Stage", "Identify")
+        await self.set("Action", action("stage", "Identify"))
         await asyncio.sleep(AWAY)
         if self._search == RESTS:
             await self._press()
@@ -112,7 +112,7 @@ class Member:
     async def stop(self, patience: float) -> None:
         """Ends its search, which the next one would wait for; it is not waited for any longer."""
         self._watches = False
-        await self.set("Stage", "Identify")
+        await self.set("Action", action("stage", "Identify"))
         await self.set("Stop", True)
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(patience):
@@ -125,7 +125,7 @@ class Member:
         self.searches += 1
 
     async def _back(self) -> None:
-        await self.set("Stage", "Arm")
+        await self.set("Action", action("stage", "Arm"))
         await asyncio.sleep(AWAY)
         self._watches = True
 

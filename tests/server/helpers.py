@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -128,6 +129,14 @@ def apart(call: Callable[..., R], *values: Any) -> R:
 
 class LostError(AssertionError):
     """The server is gone, or it has ended the connection: what is waited for cannot come."""
+
+
+NUMBERS = itertools.count(1)
+
+
+def action(name: str, value: str = "") -> str:
+    """What the page's own HTML writes into the field "Action" when it is pressed."""
+    return json.dumps([next(NUMBERS), name, value])
 
 
 @dataclass

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from flexgui.server.sessions import VARIABLE
-from tests.server.helpers import Browser
+from tests.server.helpers import Browser, action
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = re.compile(r"http://127\.0\.0\.1:(\d+)/")
@@ -122,6 +122,11 @@ def widget(browser: Browser, label: str, kind: str = "") -> str:
         return None
 
     return str(until(lambda: browser.listen() and find(), PATIENCE, label))
+
+
+def show(browser: Browser, stage: str) -> None:
+    """Another stage, as by its button."""
+    browser.set(widget(browser, "Action"), action("stage", stage))
 
 
 def texts(browser: Browser) -> str:

@@ -11,7 +11,7 @@ import pytest
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.session.edit import Document, put
 from tests.server.helpers import Browser, announcement, part
-from tests.server.served import Served, sees, served, texts, until, widget
+from tests.server.served import Served, sees, served, show, texts, until, widget
 from tests.session.helpers import alone, good_csv
 
 pytestmark = pytest.mark.long
@@ -105,22 +105,22 @@ def test_upload_edit_and_fit_survive_a_kill(tmp_path: Path, recording: bytes) ->
     with served(tmp_path, "--workers", "1") as server, server.browser(storage=storage) as browser:
         browser.set(widget(browser, "Population"), 8)
         browser.set(widget(browser, "Generations"), 4)
-        press(browser, "Stage", "Data")
+        show(browser, "Data")
         sees(browser, "7 to fit", JOB)
         upload(browser, "own.csv", recording)
         sees(browser, "own.csv: 3000 samples", JOB)
         press(browser, "Use it alone")
         sees(browser, "1 to fit", JOB)
-        press(browser, "Stage", "Identify")
+        show(browser, "Identify")
         press(browser, "Start identification")
         sees(browser, "EI (follows)", JOB)
         server.process.kill()
         server.process.wait()
     with served(tmp_path, "--workers", "1") as server:
         browser = back(server, storage)
-        press(browser, "Stage", "Identify")
+        show(browser, "Identify")
         sees(browser, "EI (follows)", JOB)
-        press(browser, "Stage", "Data")
+        show(browser, "Data")
         sees(browser, "own.csv", JOB)
         assert "Traceback" not in server.log, server.log
         browser.__exit__(None, None, None)
@@ -171,15 +171,15 @@ def test_a_diagnosis_and_what_was_added_survive_kills(
         browser = server.browser(storage=storage)
         browser.__enter__()
         sees(browser, "Seven working points", SLOW)
-        press(browser, "Stage", "Data")
+        show(browser, "Data")
         upload(browser, "hidden.toml", hidden)
         sees(browser, "2 to fit", SLOW)
-        press(browser, "Stage", "Diagnose")
+        show(browser, "Diagnose")
         press(browser, "Find what is missing")
         shown = killed(server, browser, random.uniform(0.0, WITHIN))
     with served(tmp_path, "--workers", "1") as server:
         browser = back(server, storage)
-        press(browser, "Stage", "Diagnose")
+        show(browser, "Diagnose")
         assert (now := taken_up(browser)) >= shown
         if STEPS[now] == UNJUDGED:
             press(browser, "Find what is missing")
@@ -188,7 +188,7 @@ def test_a_diagnosis_and_what_was_added_survive_kills(
         shown = killed(server, browser, random.uniform(0.0, WITHIN))
     with served(tmp_path, "--workers", "1") as server:
         browser = back(server, storage)
-        press(browser, "Stage", "Diagnose")
+        show(browser, "Diagnose")
         assert (now := taken_up(browser)) >= shown
         if STEPS[now] == MISSING:
             add(browser)
@@ -198,7 +198,7 @@ def test_a_diagnosis_and_what_was_added_survive_kills(
         killed(server, browser, 0.0)
     with served(tmp_path, "--workers", "1") as server:
         browser = back(server, storage)
-        press(browser, "Stage", "Diagnose")
+        show(browser, "Diagnose")
         sees(browser, NOTHING, JOB)
         sees(browser, ADDED, JOB)
         assert "Traceback" not in server.log and "damaged" not in texts(browser)

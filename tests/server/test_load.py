@@ -11,7 +11,7 @@ import pytest
 
 from tests.server import load
 from tests.server.crowd import LateError, Member
-from tests.server.helpers import apart
+from tests.server.helpers import action, apart
 from tests.server.load import (
     AT_WORK,
     PATIENCE,
@@ -43,7 +43,7 @@ async def searches_of_one(port: int) -> tuple[int, int]:
     assert await member.working(PATIENCE)
     await member.identify_again()
     at_first = member.searches
-    await member.set("Stage", "Identify")
+    await member.set("Action", action("stage", "Identify"))
     await member.set("Stop", True)
     async with asyncio.timeout(PATIENCE):
         while member.searches == at_first:

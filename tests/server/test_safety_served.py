@@ -12,7 +12,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from tests.server.helpers import Browser, announcement, part
-from tests.server.served import Served, sees, served, until, widget
+from tests.server.served import Served, sees, served, show, until, widget
 
 GIGA = 10**9
 WRONG = (float("nan"), float("inf"), 1e9, -1e9, "100", None, True, [100.0], {"a": 1}, b"100")
@@ -62,7 +62,7 @@ def test_wrong_values_change_nothing_and_end_nothing(server: Served) -> None:
     with server.browser() as browser:
         moved(browser, 90.0)
         told = len(angles(browser))
-        for label in ("θ2 [deg]", "ε [GPa]", "Generations", "Stage", "Method", "Refine"):
+        for label in ("θ2 [deg]", "ε [GPa]", "Generations", "Action", "Method", "Refine"):
             uuid = widget(browser, label)
             for value in WRONG:
                 if not (label == "Refine" and value is True):
@@ -97,7 +97,7 @@ def press(browser: Browser, label: str, **value: Any) -> None:
 @pytest.mark.long
 def test_a_killed_worker_is_replaced_and_its_job_starts_again(server: Served) -> None:
     with server.browser() as browser:
-        press(browser, "Stage", value="Identify")
+        show(browser, "Identify")
         browser.set(widget(browser, "Population"), 100)
         browser.set(widget(browser, "Generations"), 10_000)
         sees(browser, "7 recordings to fit", JOB)

@@ -1,43 +1,24 @@
-// What viser's client does not do by itself: names for those who hear the page, keys for the
-// time-line. Runs once per browser window.
+// What viser's client does not do by itself: names for those who hear the page, keys for what scrolls.
+// Runs once per browser window.
 (() => {
   if (window.fxPage) return;
   window.fxPage = true;
 
-  // Keys: space plays and pauses, arrows step, wherever no field or button has the focus.
-  const BUSY = 'input, textarea, select, button, a, summary, [role="slider"], [role="tab"], '
-    + '[role="combobox"], [role="option"], [contenteditable="true"]';
-  const press = name => {
-    const found = [...document.querySelectorAll("button")]
-      .find(b => b.innerText.trim() === name && b.offsetParent && !b.disabled);
-    if (found) found.click();
-    return Boolean(found);
+  // Settings that only this browser knows: they are stored here and put into effect.
+  const stored = name => localStorage.getItem(`viser-user:flexgui-${name}`);
+  const settle = () => {
+    document.documentElement.style.fontSize = `${Number(stored("text")) || 100}%`;
+    for (const select of document.querySelectorAll('.fx select[data-action^="keep "]'))
+      select.value = stored(select.dataset.action.slice(5)) ?? select.options[0].value;
   };
-  let plays = false;
-  document.addEventListener("click", event => {
-    const text = event.target.closest?.("button")?.innerText.trim();
-    if (text === "Play") plays = true;
-    if (text === "Pause" || text === "◀ step" || text === "step ▶") plays = false;
+  document.addEventListener("change", event => {
+    const action = event.target.dataset?.action ?? "";
+    if (!action.startsWith("keep ")) return;
+    event.stopImmediatePropagation();
+    localStorage.setItem(`viser-user:flexgui-${action.slice(5)}`, event.target.value);
+    if (action === "keep look") location.reload();
+    settle();
   }, true);
-  const KEYS = {
-    " ": () => press(plays ? "Pause" : "Play"),
-    ArrowLeft: () => press("◀ step"),
-    ArrowRight: () => press("step ▶"),
-  };
-  document.addEventListener("keydown", event => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    // A slider's own arrows would turn viser's camera as well.
-    if (event.key.startsWith("Arrow") && event.target.closest?.('[role="slider"]')) return;
-    if (event.target.closest?.(BUSY) || document.querySelector('[role="dialog"]')) return;
-    if (KEYS[event.key] && KEYS[event.key]()) {
-      event.preventDefault();
-      event.stopPropagation();
-    }
-  }, true);
-  document.body.addEventListener("keydown", event => {
-    if (event.key.startsWith("Arrow") && event.target.closest('[role="slider"]'))
-      event.stopPropagation();
-  });
 
   // Names: viser's sliders, their boxes and its icons have none.
   const labelOf = id => id && document.querySelector(`label[for="${CSS.escape(id)}"]`)?.innerText;
@@ -99,7 +80,7 @@
     for (const [text, act] of [
       ["Stages", () => sheet().querySelector(".fx-bar")?.closest(".fx").parentElement.parentElement
         .scrollIntoView({block: "start"})],
-      ["Plots", () => goTo("Plots")], ["Time-line", () => goTo("Time-line")],
+      ["Plots", () => goTo("Plots")],
     ]) {
       const link = document.createElement("button");
       link.textContent = text;
@@ -110,7 +91,7 @@
   };
   let asked = 0;
   const soon = () => {
-    if (!asked) asked = setTimeout(() => { asked = 0; nameAll(); links(); }, 200);
+    if (!asked) asked = setTimeout(() => { asked = 0; nameAll(); settle(); links(); }, 200);
   };
   new MutationObserver(soon).observe(document.body, {childList: true, subtree: true});
   soon();

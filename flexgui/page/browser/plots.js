@@ -35,6 +35,34 @@
     {name: "reset", title: "Reset the zoom", icon: ICON("M12 5a7 7 0 1 1-6.3 4h2.3a5 5 0 1 0 4-2v3L7.5 6 12 2z"),
      click: node => window.Plotly.relayout(node, reset(node))},
   ]];
+  // Any figure opens large in the middle; Escape or a click beside it closes it.
+  const large = document.createElement("dialog");
+  large.id = "fx-large";
+  large.innerHTML = "<button type='button' aria-label='Close' title='Close'>✕</button><div></div>";
+  const sheet = large.querySelector("div");
+  large.querySelector("button").onclick = () => large.close();
+  large.onclick = event => { if (event.target === large) large.close(); };
+  large.onclose = () => window.Plotly.purge(sheet);
+  document.body.append(large);
+  const enlarge = node => {
+    large.showModal();
+    const legend = {font: {size: 13}}, {width, height, ...layout} = node.layout;
+    window.Plotly.newPlot(sheet, node.data, {
+      ...layout, autosize: true, font: {...layout.font, size: 14}, legend: {...layout.legend, ...legend},
+      margin: {...layout.margin, l: 90, b: 60},
+    }, {responsive: true, displaylogo: false, displayModeBar: "hover", modeBarButtons: BUTTONS});
+  };
+  const offer = node => {
+    if (node === sheet || node.parentElement.querySelector(":scope > .fx-enlarge")) return;
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "fx-enlarge";
+    button.title = "Open large";
+    button.setAttribute("aria-label", "Open large");
+    button.textContent = "⤢";
+    button.onclick = () => enlarge(node);
+    node.parentElement.append(button);
+  };
   const axes = node => Object.keys(node.layout ?? {}).filter(key => /^[xy]axis\d*$/.test(key));
   const reset = node => Object.fromEntries(axes(node).flatMap(key => {
     const was = node.fxRanges?.[key];
@@ -93,6 +121,7 @@
       const names = moves ? node._fullData.map(trace => trace.name) : [];
       const shared = {...config, displaylogo: false, displayModeBar: "hover", modeBarButtons: BUTTONS};
       const keep = () => {
+        offer(node);
         node.fxRanges = Object.fromEntries(Object.entries(layout ?? {})
           .filter(([key, axis]) => /^[xy]axis\d*$/.test(key) && axis.range)
           .map(([key, axis]) => [key, [...axis.range]]));

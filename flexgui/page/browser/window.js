@@ -14,7 +14,8 @@
       window.fxGpu = by !== "" && !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(by);
       gl?.getExtension("WEBGL_lose_context")?.loseContext();
     }
-    if (window.fxGpu) noted.push("gpu");
+    const look = localStorage.getItem("viser-user:flexgui-look");
+    if (look === "fine" || (look !== "plain" && window.fxGpu)) noted.push("gpu");
     localStorage.setItem("viser-user:flexgui-window", noted.join(" "));
   } catch (error) {}
 })();

@@ -13,7 +13,6 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.build import build_arm
 from flexgui.core.drives.drive import Drive, DriveSlider, drive_classes
 from flexgui.core.results import DescriptorModel
-from flexgui.page.layout import THEMES
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import (
@@ -69,10 +68,6 @@ class ArmPanel(Panel):
         self._modes = Words(gui)
         with gui.add_folder("More about the arm", expand_by_default=False):
             more = Rebuilt(context)
-            choice(
-                context, "Page colours", THEMES, lambda: context.theme.chosen, context.theme.choose,
-                "This browser keeps it.",
-            )  # fmt: skip
         self._sliders = ArmSliders(context, first, more)
         with gui.add_folder("Equations of this model", expand_by_default=False):
             self._equations = Words(gui)

@@ -46,6 +46,10 @@ class DataPanel(Panel):
     kind = "Data"
     topics = frozenset({Topic.SCENARIO, Topic.RECORDINGS})
 
+    @property
+    def done(self) -> bool:
+        return bool(self.session.document.scenario.recordings)
+
     def build_controls(self) -> None:
         context, gui = self.context, self.gui
         self._wanted = Experiments()

@@ -44,6 +44,11 @@ class DiagnosePanel(Panel):
         Topic.RECORDINGS, Topic.TOUR,
     })  # fmt: skip
 
+    @property
+    def done(self) -> bool:
+        look = self.session.diagnosis.look
+        return look is not None and look.diagnosis is not None and not self._old(look)
+
     def build_controls(self) -> None:
         context, session, gui = self.context, self.session, self.gui
         self._busy = Busy(context, "diagnose", "hide")

@@ -73,6 +73,10 @@ class IdentifyPanel(Panel):
     kind = "Identify"
     topics = frozenset({Topic.SCENARIO, Topic.RUN, Topic.OUTCOME, Topic.DIAGNOSIS})
 
+    @property
+    def done(self) -> bool:
+        return self.session.identification.current is not None
+
     def build_controls(self) -> None:
         context, session, gui = self.context, self.session, self.gui
         self._state = Words(gui)

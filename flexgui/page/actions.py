@@ -1,0 +1,88 @@
+"""Buttons, selections and sliders in the page's own HTML: what a person does with them.
+
+viser's HTML panels are one-way. `browser/actions.js` writes what was pressed into a text field that
+nobody sees, whose values the server's guard bounds as it does every other input's.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import msgspec
+import viser
+from markupsafe import Markup
+from msgspec import Meta
+
+Text = Annotated[str, Meta(max_length=200)]
+
+
+class Press(msgspec.Struct, array_like=True):
+    """One of them was used."""
+
+    number: Annotated[int, Meta(ge=0)]
+    """Rises from one to the next: the field changes although the same button is pressed again."""
+    action: Text
+    value: Text = ""
+
+
+Action = Callable[[str], object]
+
+
+class Actions:
+    """What the page's own HTML can do, by name."""
+
+    def __init__(self) -> None:
+        self._actions: dict[str, Action] = {}
+        self._lock = threading.Lock()
+        self._newest = -1
+
+    def build(self, gui: viser.GuiApi) -> None:
+        """Makes the field, inside the container that is open."""
+        gui.add_html("<div class='fx'><span class='fx-actions'></span></div>")
+        field = gui.add_text("Action", "")
+
+        def entered(event: Any) -> None:
+            if event.client_id is not None:
+                self.enter(field.value)
+
+        field.on_update(entered)
+
+    def register(self, name: str, action: Action) -> None:
+        """Calls `action` with the value of the button that has this name."""
+        self._actions[name] = action
+
+    def enter(self, text: str) -> None:
+        """What the browser has written; nothing happens where it makes no sense."""
+        try:
+            press = msgspec.json.decode(text, type=Press)
+        except msgspec.DecodeError:
+            return
+        with self._lock:
+            fresh, self._newest = press.number > self._newest, max(press.number, self._newest)
+        action = self._actions.get(press.action)
+        if fresh and action is not None:
+            action(press.value)
+
+
+def press(
+    label: Markup | str, action: str, value: str = "", kind: str = "", hint: str = ""
+) -> Markup:
+    """A button; `kind` is a class of the page's style: 'main' invites, 'link' is a word."""
+    return Markup(
+        "<button type='button' class='{}' data-action='{}' data-value='{}' title='{}'>{}</button>"
+    ).format(kind, action, value, hint, label)
+
+
+def selection(label: str, action: str, options: dict[str, str], chosen: str) -> Markup:
+    """One of some values, each with its words."""
+    rows = Markup("").join(
+        Markup("<option value='{}'{}>{}</option>").format(
+            value, Markup(" selected") if value == chosen else "", words
+        )
+        for value, words in options.items()
+    )
+    return Markup("<label>{} <select data-action='{}'>{}</select></label>").format(
+        label, action, rows
+    )
