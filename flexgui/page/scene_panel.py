@@ -15,12 +15,11 @@ from flexgui.page.panel import PageContext, Piece
 from flexgui.scene.error_board import NAME, ErrorBoard, error_paint
 from flexgui.scene.paint import HOME, lowered
 from flexgui.scene.recorded import Playback
-from flexgui.scene.scene import Drawn, Stage, show_effects
+from flexgui.scene.scene import Stage
 from flexgui.session.session import Session
 from flexgui.session.state import Live, Topic
 from flexgui.stages.arm.live import LiveModel
 from flexgui.stages.compare.state import WhereItFails
-from flexgui.stages.diagnose.effects import places
 
 ASPECT = 0.68
 """Width over height of what the panels leave of a usual screen; a narrower one is looked at from
@@ -55,7 +54,6 @@ class Scene(Piece):
         super().__init__(context)
         self._stage: Stage | None = None
         self._shown: object = None
-        self._written: object = None
         self._apart = 0.0
         """How many times too far from the model the measured arm's path is drawn."""
         self._errors = ErrorsInScene(context)
@@ -87,20 +85,10 @@ class Scene(Piece):
                 self._show_recording(stage, motion)
             if topics & {Topic.RECORDINGS, Topic.STAGE}:
                 stage.show_camera(has_camera(session))
-            self._show_effects(stage)
             self._errors.draw(stage)
             if session.document.live.mode is not None and not self._swings:
                 self._swings = True
                 CREW.run(self._swing)
-
-    def _show_effects(self, stage: Stage) -> None:
-        """What was added to the model, where it acts; anew where the arm's nodes were."""
-        scenario = self.session.document.scenario
-        key = (scenario.model, stage.anchor("base"))
-        if key != self._written:
-            self._written = key
-            effects = [Drawn(*each) for each in places(scenario)]
-            show_effects(stage, self.context.client, effects)
 
     def _made(self, view: LiveModel) -> Stage:
         if self._stage is None:
@@ -178,6 +166,7 @@ class Scene(Piece):
         with self._lock:
             if self._stage is not None:
                 self._stage.set_dark(dark)
+                self._errors.draw(self._stage)
 
     def _swing(self) -> None:
         """Swings the chosen mode while the first stage is shown; nobody waits where none is."""
@@ -214,12 +203,14 @@ class ErrorsInScene(Piece):
         """The nodes on which no error is shown."""
         self._painted: object = None
         self._board: ErrorBoard | None = None
-        self._made_of: tuple[object, str] = (None, "")
+        self._made_of: tuple[object, object] = (None, "")
+        self._dark = False
 
     def draw(self, stage: Stage) -> None:
         """Shows the error at the cursor."""
         session = self.session
         found = session.comparison.failing if session.stage in COLOURED else None
+        self._dark = self.context.theme.dark
         plain = stage.anchor("base") if found is None else ""
         if plain and plain == self._plain:
             return
@@ -231,7 +222,8 @@ class ErrorsInScene(Piece):
         cursor, joints = self.session.playback.cursor, stage.body.arm.joints
         along = None if found is None else found.now.get(cursor.recording)
         worst = 1.0 if found is None else self.session.comparison.worst_error
-        colours = error_paint({} if along is None else along.at(cursor.time), joints, worst)
+        now = {} if along is None else along.at(cursor.time)
+        colours = error_paint(now, joints, worst, self._dark)
         key = (colours, stage.anchor("base"))
         if key != self._painted:
             self._painted = key
@@ -239,7 +231,7 @@ class ErrorsInScene(Piece):
 
     def _show_board(self, stage: Stage, found: WhereItFails | None) -> None:
         board = None if found is None else found.board
-        made_of = (board, stage.anchor("base"))
+        made_of = (board, (stage.anchor("base"), self._dark))
         if made_of[0] is not self._made_of[0] or made_of[1] != self._made_of[1]:
             self._made_of = made_of
             self._board = None
@@ -248,7 +240,9 @@ class ErrorsInScene(Piece):
                 pick = None if self.context.read_only else self._picked
                 # In a narrow picture there is little room beside the board.
                 names = [name.removeprefix("θ2 = ") for name in board.recordings]
-                self._board = ErrorBoard(stage, self.context.client, board.ratio, names, pick)
+                self._board = ErrorBoard(
+                    stage, self.context.client, board.ratio, names, pick, self._dark
+                )
         cursor = self.session.playback.cursor
         if board is not None and self._board is not None and cursor.recording in board.recordings:
             row = board.recordings.index(cursor.recording)

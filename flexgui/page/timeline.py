@@ -13,7 +13,9 @@ from typing import Any
 from flexgui.page.in_browser import run_javascript
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.scene_panel import COLOURED, legend, plays
+from flexgui.scene.error_board import greatest
 from flexgui.scene.paint import DIRECTIONS
+from flexgui.stages.diagnose.effects import places
 from flexgui.views import colours
 from flexgui.views.error_map import words as error_words
 
@@ -65,7 +67,10 @@ class TimeLine(Piece):
     def _state(self) -> dict[str, Any]:
         session, cursor = self.session, self.session.playback.cursor
         motion = session.playback.motion
-        always = {"views": list(DIRECTIONS), "follows": self.context.read_only}
+        effects = [f"+ {title}: {place}" for title, place in places(session.document.scenario)]
+        always = {
+            "views": list(DIRECTIONS), "follows": self.context.read_only, "effects": effects,
+        }  # fmt: skip
         if motion is None or not plays(session):
             waits = motion is None and session.document.scenario.recordings
             return {**always, "plays": False, "words": [UNREAD] if waits else [], "scale": ""}
@@ -73,7 +78,8 @@ class TimeLine(Piece):
         failing = session.comparison.failing if session.stage in COLOURED else None
         along = None if failing is None else failing.now.get(cursor.recording)
         now = "" if along is None else error_words(along.at(cursor.time), along.units)
-        worst = 0.0 if along is None else session.comparison.worst_error
+        worst = 0.0 if along is None else greatest(session.comparison.worst_error)
+        scale = colours.RISING_ON_DARK if self.context.theme.dark else colours.RISING
         first = f"{motion.recording}: {who}."
         return {
             **always, "plays": True, "playing": cursor.playing, "seconds": motion.seconds,
@@ -81,5 +87,5 @@ class TimeLine(Piece):
             "error": cursor.error, "errors": ERRORS, "measured": motion.ghost is not None,
             "words": [text for text in (first, legend(session), now) if text],
             "scale": f"{worst:.3g}" if worst > 1.0 else "",
-            "colours": ", ".join(colour for _, colour in colours.RISING),
+            "colours": ", ".join(colour for _, colour in scale),
         }  # fmt: skip

@@ -51,9 +51,10 @@ class ErrorBoard:
 
     def __init__(
         self, stage: Stage, owner: Owner, ratio: np.ndarray, labels: Sequence[str],
-        pick: Pick | None,
+        pick: Pick | None, dark: bool = False,
     ) -> None:  # fmt: skip
-        """ratio (rows, columns): error in times the floor, NaN where nothing was measured."""
+        """ratio (rows, columns): error in times the floor, NaN where nothing was measured; `dark`:
+        for a page of dark ground."""
         self._reach, self._shape = stage.body.reach, ratio.shape
         self.width = WIDTH * self._reach
         self.height = min(ROW * len(labels), HIGHEST) * self._reach
@@ -65,7 +66,7 @@ class ErrorBoard:
             paint.MEASURED, thickness=3.0, thickness_units="screen", visible=False,
         )  # fmt: skip
         picture = owner.scene.add_image(
-            f"{place}board", cells(ratio), self.width, self.height, format="png",
+            f"{place}board", cells(ratio, dark), self.width, self.height, format="png",
             cast_shadow=False, receive_shadow=False, wxyz=UPRIGHT, position=self.centre,
         )  # fmt: skip
         height = TEXT * self._reach
@@ -115,7 +116,7 @@ class ErrorBoard:
         return np.asarray(self.centre + across - AWAY * before * self._reach)
 
 
-def cells(ratio: np.ndarray) -> np.ndarray:
+def cells(ratio: np.ndarray, dark: bool = False) -> np.ndarray:
     """(rows CELL, columns CELL, 4) uint8, in the colours of the maps; nothing between them."""
     finite = ratio[np.isfinite(ratio)]
     top = float(np.log10(max([LEAST_SPAN, *finite.tolist()])))
@@ -123,7 +124,7 @@ def cells(ratio: np.ndarray) -> np.ndarray:
     for i, j in np.ndindex(ratio.shape):
         known = bool(np.isfinite(ratio[i, j]))
         share = float(np.log10(max(float(ratio[i, j]), 1.0))) / top if known else 0.0
-        colour = (*shade(share), 255) if known else EMPTY
+        colour = (*shade(share, dark), 255) if known else EMPTY
         picture[i * CELL : (i + 1) * CELL - LINE, j * CELL : (j + 1) * CELL - LINE] = colour
     return picture
 
@@ -149,24 +150,32 @@ class ErrorPaint(NamedTuple):
     beams: tuple[paint.Rgb | None, ...]
 
 
-def error_paint(now: Mapping[str, float], joints: int, worst: float) -> ErrorPaint:
-    """`now` part -> times the floor; the darkest colour stands for `worst`."""
+def error_paint(
+    now: Mapping[str, float], joints: int, worst: float, dark: bool = False
+) -> ErrorPaint:
+    """`now` part -> times the floor; the strongest colour stands for `worst`."""
+
+    def shown(ratio: float | None) -> paint.Rgb | None:
+        if ratio is None or not np.isfinite(ratio):
+            return None
+        share = np.log10(max(ratio, 1.0)) / np.log10(greatest(worst))
+        return shade(round(float(np.clip(share, 0.0, 1.0)) * SHADES) / SHADES, dark)
+
     camera = now.get(CAMERA)
-    hubs = tuple(_shade(now.get(f"theta{k + 1}"), worst) for k in range(joints))
-    beams = tuple(_shade(now.get(f"deflection{k + 1}", camera), worst) for k in range(joints))
+    hubs = tuple(shown(now.get(f"theta{k + 1}")) for k in range(joints))
+    beams = tuple(shown(now.get(f"deflection{k + 1}", camera)) for k in range(joints))
     return ErrorPaint(hubs, beams)
 
 
-def _shade(ratio: float | None, worst: float) -> paint.Rgb | None:
-    if ratio is None or not np.isfinite(ratio):
-        return None
-    share = np.log10(max(ratio, 1.0)) / np.log10(max(worst, LEAST_SPAN))
-    return shade(round(float(np.clip(share, 0.0, 1.0)) * SHADES) / SHADES)
+def greatest(worst: float) -> float:
+    """Times the floor at the end of the colours, where `worst` is the largest error."""
+    return max(worst, LEAST_SPAN)
 
 
-def shade(share: float) -> paint.Rgb:
+def shade(share: float, dark: bool = False) -> paint.Rgb:
     """A colour of the maps' scale, 0 the floor, 1 the worst."""
-    stops = [s for s, _ in colours.RISING]
-    ends = np.array([colours.rgb(c) for _, c in colours.RISING], dtype=float)
+    scale = colours.RISING_ON_DARK if dark else colours.RISING
+    stops = [s for s, _ in scale]
+    ends = np.array([colours.rgb(c) for _, c in scale], dtype=float)
     mixed = [round(float(np.interp(share, stops, ends[:, k]))) for k in range(3)]
     return mixed[0], mixed[1], mixed[2]

@@ -64,6 +64,9 @@ HALF_WIDTH, HALF_HEIGHT = 0.78, 0.60
 MARGIN = 0.25
 """Of the reach, around a motion that leaves the usual picture."""
 
+FARTHEST = 3.0
+"""Times the reach: rails and what slides on them lie within."""
+
 AMBIENT = 1.6
 """Of the light from everywhere where nothing is reflected."""
 
@@ -94,11 +97,17 @@ def view_of(
     """From where an arm of that reach (m) fills a canvas `aspect` times as wide as it is high.
 
     `side`: one of DIRECTIONS; `places` (k, 3) m of a motion are all in sight, also where the arm
-    works elsewhere than around AIM.
+    works elsewhere than around AIM. What no arm of that reach gets to, as where a model diverges,
+    does not count.
     """
     spread = np.tan(0.5 * FIELD)
     aim, half = np.array(AIM) * reach, np.array([HALF_WIDTH, HALF_HEIGHT]) * reach
-    if places is not None and (np.abs(places - aim)[:, :2].max(axis=0) > half).any():
+    places = None if places is None else places[np.linalg.norm(places, axis=1) < FARTHEST * reach]
+    if (
+        places is not None
+        and len(places)
+        and (np.abs(places - aim)[:, :2].max(axis=0) > half).any()
+    ):
         low, high = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
         aim[:2] = 0.5 * (low + high)
         half = np.maximum(half, 0.5 * (high - low) + MARGIN * reach)

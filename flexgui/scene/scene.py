@@ -1,11 +1,9 @@
-"""The arm in a viser scene, built once and then only moved, with the names of added effects where
-they act."""
+"""The arm in a viser scene, built once and then only moved."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from viser import FrameHandle, SceneNodeHandle
@@ -192,47 +190,3 @@ class Stage:
 def _kinds(arm: Arm) -> list[tuple[str, str]]:
     """What decides which nodes there are."""
     return [(segment.joint, segment.mount) for segment in arm.segments]
-
-
-NAME = "effects"
-"""Under which they are attached."""
-
-RISE, APART = 0.21, 0.07
-"""Of the arm's reach: how high the first stands over its place, and the next over it."""
-
-SCALE = 1.1
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """One effect to write."""
-
-    title: str
-    place: str
-    """As effects state it: joints, tip, segments, base, camera or drive."""
-
-
-def show_effects(stage: Stage, owner: Owner, effects: Sequence[Drawn]) -> None:
-    """Writes them instead of what was written before; at segments each at its end."""
-    reach, taken, handles = stage.body.reach, dict[str, int](), []
-    joints = range(1, stage.body.arm.joints + 1)
-    anchors = {
-        "joints": [f"origin{k}" for k in joints],
-        "drive": ["origin1"],
-        "segments": [f"end{k}" for k in joints],
-        "tip": ["tip"],
-        "camera": ["camera"],
-    }
-    stage.detach(NAME)  # first: the new ones may have the same names
-    for k, one in enumerate(effects):
-        for place in anchors.get(one.place, ["base"]):
-            level = taken.get(place, 0)
-            taken[place] = level + 1
-            handles.append(
-                owner.scene.add_label(
-                    f"{stage.anchor(place)}/effect{k}", f"+ {one.title}",
-                    position=(0.0, 0.0, (RISE + APART * level) * reach),
-                    font_screen_scale=SCALE,
-                )
-            )  # fmt: skip
-    stage.attach(NAME, *handles)

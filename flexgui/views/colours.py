@@ -6,13 +6,17 @@ from flexgui.sentences.written import split_name
 
 MEASURED = "#3d7fd1"
 MODEL = "#d9730d"
-RESIDUAL = "#c44a8f"
-MISSING = "#c44a8f"
+RESIDUAL = "#3572c6"
+"""What was measured beyond the model: a blue beside the orange of what an effect predicts, two
+colours that differ for eyes without red or green receptors too."""
+MISSING = RESIDUAL
 """What the model lacks is the residual again, seen as a torque."""
-BACKWARDS = "#6f62c9"
+BACKWARDS = "#3f8f86"
 """The same while the joint moves backwards."""
-ADDED = "#1f9470"
-"""An effect that was added."""
+ADDED = "#d9730d"
+"""What an effect predicts, or has explained once it was added."""
+FLOOR = "#1f9470"
+"""The noise floor: what is within it needs no explanation."""
 START = "#7d858f"
 """Where the search began, and whatever is only context."""
 BOUND = "#d64545"
@@ -43,7 +47,9 @@ DIVERGING = ((0.0, "#3d7fd1"), (0.5, "#eceff2"), (1.0, "#d9730d"))
 """From -1 over 0 to +1."""
 
 RISING = ((0.0, "#e9edf1"), (0.35, "#e3a9c9"), (0.7, "#c44a8f"), (1.0, "#6d1b4f"))
-"""From the floor up to the worst error."""
+"""From the floor up to the worst error: what is only noise recedes into a light ground."""
+RISING_ON_DARK = ((0.0, "#343a42"), (0.35, "#77386a"), (0.7, "#cf5f9f"), (1.0, "#ffd0e8"))
+"""The same for a dark ground."""
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

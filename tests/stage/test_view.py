@@ -66,3 +66,9 @@ def test_the_aim_stands_in_the_middle_of_what_a_panel_leaves(side: str, share: f
     to = view.look_at - moved.position
     height = (to @ up) / (to @ ahead) / np.tan(0.5 * moved.fov)
     assert height == pytest.approx(share, abs=1e-9)  # from -1 below to +1 above
+
+
+def test_a_model_that_diverges_moves_no_eye() -> None:
+    away = np.array([[np.nan, 0.0, 0.0], [1e9, 0.0, 0.0], [0.0, np.inf, 0.0]])
+    usual, found = view_of(1.0, 1.0), view_of(1.0, 1.0, places=away)
+    assert np.array_equal(usual.position, found.position)

@@ -79,8 +79,9 @@
       }
     for (const each of bar.querySelectorAll("button, input, select"))
       each.disabled = state.follows && !each.closest(".views");
-    note.hidden = !state.words.length;
-    note.replaceChildren(...state.words.map(words => text("p", words)));
+    note.hidden = !state.words.length && !state.effects.length;
+    note.replaceChildren(...state.effects.map(words => text("p", words, "effect")),
+      ...state.words.map(words => text("p", words)));
     if (state.scale) {
       const scale = text("p", "× noise 1", "scale");
       scale.append(text("i", ""), text("span", state.scale));
