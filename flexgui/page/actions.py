@@ -67,12 +67,17 @@ class Actions:
 
 
 def press(
-    label: Markup | str, action: str, value: str = "", kind: str = "", hint: str = ""
+    label: Markup | str,
+    action: str,
+    value: str = "",
+    kind: str = "",
+    hint: str = "",
+    able: bool = True,
 ) -> Markup:
     """A button; `kind` is a class of the page's style: 'main' invites, 'link' is a word."""
     return Markup(
-        "<button type='button' class='{}' data-action='{}' data-value='{}' title='{}'>{}</button>"
-    ).format(kind, action, value, hint, label)
+        "<button type='button' class='{}' data-action='{}' data-value='{}' title='{}'{}>{}</button>"
+    ).format(kind, action, value, hint, "" if able else Markup(" disabled"), label)
 
 
 def selection(label: str, action: str, options: dict[str, str], chosen: str) -> Markup:

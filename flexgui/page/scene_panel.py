@@ -288,12 +288,8 @@ def legend(session: Session) -> str:
     motion = session.playback.motion
     if motion is None or not plays(session):
         return ""
-    arms = () if motion.ghost is None else (
-        "Solid: model.", "Translucent: measured.", "Line at the tip: error."
-    )  # fmt: skip
-    factor = exaggeration(session)
-    bends = motion.arm.coordinates > motion.arm.joints
-    bending = f"Bending drawn ×{factor:g}." if factor > 1.0 else "Bending drawn as it is."
-    larger = motion.ghost is not None and session.playback.cursor.error > 1.0
-    error = (f"Error drawn ×{session.playback.cursor.error:g}.",) if larger else ()
-    return " ".join((*arms, *((bending,) if bends else ()), *error))
+    arms = () if motion.ghost is None else ("solid: model", "translucent: measured")
+    factor, apart = exaggeration(session), session.playback.cursor.error
+    bending = (f"bending ×{factor:g}",) if motion.arm.coordinates > motion.arm.joints else ()
+    error = (f"error ×{apart:g}",) if motion.ghost is not None and apart > 1.0 else ()
+    return ", ".join((*arms, *bending, *error))

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import pytest
 
-from flexgui.page.timeline import last_time
 from flexgui.views.ladder import _ticks, ladder
 from tests.flexgui.test_diagnosis_report import FOUND, step
 
@@ -26,9 +25,3 @@ def test_labels_stay_level_from_three_effects_on() -> None:
     assert figure is not None and figure["layout"]["xaxis"]["tickangle"] == 0
     assert figure["data"][0]["x"][1:] == ["+ Coulomb<br>friction", "+ Structural<br>damping",
                                     "+ Wrong<br>scale of a<br>sensor"]  # fmt: skip
-
-
-@pytest.mark.parametrize("seconds", [1.9157083333333333, 3.0, 0.29])
-def test_the_time_box_ends_at_two_decimals_within_the_recording(seconds: float) -> None:
-    assert last_time(seconds) == round(last_time(seconds), 2)
-    assert seconds - 0.01 < last_time(seconds) <= seconds

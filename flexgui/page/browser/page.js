@@ -42,6 +42,14 @@
       const close = button.className.includes("CloseButton") || button.closest(".mantine-Notification-root");
       name(button, close ? "Close" : button.title || "Settings of the view");
     }
+    // A folder's title opens and closes it: by keys too.
+    for (const title of document.querySelectorAll(
+      '.mantine-Paper-root > .mantine-Paper-root[style*="cursor: pointer"]')) {
+      title.setAttribute("role", "button");
+      title.tabIndex = 0;
+      const open = title.querySelector(".tabler-icon-chevron-up");
+      title.setAttribute("aria-expanded", String(Boolean(open)));
+    }
     // viser's pictures are ornaments: the words stand beside them.
     for (const image of document.querySelectorAll("img:not([alt])")) image.alt = "";
     // The page draws plainly there by itself; nobody in a class can change the machine.
@@ -57,6 +65,12 @@
       if (!area.hasAttribute("tabindex") && (area.scrollHeight > area.clientHeight
           || area.scrollWidth > area.clientWidth)) area.tabIndex = 0;
   };
+  document.addEventListener("keydown", event => {
+    if ((event.key === "Enter" || event.key === " ") && event.target.matches('div[role="button"][aria-expanded]')) {
+      event.preventDefault();
+      event.target.click();
+    }
+  });
   // On a phone all panels lie in one sheet below the arm: a row of links leads to each of them.
   const phone = matchMedia("(max-width: 576px)");
   const sheet = () => document.querySelector('.mantine-Paper-root[style*="position: fixed"]');

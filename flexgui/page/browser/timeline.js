@@ -40,17 +40,19 @@
     show();
     window.fxAct("seek", time.value);
   };
-  const options = (select, values, chosen, action) => {
-    const text = JSON.stringify(values);
+  const options = (select, values, chosen, action, long, short) => {
+    const word = bar.classList.contains("narrow") ? short : long;
+    const text = JSON.stringify([word, values]);
     if (select.dataset.options !== text) {
       select.dataset.options = text;
-      select.replaceChildren(...values.map(value => new Option(`${action === "apart" ? "error" : action} ×${value}`, value)));
+      select.replaceChildren(...values.map(value => new Option(`${word}×${value}`, value)));
       select.onchange = () => window.fxAct(action, select.value);
     }
     select.value = chosen;
   };
   const show = () => {
-    read.textContent = `${Number(time.value).toFixed(2)} / ${(state.seconds ?? 0).toFixed(2)} s`;
+    const end = bar.classList.contains("narrow") ? "" : ` / ${state.seconds.toFixed(2)}`;
+    read.textContent = `${Number(time.value).toFixed(2)}${end} s`;
   };
   const text = (tag, words, kind = "") => {
     const made = document.createElement(tag);
@@ -61,14 +63,17 @@
   window.fxLine = now => {
     state = {...state, ...now};
     bar.hidden = false;
+    place();
     bar.classList.toggle("views-only", !state.plays);
-    face(play, state.playing ? "Pause" : "Play");
-    time.max = state.seconds;
-    if (performance.now() - held > 600) time.value = state.time;
-    show();
-    options($(".speed"), state.speeds, state.speed, "speed");
-    options($(".apart"), state.errors, state.error, "apart");
-    $(".apart").hidden = !state.measured;
+    if (state.plays) {
+      face(play, state.playing ? "Pause" : "Play");
+      time.max = state.seconds;
+      if (performance.now() - held > 600) time.value = state.time;
+      show();
+      options($(".speed"), state.speeds, state.speed, "speed", "speed ", "");
+      options($(".apart"), state.errors, state.error, "apart", "error ", "Δ");
+      $(".apart").hidden = !state.measured;
+    }
     if (!$(".views").children.length)
       for (const name of state.views) {
         const button = document.createElement("button");
@@ -88,7 +93,6 @@
       scale.querySelector("i").style.background = `linear-gradient(90deg, ${state.colours})`;
       note.append(scale);
     }
-    place();
   };
 
   // Over the picture, wherever the panels leave it.
@@ -104,7 +108,7 @@
       each.style.maxWidth = `${canvas.width - 20}px`;
     }
     bar.style.width = `${canvas.width - 20}px`;
-    bar.classList.toggle("narrow", canvas.width < 480);
+    for (const each of [bar, note]) each.classList.toggle("narrow", canvas.width < 480);
   };
   document.body.append(bar, note);
   addEventListener("resize", place);

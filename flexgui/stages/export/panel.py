@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from flexgui.core.errors import InputError
 from flexgui.export.folder import zipped
 from flexgui.export.formats import model_formats
 from flexgui.export.model_format import ModelFormat
 from flexgui.jobs.messages import Task
+from flexgui.page.actions import press
+from flexgui.page.busy import Busy
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.widgets import Words, button, number, paragraph, words_of
 from flexgui.session.session import Session
@@ -27,54 +29,60 @@ from flexgui.stages.export.task import model_files, playback_page
 from flexgui.views.summary import summary
 from flexgui.views.table import html_equations
 
-WORDS = words_of("export")
+WORDS = words_of("export", press=press)
 EVERYTHING = (
     "Report, tables, model and your recordings; simulated ones lie in the tables only. The 3-D "
-    "playback is a file of its own, and in the report where it stays below 4 MB."
+    "playback is in the report where it stays below 4 MB."
 )
 
 
+class Offer(NamedTuple):
+    """A file that can be taken away."""
+
+    label: str
+    hint: str
+    make: Callable[[], object]
+    needs_result: bool = True
+
+
 class ExportPanel(Panel):
-    """Buttons that download, on the right; a summary of what is in the files on the left."""
+    """What can be downloaded, in groups, on the right; what is in the files on the left."""
 
     kind = "Export"
     topics = frozenset({Topic.OUTCOME, Topic.RUN, Topic.SCENARIO, Topic.DIAGNOSIS})
 
     def build_controls(self) -> None:
-        context = self.context
-        self._lead = Words(self.gui)
-        report = button(context, "Report (HTML)", partial(self._from_export, "report.html"), True)
-        button(
-            context, "Scenario file", self._save_scenario,
-            hint="What `flexgui export` runs; with your recordings in one zip.",
-        )  # fmt: skip
-        self._diagnosed = button(
-            context, "Scenario with what was found", self._save_diagnosed,
-            hint="Runs again to the same error; with your recordings in one zip.",
-        )  # fmt: skip
-        wishes: tuple[tuple[str, Callable[[], object], str], ...] = (
-            ("All tables (zip)", partial(self._from_export, "tables"), "Every sample as CSV."),
-            ("Everything (zip)", partial(self._from_export, ""), EVERYTHING),
-            ("3-D playback (HTML)", self._save_playback, "The recording under the cursor."),
-            *((one.label, partial(self._save_model, one), one.hint) for one in model_formats()),
-        )
-        made = [button(context, label, action, hint=hint) for label, action, hint in wishes]
-        self._need_result = [report, *made]
-        self._next = NextExperiment(context)
-        self._bar = self.gui.add_progress_bar(100.0, visible=False, animated=True)
+        self._busy = Busy(self.context, "report", "plan")
+        self._groups = {
+            "Report": (
+                Offer("Report (HTML)", "One page, opens offline.", self._of_export("report.html")),
+                Offer("3-D playback (HTML)", "Recording under the cursor.", self._save_playback),
+                Offer("Everything (zip)", EVERYTHING, self._of_export("")),
+            ),
+            "Scenario": (
+                Offer("Scenario file", "Runs with “flexgui export”.", self._save_scenario, False),
+                Offer("Scenario with what was found", "Reproduces this result.",
+                      self._save_diagnosed),
+            ),
+            "Data": (Offer("All tables (zip)", "Every sample as CSV.", self._of_export("tables")),),
+            "Model": tuple(
+                Offer(one.label, one.hint, partial(self._save_model, one))
+                for one in model_formats()
+            ),
+        }  # fmt: skip
+        offers = {o.label: o.make for group in self._groups.values() for o in group}
+        self.context.actions.register("export", lambda label: offers.get(label, lambda: None)())
+        self._files = Words(self.gui)
+        self._next = NextExperiment(self.context)
 
     def build_plots(self) -> None:
         self._about = Words(self.gui)
 
     def refresh(self) -> None:
-        run, outcome = self.session.run, self.session.diagnosis.whole
-        self.enable(outcome is not None and not run.busy, *self._need_result)
-        self._diagnosed.visible = outcome is not None and outcome.diagnosis is not None
-        self.enable(not run.busy, self._diagnosed)
-        self._bar.visible = run.state.busy
-        writing = run.state.busy and run.state.kind == "report"
-        fitted = self.session.identification.outcome is not None
-        self._lead.show(WORDS.lead(writing, fitted))
+        session, outcome = self.session, self.session.diagnosis.whole
+        free = not session.run.busy
+        self._busy.refresh("")
+        self._files.show(WORDS.files(self._groups, outcome is not None, free))
         self._next.refresh()
         found = () if outcome is None else (summary(outcome), html_equations(outcome.equations))
         self._about.show(WORDS.result(outcome, *found))
@@ -96,14 +104,15 @@ class ExportPanel(Panel):
         session = self.session
         outcome, scenario = session.diagnosis.whole, session.identification.outcome_of
         if outcome is None or outcome.diagnosis is None or scenario is None:
+            session.refuse("Nothing was found yet: diagnose first.")
             return
         try:
             self.send(*diagnosed_file(scenario, outcome.diagnosis, session.folder))
         except InputError as error:
             session.refuse(error)
 
-    def _from_export(self, what: str) -> None:
-        self.session.export.report(partial(self._written, what))
+    def _of_export(self, what: str) -> Callable[[], object]:
+        return lambda: self.session.export.report(partial(self._written, what))
 
     def _written(self, what: str, folder: Path) -> None:
         """Sends a file of the export, or a folder of it with all that is in there."""
