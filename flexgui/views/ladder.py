@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +13,7 @@ from flexgui.sentences.figures import LEFT_BY_ALL, unseen_rms
 from flexgui.sentences.written import channel_symbol, estimate_text, format_number, quantity
 from flexgui.views import colours
 from flexgui.views.headline import COMPLETE
-from flexgui.views.layout import Figure, axis, figure
+from flexgui.views.layout import Figure, axis, figure, named_axis
 from flexgui.views.names import plain_symbol
 from flexgui.views.table import Row, Table, numbers, texts
 
@@ -26,83 +26,83 @@ SOURCES = {
 }
 """Where a floor's noise comes from, in words."""
 
-MARGIN = 1.6
-"""Times the highest bar: the axis ends there, with room for the bar's number."""
-
 BAND = 0.5
-"""Times the floor, where the band of the floor ends on the axis."""
+"""Times the floor, where the band of the floor begins on the axis."""
+
+NUMBERS = 0.2
+"""Share of the axis right of the longest bar: the bar's number stands there."""
+
+ROW, AROUND = 46, 84
+"""px: of one step, and of the legend and the axis together."""
 
 LEAST_REDUCTION = 1.1
-"""An error that falls by less than this factor gets no arrow: the bars say it."""
+"""An error that falls by less than this factor gets no number: the bars say it."""
 
-LEAVES, ARRIVES = 0.32, 0.72
-"""Of the way from one step to the next: beside the bars, where the arrow hides no number."""
-
-LABEL_WIDTH = 12
-"""Characters of a line below the bars of a step."""
+LABEL_WIDTH = 20
+"""Characters of a line beside the bars of a step."""
 
 MANY = 300.0
 """Times the floor, from which the axis names decades only."""
 
+UNSEEN = "no validation"
+
 
 def ladder(steps: Sequence[LadderStep]) -> Figure | None:
-    """A pair of bars per step, standing on the floor; None without steps."""
+    """A row per step: its name, a pair of bars that begin at the floor, and by what factor the
+    error has fallen; None without steps."""
     if not steps:
         return None
-    labels = [folded(label) for label in step_labels(steps)]
-    errors = {"estimation": [float(np.sqrt(step.cost_per_sample)) for step in steps]}
-    errors["validation"] = [unseen_rms(step.errors) for step in steps]
-    finite = [v for values in errors.values() for v in values if np.isfinite(v)]
-    highest = max(finite, default=1.0)
-    bars = [
-        _bars(labels, values, role, steps)
-        for role, values in errors.items()
-        if values is errors["estimation"] or np.isfinite(values).any()
-    ]
+    estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
+    validation = [unseen_rms(step.errors) for step in steps]
+    highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
+    low = float(np.log10(BAND))
+    length = (float(np.log10(max(highest, 1.5))) - low) / (1.0 - NUMBERS)
     text = (
         "Root mean square error over all outputs, each in multiples of its noise floor "
         f"({LEFT_BY_ALL}). In the band, at 1 and below, nothing remains to be explained."
     )
-    across = {"type": "rect", "xref": "x domain", "x0": 0, "x1": 1, "y0": BAND, "y1": 1.0}
-    floor = {"type": "line", "xref": "x domain", "x0": 0, "x1": 1, "y0": 1.0, "y1": 1.0}
-    name = {
-        "text": "noise floor", "x": 0.0, "xref": "paper", "xanchor": "left", "xshift": 4,
-        "showarrow": False, "y": float(np.log10(np.sqrt(BAND))), "font": {"size": 11},
+    rows: Figure = {
+        "range": [len(steps) - 0.5, -0.5], "showgrid": False, "ticks": "", "automargin": True,
+        "fixedrange": True,
     }  # fmt: skip
-    shown = [np.log10(BAND), np.log10(MARGIN * max(highest, 1.5))]
+    factors: Figure = {
+        "overlaying": "y", "side": "right", "showline": False, "tickfont": {"size": 19},
+    }  # fmt: skip
+    height = {"yref": "paper", "y0": 0, "y1": 1}
     return figure(
-        bars,
-        axis(type="category", automargin=True, tickangle=0, range=[-0.5, len(labels) - 0.5]),
-        axis("error [× noise floor]", type="log", range=shown, **_ticks(MARGIN * highest)),
-        text, 340, barmode="group", bargap=0.45, bargroupgap=0.08,
-        shapes=[
-            across | {
-                "fillcolor": colours.faded(colours.ADDED, 0.22), "line": {"width": 0},
-                "layer": "below",
-            },
-            floor | {"line": {"color": colours.ADDED, "width": 2}},
+        [
+            _bars(estimation, "estimation", steps), _bars(validation, "validation", steps),
+            # An axis without anything on it would not be drawn.
+            {"type": "scatter", "x": [1.0], "y": [0], "yaxis": "y2", "opacity": 0,
+             "showlegend": False, "hoverinfo": "skip"},
         ],
-        annotations=[name, *_reductions(errors["estimation"])],
+        axis(
+            "error [× noise floor, shaded]", type="log", range=[low, low + length],
+            tickangle=0, **_ticks(10 ** (low + length)),
+        ),
+        named_axis([folded(label) for label in step_labels(steps)], **rows),
+        text, AROUND + ROW * len(steps), barmode="group", bargap=0.25, bargroupgap=0.1,
+        yaxis2=named_axis(reductions(estimation), **rows, **factors),
+        shapes=[
+            height | {
+                "type": "rect", "x0": BAND, "x1": 1.0, "line": {"width": 0}, "layer": "below",
+                "fillcolor": colours.faded(colours.FLOOR, 0.22),
+            },
+            height | {
+                "type": "line", "x0": 1.0, "x1": 1.0, "line": {"color": colours.FLOOR, "width": 2},
+            },
+        ],
     )  # fmt: skip
 
 
-def _reductions(errors: Sequence[float]) -> Iterator[Figure]:
-    """An arrow from each step to the next where the error falls, with the factor."""
-    for k, (before, after) in enumerate(pairwise(errors)):
-        if not (np.isfinite(before) and np.isfinite(after) and after * LEAST_REDUCTION < before):
-            continue
-        times = format_number(before / after, 2, keep_zeros=True)
-        begin, end = float(np.log10(before)), float(np.log10(max(after, 1.0)))
-        yield {
-            "x": k + ARRIVES, "y": end, "ax": k + LEAVES, "ay": begin, "xref": "x", "yref": "y",
-            "axref": "x", "ayref": "y", "showarrow": True, "arrowhead": 2, "arrowsize": 1.2,
-            "arrowwidth": 2, "arrowcolor": colours.ADDED, "text": "",
-        }  # fmt: skip
-        yield {
-            "x": k + 0.5 * (ARRIVES + LEAVES), "y": 0.5 * (end + begin),
-            "text": f"<b>÷ {times}</b>", "showarrow": False, "xanchor": "left", "xshift": 8,
-            "yshift": 8, "font": {"size": 14},
-        }  # fmt: skip
+def reductions(errors: Sequence[float]) -> list[str]:
+    """'<b>÷ 22</b>' at each step by which the error has fallen; a blank elsewhere."""
+    texts = [" "]
+    for before, after in pairwise(errors):
+        reduced = np.isfinite(before) and np.isfinite(after) and after * LEAST_REDUCTION < before
+        times = format_number(before / after, 2, keep_zeros=True) if reduced else ""
+        texts.append(f"<b>÷ {times}</b>" if reduced else " ")
+    return texts
 
 
 def _ticks(end: float) -> dict[str, list[float] | list[str]]:
@@ -115,23 +115,25 @@ def _ticks(end: float) -> dict[str, list[float] | list[str]]:
 HATCHES = {"estimation": "", "validation": "/"}
 
 
-def _bars(
-    labels: Sequence[str], values: Sequence[float], role: str, steps: Sequence[LadderStep]
-) -> Figure:
-    name, hatch = f"{role} recordings", HATCHES[role]
-    known = [v if np.isfinite(v) else None for v in values]
+def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep]) -> Figure:
+    hatch = HATCHES[role]
+    known = [bool(np.isfinite(v)) for v in values]
     return {
-        "type": "bar", "name": name, "x": list(labels), "base": 1.0,
+        "type": "bar", "orientation": "h", "name": role, "y": list(range(len(values))), "base": 1.0,
         # Noise that is a little smaller than its estimate does not hang below the floor.
-        "y": [None if v is None else max(v - 1.0, 0.0) for v in known],
+        "x": [max(v - 1.0, 0.0) if k else 0.0 for v, k in zip(values, known, strict=True)],
         "marker": {
             "color": colours.faded(colours.RESIDUAL, 0.55) if hatch else colours.RESIDUAL,
             "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colours.RESIDUAL},
+            "line": {"width": 1, "color": colours.RESIDUAL},  # or Plotly draws none of no length
         },
-        "text": ["" if v is None else f"{format_number(v, 2, keep_zeros=True)} ×" for v in known],
-        "textposition": "outside", "cliponaxis": False,
+        "text": [
+            f"{format_number(v, 2, keep_zeros=True)} ×" if k else UNSEEN
+            for v, k in zip(values, known, strict=True)
+        ],
+        "textposition": "outside", "textangle": 0, "cliponaxis": False,
         "customdata": [step.title for step in steps],
-        "hovertemplate": f"%{{customdata}}<br>{name}: %{{text}} the noise floor<extra></extra>",
+        "hovertemplate": f"%{{customdata}}<br>{role}: %{{text}} noise floor<extra></extra>",
     }  # fmt: skip
 
 
@@ -146,7 +148,7 @@ def step_labels(steps: Sequence[LadderStep]) -> list[str]:
 
 
 def folded(label: str) -> str:
-    """In lines of a word or two: level, however many steps stand beside one another."""
+    """In lines of a few words, which leave the bars their room."""
     return "<br>".join(textwrap.wrap(label, LABEL_WIDTH, break_long_words=False))
 
 

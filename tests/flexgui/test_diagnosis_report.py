@@ -27,7 +27,7 @@ from flexgui.core.results import (
 from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.export.export_files import export_outcome
 from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
-from flexgui.views.ladder import ladder, ladder_table, sizes_table, step_labels
+from flexgui.views.ladder import UNSEEN, ladder, ladder_table, sizes_table, step_labels
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.ranking import LEAST_SEEN, ranking, ranking_table
 from flexgui.views.summary import distinguishable, starts_freed, which_fit
@@ -173,7 +173,7 @@ def test_it_opens_with_tables_and_draws_the_ladder_once(out: Path) -> None:
     summary = re.search(r'<p class="summary">(.*?)</p>', first)
     assert summary is not None and len(re.findall(r"\d+", summary[1])) < 5
     assert first.count("<table>") >= 2
-    assert (out / "report.html").read_text("utf-8").count("noise floor]") == 1
+    assert (out / "report.html").read_text("utf-8").count("noise floor, shaded]") == 1
 
 
 def test_words_are_text_and_never_markup(out: Path) -> None:
@@ -200,24 +200,25 @@ def test_without_a_diagnosis_nothing_is_said_of_it(glocal: Outcome, tmp_path: Pa
     assert not (tmp_path / "tables" / "ladder.csv").exists()
 
 
-def test_bars_stand_on_the_floor_and_end_at_the_error() -> None:
+def test_bars_begin_at_the_floor_and_end_at_the_error() -> None:
     figure = ladder(FOUND.steps)
     assert figure is not None
-    estimation, validation = figure["data"]
-    assert [1.0 + y for y in estimation["y"]] == pytest.approx([9.0, 1.0])
+    estimation, validation = figure["data"][:2]
+    assert [1.0 + x for x in estimation["x"]] == pytest.approx([9.0, 1.0])
     assert estimation["base"] == validation["base"] == 1.0
-    assert [1.0 + y for y in validation["y"]] == pytest.approx([9.5, 1.1])
-    assert figure["layout"]["yaxis"]["type"] == "log"
+    assert [1.0 + x for x in validation["x"]] == pytest.approx([9.5, 1.1])
+    assert figure["layout"]["xaxis"]["type"] == "log"
 
 
-def test_without_validation_there_is_one_set_of_bars() -> None:
+def test_without_validation_both_bars_stand_and_say_so() -> None:
     alone = [
         replace(s, errors=tuple(replace(e, validation_rms=float("nan")) for e in s.errors))
         for s in FOUND.steps
     ]
     figure = ladder(alone)
     assert figure is not None
-    assert len(figure["data"]) == 1
+    assert figure["data"][1]["text"] == [UNSEEN] * 2
+    assert figure["data"][1]["x"] == [0.0, 0.0]
     assert ladder(()) is None
 
 

@@ -80,7 +80,7 @@ def test_the_residual_keeps_the_axis_of_the_first_look() -> None:
     assert worst_channel(np.stack([weak, strong], axis=1)) == 1
 
 
-def test_the_ladder_falls_into_the_band_with_an_arrow_and_the_factor() -> None:
+def test_the_ladder_falls_into_the_band_with_the_factor_beside_it() -> None:
     steps = [
         LadderStep(None, "As given", (), (), None, 20.0**2),
         LadderStep("coulomb_friction", "Coulomb friction", (), (), None, 0.8**2),
@@ -88,14 +88,11 @@ def test_the_ladder_falls_into_the_band_with_an_arrow_and_the_factor() -> None:
     ]
     figure = ladder(steps)
     assert figure is not None
-    layout = figure["layout"]
-    texts = [a["text"] for a in layout["annotations"]]
-    assert "<b>÷ 25</b>" in texts and "noise floor" in texts
-    arrows = [a for a in layout["annotations"] if a["showarrow"]]
-    assert len(arrows) == 1, "none where nothing falls"
-    assert (arrows[0]["ay"], arrows[0]["y"]) == pytest.approx((np.log10(20.0), 0.0))
-    band = next(s for s in layout["shapes"] if s["type"] == "rect")
-    assert (band["y0"], band["y1"]) == (BAND, 1.0)
+    factors = figure["layout"]["yaxis2"]
+    assert factors["side"] == "right"
+    assert factors["ticktext"] == [" ", "<b>÷ 25</b>", " "], "none where nothing falls"
+    band = next(s for s in figure["layout"]["shapes"] if s["type"] == "rect")
+    assert (band["x0"], band["x1"]) == (BAND, 1.0)
 
 
 @pytest.mark.parametrize(("recording", "time"), [("th1", 1.25), ("a long one", None)])

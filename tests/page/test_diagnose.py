@@ -53,7 +53,7 @@ def few(session: Session) -> None:
 def bars(page: Any) -> list[str]:
     """The numbers on the error ladder."""
     script = """() => JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].filter(
-      p => p.data.some(t => t.name === 'estimation recordings'))
+      p => p.data.some(t => t.name === 'estimation'))
       .map(p => p.data[0].text)[0] ?? [])"""
     return list(json.loads(page.evaluate(script)))
 
@@ -101,7 +101,7 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
     page.get_by_text("Nothing is missing.").wait_for(timeout=FOUND)
     page.wait_for_function(
         """() => [...document.querySelectorAll('.js-plotly-plot')].some(
-          p => p.data.some(t => t.name === 'estimation recordings' && t.y.length === 2))"""
+          p => p.data.some(t => t.name === 'estimation' && t.y.length === 2))"""
     )
     first, second = ladder_steps(session.diagnosis.looks)
     assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)

@@ -31,8 +31,8 @@ from flexgui.views.ranking import ranking
 BEST = "the first in the list"
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 BARS = 6
-LADDER, RANKING = 240.0, 290.0
-"""px: ladder and the picture below it are seen together on a usual screen."""
+RANKING = 290.0
+"""px"""
 
 
 class DiagnosePanel(Panel):
@@ -180,7 +180,7 @@ class DiagnosePanel(Panel):
         if found is not self._drawn:
             self._drawn = found
             steps = ladder_steps(self.session.diagnosis.shown_looks)
-            self._ladder.show_whole(ladder(steps), LADDER)
+            self._ladder.show_whole(ladder(steps))
             self._ranking.show_whole(ranking(found.ranking[:BARS]) if found else None, RANKING)
             pictured = [r.title for r in found.ranking if r.predicted] if found else []
             offer(self._of, (BEST, *pictured), self._of.value)
