@@ -9,6 +9,7 @@ was chosen, and is lifted by `flexgui.page.in_browser`.
 from __future__ import annotations
 
 import gzip
+import hashlib
 import html
 import json
 import logging
@@ -25,7 +26,15 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from flexgui.page.in_browser import BUILDING, CONNECTING, DRAWING, PREPARING, PURPOSE, asset
+from flexgui.page.in_browser import (
+    BUILDING,
+    CONNECTING,
+    DRAWING,
+    PREPARING,
+    PURPOSE,
+    asset,
+    plotly_script,
+)
 from flexgui.page.layout import THEME_KEPT_AS
 from flexgui.server.options import hosts_of
 from flexgui.server.services import Limits
@@ -35,6 +44,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+PLOTLY = "/plotly.js"
 ALIVE = "/alive"
 """What the page asks for while it is open; answered without a word."""
 HARMLESS = {
@@ -105,6 +115,9 @@ class AccessHandler:
         shut = tickets is not None and not tickets.has_ticket(request)
         if parts.path == ALIVE:
             return text(HTTPStatus.UNAUTHORIZED if shut else HTTPStatus.OK, "")
+        zipped = any("gzip" in v for v in request.headers.get_all("Accept-Encoding"))
+        if parts.path == PLOTLY:
+            return plotly_js(zipped)
         if parts.path not in ("/", "/index.html"):
             return text(HTTPStatus.NOT_FOUND, "There is one page only: /")
         query = parse_qs(parts.query, keep_blank_values=True).keys()
@@ -114,7 +127,7 @@ class AccessHandler:
             return redirect(Headers())
         if tickets is not None and shut:
             return tickets.ask(address, request)
-        return client_page(any("gzip" in v for v in request.headers.get_all("Accept-Encoding")))
+        return client_page(zipped)
 
 
 def _no(why: str, address: str, sentence: str) -> Response:
@@ -136,7 +149,8 @@ def redirect(headers: Headers) -> Response:
 def answer(status: HTTPStatus, body: bytes, headers: Headers, kind: str = "text/html") -> Response:
     """Framed by nobody, kept by nobody."""
     for name, value in SAFE_HEADERS.items():
-        headers[name] = value
+        if name not in headers:
+            headers[name] = value
     headers["Content-Type"] = f"{kind}; charset=utf-8"
     headers["Content-Length"] = str(len(body))
     headers["Connection"] = "close"
@@ -161,6 +175,18 @@ SOON = 4_000
 
 
 @cache
+def plotly_js(zipped: bool) -> Response:
+    """The library of the plots. Its address changes with its text: browsers may keep it, and what
+    they have compiled of it."""
+    script, headers = plotly_script().encode(), Headers()
+    headers["Cache-Control"] = "public, max-age=31536000, immutable"
+    if zipped:
+        script = gzip.compress(script)
+        headers["Content-Encoding"] = "gzip"
+    return answer(HTTPStatus.OK, script, headers, "text/javascript")
+
+
+@cache
 def client_page(zipped: bool) -> Response:
     """viser's client, which is one file, behind our curtain."""
     path = Path(viser.__file__).parent / "client" / "build" / "index.html"
@@ -180,4 +206,9 @@ def behind_curtain(page: bytes) -> bytes:
         slow=json.dumps(SLOW),
     )  # fmt: skip
     page = page.replace(b"<title>Viser</title>", b"<title>FlexGUI</title>")
+    # At the end: viser's client, which is read meanwhile, begins when this has come.
+    version = hashlib.sha256(plotly_script().encode()).hexdigest()[:16]
+    before, end, after = page.rpartition(b"</body>")
+    plots = f'<script src="{PLOTLY}?{version}"></script>'
+    page = before + plots.encode() + end + after
     return page.replace(b"<body>", b"<body>" + curtain.encode(), 1)

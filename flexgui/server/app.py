@@ -25,8 +25,8 @@ from flexgui.server.services import Limits
 from flexgui.server.sessions import KeptWork, SessionStore
 from flexgui.server.viser_patches import (
     connection_of,
+    expect_plotly,
     guarded_viser,
-    send_plotly,
     stop,
     tolerate_leaving,
 )
@@ -206,4 +206,4 @@ class PageServer:
 def welcome(client: viser.ClientHandle) -> None:
     """What every browser gets at once, while its session and page are made."""
     watch_connection(client)
-    send_plotly(client)
+    expect_plotly(client)

@@ -1,6 +1,6 @@
-"""Everything in which FlexGUI replaces something inside viser 1.1.1, plotly.js 7.1.0 and their
-websocket server. All of it was needed with these versions, which are pinned; the tests of this file
-say when one of the places has changed.
+"""Everything in which FlexGUI replaces something inside viser 1.1.1 and its websocket server; what
+it mends in plotly.js 7.1.0 is in `page/in_browser.py`. All of it was needed with these versions,
+which are pinned; the tests of this file say when one of the places has changed.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import contextlib
 import functools
 import io
 import logging
-import re
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -22,10 +21,8 @@ import numpy as np
 import numpy.typing as npt
 import viser
 import websockets.asyncio.server as websocket_server
-from plotly.offline import get_plotlyjs
 from viser import _assignable_props_api, _messages, infra
 
-from flexgui.page.in_browser import run_javascript
 from flexgui.server.access import AccessHandler
 from flexgui.server.browser_connection import BrowserConnection
 from flexgui.server.connection import GuardedConnection
@@ -263,24 +260,6 @@ def let_threads_send(server: viser.ViserServer) -> None:
         connection.get_message_buffer().message_event.__class__ = NewsEvent
 
 
-def send_plotly(client: viser.ClientHandle) -> None:
-    """viser sends plotly.js, which takes long to read, with the first plot of a page; here it comes
-    before, and viser finds that it has been done."""
-    gui = client.gui
-    if not gui._setup_plotly_js:
-        gui._setup_plotly_js = True
-        run_javascript(client, _plotly_script())
-
-
-AFTER_DRAWING = re.compile(
-    r"(function \w+\((\w+)\)\{var (\w+)=\2\._fullLayout;)(?=\3\._redrawFromAutoMarginCount\?)"
-)
-"""The last step of a drawing, which fails where the plot was taken from the page meanwhile."""
-AFTER_REACTING = re.compile(r"(\w+)(?=\.emit\(\"plotly_react\")")
-"""So does this one."""
-
-
-@functools.cache
-def _plotly_script() -> str:
-    text = AFTER_DRAWING.sub(r"\1if(!\3||!\2.emit)return;", get_plotlyjs())
-    return AFTER_REACTING.sub(r"\1.emit&&\1", text)
+def expect_plotly(client: viser.ClientHandle) -> None:
+    """viser sends plotly.js with the first plot of a page; ours has it already (`/plotly.js`)."""
+    client.gui._setup_plotly_js = True

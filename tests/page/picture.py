@@ -16,7 +16,8 @@ import viser
 from playwright.sync_api import sync_playwright
 
 from flexgui.jobs import JobPool
-from flexgui.server.viser_patches import send_plotly
+from flexgui.page.in_browser import plotly_script, run_javascript
+from flexgui.server.viser_patches import expect_plotly
 from flexgui.session.session import Session
 from tests.conftest import CHROMIUM, FLAGS, ROOT
 from tests.page.conftest import Desktop, Offered
@@ -34,7 +35,8 @@ class Served(Desktop):
     """Draws with the same Plotly as the server does; without viser's button to share."""
 
     def _connected(self, client: viser.ClientHandle) -> None:
-        send_plotly(client)
+        run_javascript(client, plotly_script())
+        expect_plotly(client)
         client.gui.configure_theme(show_logo=False, show_share_button=False)
         super()._connected(client)
 

@@ -14,7 +14,8 @@ import pytest
 import viser
 
 from flexgui.jobs import JobPool
-from flexgui.server.viser_patches import send_plotly
+from flexgui.page.in_browser import plotly_script, run_javascript
+from flexgui.server.viser_patches import expect_plotly
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES
 from tests.jobs.helpers import EVEN
@@ -44,7 +45,8 @@ class Served(Desktop):
     """Draws with the same Plotly as the server does."""
 
     def _connected(self, client: viser.ClientHandle) -> None:
-        send_plotly(client)
+        run_javascript(client, plotly_script())
+        expect_plotly(client)
         super()._connected(client)
 
 

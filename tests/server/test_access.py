@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 import time
 from dataclasses import replace
+from urllib.request import urlopen
 
 import pytest
 from websockets.exceptions import InvalidStatus
 
 from flexgui.classroom.tickets import LETTERS, Tickets, checked_code, new_code
 from flexgui.core.errors import InputError
+from flexgui.page.in_browser import plotly_script
 from flexgui.server.options import origin_of
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import Browser, get
@@ -55,6 +59,20 @@ def test_only_the_client_is_served(place: Place) -> None:
     assert get(place.server, "/").status == 200
     for path in ("/../viser/_viser.py", "/%2e%2e/x", "/assets", "/favicon.ico", "//x"):
         assert get(place.server, path).status == 404
+
+
+def test_the_library_of_the_plots_is_kept_by_browsers_and_named_by_its_content(
+    place: Place,
+) -> None:
+    server = f"http://127.0.0.1:{place.server.port}"
+    with urlopen(f"{server}/") as response:
+        page = response.read().decode()
+    (address,) = re.findall(r'<script src="(/plotly\.js\?\w+)"></script></body>', page)
+    with urlopen(f"{server}{address}") as response:
+        script, headers = response.read(), response.headers
+    assert script.decode() == plotly_script()
+    assert headers.get_all("Cache-Control") == ["public, max-age=31536000, immutable"]
+    assert address.endswith(hashlib.sha256(script).hexdigest()[:16])
 
 
 def test_the_page_may_not_be_framed(place: Place) -> None:

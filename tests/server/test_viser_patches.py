@@ -19,7 +19,8 @@ from viser import GuiApi, ViserServer, _assignable_props_api, _messages
 from viser import _assignable_props_api as api
 from viser.infra import _async_message_buffer, _infra
 
-from flexgui.server.viser_patches import AFTER_DRAWING, AFTER_REACTING, NewsEvent, keep_hints
+from flexgui.page.in_browser import AFTER_DRAWING, AFTER_REACTING
+from flexgui.server.viser_patches import NewsEvent, keep_hints
 from tests.server.conftest import Place
 from tests.server.helpers import Browser, apart
 
@@ -40,7 +41,7 @@ PATCHED: dict[str, tuple[Any, str]] = {
     "_thread_executor, by report_errors": (
         ViserServer.__init__, "14c27c9c9808abeb",
     ),
-    "_setup_plotly_js, by send_plotly": (
+    "_setup_plotly_js, by expect_plotly": (
         GuiApi.add_plotly, "41e384ed6d8172ae",
     ),
     "_plotly_json_str, by Plot": (_messages.GuiPlotlyProps, "2f7e4d7a28f5c8ac"),
