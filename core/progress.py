@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Protocol
 
-from .results import Generation
+from .results import Generation, RecordingComparison
+
+Compared = Callable[[], RecordingComparison]
+"""Computes how a model stands beside the first of the recordings that it is fitted to."""
 
 
 class Progress(Protocol):
@@ -21,6 +24,9 @@ class Progress(Protocol):
 
     def generation(self, fit_label: str, generation: Generation) -> None:
         """One generation of an evolution is done."""
+
+    def better(self, fit_label: str, cost: float, compared: Compared) -> None:
+        """A fit has come to a lower cost, a mean square; `compared` is of the model there."""
 
     def stopped(self) -> bool:
         """Whether the user asked to stop; the work then ends with the best it has."""
@@ -36,6 +42,9 @@ class Silent:
         """Say nothing."""
 
     def generation(self, fit_label: str, generation: Generation) -> None:
+        """Say nothing."""
+
+    def better(self, fit_label: str, cost: float, compared: Compared) -> None:
         """Say nothing."""
 
     def stopped(self) -> bool:

@@ -63,7 +63,7 @@ class PlainProgress(Silent):
             print(f"flexgui: {self._title}{count} ({seconds:.0f} s)", file=sys.stderr, flush=True)
 
 
-class TerminalProgress:
+class TerminalProgress(Silent):
     """One bar per stage, on stderr; a context manager that leaves the terminal tidy."""
 
     def __init__(self, console: Console | None = None) -> None:
@@ -106,10 +106,6 @@ class TerminalProgress:
         if self._task is not None:
             text = f"{fit_label}, generation {generation.number}, cost {generation.best:.6g}"
             self._bars.update(self._task, text=text)
-
-    def stopped(self) -> bool:
-        """Never: Ctrl-C ends the program instead."""
-        return False
 
     def _finish(self) -> None:
         if self._task is not None:

@@ -67,6 +67,7 @@ def describe(label: str, found: Found) -> Fit:
         gradient_norm=refined.gradient,
         message=found.agreement,
         stopped=found.stopped,
+        converged=refined.converged and not found.stopped,
         derived=derived_estimates(residuals.experiments[0].model, unknowns, vector, cov, null),
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -46,7 +47,9 @@ def identify(
     Somebody may stop it at any moment; the best so far is described then.
     """
     residuals = Residuals(
-        Predictor(experiments, unknowns, fixed), channel_weights(experiments, spec.weights)
+        Predictor(experiments, unknowns, fixed),
+        channel_weights(experiments, spec.weights),
+        on_better=partial(progress.better, label),
     )
     with heeding(progress):
         found = _stoppable(lambda: _searched(label, residuals, spec, progress))

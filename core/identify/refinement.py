@@ -110,6 +110,7 @@ class _Watched:
         cost = cost_of(blocks)
         if cost < self.cost or not self.vector.size:
             self.vector, self.cost = np.array(x), cost
+            self.residuals.report(self.vector, cost)
         return blocks
 
     def slopes(self, x: np.ndarray) -> list[np.ndarray]:
@@ -165,7 +166,7 @@ def _of(residuals: Residuals, experiments: Sequence[Prepared]) -> Residuals:
     """The same of other experiments."""
     known = residuals.predictor
     predictor = Predictor(experiments, known.unknowns, known.fixed, steps=known.steps)
-    return Residuals(predictor, residuals.weights)
+    return Residuals(predictor, residuals.weights, on_better=residuals.on_better)
 
 
 def beginnings(experiments: Sequence[Prepared], share: float) -> list[Prepared]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from ..identify.population import PopulationCost, applicable
 from ..identify.predictor import Predictor, Request
 from ..identify.prepared import Prepared
 from ..identify.unknowns import Unknowns, untouched
+from ..progress import Compared, heeding
+from ..results import ChannelComparison, RecordingComparison
 
 STEP = 1e-4
 """Relative step of central differences: truncation about 1e-8, rounding about 1e-10."""
@@ -65,6 +67,23 @@ class Residuals:
     weights: Sequence[np.ndarray]
     anchor: Anchor | None = None
     """What few steps per sample miss, as found on one model; None: nothing is taken off."""
+    on_better: Callable[[float, Compared], None] | None = None
+    """Hears of each lower cost, a mean square, that a fit comes to."""
+
+    def report(self, vector: np.ndarray, cost: float) -> None:
+        """A fit has come to a lower cost, a sum of squares."""
+        if self.on_better is not None:
+            self.on_better(cost / max(self.count, 1), partial(self._compared, np.array(vector)))
+
+    def _compared(self, vector: np.ndarray) -> RecordingComparison:
+        e = self.experiments[0]
+        with heeding(None):
+            (model,) = self._predicted([(vector, [0])])[0]
+        channels = tuple(
+            ChannelComparison(name, unit, e.time, e.measured[:, k], model[:, k], e.counted[:, k])
+            for k, (name, unit) in enumerate(e.channels)
+        )
+        return RecordingComparison(e.recording.name, e.recording.role, "", channels)
 
     @property
     def experiments(self) -> Sequence[Prepared]:

@@ -150,6 +150,9 @@ def search(
 
     def report(generation: Generation) -> bool:
         progress.generation(label, generation)
+        vector = start.copy()
+        vector[free] = generation.best_vector
+        residuals.report(vector, generation.best)
         progress.advance()
         return progress.stopped()
 

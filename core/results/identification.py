@@ -93,5 +93,7 @@ class Fit:
     """Norm of the scaled gradient relative to the cost's own scale; small means converged."""
     message: str = ""
     stopped: bool = False
+    converged: bool | None = None
+    """Whether the descent has ended at a minimum; None in a result of an older version."""
     derived: tuple[Estimate, ...] = ()
     """Quantities that follow from the estimates, such as EI from epsilon and d."""

@@ -41,6 +41,7 @@ from flexgui.jobs.messages import (
 )
 
 if TYPE_CHECKING:
+    from flexgui.core.progress import Compared
     from flexgui.core.results import Generation
 
 
@@ -88,6 +89,12 @@ TOO_LONG = (
 """How a sentence about the work goes on."""
 
 
+EYE = 0.3
+"""s between two comparisons of a model that is being fitted."""
+BETTER = "better"
+"""Name of what the task has so far then: label of the fit, cost, comparison."""
+
+
 class Reporter:
     """Progress of one task. While it is paused, whoever calls it waits."""
 
@@ -97,6 +104,8 @@ class Reporter:
         self._run.set()
         self.noticed = False
         """Whether the task learnt that it should stop."""
+        self._compared = -EYE
+        """When (monotonic) a model was put beside its measurements last."""
 
     def stage(self, title: str, total: int | None = None) -> None:
         """A new stage begins."""
@@ -109,6 +118,12 @@ class Reporter:
     def generation(self, fit_label: str, generation: Generation) -> None:
         """One generation is done."""
         self._report(NewGeneration(fit_label, generation))
+
+    def better(self, fit_label: str, cost: float, compared: Compared) -> None:
+        """The best so far, as often as an eye follows."""
+        if time.monotonic() - self._compared > EYE:
+            self._compared = time.monotonic()
+            self.partial(BETTER, (fit_label, cost, compared()))
 
     def partial(self, name: str, value: Any) -> None:
         """What the task has so far."""

@@ -8,7 +8,7 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
 from flexgui.core.arm.arm import Structure
-from flexgui.core.progress import Progress
+from flexgui.core.progress import Progress, Silent
 from flexgui.core.results import Generation
 
 
@@ -35,7 +35,7 @@ Callback = Callable[[Update], bool | None]
 Without one, stderr shows bars on a terminal and a line now and then elsewhere."""
 
 
-class CallbackProgress:
+class CallbackProgress(Silent):
     """Turns what a computation reports into updates for one callback, one at a time."""
 
     def __init__(self, callback: Callback) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 from flexgui.core.results import ChannelComparison, RecordingComparison
 from flexgui.sentences.written import channel_symbol, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import POINTS, Figure, Pane, axis, line, panes, trace
+from flexgui.views.layout import POINTS, Figure, Pane, axis, headline, line, panes, trace
+from flexgui.views.names import output_title
 
 HEIGHT_PER_CHANNEL, HEIGHT_OF_FRAME = 330, 100
 SIGNAL_SHARE, RESIDUAL_SHARE = 0.64, 0.36
@@ -68,6 +69,19 @@ def _parts(
 
 
 SMALL_POINTS = 500
+
+
+def live_worst(recordings: Sequence[RecordingComparison]) -> Figure | None:
+    """Measured and model of the first of these recordings, in the fitted output that is missed
+    most; None where nothing of it counts."""
+    fitted = [c for r in recordings[:1] for c in r.channels if c.fitted]
+    known = [c for c in fitted if np.isfinite(c.normalised_error)]
+    if not known:
+        return None
+    worst = max(known, key=lambda c: c.normalised_error)
+    title = f"{recordings[0].recording}: {output_title(worst.channel, worst.unit)}"
+    drawn = live_comparison(recordings[0], [worst.channel])
+    return {**drawn, "layout": drawn["layout"] | {"title": headline(title)}}
 
 
 def live_comparison(recording: RecordingComparison, names: Sequence[str]) -> Figure:

@@ -45,6 +45,22 @@ def live_convergence(history: History) -> Figure:
     return _costs(few, title=headline("Cost"))
 
 
+def live_descent(costs: Mapping[str, Sequence[float]]) -> Figure | None:
+    """Costs of fits without a population, in the order of their steps; None where there are none.
+    A line ends where the next start begins, or more of the recordings is taken in."""
+    traces = []
+    for k, (label, reported) in enumerate(costs.items()):
+        values = np.array(reported[-LIVE_POINTS:])
+        new = np.flatnonzero(np.diff(values) > 0.0) + 1
+        steps = np.insert(np.arange(1.0, len(values) + 1.0), new, np.nan)
+        values = np.insert(values, new, np.nan)
+        look = {"mode": "lines+markers", "marker": {"size": 5}}
+        traces.append(line(steps, values, label, colours.series(k), "%{y:.4g}", **look))
+    cost = axis("mean square error [–]", type="log", exponentformat="power")
+    title = headline("Cost")
+    return figure(traces, axis("step [–]"), cost, title=title) if traces else None
+
+
 def _costs(history: History, caption: str = "", height: int = 260, **layout: Figure) -> Figure:
     few = len(history) <= BANDS
     traces = [

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgui.core.identify.starts import FAILED, evolve, first_population
-from flexgui.core.progress import Silent, StoppedError
+from flexgui.core.progress import Compared, Silent, StoppedError
 from flexgui.core.results import Generation
 from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit
 
@@ -63,6 +63,24 @@ def test_the_best_never_gets_worse_and_lies_in_the_box():
         assert g.population is not None
         assert g.population.shape == (SHORT["population"], 2)
         assert np.all((g.population >= low) & (g.population <= high))
+
+
+class Told(Silent):
+    """Compares at each lower cost."""
+
+    def __init__(self) -> None:
+        self.misses: list[float] = []
+
+    def better(self, fit_label: str, cost: float, compared: Compared) -> None:
+        shown = compared()
+        self.misses.append(max(channel.normalised_error for channel in shown.channels))
+
+
+def test_a_fit_is_told_beside_what_was_measured_while_it_runs():
+    told = Told()
+    assert searched(told).fit.converged
+    assert len(told.misses) > SHORT["generations"] and told.misses[-1] < told.misses[0]
+    assert searched(Impatient(4)).fit.converged is False
 
 
 def test_stopping_ends_early_and_keeps_the_best_so_far():

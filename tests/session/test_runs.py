@@ -19,6 +19,9 @@ from flexgui.jobs.messages import Advanced, NewGeneration, Queued, Stage, Starte
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import scenario_file
 from flexgui.stages.export.panel import ExportPanel
+from flexgui.stages.identify.panel import WORDS
+from flexgui.views.comparison import live_worst
+from flexgui.views.convergence import live_descent
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import LONG, bring, exported, good_csv, small, until
 
@@ -52,6 +55,10 @@ def test_identification_gives_an_outcome_that_plays(session: Session, services: 
     assert session.identification.start()
     until(lambda: session.identification.outcome is not None)
     assert session.run.state.phase == DONE and session.run.state.history
+    so_far, outcome = session.identification.so_far, session.identification.outcome
+    assert so_far.comparison is not None and so_far.costs and outcome is not None
+    assert live_worst([so_far.comparison]) is not None and live_descent(so_far.costs) is not None
+    assert "Converged: yes" in " ".join(str(WORDS.converged(outcome.fits)).split())
     session.playback.refresh()
     assert session.wait_idle()
     assert session.playback.motion is not None and session.playback.motion.fitted

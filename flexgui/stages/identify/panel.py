@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -10,17 +9,14 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.core.errors import InputError
-from flexgui.core.parameters import Parameter
-from flexgui.core.results import Outcome, Repeated
+from flexgui.core.results import Outcome, RecordingComparison, Repeated
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sensors import sensors
 from flexgui.jobs.job import PAUSED, RUNNING, STOPPING
-from flexgui.page.panel import PageContext, Panel, Piece
+from flexgui.page.panel import Panel
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import (
-    Rebuilt,
     Words,
-    bind,
     button,
     choice,
     color,
@@ -28,24 +24,25 @@ from flexgui.page.widgets import (
     number,
     offer,
     paragraph,
-    react,
     switch,
     words_of,
 )
-from flexgui.sentences.written import ShownUnit, shown_unit
-from flexgui.session.edit import Document, model_of, put
+from flexgui.session.edit import model_of, put
 from flexgui.session.state import Topic
-from flexgui.stages.identify.state import candidates, noisy, paper_points, stated
+from flexgui.stages.identify.panel_parameters import ChosenParameters, parameter_words
+from flexgui.stages.identify.state import noisy, paper_points, stated
+from flexgui.views.comparison import live_worst
 from flexgui.views.convergence import (
     History,
     Searched,
     live_convergence,
+    live_descent,
     live_parameters,
     live_plane,
 )
 from flexgui.views.fit_table import live_fit
 from flexgui.views.headline import final_comparisons, given, standing
-from flexgui.views.names import plain_symbol, typeset
+from flexgui.views.names import TITLES
 from flexgui.views.parameter_tables import (
     given_parameters,
     paper_table,
@@ -57,8 +54,11 @@ from flexgui.views.summary import alarms, summary
 from flexgui.views.table import html_table
 
 WORDS = words_of("identify")
-METHODS = ("glocal", "local")
-AUTOMATIC = "automatic"
+METHODS = {
+    "glocal": "All recordings together (glocal)",
+    "local": "Each recording by itself (local)",
+}
+AUTOMATIC = "What suits the recordings"
 WHOLE_NUMBERS = (
     ("Population", "population", (4, 300, 1)),
     ("Generations", "generations", (0, 10_000, 1)),
@@ -94,15 +94,13 @@ class IdentifyPanel(Panel):
         self._summary = Words(gui)
         with gui.add_folder("Fit settings"):
             choice(
-                context, "Method", METHODS, partial(self._get, "method"),
-                partial(self._put, "method"),
-                "glocal: one fit over all recordings; local: one for each.",
+                context, "Method", tuple(METHODS.values()), lambda: METHODS[self._get("method")],
+                lambda words: self._put("method", next(m for m in METHODS if METHODS[m] == words)),
             )  # fmt: skip
-            choice(
-                context, "Output", (AUTOMATIC, *sensors()),
-                lambda: next(iter(self._get("output") or ()), AUTOMATIC),
-                lambda name: self._put("output", None if name == AUTOMATIC else [name]),
-                "Which output is compared with the model.",
+            self._output = choice(
+                context, "Output", tuple(self._outputs()), self._output_shown,
+                lambda words: self._put("output", self._outputs()[words]),
+                "Which measurement is compared with the model.",
             )  # fmt: skip
             self._chosen = ChosenParameters(context)
         with gui.add_folder("Search settings", expand_by_default=False):
@@ -113,6 +111,16 @@ class IdentifyPanel(Panel):
                 "Follow the search with a least-squares refinement.",
             )  # fmt: skip
 
+    def _outputs(self) -> dict[str, list[str] | None]:
+        """Words -> what [identify] says: each output by itself, and those that stand together."""
+        ways = [[kind] for kind in sensors()]
+        ways += [list(self._get("output") or ())]
+        return {AUTOMATIC: None} | {outputs_words(way): way for way in ways if way}
+
+    def _output_shown(self) -> str:
+        outputs = self._get("output")
+        return AUTOMATIC if outputs is None else outputs_words(outputs)
+
     def _get(self, name: str) -> Any:
         return getattr(self.session.document.scenario.identify, name)
 
@@ -122,20 +130,25 @@ class IdentifyPanel(Panel):
     def build_plots(self) -> None:
         context, gui = self.context, self.gui
         self._about = Words(gui)
-        self._cost, self._plane = Plot(context, 0.33), Plot(context, 0.42)
+        self._signal, self._cost = Plot(context, 0.5), Plot(context, 0.5)
+        self._plane = Plot(context, 0.42)
         self._table, self._repeated = Words(gui), Words(gui)
         self._fit = Plot(context, 0.30)
         self._paper = Words(gui)
 
     def refresh(self) -> None:
         self._chosen.refresh()
+        offer(self._output, tuple(self._outputs()), self._output_shown())
         self._show_state()
         outcome = None if self._running else self.session.identification.outcome
         history = self._history(outcome)
         searched = self._searched()
-        self._cost.show(live_convergence(history) if history else None)
+        so_far = self.session.identification.so_far
+        self._signal.show(live_worst(self._compared(outcome)))
+        self._cost.show(live_convergence(history) if history else live_descent(so_far.costs))
         self._plane.show(live_plane(history, searched))
-        self._about.show("" if history or outcome is not None else WORDS.nothing_yet())
+        begun = history or so_far.comparison or outcome is not None
+        self._about.show("" if begun else WORDS.nothing_yet())
         if outcome is None:
             table = live_parameters(history, searched)
             self._table.show(html_table(table) if table else "")
@@ -149,7 +162,9 @@ class IdentifyPanel(Panel):
         self._fit.show(live_fit(final_comparisons(whole)))
         biased = self.session.diagnosis.known_biased
         old = self.session.identification.current is None
-        self._summary.show(WORDS.summary(alarms(whole), biased, summary(whole), old))
+        self._summary.show(
+            WORDS.converged(outcome.fits), WORDS.summary(alarms(whole), biased, summary(whole), old)
+        )
         self._paper.show(beside_paper(outcome, self._fitted_scenario))
 
     @property
@@ -166,6 +181,13 @@ class IdentifyPanel(Panel):
         if outcome is None:
             return self.session.run.state.history
         return {f.label: f.convergence for f in outcome.fits if f.convergence}
+
+    def _compared(self, outcome: Outcome | None) -> list[RecordingComparison]:
+        """With what was measured: of the result, else of the fit that runs."""
+        if outcome is not None:
+            return [r for r in final_comparisons(outcome) if r.role == "estimate"]
+        found = self.session.identification.so_far.comparison
+        return [] if found is None else [found]
 
     def _searched(self) -> list[Searched]:
         scenario = self.session.document.scenario if self._running else self._fitted_scenario
@@ -200,9 +222,14 @@ class IdentifyPanel(Panel):
             sizes = model_of(scenario).effect_parameters.values()
         except InputError:
             return Markup(WORDS.to_fit(count, ()))
-        symbols = [typeset(s.symbol, s.name) for s in self._searched()]
-        symbols += [typeset(p.symbol, p.name) for p in sizes]
-        return Markup(WORDS.to_fit(count, symbols))
+        searched = [*stated(scenario, model_of(scenario)), *sizes]
+        return Markup(WORDS.to_fit(count, [parameter_words(p) for p in searched]))
+
+
+def outputs_words(kinds: Sequence[str]) -> str:
+    """'Joint encoders, tip position'"""
+    words = ", ".join(TITLES.get(kind, sensors()[kind].title) for kind in kinds)
+    return f"{words[0].upper()}{words[1:]}"
 
 
 def beside_paper(outcome: Outcome, scenario: Scenario) -> Markup:
@@ -230,89 +257,3 @@ def found_parameters(outcome: Outcome) -> Markup:
     first = given_parameters(outcome)
     folded = "" if first is None else html_table(short_parameters(first, given(outcome)))
     return Markup(WORDS.parameters(found, folded))
-
-
-ADD = "add a parameter …"
-
-
-class ChosenParameters(Piece):
-    """Rebuilt when other parameters are chosen; else its fields follow the session."""
-
-    def __init__(self, context: PageContext) -> None:
-        super().__init__(context)
-        self._rows = Rebuilt(context)
-        self._add: Any = self.gui.add_dropdown("Add", (ADD,))
-        react(context, self._add, self._added)
-
-    def refresh(self) -> None:
-        """Shows what the scenario states."""
-        scenario = self.session.document.scenario
-        try:
-            model = model_of(scenario)
-        except InputError:
-            return
-        chosen = scenario.identify.parameters
-        offer(self._add, (ADD, *(n for n in candidates(model) if n not in chosen)), ADD)
-        rows = partial(self._build_rows, stated(scenario, model))
-        self._rows.make((chosen, scenario.arm.preset), rows)
-
-    def _build_rows(self, parameters: Sequence[Parameter]) -> None:
-        for p in parameters:
-            self._row(p)
-
-    def _row(self, p: Parameter) -> None:
-        context, name = self.context, p.name
-        unit = shown_unit(p.value or p.upper, p.unit)
-        symbol = plain_symbol(p.symbol, name)
-        bounds = self.gui.add_vector2(
-            unit.label(symbol), self._bounds(p, unit), step=_step(p, unit),
-            hint=f"{p.title or name}: bounds, from and to.",
-        )  # fmt: skip
-        bind(
-            context, bounds, partial(self._bounds, p, unit),
-            lambda ends: self._put("bounds", name, [float(v) / unit.factor for v in ends]),
-        )  # fmt: skip
-        number(
-            context, f"± {symbol}, known", (0.0, math.inf, None),
-            lambda: self._prior(name) * unit.factor,
-            lambda v: self._put("prior", name, v / unit.factor or None),
-            "Standard deviation of the prior knowledge; 0: none.",
-        )  # fmt: skip
-        button(context, f"Do not estimate {symbol}", partial(self._remove, name))
-
-    def _put(self, setting: str, name: str, value: Any) -> bool:
-        return self.session.document.change(put(("identify", setting, name), value))
-
-    def _bounds(self, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
-        bounds = self.session.document.scenario.identify.bounds
-        low, high = bounds.get(p.name, (p.lower, p.upper))
-        return _plain(low * unit.factor), _plain(high * unit.factor)
-
-    def _prior(self, name: str) -> float:
-        prior = self.session.document.scenario.identify.prior.get(name)
-        return 0.0 if prior is None else prior.std
-
-    def _remove(self, name: str) -> bool:
-        def edit(document: Document) -> None:
-            table = document.setdefault("identify", {})
-            table["parameters"] = [n for n in table.get("parameters", ()) if n != name]
-            for setting in ("bounds", "prior"):
-                table.get(setting, {}).pop(name, None)
-
-        return self.session.document.change(edit)
-
-    def _added(self) -> None:
-        document, name = self.session.document, str(self._add.value)
-        if name != ADD:
-            names = [*document.scenario.identify.parameters, name]
-            document.change(put(("identify", "parameters"), names))
-
-
-def _plain(value: float) -> float:
-    """As many digits as a field shows."""
-    return float(f"{value:.4g}")
-
-
-def _step(p: Parameter, unit: ShownUnit) -> float:
-    size = abs(p.value * unit.factor) or 1.0
-    return float(10.0 ** round(math.log10(size) - 2))

@@ -3,21 +3,36 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from flexgui.core.identify.unknowns import GAIN, OFFSET, START
 from flexgui.core.model import Model
 from flexgui.core.parameters import Parameter
-from flexgui.core.results import Outcome
+from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.core.scenario.schema import Scenario
-from flexgui.jobs import Event, Stopped, Task
+from flexgui.jobs import Event, Partial, Stopped, Task
 from flexgui.session.run import Then
 from flexgui.session.state import Topic
 from flexgui.stages.identify.task import identify
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
+
+
+@dataclass(frozen=True)
+class SoFar:
+    """What a fit has come to while it runs."""
+
+    comparison: RecordingComparison | None = None
+    costs: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    """Label of the fit -> mean squares, in the order of their steps."""
+
+    def after(self, label: str, cost: float, comparison: RecordingComparison) -> SoFar:
+        """With one more."""
+        costs = (*self.costs.get(label, ()), cost)
+        return SoFar(comparison, {**self.costs, label: costs})
 
 
 class Identification:
@@ -32,6 +47,8 @@ class Identification:
         self.outcome: Outcome | None = None
         """The last good result."""
         self.outcome_of: Scenario | None = None
+        self.so_far = SoFar()
+        """Of the fit that runs, or ran last."""
 
     @property
     def current(self) -> Outcome | None:
@@ -48,6 +65,7 @@ class Identification:
         scenario = self._session.document.scenario
         arguments = {"scenario": scenario, "folder": str(self._session.folder)}
         task = Task.of(identify, "The identification", **arguments)
+        self.so_far = SoFar()
 
         def on_event(event: Event) -> Then:
             self._identified(event, scenario)
@@ -56,6 +74,11 @@ class Identification:
         return self._session.run.submit("identify", task, on_event)
 
     def _identified(self, event: Event, scenario: Scenario) -> None:
+        if isinstance(event, Partial):
+            with self._session.lock:
+                self.so_far = self.so_far.after(*event.value)
+            self._session.notify(Topic.RUN)
+            return
         found = getattr(event, "result", None)
         if not isinstance(found, Outcome):
             return

@@ -1,0 +1,116 @@
+"""Which parameters are estimated, within which bounds, and what is known of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from flexgui.core.errors import InputError
+from flexgui.core.parameters import Parameter
+from flexgui.page.actions import press
+from flexgui.page.panel import PageContext, Piece
+from flexgui.page.widgets import Rebuilt, Words, bind, number, offer, react
+from flexgui.sentences.written import ShownUnit, shown_unit
+from flexgui.session.edit import Document, model_of, put
+from flexgui.stages.identify.state import candidates, stated
+from flexgui.views.names import plain_symbol
+
+ADD = "add a parameter …"
+
+
+def parameter_words(p: Parameter) -> str:
+    """'bending stiffness of segment 1, EI₁'"""
+    symbol = plain_symbol(p.symbol, p.name)
+    return f"{p.title}, {symbol}" if p.title else symbol
+
+
+class ChosenParameters(Piece):
+    """Rebuilt when other parameters are chosen; else its fields follow the session."""
+
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        context.actions.register("hold", self._remove)
+        self._rows = Rebuilt(context)
+        self._free: dict[str, str] = {}
+        """Words -> name of what could be estimated too."""
+        self._add: Any = self.gui.add_dropdown("Add", (ADD,))
+        react(context, self._add, self._added)
+
+    def refresh(self) -> None:
+        """Shows what the scenario states."""
+        scenario = self.session.document.scenario
+        try:
+            model = model_of(scenario)
+        except InputError:
+            return
+        chosen = scenario.identify.parameters
+        free = {parameter_words(p): n for n, p in candidates(model).items() if n not in chosen}
+        self._free = free
+        offer(self._add, (ADD, *free), ADD)
+        rows = partial(self._build_rows, stated(scenario, model))
+        self._rows.make((chosen, scenario.arm.preset), rows)
+
+    def _build_rows(self, parameters: Sequence[Parameter]) -> None:
+        for p in parameters:
+            self._row(p)
+
+    def _row(self, p: Parameter) -> None:
+        context, name = self.context, p.name
+        unit = shown_unit(p.value or p.upper, p.unit)
+        symbol = plain_symbol(p.symbol, name)
+        bounds = self.gui.add_vector2(
+            unit.label(symbol), self._bounds(p, unit), step=_step(p, unit),
+            hint=f"{p.title or name}: bounds, from and to.",
+        )  # fmt: skip
+        bind(
+            context, bounds, partial(self._bounds, p, unit),
+            lambda ends: self._put("bounds", name, [float(v) / unit.factor for v in ends]),
+        )  # fmt: skip
+        number(
+            context, f"± {symbol}, known", (0.0, math.inf, None),
+            lambda: self._prior(name) * unit.factor,
+            lambda v: self._put("prior", name, v / unit.factor or None),
+            "Standard deviation of the prior knowledge; 0: none.",
+        )  # fmt: skip
+        Words(self.gui, press(f"Do not estimate {symbol}", "hold", name, "link"))
+
+    def _put(self, setting: str, name: str, value: Any) -> bool:
+        return self.session.document.change(put(("identify", setting, name), value))
+
+    def _bounds(self, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
+        bounds = self.session.document.scenario.identify.bounds
+        low, high = bounds.get(p.name, (p.lower, p.upper))
+        return _plain(low * unit.factor), _plain(high * unit.factor)
+
+    def _prior(self, name: str) -> float:
+        prior = self.session.document.scenario.identify.prior.get(name)
+        return 0.0 if prior is None else prior.std
+
+    def _remove(self, name: str) -> bool:
+        """What is not estimated is not removed either."""
+
+        def edit(document: Document) -> None:
+            table = document.setdefault("identify", {})
+            table["parameters"] = [n for n in table.get("parameters", ()) if n != name]
+            for setting in ("bounds", "prior"):
+                table.get(setting, {}).pop(name, None)
+
+        return self.session.document.change(edit)
+
+    def _added(self) -> None:
+        document, name = self.session.document, self._free.get(str(self._add.value))
+        if name is not None:
+            names = [*document.scenario.identify.parameters, name]
+            document.change(put(("identify", "parameters"), names))
+
+
+def _plain(value: float) -> float:
+    """As many digits as a field shows."""
+    return float(f"{value:.4g}")
+
+
+def _step(p: Parameter, unit: ShownUnit) -> float:
+    size = abs(p.value * unit.factor) or 1.0
+    return float(10.0 ** round(math.log10(size) - 2))
