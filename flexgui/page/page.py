@@ -12,16 +12,18 @@ from typing import Any
 import viser
 from markupsafe import Markup
 
+from flexgui.page.actions import press
 from flexgui.page.in_browser import help_hands, lift
 from flexgui.page.layout import CONTROLS, PLOTS, PageLayout, Widths, Window
 from flexgui.page.painter import Painter
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.scene_panel import Scene
+from flexgui.page.settings import settings_menu
 from flexgui.page.timeline import TimeLine
 from flexgui.page.tour import Offer, Tour
 from flexgui.page.widgets import Words, grey, paragraph
 from flexgui.session.session import Session
-from flexgui.session.state import OURS, STAGES, Part, Topic
+from flexgui.session.state import OURS, STAGES, WORK, Part, Topic
 
 CURSOR_INTERVAL = 0.12
 """s: a plot is sent whole each time."""
@@ -51,7 +53,8 @@ class Page(Piece):
         self._panels: dict[str, Panel] = {stage: panel_of(stage)(context) for stage in STAGES}
         context.actions.build(gui)
         self._offer = Offer(context)
-        self._steps, self._tour = Steps(context, self._panels), Tour(context)
+        self._steps = Steps(context, self._panels, lambda: self._tour.way)
+        self._tour = Tour(context)
         self._cursor_drawn, self._behind_curtain = 0.0, True
         self._left = gui.add_panel()
         self._syncs: dict[str, list[Callable[[], None]]] = {}
@@ -176,6 +179,10 @@ FOLLOWS = Markup("<p class='follows'><b>You follow the teacher.</b> {}</p>").for
 )
 COLUMNS = Markup("<span class='fx-plots'></span>")
 """A mark: in a wide window the plots around it stand in columns."""
+STEPS = Markup(
+    "<nav class='steps fx-bar' aria-label='Stages'><div>{}</div>"
+    "<div class='beside'>{}<span></span>{} {}</div></nav>"
+)
 STEP = Markup(
     "<button type='button' data-action='stage' data-value='{0}' class='{1}'{2}>{0}</button>"
 )
@@ -187,13 +194,16 @@ class Steps(Piece):
     """The stages of the work on top of the main panel, which of them are done, and the newest
     message."""
 
-    def __init__(self, context: PageContext, panels: Mapping[str, Panel]) -> None:
+    def __init__(
+        self, context: PageContext, panels: Mapping[str, Panel], tour: Callable[[], str]
+    ) -> None:
+        """`tour` is the word that leads to the tour or out of it."""
         super().__init__(context)
-        self._panels = panels
+        self._panels, self._way = panels, tour
         Words(self.gui, FOLLOWS if context.read_only else "")
-        self._steps = Words(self.gui, self._written())
-        self._message, self._old = Words(self.gui), Words(self.gui)
+        self._steps, self._message, self._old = (Words(self.gui) for _ in range(3))
         context.actions.register("stage", self.session.show)
+        context.actions.register("theme", context.theme.choose)
 
     def refresh(self) -> None:
         """Shows which stage is active, the newest message, and what is not up to date."""
@@ -203,8 +213,12 @@ class Steps(Piece):
         self._old.show(*not_updated(self.session.faults.old | self.context.faults.old))
 
     def _written(self) -> Markup:
-        steps = Markup("").join(self._step(stage) for stage in STAGES)
-        return Markup("<nav class='steps fx-bar' aria-label='Stages'>{}</nav>").format(steps)
+        steps, beside = (
+            Markup("").join(map(self._step, some)) for some in (WORK, STAGES[len(WORK) :])
+        )
+        way = self._way()
+        tour = press(way, "tour", kind="link") if way else ""
+        return STEPS.format(steps, beside, tour, settings_menu(self.context))
 
     def _step(self, stage: str) -> Markup:
         current = stage == self.session.stage

@@ -11,10 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.library.shipped import HIDDEN, is_of_tour
-from flexgui.page.actions import press
-from flexgui.page.in_browser import PURPOSE
 from flexgui.page.panel import PageContext, Piece
-from flexgui.page.settings import settings_menu
 from flexgui.page.widgets import Words, button, color, paragraph
 from flexgui.session.tour import (
     AT,
@@ -33,7 +30,6 @@ from flexgui.session.tour import (
 from flexgui.stages.data.panel_own import upload_button
 
 CARD = Markup("<div class='tour {}'><p class='lead'>{}</p><p>{}</p></div>")
-QUIET = Markup("<div class='purpose'>{}<span>{} {}</span></div>")
 AWAY = Markup("<span class='fx-away'></span>")
 """A mark: the button below is hidden."""
 
@@ -52,9 +48,7 @@ class Tour(Piece):
         self._go: Any = button(context, BEGIN, self._pressed, prominent=True)
         self._away = Words(self.gui, AWAY)
         upload_button(context, OPEN_MINE)
-        self._quiet = Words(self.gui)
         context.actions.register("tour", lambda _: self._left_or_back())
-        context.actions.register("theme", context.theme.choose)
 
     def _shown(self) -> Card | None:
         return None if self.context.read_only else card(self.session)
@@ -93,14 +87,15 @@ class Tour(Piece):
         self._go.label = shown.button or BEGIN
         # Where earlier work is offered, to restore it is the next thing to do.
         self._go.color = color(self.session.store.earlier is None)
-        # On its last card the tour has a button that ends it.
-        label = AGAIN if found is None else REFUSE if offers else LEAVE
-        way = (
-            ""
-            if self.context.read_only or shown.button == END
-            else press(label, "tour", "", "link")
-        )
-        self._quiet.show(QUIET.format(PURPOSE, way, settings_menu(self.context)))
+
+    @property
+    def way(self) -> str:
+        """The word that leaves the tour, or comes back to it; empty on its last card, which has a
+        button that ends it."""
+        found = self._shown()
+        if self.context.read_only or (found is not None and found.button == END):
+            return ""
+        return AGAIN if found is None else REFUSE if found.button == BEGIN else LEAVE
 
 
 ON_TOP = -1e8

@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from flexgui.jobs import JobPool
 
 
-STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export", "Study")
+WORK = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export")
 """The stages of the work, in order."""
+STAGES = (*WORK, "Study", "Challenge")
+"""With what stands beside them."""
 
 
 @dataclass(frozen=True)

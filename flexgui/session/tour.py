@@ -56,7 +56,7 @@ TRIED = (
     "error each would explain. Open What is it? to read about one."
 )
 OFFER = Card(
-    "Two ways to begin",
+    "Find out what your robot model does not know.",
     "The tour: look, compare, diagnose, add, with recordings of an arm that has an effect which "
     "its model does not know. Or your own recordings: CSV, Parquet or MAT files.",
     BEGIN,

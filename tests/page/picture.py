@@ -1,18 +1,20 @@
-"""The picture of the page in the README: `python -m tests.page.picture [FILE]`.
+"""The picture of the page and the film of the falling error: `python -m tests.page.picture`.
 
-A hidden effect on short recordings, found and not added yet: ladder, missing torque with the law of
+A hidden effect on short recordings, found and then added: ladder, missing torque with the law of
 the first candidate, the arm in the colours of its error, and the ranking.
 """
 
 from __future__ import annotations
 
+import io
 import shutil
-import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import viser
+from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from flexgui.jobs import JobPool
@@ -23,12 +25,20 @@ from tests.conftest import CHROMIUM, FLAGS, ROOT
 from tests.page.conftest import Desktop, Offered
 from tests.page.test_diagnose import few
 
-WHERE = ROOT / "flexgui" / "pictures" / "page.png"
+FOLDER = ROOT / "flexgui" / "pictures"
+PICTURE, FILM = FOLDER / "page.png", FOLDER / "fall.gif"
 SIZE = {"width": 1600, "height": 900}
 SETTLED = 4000
 """ms after which everything is drawn, without a graphics card too."""
 AT = 0.4
 """s of the recording, where the arm is bent and fails."""
+ADD = "Add Coulomb friction"
+STEP, HELD = 250, 2500
+"""ms between two pictures of the film, and for which its first and its last one stand."""
+LONGEST = 80
+"""Pictures, should the fit take long; those in which nothing changes are one."""
+WIDTH, SHADES = 960, 96
+"""px and colours: a README's pictures are a few hundred KB."""
 
 
 class Served(Desktop):
@@ -47,8 +57,28 @@ def wait(session: Session) -> None:
         time.sleep(0.2)
 
 
-def main(where: Path) -> None:
-    """Makes the picture."""
+def film(page: Any) -> None:
+    """Adds the effect and watches the error fall."""
+    shots, times = [page.screenshot()], [HELD]
+    page.get_by_role("button", name=ADD, exact=True).click()
+    for _ in range(LONGEST):
+        page.wait_for_timeout(STEP)
+        shot = page.screenshot()
+        if shot == shots[-1]:
+            times[-1] += STEP
+        else:
+            shots.append(shot)
+            times.append(STEP)
+        if times[-1] > HELD:
+            break
+    frames = [Image.open(io.BytesIO(shot)).convert("RGB") for shot in shots]
+    size = (WIDTH, WIDTH * frames[0].height // frames[0].width)
+    small = [frame.resize(size).quantize(SHADES) for frame in frames]
+    small[0].save(FILM, save_all=True, append_images=small[1:], duration=times, loop=0)
+
+
+def main() -> None:
+    """Makes both."""
     folder = Path(tempfile.mkdtemp())
     (folder / "own").mkdir()
     with JobPool(2) as pool:
@@ -66,9 +96,10 @@ def main(where: Path) -> None:
             browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
             page = browser.new_page(viewport=SIZE)
             page.goto(desk.address)
-            page.get_by_role("button", name="Add Coulomb friction", exact=True).wait_for()
+            page.get_by_role("button", name=ADD, exact=True).wait_for()
             page.wait_for_timeout(SETTLED)
-            page.screenshot(path=where)
+            page.screenshot(path=PICTURE)
+            film(page)
             browser.close()
         desk.server.stop()
         session.close()
@@ -76,4 +107,4 @@ def main(where: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else WHERE)
+    main()

@@ -229,13 +229,11 @@ def test_guess_and_reveal(page: Any, session: Session) -> None:
         "values": {"fc1": 0.1823, "fc2": 0.1}, "shown": {"coulomb_friction": 3.0},
     }  # fmt: skip
     session.challenge.state = Challenge(4, "easy", obfuscate(json.dumps(truth), "4 easy"))
-    session.show("Diagnose")
-    sees(page, "Challenge")
-    page.get_by_text("Challenge", exact=True).first.click()
+    press(page, "Challenge")
     sees(page, "before you commit puts a * on the board")
     press(page, "Compare")
     sees(page, "Nothing was identified yet.")
-    press(page, "Diagnose")
+    press(page, "Challenge")
     sees(page, "before you commit puts a * on the board")
     assert "0.1823" not in page.content(), "the truth is not in the browser"
     press(page, "Commit to this guess")
@@ -326,8 +324,7 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     pool = desktop.services.pool
     pool.start()
     until(lambda: pool.workers_free == 1, DEFAULT.grace + DEFAULT.start_limit)
-    press(page, "Diagnose")
-    page.get_by_text("Challenge", exact=True).first.click()
+    press(page, "Challenge")
     stands(page, "Hide an effect")
     press(page, "Hide an effect")
     known = hidden_in(session, page, desktop)

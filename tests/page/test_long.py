@@ -79,13 +79,13 @@ def test_on_a_real_bench(page: Any, session: Session) -> None:
 
 
 def test_on_a_challenge(page: Any, session: Session) -> None:
-    press(page, "Diagnose")
-    page.get_by_text("Challenge", exact=True).first.click()
+    press(page, "Challenge")
     press(page, "Hide an effect")
     page.get_by_text("something is hidden in these recordings").wait_for(timeout=SLOW)
     known = session.challenge.state
     assert known is not None
     kind = json.loads(opened(known.sealed, "-"))["effects"][0]
     walk(page, session, kind)
+    press(page, "Challenge")
     answer(page, kind)
     sees(page, "✓ Verdict: missing")

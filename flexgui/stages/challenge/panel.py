@@ -9,9 +9,10 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import LEVELS
 from flexgui.export.template import environment
-from flexgui.page.panel import PageContext, Piece
+from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.widgets import Words, button, color, paragraph, react
 from flexgui.sentences.figures import unseen_rms
+from flexgui.session.state import Topic
 from flexgui.stages.challenge.judging import (
     NONE_GUESSED,
     AskedSize,
@@ -22,6 +23,8 @@ from flexgui.stages.challenge.judging import (
 )
 from flexgui.stages.challenge.state import NONE_TITLE, Challenge, Revealed, ToolAnswer
 from flexgui.stages.diagnose.effects import titled
+from flexgui.stages.diagnose.panel import AtWork
+from flexgui.stages.diagnose.panel_candidates import WORDS as DIAGNOSE_WORDS
 from flexgui.views.summary import validation_words
 from flexgui.views.table import html_table
 
@@ -34,32 +37,34 @@ EXPLANATION = (
     "data. Look, compare, and commit to a guess; then use the tool, and reveal. Using the tool "
     "before guessing is marked on the board."
 )
-ABOVE = "Enter your guess at the top of this page."
 NAME_IT = (
     "What is your name, or a nickname? The class's board lists your guess under it, without one as "
     "somebody's."
 )
 NO_SECOND = "no second effect"
-TOP = -1.0
-"""Order of what stands above all else in the panel; viser counts from 0."""
 
 
-class ChallengeControls(Piece):
-    """The guess on top of the panel while there is a challenge; how to begin one in a folder."""
+class ChallengePanel(Panel):
+    """How to begin one, the guess and who found what on the right; on the left, once it is
+    revealed, what the hidden effect does to these recordings."""
 
-    def __init__(self, context: PageContext) -> None:
-        super().__init__(context)
-        gui = self.gui
+    kind = "Challenge"
+    topics = frozenset({Topic.CHALLENGE, Topic.RUN, Topic.DIAGNOSIS, Topic.DEMONSTRATION})
+
+    def build_controls(self) -> None:
+        context, gui = self.context, self.gui
         self._drawn: Challenge | None = None
-        self._form = gui.add_folder("The challenge", order=TOP, visible=False)
+        self._form = gui.add_folder(None, visible=False)
         with self._form:
             self._guess_controls()
-        with gui.add_folder("Challenge", expand_by_default=False):
-            Words(gui, paragraph(EXPLANATION, "soft"))
-            self._seed = gui.add_number("Seed", SEED, min=0, max=MOST, step=1)
-            self._level = gui.add_dropdown("Level", tuple(LEVELS))
-            self._hide = button(context, "Hide an effect", self._hidden)
-            self._above = Words(gui)
+        Words(gui, paragraph(EXPLANATION, "soft"))
+        self._seed = gui.add_number("Seed", SEED, min=0, max=MOST, step=1)
+        self._level = gui.add_dropdown("Level", tuple(LEVELS))
+        self._hide = button(context, "Hide an effect", self._hidden)
+
+    def build_plots(self) -> None:
+        self._at_work = AtWork(self.context)
+        self._shown: Revealed | None = None
 
     def _guess_controls(self) -> None:
         context, gui = self.context, self.gui
@@ -121,12 +126,18 @@ class ChallengeControls(Piece):
         session, known = self.session, self.session.challenge.state
         self.enable(not session.run.busy, self._hide)
         self._hide.color = color(known is None)
-        self._above.show(paragraph("" if known is None else ABOVE, "soft"))
         if known is not None:
             # Fields first: a folder that comes is measured with what is in it.
             self._show_fields(known)
             self._show_words(known)
         self._form.visible = known is not None
+        self._at_work.refresh()
+        revealed = None if known is None else known.revealed
+        if revealed is not self._shown:
+            self._shown = revealed
+            hidden = revealed.judgement.hidden if revealed else ()
+            if hidden and not self.context.read_only:
+                session.demonstration.start(hidden[0])
 
     def _show_words(self, known: Challenge) -> None:
         session, words = self.session, _words()
@@ -195,7 +206,7 @@ class GuessFields(Piece):
         self._kind: Any = gui.add_dropdown(label, (none, *sorted(self._kinds)))
         self._of: Any = gui.add_dropdown("Size of", ("–",), hint="Choose one of its parameters.")
         self._size: Any = gui.add_text("is", "", hint="A number in this unit; may stay empty.")
-        self._refused = Words(gui)
+        self._refused, self._story = Words(gui), Words(gui)
         self._shown = True
         react(context, self._kind, self._chosen)
         react(context, self._of, self._name_field)
@@ -236,6 +247,8 @@ class GuessFields(Piece):
         self._kind.visible = visible
         one = self._parameter()
         self._of.visible = self._size.visible = visible and one is not None
+        effect = catalogue().get(self.kind)
+        self._story.show(DIAGNOSE_WORDS.explanation(effect) if visible else "")
         if not visible:
             self._refused.show()
 

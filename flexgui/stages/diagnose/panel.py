@@ -17,7 +17,6 @@ from flexgui.sentences.figures import linear_sentence, times
 from flexgui.session.edit import model_of
 from flexgui.session.state import Topic
 from flexgui.session.tour import holds_way_on
-from flexgui.stages.challenge.panel import ChallengeControls
 from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.look import Look, Looked, in_vain, ladder_steps, refitted_only, worse
 from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, inviting
@@ -62,7 +61,6 @@ class DiagnosePanel(Panel):
         self._candidates = Candidates(context)
         self._rest = Words(gui)
         self._by_hand = ByHand(context)
-        self._challenge = ChallengeControls(context)
         self._next = button(context, "Next: export", lambda: session.show("Export"))
 
     def build_plots(self) -> None:
@@ -101,7 +99,6 @@ class DiagnosePanel(Panel):
         self._candidates.show(found, titles, way_on == ADD, able and not old)
         diagnosed = None if look is None else look.diagnosis
         self._rest.show("" if diagnosed is None else WORDS.rest(diagnosed, titles))
-        self._challenge.refresh()
         self._next.visible = fresh
         self._at_work.refresh()
         self._about.show(WORDS.nothing_yet() if found is None else "")
