@@ -21,7 +21,7 @@ from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import (
     ROLES,
     bar_label,
-    fit_bars,
+    fit_dots,
     fit_table,
     overview,
     variants,
@@ -98,7 +98,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "valley": plot(valley(outcome.fits)),
         "fit_table": fit_table(shown, before) if shown else None,
         # Without a ladder they are the figure of the first page.
-        "fit_bars": plot(fit_bars(shown)) if diagnosed else None,
+        "fit_dots": plot(fit_dots(shown)) if diagnosed else None,
         "variants": variants(outcome),
         "recordings": _recordings(shown, before),
         "missing": _missing(shown),

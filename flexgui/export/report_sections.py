@@ -22,7 +22,7 @@ from flexgui.sentences.ranked import in_order, round_sentence
 from flexgui.sentences.verdict import all_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.views.error_map import error_map, worst_table
-from flexgui.views.fit_table import fit_bars
+from flexgui.views.fit_table import fit_dots
 from flexgui.views.headline import final_comparisons, verdict_now
 from flexgui.views.ladder import ladder, ladder_table, sizes_table
 from flexgui.views.missing_torque import residual_over
@@ -111,7 +111,7 @@ def glance(outcome: Outcome, scenario_text: str) -> dict[str, Any]:
         "found": "" if found is None else verdict_now(found),
         # In red; empty where the model reaches the noise floor.
         "doubt": doubt(float(np.sqrt(steps[-1].cost_per_sample))) if steps else "",
-        "figure": plot(ladder(steps) or fit_bars(final_comparisons(outcome))),
+        "figure": plot(ladder(steps) or fit_dots(final_comparisons(outcome))),
         "facts": _facts(outcome, scenario_text),
     }
 

@@ -15,7 +15,7 @@ from flexgui.core.results import (
 )
 from flexgui.library.shown import chosen, from_dict, looked_up, paragraphs
 from flexgui.views.comparison import comparison
-from flexgui.views.fit_table import fit_bars, fit_table
+from flexgui.views.fit_table import fit_dots, fit_table
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import RecordingView, Seen, believable_floors
@@ -113,7 +113,7 @@ class Comparison:
         torques = seen.missing_torque
         views: dict[str, Any] = {
             "signals": lambda: comparison(seen, fitted or None),
-            "fit": lambda: fit_bars(self.recordings),
+            "fit": lambda: fit_dots(self.recordings),
             "missing_torque": lambda: missing_over_time(torques) if torques else None,
             "torque_over_velocity": lambda: missing_over_velocity(torques) if torques else None,
         }

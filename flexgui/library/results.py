@@ -20,7 +20,7 @@ from flexgui.library.shown import chosen, looked_up, paragraphs
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.convergence import convergence
-from flexgui.views.fit_table import fit_bars
+from flexgui.views.fit_table import fit_dots
 from flexgui.views.headline import final_comparisons, given_comparisons, standing
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder, ladder_table
@@ -145,7 +145,7 @@ class Identification(_Found):
         """
         fits = self.outcome.fits
         views: dict[str, Any] = {
-            "fit": lambda: fit_bars(self.outcome.comparisons),
+            "fit": lambda: fit_dots(self.outcome.comparisons),
             "convergence": lambda: convergence(fits),
             "valley": lambda: valley(fits),
             "correlation": lambda: correlation(fits[0]),

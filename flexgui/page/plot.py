@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, cast
 from viser import _messages
 
 from flexgui.views.layout import Figure, figure_json, plain
-from flexgui.views.preview import cursor_shape
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -63,9 +62,7 @@ class Plot:
         aspect = self._height / context.paper.of(wide)
         self._handle = context.gui.add_plotly(cast(Any, _Blank()), aspect=aspect, visible=False)
         context.paper.plots.append(self)
-        self._before, self._shapes = "", ""
         self._sent = 0
-        self._has_cursor = False
 
     def show(self, figure: Figure | None, cursor: float | None = None, height: float = 0.0) -> None:
         """Draws a figure, with the time-line's cursor in s; None hides the plot. `height` in px,
@@ -76,17 +73,14 @@ class Plot:
         self._height = height or self._height
         self.fit()
         layout = dict(figure["layout"])
-        shapes = layout.pop("shapes", [])
         font = {**layout.get("font", {}), "size": FONT_SIZE}
         layout |= {"margin": MARGIN, "height": None, "template": {}, "font": font}
         if self._title:
             layout |= titled(self._title, layout)
         self._sent += 1
-        layout["meta"] = {**layout.get("meta", {}), "cursor": self._key}
-        text = figure_json({"data": figure["data"], "config": CONFIG, "layout": layout})
-        self._before = text[:-2] + ',"shapes":['
-        self._shapes = ",".join(figure_json(shape) for shape in shapes)
-        self._draw(cursor)
+        layout["meta"] = {**layout.get("meta", {}), "cursor": self._key, "at": cursor}
+        drawn = {"data": figure["data"], "config": CONFIG, "layout": layout}
+        self._handle._plotly_json_str = figure_json(drawn)
         self._handle.visible = True
 
     def show_whole(self, figure: Figure | go.Figure | None, height: float = 0.0) -> None:
@@ -106,22 +100,11 @@ class Plot:
         return f"{self._handle._impl.uuid}-{self._sent}"
 
     def move_cursor(self, cursor: float | None) -> None:
-        """The same figure with the cursor elsewhere: only its line moves. The figure sent anew at
-        each tick would be 400 KB a second while a recording plays."""
-        if not self._before or (cursor is None and not self._has_cursor):
-            return
-        if cursor is None or not self._has_cursor:
-            self._draw(cursor)
-            return
-        script = f"window.fxCursor && window.fxCursor({json.dumps(self._key)}, {cursor:.4f})"
-        message = _messages.RunJavascriptMessage(script)
+        """The same figure with the cursor elsewhere, in s: the browser alone draws it. The figure
+        sent anew at each tick would be 400 KB a second while a recording plays."""
+        key, at = json.dumps(self._key), json.dumps(cursor)
+        message = _messages.RunJavascriptMessage(f"window.fxCursor && window.fxCursor({key}, {at})")
         self._context.gui._websock_interface.queue_message(message)
-
-    def _draw(self, cursor: float | None) -> None:
-        self._has_cursor = cursor is not None
-        line = figure_json(cursor_shape(cursor)) if cursor is not None else ""
-        shapes = ",".join(part for part in (self._shapes, line) if part)
-        self._handle._plotly_json_str = f"{self._before}{shapes}]}}}}"
 
 
 def titled(title: str, layout: dict[str, Any]) -> dict[str, Any]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from flexgui.sentences.written import split_name
-
 MEASURED = "#3d7fd1"
 MODEL = "#d9730d"
 RESIDUAL = "#3572c6"
@@ -20,9 +18,6 @@ FLOOR = "#1f9470"
 START = "#7d858f"
 """Where the search began, and whatever is only context."""
 BOUND = "#d64545"
-
-DRIVE = "#8a6d1f"
-"""Torques and currents."""
 
 JOINTS = ("#2a93a8", "#b58a00", "#a06cd5")
 """Bluish, yellowish, violet: the first two differ for eyes without red or green receptors too, also
@@ -72,37 +67,3 @@ def joint(index: int) -> dict[str, str]:
 def series(index: int) -> str:
     """The colour of the index-th of several alike things."""
     return SERIES[index % len(SERIES)]
-
-
-TINTS = (0.0, 0.5, 0.75)
-"""Share of white in the first, second and third of a kind: told apart by their lightness where
-colours are not seen."""
-LINK_TINT = 0.5
-"""The bending of a link has the colour of the joint that carries it, lighter."""
-AT_JOINT = ("theta", "dtheta", "y", "ydot")
-OF_LINK = ("deflection",)
-OF_TIP = ("z", "zdot")
-OF_DRIVE = ("u", "torque", "i")
-
-
-def channel_colour(channel: str) -> str:
-    """'#rrggbb' of a channel such as 'theta1'."""
-    stem, number = split_name(channel)
-    index = max(int(number or 1) - 1, 0)
-    if stem in AT_JOINT or stem in OF_LINK:
-        own = JOINTS[index % len(JOINTS)]
-        return tinted(own, LINK_TINT if stem in OF_LINK else 0.0)
-    base = MEASURED if stem in OF_TIP else DRIVE if stem in OF_DRIVE else START
-    return tinted(base, TINTS[index % len(TINTS)])
-
-
-def channel_edge(channel: str) -> str:
-    """Of its outline, which a light filling needs on a white ground."""
-    stem, number = split_name(channel)
-    plain = "theta" if stem in OF_LINK else stem
-    return channel_colour(f"{plain}{number if stem in (*AT_JOINT, *OF_LINK) else 1}")
-
-
-def tinted(colour: str, white: float) -> str:
-    """The colour '#rrggbb' with a share of white from 0 to 1."""
-    return "#" + "".join(f"{round(part + white * (255 - part)):02x}" for part in rgb(colour))

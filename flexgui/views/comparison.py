@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -27,12 +27,19 @@ def comparison(
     channels: Sequence[ChannelComparison] | None = None,
     before: RecordingComparison | None = None,
     points: int = POINTS,
+    floors: Mapping[str, float] | None = None,
 ) -> Figure:
     """Two rows per output (signal and residual) over a shared time axis in s; `before`: what the
-    model as given left, pale beside the residual; `points`: of each line at the most."""
+    model as given left, pale beside the residual; `points`: of each line at the most; `floors`: of
+    the noise, a band around the zero of the residual."""
     shown = recording.channels if channels is None else tuple(channels)
     given = {} if before is None else {c.channel: c for c in before.channels}
-    parts = [part for c in shown for part in _parts(c, given.get(c.channel), points)]
+    bands = floors or {}
+    parts = [
+        part
+        for c in shown
+        for part in _parts(c, given.get(c.channel), points, bands.get(c.channel, 0.0))
+    ]
     text = "Residual: measured minus model, over the samples that count."
     if any(channel.time.size > points for channel in shown):
         text += (
@@ -45,7 +52,7 @@ def comparison(
 
 
 def _parts(
-    channel: ChannelComparison, before: ChannelComparison | None, points: int
+    channel: ChannelComparison, before: ChannelComparison | None, points: int, floor: float
 ) -> Iterator[Pane]:
     """The signal, and the residual."""
     symbol = channel_symbol(channel.channel, channel.unit)
@@ -63,9 +70,21 @@ def _parts(
     if before is not None and before.time.shape == channel.time.shape:
         was = np.where(before.counted, before.residual, np.nan)
         left.insert(0, drawn("residual as given", was, GIVEN, small, width=1.0))
+    if floor > 0.0:
+        left.insert(0, _band(channel.time, floor * small.factor))
     first, second = signal.label(symbol), small.label(f"Δ{symbol}")
     yield Pane([measured, model], axis(first, nticks=TICKS[0]), share=SIGNAL_SHARE)
     yield Pane(left, axis(second, nticks=TICKS[1]), share=RESIDUAL_SHARE)
+
+
+def _band(time: np.ndarray, floor: float) -> Figure:
+    """One noise floor to each side: a residual within it tells nothing."""
+    ends = [float(time[0]), float(time[-1])]
+    return {
+        "type": "scatter", "mode": "lines", "name": "± noise floor", "hoverinfo": "skip",
+        "x": [*ends, *reversed(ends)], "y": [floor, floor, -floor, -floor],
+        "fill": "toself", "fillcolor": colours.faded(colours.FLOOR, 0.25), "line": {"width": 0},
+    }  # fmt: skip
 
 
 SMALL_POINTS = 500
@@ -84,7 +103,11 @@ def live_worst(recordings: Sequence[RecordingComparison]) -> Figure | None:
     return {**drawn, "layout": drawn["layout"] | {"title": headline(title)}}
 
 
-def live_comparison(recording: RecordingComparison, names: Sequence[str]) -> Figure:
+def live_comparison(
+    recording: RecordingComparison,
+    names: Sequence[str],
+    floors: Mapping[str, float] | None = None,
+) -> Figure:
     """The same for a panel, which is as many pixels wide."""
     shown = [c for c in recording.channels if c.channel in names]
-    return comparison(recording, shown, points=SMALL_POINTS)
+    return comparison(recording, shown, points=SMALL_POINTS, floors=floors)

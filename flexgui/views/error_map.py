@@ -11,7 +11,7 @@ from flexgui.core.recording.channels import Role, role_of
 from flexgui.core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
 from flexgui.sentences.written import channel_symbol, format_number, quantity
 from flexgui.views import colours
-from flexgui.views.layout import Figure, Pane, heat, named_axis, panes
+from flexgui.views.layout import Figure, Pane, axis, heat, named_axis, number, panes
 from flexgui.views.table import Row, Table, numbers, texts
 
 LEAST_SPAN = 10.0
@@ -19,33 +19,34 @@ LEAST_SPAN = 10.0
 
 TICKS = (1, 3, 10, 30, 100, 300, 1000, 10_000, 100_000)
 
-LEAST_HEIGHT = 230
+LEAST_HEIGHT = 200
 """Of a figure: the colours need room for their numbers."""
 
 HEIGHT_OF_FRAME, HEIGHT_PER_ROW, GAP = 130, 22, 62
 
 
-def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> Figure | None:
+def error_map(
+    maps: Sequence[ErrorMap], narrow: bool = False, chosen: WorstCell | None = None,
+    dark: bool = False,
+) -> Figure | None:  # fmt: skip
     """One heat map per channel, one below the other, all in the same colours; None without maps.
 
-    `narrow`: of each cell only the beginning is written.
+    `narrow`: of each band only the beginning is written; `chosen` is outlined; `dark`: for a dark
+    page.
     """
     shown = [m for m in maps if np.isfinite(m.ratio).any()]
     if not shown:
         return None
     top = max(LEAST_SPAN, max(float(np.nanmax(m.ratio)) for m in shown))
     last = shown[-1]
-    title = "frequency band" if last.axis == "frequency" else "time since the start"
-    parts = []
-    for m in shown:
-        cells = [label.split("–")[0] if narrow else label for label in cell_labels(m.edges)]
-        text = f"{title} [{m.axis_unit}]" if m is last else ""
-        x = named_axis(cells, text, tickangle=0)
-        x["title"] |= {"standoff": 30 if narrow else 8}
+    parts, outlines = [], list[Figure]()
+    for k, m in enumerate(shown):
+        x = _axis_over(m, narrow, m is last) | ({"matches": "x"} if k and m.axis == "time" else {})
         rows = named_axis(row_labels(m), autorange="reversed", automargin=True)
         name = f"error of {channel_symbol(m.channel, m.unit)}"
         share = HEIGHT_PER_ROW * len(m.recordings)
-        parts.append(Pane([_heat(m, top, m is shown[0])], rows, x, share, name))
+        parts.append(Pane([_heat(m, top, m is shown[0], dark)], rows, x, share, name))
+        outlines += _outline(m, chosen, number(k))
     height = HEIGHT_OF_FRAME + sum(p.share for p in parts) + GAP * (len(parts) - 1)
     height = int(max(height, LEAST_HEIGHT))
     gap = min(GAP / (height - HEIGHT_OF_FRAME + GAP), 0.9 / max(len(parts) - 1, 1))
@@ -53,14 +54,44 @@ def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> Figure | None:
         "Root mean square error in multiples of the noise floor: pale cells are at the noise "
         "floor, dark ones are where the model fails. Empty cells hold no samples."
     )
-    return panes(parts, None, text, height, gap)
+    drawn = panes(parts, None, text, height, gap, shapes=outlines)
+    if last.axis == "time":
+        drawn["layout"]["meta"] |= {"columns": last.edges.tolist()}
+    return drawn
 
 
-def _heat(m: ErrorMap, top: float, legend: bool) -> Figure:
+def _axis_over(m: ErrorMap, narrow: bool, named: bool) -> Figure:
+    """Of time in s, or of bands, which stand at 0, 1, 2, …"""
+    title = "frequency band" if m.axis == "frequency" else "time since the start"
+    text = f"{title} [{m.axis_unit}]" if named else ""
+    if m.axis == "time":
+        return axis(text)
+    cells = [label.split("–")[0] if narrow else label for label in cell_labels(m.edges)]
+    return named_axis(cells, text, tickangle=0)
+
+
+def _outline(m: ErrorMap, cell: WorstCell | None, axes: str) -> list[Figure]:
+    """Around the cell, where it is one of this map."""
+    if cell is None or (m.channel, m.axis) != (cell.channel, cell.axis):
+        return []
+    row = m.recordings.index(cell.recording)
+    column = int(np.flatnonzero(m.edges == cell.low)[0])
+    ends = (cell.low, cell.high) if m.axis == "time" else (column - 0.5, column + 0.5)
+    return [
+        {
+            "type": "rect", "xref": f"x{axes}", "yref": f"y{axes}", "x0": ends[0], "x1": ends[1],
+            "y0": row - 0.5, "y1": row + 0.5, "line": {"color": colours.MEASURED, "width": 3},
+        }
+    ]  # fmt: skip
+
+
+def _heat(m: ErrorMap, top: float, legend: bool, dark: bool) -> Figure:
     ticks = [t for t in TICKS if t <= top * 1.01]
     named = {"tickvals": [float(np.log10(t)) for t in ticks], "ticktext": [str(t) for t in ticks]}
+    scale = colours.RISING_ON_DARK if dark else colours.RISING
+    place = {"x": m.edges} if m.axis == "time" else {}
     return heat(
-        np.log10(np.maximum(m.ratio, 1e-3)), colours.RISING, "× noise floor",
+        np.log10(np.maximum(m.ratio, 1e-3)), scale, "× noise floor", **place,
         zmin=0.0, zmax=float(np.log10(top)), showscale=legend, colorbar={**named, "len": 1.0},
         xgap=1, ygap=1, customdata=np.stack([m.ratio, m.rms], axis=-1),
         hovertemplate="%{customdata[0]:.3g} times the noise floor, rms %{customdata[1]:.3g} "

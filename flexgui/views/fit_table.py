@@ -1,16 +1,15 @@
-"""How well models reproduce each output of each recording, as tables and as bars."""
+"""How well models reproduce each output of each recording, as tables and as dots."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
 from flexgui.sentences.written import channel_symbol, format_number, quantity
-from flexgui.views.colours import channel_colour, channel_edge
-from flexgui.views.layout import Figure, axis, figure, headline
+from flexgui.views import colours
+from flexgui.views.layout import Figure, Pane, axis, dots, named_axis, panes
 from flexgui.views.names import format_percent
 from flexgui.views.pooled import (
     ESTIMATE,
@@ -138,63 +137,59 @@ def variants(outcome: Outcome) -> Table | None:
     )
 
 
-def fit_bars(comparisons: Sequence[RecordingComparison]) -> Figure | None:
-    """What each FIT leaves to 100 %: one group of bars per recording, one bar per fitted output;
-    None without a FIT. On a logarithmic axis good models differ too."""
-    text = "‖measured − model‖ / ‖measured − its mean‖, in per cent: 100 % minus the FIT."
-    if any(r.role == VALIDATE for r in comparisons):
-        text += " Hatched: recordings that no fit has seen."
-    return _bars(
-        comparisons, lambda c: 100.0 * c.normalised_error, "%{x}: %{y:.3g} %",
-        axis("recording", type="category", automargin=True),
-        axis("error [% of the motion]", type="log", dtick="D2"), caption=text, height=360,
-    )  # fmt: skip
+LEAST, MOST = 0.01, 100.0
+"""%, what a FIT leaves to 100: the axis has equal steps from 0 to 90, 99, 99.9, …, so that good
+models differ."""
+NUMBERS_AT, AXIS_END = 4e-6, 3e-6
+"""% on that axis: right of the dots there is room for their numbers."""
+LOOK = {
+    ESTIMATE: {"symbol": "circle", "size": 8},
+    VALIDATE: {"symbol": "diamond-open", "size": 9, "line": {"width": 2}},
+}
+HEIGHT_OF_FRAME, HEIGHT_PER_ROW = 84, 20
 
 
-AXIS_END = 118.0
-"""%, of the axis: above a bar that is full its output is written."""
-
-
-def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
-    """The FIT itself, each bar with the name of its output; None where nothing has a FIT."""
-    drawn = _bars(
-        comparisons, lambda c: round(c.fit_percent, 3), "%{x}: %{y:.2f} %<extra></extra>",
-        axis(type="category", tickangle=0 if len(comparisons) < 10 else 45),
-        axis("FIT [%]", range=[0.0, AXIS_END], tickvals=[0, 50, 100]),
-        title=headline("FIT (hatched: validation)"),
-    )  # fmt: skip
-    for bar in drawn["data"] if drawn else ():
-        bar |= {"x": [label.removeprefix("θ2 = ") for label in bar["x"]]}
-        bar |= {"text": [bar["name"]] * len(bar["x"]), "textposition": "outside"}
-        bar |= {"textangle": 0, "cliponaxis": False}
-    return drawn
-
-
-def _bars(
-    comparisons: Sequence[RecordingComparison], size: Callable[[ChannelComparison], float],
-    hover: str, x: Figure, y: Figure, **layout: Any,
-) -> Figure | None:  # fmt: skip
-    fitted = [(r, c) for r in comparisons for c in r.channels if c.fitted]
-    known = dict.fromkeys(c.channel for _, c in fitted if np.isfinite(c.fit_percent))
-    traces = []
-    for name in known:
-        bars = [(r, c) for r, c in fitted if c.channel == name]
-        hatch = ["/" if r.role == VALIDATE else "" for r, _ in bars]
-        sizes = [size(c) for _, c in bars]
-        traces.append(
-            {
-                "type": "bar", "name": channel_symbol(name, bars[0][1].unit),
-                "x": [bar_label(r, comparisons) for r, _ in bars],
-                "y": [value if np.isfinite(value) else None for value in sizes],
-                "marker": {
-                    "color": channel_colour(name),
-                    "line": {"color": channel_edge(name), "width": 1},
-                    "pattern": {"shape": hatch, "fillmode": "overlay"},
-                },
-                "hovertemplate": hover,
-            }
+def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
+    """The FIT as dots and numbers: a row per recording, a column per fitted output; None without a
+    FIT."""
+    known = [
+        (bar_label(r, comparisons), r.role, c)
+        for r in comparisons
+        for c in r.channels
+        if c.fitted and np.isfinite(c.fit_percent)
+    ]
+    if not known:
+        return None
+    rows, parts = list(dict.fromkeys(label for label, _, _ in known)), list[Pane]()
+    for name in dict.fromkeys(c.channel for _, _, c in known):
+        of = [(rows.index(label), role, c) for label, role, c in known if c.channel == name]
+        traces = [_fit_numbers([(row, c.fit_percent) for row, _, c in of])]
+        for role, look in LOOK.items():
+            chosen = [(row, c.fit_percent) for row, found, c in of if found == role]
+            left = [min(max(100.0 - fit, LEAST), MOST) for _, fit in chosen]
+            found = dots(left, [row for row, _ in chosen], f"FIT, {ROLES[role]}", colours.MODEL)
+            found["marker"] |= look
+            found |= {"customdata": [fit for _, fit in chosen]}
+            traces.append(found | {"hovertemplate": "%{customdata:.4f} %<extra></extra>"})
+        x = axis(
+            f"{channel_symbol(name, of[0][2].unit)} [%]", type="log", tickangle=0,
+            range=[np.log10(2.0 * MOST), np.log10(AXIS_END)],
+            tickvals=[MOST, 10.0, 1.0, 0.1, LEAST], ticktext=["0", "", "", "99.9", ""],
         )  # fmt: skip
-    return figure(traces, x, y, barmode="group", bargap=0.25, **layout) if traces else None
+        y = named_axis(rows, range=[len(rows) - 0.5, -0.5], automargin=True)
+        parts.append(Pane(traces, y | {"showticklabels": not parts}, x))
+    text = "FIT in per cent. Each step of the axis, 0, 90, 99, …, leaves a tenth of the error."
+    height = HEIGHT_OF_FRAME + HEIGHT_PER_ROW * len(rows)
+    return panes(parts, None, text, height, 0.03, beside=True)
+
+
+def _fit_numbers(fits: Sequence[tuple[int, float]]) -> Figure:
+    """At the end of each row."""
+    return {
+        "type": "scatter", "mode": "text", "x": [NUMBERS_AT] * len(fits),
+        "y": [row for row, _ in fits], "text": [format_percent(fit) for _, fit in fits],
+        "textposition": "middle left", "hoverinfo": "skip", "showlegend": False,
+    }  # fmt: skip
 
 
 def bar_label(recording: RecordingComparison, among: Sequence[RecordingComparison]) -> str:

@@ -107,19 +107,6 @@ def masked(recording: Recording, kinds: Sequence[Sequence[str]]) -> list[Figure]
     return shapes
 
 
-CURSOR = "cursor"
-"""Name of the line among a figure's shapes."""
-
-
-def cursor_shape(time: float) -> Figure:
-    """The time-line's cursor in any figure whose first axis is time in s."""
-    return {
-        "type": "line", "name": CURSOR,
-        "xref": "x", "yref": "paper", "x0": time, "x1": time, "y0": 0, "y1": 1,
-        "line": {"color": colours.START, "width": 1.5, "dash": "dot"},
-    }  # fmt: skip
-
-
 SIZE = (340, 54)
 """px: five of them and their sentences fit a screen of 900."""
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from flexgui.views import colours
-from flexgui.views.colours import channel_colour
 
 SIGHT = {
     "all receptors": np.eye(3),
@@ -31,10 +30,6 @@ APART = 12.0
 areas that do not touch."""
 
 TOGETHER = {
-    "bars of two joints and a camera": [
-        channel_colour(name)
-        for name in ("z1", "z2", "theta1", "theta2", "deflection1", "deflection2")
-    ],
     "measured and model": [colours.MEASURED, colours.MODEL],
     "residual and effect": [colours.RESIDUAL, colours.ADDED],
     "both ways of a joint": [colours.MISSING, colours.BACKWARDS],

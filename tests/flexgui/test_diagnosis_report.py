@@ -295,6 +295,19 @@ def test_maps_share_their_colours_and_show_every_recording(diagnosed: Outcome) -
         assert len({(h["zmin"], h["zmax"]) for h in figure["data"]}) == 1
         assert figure["data"][0]["z"].shape == shown[0].rms.shape
     assert error_map(()) is None
+    chosen = maps.worst[0]
+    figure = error_map([m for m in maps.by_time if m.channel == chosen.channel], chosen=chosen)
+    assert figure is not None and len(figure["layout"]["meta"]["columns"]) == 13
+    other = maps.by_frequency if chosen.axis == "frequency" else maps.by_time
+    figure = error_map(other, chosen=chosen)
+    assert figure is not None
+    (outline,) = figure["layout"]["shapes"]
+    shown = [m.channel for m in other]
+    assert (
+        outline["xref"]
+        == f"x{shown.index(chosen.channel) + 1 if shown[0] != chosen.channel else ''}"
+    )
+    assert outline["y0"] + 0.5 == other[0].recordings.index(chosen.recording)
     assert row_labels(maps.by_time[0])[0] == "th1 (θ₂ 23°)"
     assert len(worst_table(maps.worst).rows) == 10
     assert re.fullmatch(r"[\d.]+ to [\d.]+ (s|Hz)", place(maps.worst[0]))

@@ -14,7 +14,7 @@ from flexgui.core.results import Outcome
 from flexgui.views import colours
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
-from flexgui.views.fit_table import fit_bars, fit_table, variants
+from flexgui.views.fit_table import fit_dots, fit_table, variants
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.layout import Figure, figure_json
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
@@ -29,7 +29,7 @@ FIGURES: dict[str, Callable[[Outcome], Figure | None]] = {
     "comparison": lambda o: comparison(o.comparisons[0]),
     "convergence": lambda o: convergence(o.fits),
     "correlation": lambda o: correlation(o.fits[0]),
-    "fit_bars": lambda o: fit_bars(o.comparisons),
+    "fit_dots": lambda o: fit_dots(o.comparisons),
     "valley": lambda o: valley(o.fits),
     "missing_over_time": lambda o: missing_over_time(o.comparisons[0].missing_torque),
     "missing_over_velocity": lambda o: missing_over_velocity(o.comparisons[0].missing_torque),
@@ -80,7 +80,7 @@ def test_small_residuals_read_in_small_units(glocal: Outcome) -> None:
 def test_nothing_to_show_gives_no_figure(bare: Outcome) -> None:
     assert convergence(bare.fits) is None
     assert valley(bare.fits) is None
-    assert fit_bars(bare.comparisons) is None
+    assert fit_dots(bare.comparisons) is None
     assert variants(bare) is None
 
 
@@ -112,11 +112,24 @@ def test_the_std_of_a_free_parameter_is_not_shown(glocal: Outcome) -> None:
     assert by_name["EI (follows)"][1] == "520.83 ± 0.02\N{NO-BREAK SPACE}N m²"
 
 
-def test_bars_of_good_models_differ(glocal: Outcome) -> None:
-    figure = fit_bars(glocal.comparisons)
-    assert figure is not None and figure["layout"]["yaxis"]["type"] == "log"
+def test_dots_of_good_models_differ_and_have_their_numbers(glocal: Outcome) -> None:
+    figure = fit_dots(glocal.comparisons)
+    assert figure is not None and figure["layout"]["xaxis"]["type"] == "log"
     first = glocal.comparisons[0].channels[0]
-    assert figure["data"][0]["y"][0] == pytest.approx(100.0 * first.normalised_error)
+    numbers, estimated, validated = figure["data"][:3]
+    assert numbers["text"][0] == f"{first.fit_percent:.2f}"
+    assert estimated["x"][0] == pytest.approx(100.0 - first.fit_percent)
+    assert estimated["marker"]["symbol"] != validated["marker"]["symbol"]
+    rows = len(glocal.comparisons)
+    assert len(estimated["y"]) + len(validated["y"]) == len(numbers["y"]) == rows
+
+
+def test_the_noise_lies_around_the_residual(glocal: Outcome) -> None:
+    one = glocal.comparisons[0]
+    name = one.channels[0].channel
+    bands = [t for t in comparison(one, floors={name: 2e-3})["data"] if t.get("fill") == "toself"]
+    assert len(bands) == 1 and bands[0]["hoverinfo"] == "skip"
+    assert max(bands[0]["y"]) == -min(bands[0]["y"]) > 0.0
 
 
 def test_the_summary_says_what_was_found_and_what_cannot_be_told(glocal: Outcome) -> None:

@@ -1,4 +1,5 @@
-"""The time-line's cursor moves in the figures without a figure being sent again."""
+"""What lies over figures: the time-line's cursor, which moves without a figure being sent again,
+and the marks A and B, between which a person measures."""
 
 from __future__ import annotations
 
@@ -17,8 +18,7 @@ from tests.session.helpers import until
 pytestmark = pytest.mark.long
 
 AT = """() => [...document.querySelectorAll('.js-plotly-plot')].flatMap(node => {
-  const k = (node.layout.shapes ?? []).findIndex(shape => shape.name === 'cursor');
-  const line = node.querySelector(`.shapelayer path[data-index="${k}"]`);
+  const line = node.querySelector('.fx-at.cursor');
   if (!line || !node.offsetParent) return [];
   const box = line.getBoundingClientRect(), own = node.getBoundingClientRect();
   const axis = node._fullLayout.xaxis;
@@ -26,6 +26,12 @@ AT = """() => [...document.querySelectorAll('.js-plotly-plot')].flatMap(node => 
   return [[axis.p2l(middle), node.layout.meta.cursor]];
 })"""
 """Time in s at which each figure's line stands, and the key of the figure."""
+RANGE = """[...document.querySelectorAll('.js-plotly-plot')].find(node => node.offsetParent)
+  ._fullLayout.xaxis.range"""
+ZOOM = """range => window.Plotly.relayout([...document.querySelectorAll('.js-plotly-plot')]
+  .find(node => node.offsetParent), {'xaxis.range': range})"""
+APART = 500
+"""ms between two clicks that are no double click."""
 SEEN = 0.02
 """s, a pixel or two of a figure over two or three seconds."""
 
@@ -40,6 +46,37 @@ def test_the_line_moves_and_the_figure_stays(page: Any, session: Session) -> Non
     assert [key for _, key in page.evaluate(AT)] == [key for _, key in before]
     page.set_viewport_size({"width": 1200, "height": 800})
     until(lambda: np.isclose(page.evaluate(AT)[0][0], 1.25, atol=SEEN))
+    page.evaluate(ZOOM, [1.0, 1.5])
+    until(lambda: np.isclose(page.evaluate(AT)[0][0], 1.25, atol=SEEN))
+    session.playback.move(time=1.4)
+    until(lambda: np.isclose(page.evaluate(AT)[0][0], 1.4, atol=SEEN))
+    session.playback.move(time=0.5)
+    until(lambda: not page.evaluate(AT))  # beside what is seen
+
+
+def test_two_clicks_measure_between_two_times_and_escape_forgets_them(
+    page: Any, session: Session
+) -> None:
+    press(page, "Data")
+    until(lambda: session.playback.motion is not None and page.evaluate(AT))
+    box = page.locator(".js-plotly-plot:visible .nsewdrag").first.bounding_box()
+    read = page.locator(".fx-measured")
+    for share in (0.25, 0.5):
+        page.mouse.click(box["x"] + share * box["width"], box["y"] + 0.5 * box["height"])
+        page.wait_for_timeout(APART)
+    first, last = (
+        float(read.locator("tr").nth(1).locator("td").nth(k).inner_text()) for k in (1, 2)
+    )
+    low, high = page.evaluate(RANGE)
+    assert (first - low) / (high - low) == pytest.approx(0.25, abs=0.01)
+    assert (last - low) / (high - low) == pytest.approx(0.5, abs=0.01)
+    for row in read.locator("tr").all()[1:]:
+        texts = row.locator("td").all_inner_texts()[1:]
+        a, b, difference = (float(text.replace("−", "-")) for text in texts)
+        assert difference == pytest.approx(b - a, rel=0.01, abs=1e-3 * max(abs(a), abs(b)))
+    page.keyboard.press("Escape")
+    read.wait_for(state="detached")
+    assert not page.evaluate("document.querySelectorAll('.fx-at:is(.A, .B)').length")
 
 
 def test_a_recording_that_is_not_read_yet_is_told_and_read_at_the_next_stage(

@@ -113,20 +113,6 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
 
 
 @pytest.mark.long
-def test_a_worst_place_is_one_click_away(page: Any, session: Session) -> None:
-    few(session)
-    press(page, "Identify")
-    press(page, "Start identification")
-    press(page, "Next: compare model and measurements")
-    button = page.get_by_role("button").filter(has_text=re.compile(" ×$")).first
-    button.wait_for()
-    label = button.inner_text()
-    button.click()
-    until(lambda: session.playback.cursor.time > 0.0)
-    assert f"recording {session.playback.cursor.recording}: " in label
-
-
-@pytest.mark.long
 def test_a_click_on_the_map_in_the_scene_goes_there(
     page: Any, desktop: Desktop, session: Session
 ) -> None:

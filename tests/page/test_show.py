@@ -1,4 +1,4 @@
-"""The views of the error under Compare in a browser: each that its folder holds is offered."""
+"""Compare in a browser: each view of the error that its folder holds, and the worst places."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from typing import Any
 import pytest
 
 import flexgui as fg
+from flexgui.sentences.written import channel_symbol
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
+from flexgui.views.names import output_title
 from flexgui.views.of_recording import recording_views
-from tests.page.helpers import sees
+from tests.page.helpers import press, sees
+from tests.page.test_diagnose import few
 
 
 def compared() -> fg.Identification:
@@ -40,9 +43,31 @@ def test_each_view_of_the_folder_is_offered_and_drawn(page: Any, session: Sessio
     )
     session.notify(Topic.OUTCOME)
     session.show("Compare")
-    sees(page, "fit of all recordings")
+    sees(page, "± noise floor")
     for view in recording_views().values():
         pick(page, view.title)
         page.get_by_text(view.about).or_(page.get_by_text(view.nothing)).first.wait_for()
     pick(page, "signals")
-    sees(page, "fit of all recordings")
+    sees(page, "± noise floor")
+
+
+@pytest.mark.long
+def test_a_worst_place_is_one_click_away(page: Any, session: Session) -> None:
+    few(session)
+    press(page, "Identify")
+    press(page, "Start identification")
+    press(page, "Next: compare model and measurements")
+    row = page.locator("table.worst tbody tr").nth(1)
+    row.click()
+    page.locator("table.worst [aria-current]").wait_for()
+    assert session.comparison.failing is not None
+    cell = session.comparison.failing.maps.worst[1]
+    assert session.playback.cursor.recording == cell.recording
+    assert session.playback.cursor.time > 0.0
+    sees(page, f"Recording {cell.recording}, ")
+    sees(page, output_title(cell.channel, cell.unit))
+    page.wait_for_function(
+        """name => [...document.querySelectorAll('.js-plotly-plot')].some(
+          p => p.layout.shapes?.length === 1 && p.layout.annotations?.[0]?.text.endsWith(name))""",
+        arg=channel_symbol(cell.channel, cell.unit),
+    )

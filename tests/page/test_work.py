@@ -91,8 +91,8 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     press(page, "Next: compare model and measurements")
     sees(page, "The model misses the measured tip by")
     until(lambda: "residual" in plots(page))
-    press(page, "Show the validation")
-    sees(page, "sweep, validation, fit of all recordings")
+    session.playback.move(recording="sweep")
+    sees(page, "Recording sweep, validation")
     press(page, "Export")
     download(page, tmp_path, (("Scenario file", ".toml"), ("Report (HTML)", ".html"),
                               ("Model (.json)", ".json")))  # fmt: skip
@@ -186,8 +186,7 @@ def test_the_cursor_moves_arm_and_plots(page: Any, session: Session) -> None:
     page.wait_for_function("document.querySelectorAll('.js-plotly-plot').length >= 1")
     press(page, "Play")
     page.wait_for_function(
-        """() => [...document.querySelectorAll('.js-plotly-plot')].some(
-          p => (p.layout.shapes || []).some(s => s.type === 'line' && s.x0 > 0.1))"""
+        "parseFloat(document.querySelector('.fx-at.cursor')?.style.left ?? '0') > 100"
     )
     press(page, "Pause")
     until(lambda: not session.playback.cursor.playing)

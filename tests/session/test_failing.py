@@ -12,9 +12,7 @@ from flexgui.core.results import (
     Diagnosis,
     LadderStep,
     RecordingComparison,
-    WorstCell,
 )
-from flexgui.stages.compare.panel import cell_label
 from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.data.rigs import point_name
 from flexgui.stages.diagnose.look import Looked
@@ -63,11 +61,6 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
 def test_an_exact_sensor_has_a_floor_all_the_same() -> None:
     exact = seen("a", 1.0, {"theta1": 1e-12})
     assert where_it_fails((exact,), None).floors["theta1"] > 1e-4, "a thousandth of its motion"
-
-
-def test_a_worst_place_is_told_in_words_that_keep_recording_and_output_apart() -> None:
-    cell = WorstCell("θ2 = 2π/8", "theta2", "rad", "frequency", "Hz", 0.0, 3.90625, 1e-3, 287.3)
-    assert cell_label(cell) == "recording θ2 = 2π/8: angle θ₂, 0 to 3.9 Hz, 287 ×"
 
 
 def test_the_first_working_point_is_named_as_people_write_it() -> None:

@@ -1,5 +1,6 @@
-// What all Plotly figures of the page share: a figure to copy or save, one time axis, and a picture
-// that moves from what it was to what it is where its layout asks for it (meta.morph).
+// What all Plotly figures of the page share: a figure to copy or save, one time axis with its cursor
+// and two marks to measure between, and a picture that moves from what it was to what it is where its
+// layout asks for it (meta.morph).
 (() => {
   if (window.fxPlots) return;
   window.fxPlots = true;
@@ -51,6 +52,8 @@
       ...layout, autosize: true, font: {...layout.font, size: 14}, legend: {...layout.legend, ...legend},
       margin: {...layout.margin, l: 90, b: 60},
     }, {responsive: true, displaylogo: false, displayModeBar: "hover", modeBarButtons: BUTTONS});
+    for (const event of REDRAWN) sheet.on(event, () => overlay(sheet));
+    overlay(sheet);
   };
   const offer = node => {
     if (node === sheet || node.parentElement.querySelector(":scope > .fx-enlarge")) return;
@@ -71,51 +74,127 @@
 
   // One time axis: where one figure is zoomed, all others over time follow.
   let following = false;
-  const timed = node => /^time \[/.test(node.layout?.xaxis?.title?.text ?? "") ? "xaxis" : null;
+  const figures = () => [...document.querySelectorAll(".js-plotly-plot")];
+  const timed = node => {  // what its axis of time is called
+    const title = node.layout?.xaxis?.title?.text ?? "";
+    return title.startsWith("time [") ? title : "";
+  };
   const follow = (node, change) => {
-    const own = timed(node);
-    if (following || !own) return;
+    if (following || !timed(node)) return;
     const range = change["xaxis.range"] ?? (change["xaxis.range[0]"] === undefined ? null
       : [change["xaxis.range[0]"], change["xaxis.range[1]"]]);
     if (!range && !change["xaxis.autorange"]) return;
     following = true;
-    const unit = node.layout.xaxis.title.text;
-    const others = [...document.querySelectorAll(".js-plotly-plot")].filter(
-      other => other !== node && timed(other) && other.layout.xaxis.title.text === unit);
+    const others = figures().filter(other => other !== node && timed(other) === timed(node));
     Promise.all(others.map(other => window.Plotly.relayout(
       other, range ? {"xaxis.range": [...range]} : {"xaxis.autorange": true})))
       .finally(() => { following = false; });
   };
 
-  // The time-line's cursor: only its line moves, and stays where it is told when a figure is drawn
-  // again. The key changes with every figure that is sent.
+  // The time-line's cursor, and the marks A and B that a person sets by clicks: they lie over the
+  // figure, which is neither sent nor drawn again for them. Over a map the cursor is the column that
+  // holds it. The key of a figure changes whenever it is sent.
+  const REDRAWN = ["plotly_afterplot", "plotly_relayouting"];
   const cursors = {};
-  const place = node => {
-    const time = cursors[node.layout?.meta?.cursor], axis = node._fullLayout?.xaxis;
-    const k = (node.layout?.shapes ?? []).findIndex(shape => shape.name === "cursor");
-    const line = node.querySelector(`.shapelayer path[data-index="${k}"]`);
-    if (time === undefined || !axis || !line) return;
-    // Figures that are copied or drawn again have it there; where this one was drawn, its line knows.
-    const shape = node.layout.shapes[k], at = axis.l2p(time);
-    line.fxAt ??= shape.x0;
-    shape.x0 = shape.x1 = time;
-    line.style.display = at < 0 || at > axis._length ? "none" : "";
-    line.setAttribute("transform", `translate(${at - axis.l2p(line.fxAt)}, 0)`);
+  let marks = {}, measured = null;  // the time of each; the figure that was clicked
+  const measurable = node => marks.unit && timed(node) === marks.unit;
+  const spans = node => {
+    const {cursor, at, columns} = node.layout?.meta ?? {};
+    const time = cursor in cursors ? cursors[cursor] : at, found = {};
+    const k = columns ? Math.max(columns.findLastIndex((edge, i) => edge <= time && i < columns.length - 1), 0) : 0;
+    if (time != null && (columns || timed(node))) found.cursor = columns ? [columns[k], columns[k + 1]] : [time, time];
+    if (measurable(node))
+      for (const name of "AB") if (name in marks) found[name] = [marks[name], marks[name]];
+    return found;
+  };
+  const overlay = node => {
+    const full = node._fullLayout, axis = full?.xaxis, box = node.querySelector(".svg-container");
+    if (!axis || !box) return;
+    for (const old of node.parentElement.querySelectorAll(".fx-at, .fx-measured")) old.remove();
+    for (const [name, ends] of Object.entries(spans(node))) {
+      const [from, to] = ends.map(end => Math.min(Math.max(axis.l2p(end), 0), axis._length));
+      if (ends[1] < Math.min(...axis.range) || ends[0] > Math.max(...axis.range)) continue;
+      const line = document.createElement("div");
+      line.className = `fx-at ${name}${ends[1] > ends[0] ? " column" : ""}`;
+      line.dataset.name = name === "cursor" ? "" : name;
+      line.style = `left: ${axis._offset + from}px; width: ${to - from}px; `
+        + `top: ${full._size.t}px; height: ${full._size.h}px`;
+      box.append(line);
+    }
+    if (!measurable(node)) return;
+    if (!measured?.isConnected) measured = node;
+    if (node === measured) node.after(difference(node));
   };
   window.fxCursor = (key, time) => {
     cursors[key] = time;
-    for (const node of document.querySelectorAll(".js-plotly-plot"))
-      if (node.layout?.meta?.cursor === key) place(node);
+    for (const node of figures()) if (node.layout?.meta?.cursor === key) overlay(node);
   };
+
+  const valueAt = (trace, time) => {
+    const after = Array.prototype.findIndex.call(trace.x, x => x >= time);
+    if (after <= 0) return after === 0 && trace.x[0] === time ? trace.y[0] : NaN;
+    const share = (time - trace.x[after - 1]) / (trace.x[after] - trace.x[after - 1]);
+    return trace.y[after - 1] + share * (trace.y[after] - trace.y[after - 1]);
+  };
+  const digits = value => Number.isFinite(value)
+    ? String(Number(value.toPrecision(4))).replace("-", "−") : "–";
+  const difference = node => {
+    const names = [..."AB"].filter(name => name in marks), both = names.length === 2;
+    const row = (label, values, last) => [label, ...values, ...(both ? [last(values)] : [])];
+    const minus = values => values[1] - values[0];
+    const lines = node._fullData.filter(
+      trace => trace.visible === true && trace.name && trace.hoverinfo !== "skip" && trace.x?.length);
+    const rows = [row(marks.unit, names.map(name => marks[name]), minus), ...lines.map(trace => {
+      const title = node.layout[trace.yaxis.replace("y", "yaxis")]?.title?.text ?? "";
+      return row(`${trace.name}, ${title}`, names.map(name => valueAt(trace, marks[name])), minus);
+    })];
+    const table = document.createElement("table");
+    table.className = "fx-measured";
+    for (const cells of [["", ...names, ...(both ? ["B − A"] : [])], ...rows]) {
+      const line = table.insertRow();
+      for (const cell of cells) line.insertCell().textContent = typeof cell === "number" ? digits(cell) : cell;
+    }
+    const close = document.createElement("button");
+    close.type = "button";
+    close.textContent = "✕";
+    close.title = "Remove A and B (Escape)";
+    close.setAttribute("aria-label", close.title);
+    close.onclick = () => mark({});
+    table.rows[0].cells[0].append(close);
+    return table;
+  };
+  const mark = (found, node = null) => {
+    marks = found;
+    measured = node;
+    figures().forEach(overlay);
+  };
+  // The first click sets A, the next one (or any with shift) B, the third begins anew.
+  document.addEventListener("click", event => {
+    const node = event.target.closest?.(".draglayer")?.closest(".js-plotly-plot");
+    if (!node || !timed(node)) return;
+    const axis = node._fullLayout.xaxis, unit = timed(node);
+    const time = axis.p2l(event.clientX - node.getBoundingClientRect().left - axis._offset);
+    const known = marks.unit === unit && "A" in marks;
+    const second = known && (event.shiftKey || !("B" in marks));
+    mark(second ? {...marks, B: time} : {unit, A: time}, node);
+  });
+  document.addEventListener("dblclick", event => {  // resets the zoom
+    if (event.target.closest?.(".js-plotly-plot")) mark({});
+  });
+  document.addEventListener("keydown", event => {
+    if (event.key !== "Escape" || !marks.unit) return;
+    event.preventDefault();
+    mark({});
+  }, true);
 
   const numbers = values => {
     if (!values?.bdata) return values;
     const bytes = Uint8Array.from(atob(values.bdata), letter => letter.charCodeAt(0));
     return values.dtype === "i4" ? new Int32Array(bytes.buffer) : new Float32Array(bytes.buffer);
   };
-  const wrap = () => {
-    const drawn = window.Plotly.react;
-    window.Plotly.react = (node, data, layout, config) => {
+  const wrap = plotly => {
+    const drawn = plotly.react;
+    plotly.react = (node, data, layout, config) => {
       const moves = layout?.meta?.morph && !calm.matches && node._fullData?.length;
       const was = moves ? node._fullData.map(trace => Array.from(trace.y ?? [])) : [];
       const names = moves ? node._fullData.map(trace => trace.name) : [];
@@ -128,8 +207,9 @@
         if (!node.fxLinked && node.on) {
           node.fxLinked = true;
           node.on("plotly_relayout", change => follow(node, change));
-          node.on("plotly_afterplot", () => place(node));
+          for (const event of REDRAWN) node.on(event, () => overlay(node));
         }
+        overlay(node);
       };
       cancelAnimationFrame(node.fxFrame);
       const is = moves ? data.map(trace => numbers(trace.y) ?? []) : [];
@@ -159,9 +239,15 @@
       return Promise.resolve(node);
     };
   };
-  const wait = setInterval(() => {
-    if (!window.Plotly?.react) return;
-    clearInterval(wait);
-    wrap();
-  }, 20);
+  // Plotly comes later, and anew with each connection.
+  let plotly = window.Plotly;
+  Object.defineProperty(window, "Plotly", {
+    configurable: true,
+    get: () => plotly,
+    set: made => {
+      plotly = made;
+      wrap(made);
+    },
+  });
+  if (plotly) wrap(plotly);
 })();

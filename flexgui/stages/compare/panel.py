@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -16,36 +14,37 @@ from flexgui.core.results import (
     RecordingComparison,
     WorstCell,
 )
+from flexgui.page.actions import press
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.plot import Plot
 from flexgui.page.tour import to_diagnosis
-from flexgui.page.widgets import Words, button, choice, offer, paragraph, words_of
+from flexgui.page.widgets import Words, button, choice, folded, offer, paragraph, words_of
 from flexgui.sentences.figures import FLOOR_IS
 from flexgui.sentences.written import channel_symbol, format_number, quantity
 from flexgui.session.state import Topic
-from flexgui.stages.compare.state import WhereItFails
 from flexgui.views.comparison import live_comparison
-from flexgui.views.error_map import place
-from flexgui.views.fit_table import FIT_IS, ROLES, fit_table, live_fit
+from flexgui.views.error_map import error_map, place
+from flexgui.views.fit_table import FIT_IS, ROLES, bar_label, fit_dots, fit_table
+from flexgui.views.layout import Figure
 from flexgui.views.missing_torque import missing_cloud, missing_curve
-from flexgui.views.names import format_percent, output_title
+from flexgui.views.names import output_title
 from flexgui.views.of_recording import recording_views
-from flexgui.views.of_recording.errors import ErrorByFrequency
 from flexgui.views.of_recording.view import RecordingView, Seen
-from flexgui.views.pooled import VALIDATE
 from flexgui.views.summary import which_fit
 from flexgui.views.table import Table, html_table
 
+STANDS_OUT = 2.0
+"""Times the noise floor, from which a place is worth a look."""
 WORDS = words_of(
-    "compare", format_percent=format_percent, channel_symbol=channel_symbol, quantity=quantity
-)
+    "compare", channel_symbol=channel_symbol, quantity=quantity, press=press, place=place,
+    output_title=output_title, format_number=format_number, stands_out=STANDS_OUT,
+)  # fmt: skip
 NONE = "nothing to compare yet"
 ALL, WORST = "all fitted outputs", "the one that fails most"
 SIGNALS, TORQUE = "signals", "missing joint torque"
-"""These two follow the time-line's cursor; all others are found in flexgui/views/of_recording."""
-HEIGHT, HEIGHT_PER_OUTPUT = 440.0, 200.0
+"""All others are found in flexgui/views/of_recording."""
+HEIGHT, HEIGHT_PER_OUTPUT = 380.0, 200.0
 """px of the signals: the name of each axis needs its room."""
-MOST_CELLS = 10
 
 
 def shown_titles() -> tuple[str, ...]:
@@ -69,21 +68,21 @@ class ComparePanel(Panel):
             context, "Next: diagnose", lambda: to_diagnosis(context), prominent=True
         )
         self._wanted, self._wanted_output = SIGNALS, WORST
+        self._outputs = {WORST: WORST}
+        """What is offered -> a channel, or several."""
         self._choice = choice(context, "Recording", (NONE,), self._name, self._chosen)
-        self._output = choice(
-            context, "Output", (WORST,), lambda: self._wanted_output, self._choose_output
-        )
-        self._sweep = button(context, "Show the validation", self._validation)
+        self._output = choice(context, "Output", (WORST,), self._output_name, self._choose_output)
         self._show = choice(
             context, "Show", shown_titles(), lambda: self._wanted, self._choose,
             "The maps show where the error exceeds the noise floor.",
         )  # fmt: skip
-        self._worst = WorstPlaces(context, self._choose)
-        self._table = Words(self.gui)
+        self._worst, self._table = Words(self.gui), Words(self.gui)
+        context.actions.register("worst place", self._go_to)
 
     def build_plots(self) -> None:
         self._about = Words(self.gui)
         self._signals = Signals(self.context)
+        self.context.theme.followers.append(self._recolour)
         views = recording_views().values()
         self._shown: dict[str, Signals | ErrorView | Torque] = {
             SIGNALS: self._signals,
@@ -108,28 +107,42 @@ class ComparePanel(Panel):
         current, failing = self._current(), self.session.comparison.failing
         self._back.visible = current is None
         self._next.visible = current is not None
-        self._sweep.visible = any(c.role == VALIDATE for c in self._comparisons)
         names = tuple(dict.fromkeys(c.recording for c in self._comparisons)) or (NONE,)
         offer(self._choice, names, self._name())
-        self._worst.refresh(failing)
+        worst = () if failing is None else failing.maps.worst
+        chosen = self._signals.chosen if self._signals.chosen in worst else None
+        self._signals.chosen = chosen
+        self._worst.show(WORDS.worst(worst, chosen))
         self._about.show(WORDS.nothing_yet() if current is None else "")
         if current is None:
             self._lead.show(paragraph("Nothing was identified yet.", "lead"))
             self._table.show()
         else:
-            offer(
-                self._output, (WORST, ALL, *(c.channel for c in current.channels)),
-                self._wanted_output,
-            )  # fmt: skip
-            self._wanted_output = self._signals.output = self._output.value
+            self._outputs = {name: name for name in (WORST, ALL)} | {
+                output_title(c.channel, c.unit): c.channel for c in current.channels
+            }
+            offer(self._output, tuple(self._outputs), self._output_name())
+            self._wanted_output = self._outputs[self._output.value]
+            self._signals.output = self._wanted_output
             outcome = self.session.identification.outcome
             # Which fit the errors are of: they change where the diagnosis has made its own.
             which = which_fit(self._comparisons, () if outcome is None else outcome.fits)
-            self._lead.show(WORDS.quality(current, f"{FIT_IS} {which}"))
-            self._table.show(html_table(_short(fit_table(self._comparisons))))
-        shown = SIGNALS if failing is None else self._wanted
+            self._lead.show(WORDS.quality(current))
+            table = html_table(_short(fit_table(self._comparisons)))
+            self._table.show(
+                folded("FIT and noise floor", WORDS.figures(table, FIT_IS, FLOOR_IS, which))
+            )
+        self._draw()
+
+    def _draw(self) -> None:
+        current = self._current()
+        shown = SIGNALS if self.session.comparison.failing is None else self._wanted
         for title, each in self._shown.items():
             each.show(current if title == shown else None)
+
+    def _recolour(self, _: bool) -> None:
+        if self.session.stage == self.kind:
+            self._draw()
 
     def move_cursor(self) -> None:
         for each in self._shown.values():
@@ -141,28 +154,46 @@ class ComparePanel(Panel):
         self.session.playback.move(recording=name, time=0.0)
         return True
 
+    def _output_name(self) -> str:
+        offered = {channel: name for name, channel in self._outputs.items()}
+        return offered.get(self._wanted_output, WORST)
+
     def _choose_output(self, name: str) -> None:
-        self._wanted_output = name
+        self._wanted_output = self._outputs.get(name, WORST)
         self.refresh()
 
     def _choose(self, title: str) -> None:
         self._wanted = self._show.value = title
         self.refresh()
 
-    def _validation(self) -> None:
-        found = next((c for c in self._comparisons if c.role == VALIDATE), None)
-        if found is not None:
-            self.session.playback.move(recording=found.recording, time=0.0, playing=True)
+    def _go_to(self, place: str) -> None:
+        """Arm, time-line and plots go to one of the worst places; for a band of frequencies to
+        where in its recording the output is worst."""
+        failing = self.session.comparison.failing
+        worst = () if failing is None else failing.maps.worst
+        cell = dict(zip(map(str, range(len(worst))), worst, strict=True)).get(place)
+        if failing is None or cell is None:
+            return
+        self._signals.chosen = cell
+        self._wanted_output = cell.channel
+        in_time = cell.axis == "time"
+        at = 0.5 * (cell.low + cell.high) if in_time else worst_time(failing.maps, cell)
+        self.session.playback.move(recording=cell.recording, time=at, playing=False)
+        self._choose(SIGNALS)
 
 
 class Signals(Piece):
-    """Measurement, model and residual of the chosen outputs, and the FIT of all recordings."""
+    """Measurement, model and residual of the chosen outputs, where in all recordings they are off,
+    and the FIT of all recordings."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self.output = WORST
+        self.chosen: WorstCell | None = None
+        """Of the worst places, the one that was pressed."""
         self._about = Words(self.gui)
-        self._curves, self._bars = Plot(context, 0.98), Plot(context, 0.33)
+        self._curves, self._map = Plot(context, 0.98), Plot(context, 0.5)
+        self._fit = Plot(context, 0.33)
         self._drawn: RecordingComparison | None = None
 
     def show(self, current: RecordingComparison | None) -> None:
@@ -170,16 +201,28 @@ class Signals(Piece):
         self._drawn = current
         if current is None:
             self._about.show()
-            self._curves.show(None)
-            self._bars.show(None)
+            for plot in (self._curves, self._map, self._fit):
+                plot.show(None)
             return
-        shown = self._channels(current)
+        shown, failing = self._channels(current), self.session.comparison.failing
         units = {k.channel: k.unit for k in current.channels}
-        output = output_title(shown[0], units[shown[0]]) if len(shown) == 1 else ""
-        self._about.show(WORDS.title(current, ROLES.get(current.role, current.role), output))
+        output = output_title(shown[0], units[shown[0]]) if len(shown) == 1 else ALL
+        name = bar_label(current, self.session.comparison.shown)
+        role = ROLES.get(current.role, current.role)
+        self._about.show(paragraph(f"Recording {name}, {role}: {output}", "lead"))
         height = max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown))
-        self._curves.show(live_comparison(current, shown), self._cursor(), height)
-        self._bars.show(live_fit(self.session.comparison.shown))
+        floors = {} if failing is None else failing.floors
+        self._curves.show(live_comparison(current, shown, floors), height=height)
+        self._map.show_whole(None if failing is None else self._map_of(failing.maps, shown))
+        self._fit.show_whole(fit_dots(self.session.comparison.shown))
+        self.move_cursor()
+
+    def _map_of(self, maps: ErrorMaps, shown: Sequence[str]) -> Figure | None:
+        """Along the time, but for a place that is a band of frequencies."""
+        cell = self.chosen if self.chosen is not None and self.chosen.channel in shown else None
+        each = maps.by_time if cell is None or cell.axis == "time" else maps.by_frequency
+        wanted = [m for m in each if m.channel in shown]
+        return error_map(wanted, True, cell, self.context.theme.dark)
 
     def _channels(self, current: RecordingComparison) -> tuple[str, ...]:
         if self.output == WORST:
@@ -188,14 +231,13 @@ class Signals(Piece):
         fitted = tuple(c.channel for c in current.channels if c.fitted)
         return fitted if self.output == ALL else (self.output,)
 
-    def _cursor(self) -> float | None:
-        channels = () if self._drawn is None else self._drawn.channels
-        start = next((float(k.time[0]) for k in channels), None)
-        return None if start is None else start + self.session.playback.cursor.time
-
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
-        self._curves.move_cursor(self._cursor())
+        channels = () if self._drawn is None else self._drawn.channels
+        if channels:
+            time = self.session.playback.cursor.time
+            self._curves.move_cursor(float(channels[0].time[0]) + time)
+            self._map.move_cursor(time)
 
 
 def worst_output(c: RecordingComparison, floors: Mapping[str, float]) -> str:
@@ -227,24 +269,28 @@ class ErrorView(Piece):
         super().__init__(context)
         self._view = view
         self._about, self._plot = Words(self.gui), Plot(context, 0.9)
-        self._drawn: tuple[object, object] = (None, None)
+        self._drawn: tuple[object, ...] = ()
 
     def show(self, current: RecordingComparison | None) -> None:
         """Of the recording under the cursor; None hides it."""
-        failing = self.session.comparison.failing
+        failing, dark = self.session.comparison.failing, self.context.theme.dark
         if current is None or failing is None:
-            self._drawn = (None, None)
+            self._drawn = ()
             self._about.show()
             self._plot.show(None)
-        elif self._drawn[0] is not failing or self._drawn[1] != current.recording:
-            self._drawn = (failing, current.recording)
-            figure = self._view.draw(Seen(current, self.session.comparison.shown, failing.maps))
+        elif self._drawn != (key := (id(failing), current.recording, dark)):
+            self._drawn = key
+            seen = Seen(current, self.session.comparison.shown, failing.maps, dark)
+            figure = self._view.draw(seen)
             about = self._view.nothing if figure is None else self._view.about
             self._about.show(paragraph(about, "lead"))
             self._plot.show_whole(figure)
+        self.move_cursor()
 
     def move_cursor(self) -> None:
-        """Its axis is no time."""
+        """Over an axis of time the browser shows it."""
+        if self._drawn:
+            self._plot.move_cursor(self.session.playback.cursor.time)
 
 
 class Torque(Piece):
@@ -277,55 +323,9 @@ class Torque(Piece):
             self._curve.move_cursor(self._cursor(self._drawn))
 
 
-class WorstPlaces(Piece):
-    """The ten worst cells of the maps as buttons; `choose` shows what the cell is a part of."""
-
-    def __init__(self, context: PageContext, choose: Callable[[str], None]) -> None:
-        super().__init__(context)
-        self._choose = choose
-        self._failing: WhereItFails | None = None
-        self._folder: Any = self.gui.add_folder("The worst places", visible=False)
-        with self._folder:
-            Words(self.gui, WORDS.noise_floor(FLOOR_IS))
-            self._buttons = [
-                button(context, f"{k + 1}.", partial(self._go_to, k)) for k in range(MOST_CELLS)
-            ]
-
-    def refresh(self, failing: WhereItFails | None) -> None:
-        """Labels the buttons."""
-        self._failing = failing
-        worst = () if failing is None else failing.maps.worst[:MOST_CELLS]
-        self._folder.visible = bool(worst)
-        for k, each in enumerate(self._buttons):
-            each.visible = k < len(worst)
-            if each.visible:
-                each.label = cell_label(worst[k])
-
-    def _go_to(self, k: int) -> None:
-        """Arm, time-line and plots go to the cell; for a band of frequencies to where in its
-        recording the output is worst."""
-        if self._failing is None or k >= len(self._failing.maps.worst):
-            return
-        maps = self._failing.maps
-        cell = maps.worst[k]
-        in_time = cell.axis == "time"
-        at = 0.5 * (cell.low + cell.high) if in_time else worst_time(maps, cell)
-        self.session.playback.move(recording=cell.recording, time=at, playing=False)
-        self._choose(SIGNALS if in_time else ErrorByFrequency.title)
-
-
 def worst_time(maps: ErrorMaps, cell: WorstCell) -> float:
     """s: the middle of the window in which the cell's output of its recording is worst."""
     m = next(m for m in maps.by_time if m.channel == cell.channel)
     row = m.ratio[m.recordings.index(cell.recording)]
     j = int(np.argmax(np.where(np.isfinite(row), row, -1.0)))
     return float(0.5 * (m.edges[j] + m.edges[j + 1]))
-
-
-def cell_label(cell: WorstCell) -> str:
-    """'recording th3: tip z₁, 0.5 to 0.7 s, 8.2 ×'; a button has room for little more."""
-    times = format_number(cell.ratio, 2, keep_zeros=True)
-    output = output_title(cell.channel, cell.unit)
-    short = output.replace("joint angle", "angle").replace("tip position", "tip")
-    short = short.replace("deflection of the link", "deflection")
-    return f"recording {cell.recording}: {short}, {place(cell)}, {times} ×"

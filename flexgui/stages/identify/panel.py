@@ -40,7 +40,7 @@ from flexgui.views.convergence import (
     live_parameters,
     live_plane,
 )
-from flexgui.views.fit_table import live_fit
+from flexgui.views.fit_table import fit_dots
 from flexgui.views.headline import final_comparisons, given, standing
 from flexgui.views.names import TITLES
 from flexgui.views.parameter_tables import (
@@ -159,7 +159,7 @@ class IdentifyPanel(Panel):
         whole = self.session.diagnosis.whole or outcome
         self._table.show(found_parameters(whole))
         self._repeated.show(repeated_words(outcome.repeated))
-        self._fit.show(live_fit(final_comparisons(whole)))
+        self._fit.show_whole(fit_dots(final_comparisons(whole)))
         biased = self.session.diagnosis.known_biased
         old = self.session.identification.current is None
         self._summary.show(

@@ -16,7 +16,7 @@ class ErrorByFrequency(RecordingView):
     place = 1
 
     def draw(self, seen: Seen) -> Figure | None:
-        return error_map(seen.maps.by_frequency, narrow=True)
+        return error_map(seen.maps.by_frequency, narrow=True, dark=seen.dark)
 
 
 class ErrorByTime(RecordingView):
@@ -28,7 +28,7 @@ class ErrorByTime(RecordingView):
     place = 2
 
     def draw(self, seen: Seen) -> Figure | None:
-        return error_map(seen.maps.by_time, narrow=True)
+        return error_map(seen.maps.by_time, narrow=True, dark=seen.dark)
 
 
 class ErrorOverMotion(RecordingView):

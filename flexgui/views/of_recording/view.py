@@ -27,6 +27,8 @@ class Seen:
     """All recordings, by the same fit."""
     maps: ErrorMaps
     """Their errors beside the floors."""
+    dark: bool = False
+    """Whether the ground of the page is dark."""
 
 
 def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, float]:
