@@ -208,6 +208,7 @@ def _diagnosis(
         candidates=asked.candidates or (),
         fidelity=asked.fidelity,
         per_recording=asked.per_recording,
+        stated_rig=scenario.rig.statements,
         identified=ended_at(fits),
     )
     if asked.output is not None:

@@ -59,10 +59,10 @@ def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
     if not effect_parameters:
         return [Trial(candidate, "", {}, {"": 1.0}, True, True, ())]
     primary = [k for k in effect_parameters if not k.secondary]
-    shown = [k for k in primary if candidate.shown(k.parameter.name, data.rig)]
+    sought = [k for k in primary if candidate.sought(k, data.rig)]
     found = []
     for shape in _shapes([k for k in effect_parameters if k.secondary]):
-        for one in shown:
+        for one in sought:
             p, name = one.parameter, one.parameter.name
             for value in _sizes(one):
                 values = {other.parameter.name: other.neutral for other in primary}

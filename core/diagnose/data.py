@@ -85,6 +85,8 @@ class Data:
     limited: frozenset[str] = frozenset()
     """Parameters of those effects with bounds, a prior or recordings of their own: they stay as
     they are among `nuisance`."""
+    stated_rig: Mapping[str, str] = field(default_factory=dict)
+    """What is known of the rig beforehand: `RigSpec.statements`."""
 
     def weights_at(self, floors: Mapping[str, float]) -> tuple[np.ndarray, ...]:
         """(k,) per recording: one over the floor of each channel there."""
@@ -113,7 +115,8 @@ class Data:
         """What these recordings can show."""
         kinds = tuple(s.kind for s in self.experiments[0].outputs)
         servo = self.bare.steering is not None
-        return Rig(self.bare.arm, self.bare.drive, self.bare.level, kinds, servo)
+        model = self.bare
+        return Rig(model.arm, model.drive, model.level, kinds, servo, self.stated_rig)
 
 
 @dataclass(frozen=True)
@@ -314,12 +317,13 @@ def moved(experiment: Prepared, model: Model) -> Prepared:
 
 
 def unseen(data: Data, effects: Sequence[Effect]) -> dict[str, float]:
-    """Parameters of the effects that these recordings cannot show, at their neutral values."""
+    """Parameters of the effects that these recordings cannot show or that cannot be, at their
+    neutral values."""
     return {
         effect_parameter.parameter.name: effect_parameter.neutral
         for one in effects
         for effect_parameter in one.parameters(data.bare.arm, data.bare.drive, data.sizes)
-        if not one.shown(effect_parameter.parameter.name, data.rig)
+        if not one.sought(effect_parameter, data.rig)
     }
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from ..diagnose.announce import fit_title
 from ..diagnose.facts import compared, final_parameters, origins
 from ..diagnose.final_ladder import final_ladder
-from ..diagnose.ladder import not_applicable
+from ..diagnose.ladder import not_applicable, ruled_out
 from ..diagnose.new_floors import search_with_new_floors
 from ..diagnose.search import settle
 from ..diagnose.start import Begun, begin
@@ -70,6 +70,7 @@ def diagnose(
         rounds=tuple(state.rounds),
         steps=tuple(state.steps),
         not_applicable=applies,
+        ruled_out=ruled_out(state.data, options.candidates),
         effects=tuple(settings(state)),
         floors=state.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
@@ -109,7 +110,7 @@ def begin_on(
     compile_beforehand(structures_tried(setup.model.arm, tried))
     begun = begin(
         setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
-        options.fidelity, progress.stopped, options.identified,
+        options.fidelity, progress.stopped, options.identified, options.stated_rig,
     )  # fmt: skip
     later = [r for r in recordings if r.role == "validate"]
     validation = begun.for_others(setup.processing, spec, later) if later else None

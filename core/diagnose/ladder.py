@@ -65,19 +65,28 @@ def applicable(data: Data, present: Sequence[Effect], only: Sequence[str] = ()) 
     """Candidates for this rig that are not in the model yet."""
     have = {e.kind for e in present if not e.repeats}
     rig = replace(data.rig, level=data.bare.with_effects(present).level)
-    known = catalogue()
     return [
-        known[kind]
-        for kind in sorted(known)
-        if (kind in only or not only) and kind not in have and not _against(known[kind], rig, data)
+        one
+        for kind, one in _asked(only).items()
+        if kind not in have and not _against(one, rig, data)
     ]
 
 
 def not_applicable(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
     """effect -> why this rig cannot show it, or why it is not offered."""
-    tried = {k: e for k, e in sorted(catalogue().items()) if not only or k in only}
-    reasons = {kind: _against(one, data.rig, data) for kind, one in tried.items()}
+    reasons = {kind: _against(one, data.rig, data) for kind, one in _asked(only).items()}
     return {kind: reason for kind, reason in reasons.items() if reason}
+
+
+def ruled_out(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
+    """Titles of effects, or of some of their sizes, that are not sought -> what is stated of the
+    rig."""
+    each = [one.ruled_out(data.rig, data.sizes) for one in _asked(only).values()]
+    return {title: words for found in each for title, words in found.items()}
+
+
+def _asked(only: Sequence[str]) -> dict[str, Effect]:
+    return {kind: one for kind, one in sorted(catalogue().items()) if not only or kind in only}
 
 
 def _against(one: Effect, rig: Rig, data: Data) -> str:
@@ -86,7 +95,9 @@ def _against(one: Effect, rig: Rig, data: Data) -> str:
     own = {k.parameter.name for k in one.parameters(arm, rig.drive, data.sizes)}
     free = own & {u.parameter.name for u in data.nuisance}
     estimated = f"{', '.join(sorted(free))} is already estimated." if free else ""
-    return one.not_applicable(rig) or estimated
+    statement = one.ruled_out(rig, data.sizes).get(one.title, "")
+    stated = f"Stated: {statement}." if statement else ""
+    return stated or one.not_applicable(rig) or estimated
 
 
 def one_round(

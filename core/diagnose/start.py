@@ -115,11 +115,12 @@ def begin(
     fidelity: float,
     stopped: Callable[[], bool] = lambda: False,
     identified: Mapping[str, float] | None = None,
+    stated_rig: Mapping[str, str] | None = None,
 ) -> Begun:
     """Fits the model as given until converged, with the full equations.
 
     Begins at the nominal values and where the identification ended (`identified`: label ->
-    value), and keeps the better.
+    value), and keeps the better. `stated_rig`: what is known of the rig beforehand.
     """
     model = full_equations(model)
     outputs = outputs_of(model, fitted, recordings)
@@ -132,7 +133,8 @@ def begin(
     dt = max(e.recording.sample_time for e in experiments)
     steps = max(int(np.ceil(dt / points_led(model, dt) / FIRST_STEP)), 1)
     data = Data(bare, experiments, nuisance, ones, {}, held, typical(model.arm), steps)
-    data = replace(data, **_held_and_limited(model, spec, nuisance))
+    limited = _held_and_limited(model, spec, nuisance)
+    data = replace(data, stated_rig=stated_rig or {}, **limited)
     rough = _better_start(data, effects, model.effect_values, identified or {}, stopped)
     motions = rough.hypothesis.motions()
     unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]

@@ -31,6 +31,8 @@ class Options:
     fidelity: float = FIDELITY
     stated_noise: Mapping[str, float] = field(default_factory=dict)
     """channel -> standard deviation of the sensor's noise, SI, where it is known."""
+    stated_rig: Mapping[str, str] = field(default_factory=dict)
+    """What is known of the rig beforehand: `RigSpec.statements`."""
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes are estimated anew on validation data (another bench's friction)."""
     identified: Mapping[str, float] = field(default_factory=dict)
@@ -149,7 +151,7 @@ def settings(state: State) -> list[dict[str, object]]:
         entry: dict[str, object] = {"id": one.kind}
         for effect_parameter in one.parameters(model.arm, model.drive, state.data.sizes):
             name = effect_parameter.parameter.name
-            if not one.shown(name, state.data.rig):
+            if not one.sought(effect_parameter, state.data.rig):
                 continue
             entry[name] = {
                 "start": float(known.get(name, effect_parameter.parameter.value)),

@@ -66,6 +66,7 @@ class Backlash(Effect):
     )
     longest_step = 6.25e-5
     acts_at = "joints"
+    ruled_out_by = "direct_drive"
 
     def changed_arm(self, arm: Arm, values: Values) -> Arm:
         return with_twisting_joints(

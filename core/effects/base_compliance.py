@@ -42,6 +42,7 @@ class BaseCompliance(Effect):
     formula = r"V \leftarrow V + \tfrac{1}{2 c_b} \left( b_1^2 + b_2^2 \right)"
     longest_step = 2.5e-4
     acts_at = "base"
+    ruled_out_by = "rigid_base"
 
     def not_applicable(self, rig: Rig) -> str:
         stated = rig.arm.base_compliance is not None

@@ -33,6 +33,7 @@ class CameraDelay(Effect):
     formula = r"z_{\mathrm{measured}}(t) = z(t - t_d)"
     linear = True
     acts_at = "camera"
+    ruled_out_by = "camera_synchronised"
 
     def not_applicable(self, rig: Rig) -> str:
         return no_camera(rig)

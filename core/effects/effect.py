@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ..effects.sizes import Sizes
 from ..forces.element import Element
 from ..parameters import Parameter
 from ..sensors import sensors
+from ..sentences import listed
 
 Values = Mapping[str, float]
 
@@ -36,6 +37,8 @@ class Rig:
     """Kinds of output that are compared (core.sensors)."""
     servo: bool = False
     """Whether a virtual servo holds the joints on the encoders (torque rigs)."""
+    stated: Mapping[str, str] = field(default_factory=dict)
+    """What is known of it beforehand: key of a statement in `[rig]` -> the statement in words."""
 
     @property
     def camera(self) -> bool:
@@ -63,6 +66,8 @@ class EffectParameter:
     """Shapes for a second look, so close that a descent finds what lies between."""
     separate: bool = False
     """Whether it is about a thing of its own: neutral where only others are stated."""
+    ruled_out_by: str = ""
+    """Key of the statement in `[rig]` under which it stays neutral; empty: there is none."""
 
 
 class Effect(ABC):
@@ -96,6 +101,8 @@ class Effect(ABC):
     stiff parts bend within a millisecond."""
     acts_at: str = ""
     """Where it is drawn on the arm: joints, tip, segments, base, camera or drive."""
+    ruled_out_by: str = ""
+    """Key of the statement in `[rig]` under which it cannot be; empty: there is none."""
 
     def not_applicable(self, rig: Rig) -> str:
         """A sentence why this rig cannot show the effect; empty where it can."""
@@ -104,6 +111,25 @@ class Effect(ABC):
     def shown(self, name: str, rig: Rig) -> bool:
         """Whether the rig can show its parameter of that name; where not, it stays neutral."""
         return True
+
+    def sought(self, quantity: EffectParameter, rig: Rig) -> bool:
+        """Whether a parameter is to be found on a rig: it shows there and may differ from
+        neutral."""
+        shown = self.shown(quantity.parameter.name, rig)
+        return shown and quantity.ruled_out_by not in rig.stated
+
+    def ruled_out(self, rig: Rig, sizes: Sizes) -> dict[str, str]:
+        """What of it cannot be by what is stated of the rig: its own title, or those of some of
+        its parameters -> the statement."""
+        if self.ruled_out_by in rig.stated:
+            return {self.title: rig.stated[self.ruled_out_by]}
+        quantities = self.parameters(self.changed_arm(rig.arm, {}), rig.drive, sizes)
+        shown = [k for k in quantities if self.shown(k.parameter.name, rig)]
+        out = [k for k in shown if not self.sought(k, rig)]
+        words = {k.parameter.title: rig.stated[k.ruled_out_by] for k in out}
+        if words and len(out) == len(shown):
+            return {self.title: listed(list(dict.fromkeys(words.values())))}
+        return words
 
     @abstractmethod
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:

@@ -32,6 +32,7 @@ class EncoderOffset(Effect):
     formula = r"\theta_{k,\mathrm{measured}} = \theta_k + o_k"
     linear = True
     acts_at = "joints"
+    ruled_out_by = "encoders_calibrated"
 
     def not_applicable(self, rig: Rig) -> str:
         if rig.arm.joints < 2:

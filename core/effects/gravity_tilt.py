@@ -31,6 +31,7 @@ class GravityTilt(Effect):
     )
     formula = r"V \leftarrow V - \int g^{\mathsf T} p \, \mathrm{d}m, \qquad g = (g_1, g_2)"
     acts_at = "base"
+    ruled_out_by = "level"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return tuple(

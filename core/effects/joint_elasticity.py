@@ -37,6 +37,7 @@ class JointElasticity(Effect):
     linear = True
     longest_step = 2.5e-4
     acts_at = "joints"
+    ruled_out_by = "direct_drive"
 
     def changed_arm(self, arm: Arm, values: Values) -> Arm:
         sizes = {k: values.get(f"c{k + 1}", PLACEHOLDER) for k in range(arm.joints)}

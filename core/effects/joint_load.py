@@ -37,14 +37,23 @@ def joint_load(arm: Arm, k: int) -> float:
 def hub_parameters(
     arm: Arm, *, least: float = 0.0, secondary: bool = False
 ) -> tuple[EffectParameter, ...]:
-    """The hub inertia Jh of every joint, at least `least` times what the joint moves."""
-    return tuple(_inertia(arm, k, f"Jh{k + 1}", SHARE, least, secondary) for k in range(arm.joints))
+    """The hub inertia Jh of every joint, at least `least` times what the joint moves. Without a
+    gear, what a carried motor turns with its joint turns with the segment that carries it too."""
+    hubs = [_inertia(arm, k, f"Jh{k + 1}", SHARE, least, secondary) for k in range(arm.joints)]
+    return tuple(
+        replace(hub, ruled_out_by="direct_drive") if arm.carries_motor(k) else hub
+        for k, hub in enumerate(hubs)
+    )
 
 
 def rotor_parameters(arm: Arm, *, secondary: bool = False) -> tuple[EffectParameter, ...]:
     """The inertia Jr of a rotor without a gear, of every joint whose motor is carried along."""
     return tuple(
-        replace(_inertia(arm, k, f"Jr{k + 1}", LEAST, 0.0, secondary), separate=True)
+        replace(
+            _inertia(arm, k, f"Jr{k + 1}", LEAST, 0.0, secondary),
+            separate=True,
+            ruled_out_by="gear_ratio",
+        )
         for k in range(arm.joints)
         if arm.carries_motor(k)
     )

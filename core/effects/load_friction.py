@@ -52,6 +52,7 @@ class LoadFriction(Effect):
     idealised = IDEALISED
     longest_step = 1.25e-4
     acts_at = "joints"
+    ruled_out_by = "direct_drive"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def share(letter: str, while_: str) -> tuple[EffectParameter, ...]:

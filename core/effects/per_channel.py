@@ -7,7 +7,7 @@ te1 is the delay of the first encoder.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -35,11 +35,18 @@ def _names(letter: str, arm: Arm) -> dict[str, tuple[str, str]]:
 
 
 def each_channel(
-    letter: str, arm: Arm, make: Callable[[str, str], EffectParameter]
+    letter: str,
+    arm: Arm,
+    make: Callable[[str, str], EffectParameter],
+    ruled_out_by: Mapping[str, str] | None = None,
 ) -> tuple[EffectParameter, ...]:
-    """One parameter per channel, `make(name, words for the channel)`."""
-    names = _names(letter, arm).items()
-    return tuple(replace(make(name, words), separate=True) for name, (_, words) in names)
+    """One parameter per channel, `make(name, words for the channel)`; `ruled_out_by`: kind of
+    sensor -> the statement about the rig under which its channels' stay neutral."""
+    statements = ruled_out_by or {}
+    return tuple(
+        replace(make(name, words), separate=True, ruled_out_by=statements.get(kind, ""))
+        for name, (kind, words) in _names(letter, arm).items()
+    )
 
 
 def columns_of(letter: str, kind: str, values: Values) -> np.ndarray:

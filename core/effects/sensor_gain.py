@@ -26,6 +26,13 @@ Wider, a scale takes up friction: an encoder that is wrong by four fits better t
 
 NAME = "g"
 
+CALIBRATED = {
+    "deflection": "gauges_calibrated",
+    "encoder": "encoders_calibrated",
+    "link_encoder": "encoders_calibrated",
+}
+"""Kind of sensor -> the statement about the rig under which its scale is the stated one."""
+
 
 class SensorGain(Effect):
     """Measured = (1 + gain) times true, per channel.
@@ -61,7 +68,7 @@ class SensorGain(Effect):
             title = f"error of the scale of {channel}"
             return sized(name, START, "", title, lower=LEAST, upper=MOST)
 
-        return each_channel(NAME, arm, make)
+        return each_channel(NAME, arm, make, CALIBRATED)
 
     def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
         scale = _scale("encoder", values)

@@ -61,7 +61,12 @@ def fitted(scenario: Scenario, recordings: Sequence[Recording], progress: Progre
     setup = make_setup(model, spec, recordings)
     found = ended_at(fit_all(setup, recordings, spec, progress))
     noise = stated_noise(scenario, setup, recordings)
-    options = Options(fidelity=scenario.diagnose.fidelity, stated_noise=noise, identified=found)
+    options = Options(
+        fidelity=scenario.diagnose.fidelity,
+        stated_noise=noise,
+        identified=found,
+        stated_rig=scenario.rig.statements,
+    )
     begun = begin_on(setup, spec, recordings, options, progress)
     data, base = precise(begun.data, begun.base, progress.stopped)
     return replace(begun, data=data, base=base, known=None)

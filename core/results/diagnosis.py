@@ -202,7 +202,7 @@ class Diagnosis:
     rounds: tuple[DiagnosisRound, ...]
     steps: tuple[LadderStep, ...]
     not_applicable: Mapping[str, str]
-    """effect -> why this rig cannot show it"""
+    """effect -> why this rig cannot show it, or why it cannot be"""
     effects: tuple[Mapping[str, object], ...] = ()
     """What was accepted, as [model] effects of a scenario."""
     floors: Mapping[str, float] = field(default_factory=dict)
@@ -233,6 +233,9 @@ class Diagnosis:
     """label -> value of every unknown at the end, those of single recordings too."""
     linear_model: LinearModel | None = None
     """What the linear model costs on these recordings, where it was the one identified."""
+    ruled_out: Mapping[str, str] = field(default_factory=dict)
+    """Title of an effect, or of some of its sizes, that was not sought -> what is stated of the
+    rig."""
 
     @property
     def added(self) -> tuple[str, ...]:

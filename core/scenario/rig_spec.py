@@ -223,3 +223,48 @@ class LimitsSpec(Settings):
     """N m (N on a slide), per joint."""
     reach: tuple[Interval, Interval] | None = None
     """m, [low, high] of z1 and of z2 for the tip; left out: wherever the joints may take it."""
+
+
+class RigSpec(Settings):
+    """`[rig]`: what is known of the rig beforehand. What cannot be by it is not sought by a
+    diagnosis, and the verdict says so.
+    """
+
+    level: Annotated[Switch, Field(title="the rig is level")] = False
+    """The arm moves in a level plane: no tilted base plate."""
+    rigid_base: Annotated[Switch, Field(title="the base is bolted to rock")] = False
+    """The base is bolted to rock, or to what gives way as little: no soft base."""
+    direct_drive: Annotated[Switch, Field(title="the joints have no gears")] = False
+    """No elastic joint, no backlash and no friction of a gear under load; a rotor turns with the
+    link that carries it."""
+    gear_ratio: Annotated[PerJoint | None, Field(title="the joints have gears")] = None
+    """Turns of each joint's motor for one of the joint. Where all are above 1 no rotor turns with
+    the link that carries it; all 1 says the same as direct_drive. It converts no signal: drives
+    have constants of their own."""
+    camera_synchronised: Annotated[Switch, Field(title="the camera is synchronised")] = False
+    """Its pictures are as old as their time stamps say: no delay of the camera."""
+    gauges_calibrated: Annotated[Switch, Field(title="the strain gauges are calibrated")] = False
+    """The scale of their signals is right."""
+    encoders_calibrated: Annotated[Switch, Field(title="the encoders are calibrated")] = False
+    """Their scale and their zero are right."""
+
+    @model_validator(mode="after")
+    def _one_kind_of_drive(self) -> RigSpec:
+        if self.direct_drive and max(self.gear_ratio or (1.0,)) > 1.0:
+            raise ValueError("states direct_drive and a gear_ratio above 1; take one back.")
+        return self
+
+    @classmethod
+    def words(cls) -> dict[str, str]:
+        """Every statement that can be made -> in words."""
+        return {name: str(field.title) for name, field in cls.model_fields.items()}
+
+    @property
+    def statements(self) -> dict[str, str]:
+        """Those that hold."""
+        ratios = self.gear_ratio or ()
+        holds = dict(self) | {
+            "direct_drive": self.direct_drive or set(ratios) == {1.0},
+            "gear_ratio": bool(ratios) and min(ratios) > 1.0,
+        }
+        return {name: words for name, words in self.words().items() if holds[name]}

@@ -29,7 +29,7 @@ from ..recording.spec import (
     Words,
 )
 from ..recording.velocity import ZeroPhaseLowPass
-from ..scenario.rig_spec import DriveSpec, LimitsSpec, ModelSpec, Prior, SensorsSpec
+from ..scenario.rig_spec import DriveSpec, LimitsSpec, ModelSpec, Prior, RigSpec, SensorsSpec
 from ..sensors import sensors
 from ..sentences import did_you_mean, listed, quoted
 
@@ -167,6 +167,7 @@ class Scenario(Settings):
     drive: DriveSpec = DriveSpec()
     model: ModelSpec = ModelSpec()
     sensors: SensorsSpec = SensorsSpec()
+    rig: RigSpec = RigSpec()
     recordings: Annotated[tuple[RecordingSpec, ...], Field(max_length=MOST_RECORDINGS)] = ()
     """Files or simulations; 500 at most."""
     identify: IdentifySpec = IdentifySpec()

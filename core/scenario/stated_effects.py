@@ -21,8 +21,10 @@ from ..sentences import did_you_mean, quoted
 
 
 def base_model(scenario: Scenario) -> Model:
-    """With the effects that the scenario states."""
-    return with_stated_effects(bare_model(scenario, build_arm(scenario.arm)), scenario.model)
+    """With the effects that the scenario states; InputError for one that `[rig]` rules out."""
+    model = bare_model(scenario, build_arm(scenario.arm))
+    _check_rig(scenario, model.arm.joints)
+    return with_stated_effects(model, scenario.model)
 
 
 def bare_model(scenario: Scenario, arm: Arm) -> Model:
@@ -33,6 +35,22 @@ def bare_model(scenario: Scenario, arm: Arm) -> Model:
 
 
 WHERE = "[model] effects"
+
+
+def _check_rig(scenario: Scenario, joints: int) -> None:
+    ratios, stated = scenario.rig.gear_ratio, scenario.rig.statements
+    if ratios is not None and len(ratios) not in (1, joints):
+        raise InputError(
+            f"[rig] gear_ratio has {len(ratios)} numbers for {joints} joints; give one for all, or "
+            "one each."
+        )
+    for entry in scenario.model.effects:
+        one = catalogue().get(entry.id)
+        if one is not None and one.ruled_out_by in stated:
+            raise InputError(
+                f"{WHERE} lists {entry.id!r}, but [rig] says that {stated[one.ruled_out_by]}; take "
+                "one of the two back."
+            )
 
 
 @dataclass(frozen=True)

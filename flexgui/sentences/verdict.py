@@ -53,7 +53,7 @@ def verdict_paragraphs(found: Diagnosis) -> tuple[str, ...]:
     opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[found.verdict]
     if found.stopped and not _findings(found) and found.verdict != NOTHING:
         opening = _unfinished
-    paragraphs = [*opening(found)]
+    paragraphs = [*opening(found), _ruled_out(found)]
     if found.stopped:
         paragraphs.append(
             "The search was stopped before it was complete: other effects may explain more than "
@@ -259,4 +259,16 @@ def _not_tried(found: Diagnosis) -> str:
     """What these recordings cannot show."""
     known = catalogue()
     titles = [known[kind].title for kind in found.not_applicable if kind in known]
-    return f"Not tried, since these recordings cannot show it: {listed(titles)}." if titles else ""
+    unseen = [title for title in titles if title not in found.ruled_out]
+    return f"Not tried, since these recordings cannot show it: {listed(unseen)}." if unseen else ""
+
+
+def _ruled_out(found: Diagnosis) -> str:
+    """What was not sought, by each statement about the rig."""
+    by: dict[str, list[str]] = {}
+    for title, statement in found.ruled_out.items():
+        by.setdefault(statement, []).append(title)
+    return " ".join(
+        f"Not sought, since it is stated that {statement}: {listed(titles)}."
+        for statement, titles in by.items()
+    )

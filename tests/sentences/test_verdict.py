@@ -154,6 +154,20 @@ def test_unlisted_says_so_with_the_closest_and_the_vibration() -> None:
     assert "cannot show it: Camera delay" in said
 
 
+@pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED])
+def test_every_verdict_says_what_was_not_sought_by_what_is_stated_of_the_rig(verdict: str) -> None:
+    told = replace(
+        FOUND, verdict=verdict,
+        not_applicable={"gravity_tilt": "Stated: the rig is level.", "camera_delay": "No camera."},
+        ruled_out={"Tilted base plate": "the rig is level", "Soft base": "the base is bolted"},
+    )  # fmt: skip
+    said = text(told)
+    assert "Not sought, since it is stated that the rig is level: Tilted base plate." in said
+    assert "Not sought, since it is stated that the base is bolted: Soft base." in said
+    assert said.count("Tilted base plate") == 1
+    assert "Not sought" not in text(replace(told, ruled_out={}))
+
+
 RANKED_ONLY = replace(
     FOUND, final_verdict=None, limit=0, kept=(), steps=(GIVEN,),
     rounds=(DiagnosisRound(RIVALS, None),), error_left=left(19.0),

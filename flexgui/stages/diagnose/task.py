@@ -119,6 +119,7 @@ def _asked(
         fidelity=asked.fidelity,
         stated_noise=stated_noise(scenario, setup, recordings),
         per_recording=asked.per_recording,
+        stated_rig=scenario.rig.statements,
     )
     return Asked(recordings, setup, spec, options)
 
