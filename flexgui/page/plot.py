@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 MARGIN = {"l": 68, "r": 10, "t": 28, "b": 40}
 CONFIG = {"displayModeBar": False}
-FONT_SIZE = 11
+FONT_SIZE = 12
 WIDTH = 540.0
 """px of the panel on the left."""
 

@@ -17,7 +17,7 @@ from flexgui.views import colours
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', sans-serif"
+FONT = "-apple-system, BlinkMacSystemFont, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif"
 HEIGHT = 260
 """px, for a panel about 560 px wide."""
 

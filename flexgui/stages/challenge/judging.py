@@ -254,8 +254,9 @@ def revealed(place: Path) -> str:
     return truth_in_words(opened(obfuscated_truth(place), TRUTH_FILE))
 
 
-def truth_in_words(text: str) -> str:
-    """What was obfuscated, for a person: the effects, their sizes, how well they show."""
+def truth_in_words(text: str, names: bool = True) -> str:
+    """What was obfuscated, for a person: the effects, their sizes, how well they show; with `names`
+    also those by which a scenario states them."""
     from flexgui.core.study.rig import bare_model
 
     truth = json.loads(text)
@@ -268,8 +269,9 @@ def truth_in_words(text: str) -> str:
         quantities = one.parameters(model.arm, model.drive, typical(model.arm))
         # A size of zero hides nothing, such as the delay of a sensor that is not there.
         stated = [q.parameter for q in quantities if values.get(q.parameter.name)]
-        sizes = [_size(parameter, values[parameter.name]) for parameter in stated]
-        lines.append(f"- {one.title} ({one.kind}){': ' if sizes else ''}{'; '.join(sizes)}.")
+        sizes = [_size(p, values[p.name], p.name if names else "") for p in stated]
+        title = f"{one.title} ({one.kind})" if names else one.title
+        lines.append(f"- {title}{': ' if sizes else ''}{'; '.join(sizes)}.")
         if one.kind in shown:
             lines.append(
                 f"  Beyond what nominal parameters can absorb it shows {shown[one.kind]:.1f} times "
@@ -281,5 +283,5 @@ def truth_in_words(text: str) -> str:
     return "\n".join(lines)
 
 
-def _size(p: Parameter, value: float) -> str:
-    return f"{p.title} {p.name} = {value:.4g} {p.unit}".strip()
+def _size(p: Parameter, value: float, name: str) -> str:
+    return f"{p.title} {name} = {value:.4g} {p.unit}".replace("  ", " ").strip()

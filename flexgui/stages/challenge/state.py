@@ -219,7 +219,7 @@ class Challenges:
             return self._session.refuse(error)
         judgement = judged(known.guesses, json.loads(text))
         asked = self.tool_asked
-        found = Revealed(tuple(truth_in_words(text).splitlines()), judgement, asked)
+        found = Revealed(tuple(truth_in_words(text, names=False).splitlines()), judgement, asked)
         with self._session.lock:
             self.state = replace(known, revealed=found)
         self._session.services.board.put(
