@@ -320,3 +320,18 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     told = re.compile(r"\(used only now\)|It is examining the recordings now\.")
     page.get_by_text(told).first.wait_for()
     session.run.stop()
+
+
+@pytest.mark.long
+def test_what_is_known_of_the_rig_is_ticked_and_not_offered(page: Any, session: Session) -> None:
+    few(session)
+    press(page, "Diagnose")
+    page.get_by_text("What do you know about this rig?").click()
+    level = page.get_by_role("checkbox", name="The rig is level")
+    level.click()
+    until(lambda: session.document.scenario.rig.level)
+    page.locator(".tick[aria-checked=true]", has_text="The rig is level").wait_for()
+    field(page, "Gear ratios").fill("50, 100")
+    until(lambda: session.document.scenario.rig.gear_ratio == (50.0, 100.0))
+    level.click()
+    until(lambda: not session.document.scenario.rig.level)

@@ -21,6 +21,7 @@ from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.look import Look, Looked, in_vain, ladder_steps, refitted_only, worse
 from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, inviting
 from flexgui.stages.diagnose.panel_moment import Moment
+from flexgui.stages.diagnose.panel_rig import KnownRig
 from flexgui.stages.diagnose.plots import demonstration, demonstration_summary, live_prediction
 from flexgui.views.headline import AS_GIVEN, BIASED
 from flexgui.views.ladder import ladder
@@ -58,6 +59,7 @@ class DiagnosePanel(Panel):
         self._verdict, self._added = Words(gui), Words(gui)
         self._undo = button(context, "Undo the last step", session.diagnosis.undo)
         self._so_far = Words(gui)
+        KnownRig(context)
         self._candidates = Candidates(context)
         self._rest = Words(gui)
         self._by_hand = ByHand(context)
