@@ -15,9 +15,18 @@ from functools import cache, partial
 from typing import Any
 
 from flexgui.core.errors import InputError
-from flexgui.jobs.messages import Advanced, Ended, Event, Failed, Finished, Task, WorkerLost
+from flexgui.jobs.messages import (
+    Advanced,
+    Ended,
+    Event,
+    Failed,
+    Finished,
+    PoolSettings,
+    Task,
+    WorkerLost,
+)
 from flexgui.jobs.pool import JobPool
-from flexgui.jobs.worker import TOO_LARGE, PoolSettings
+from flexgui.jobs.worker import TOO_LARGE
 
 MEMORY = 700_000_000
 """Bytes: the largest table that is read (160 MB of numbers), its columns in SI units, and room to

@@ -13,9 +13,18 @@ from collections.abc import Callable, Iterator
 
 from flexgui.core.errors import InputError
 from flexgui.jobs.job import Job
-from flexgui.jobs.messages import Ended, Event, Failed, Queued, Started, Stopped, Task
+from flexgui.jobs.messages import (
+    DEFAULT,
+    Ended,
+    Event,
+    Failed,
+    PoolSettings,
+    Queued,
+    Started,
+    Stopped,
+    Task,
+)
 from flexgui.jobs.supervisor import WorkerSupervisor
-from flexgui.jobs.worker import DEFAULT, PoolSettings
 
 CLOSING = 4.0
 """s for all workers to end, well within what a person waits after Ctrl-C."""

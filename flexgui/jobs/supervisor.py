@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from flexgui.core.resumable.executor import one_thread_each
 from flexgui.jobs.job import Job
-from flexgui.jobs.messages import Ended, Failed, Order, Ready, Stopped, WorkerLost
-from flexgui.jobs.worker import TOO_LONG, PoolSettings, work
+from flexgui.jobs.messages import Ended, Failed, Order, PoolSettings, Ready, Stopped, WorkerLost
+from flexgui.jobs.worker import TOO_LONG, work
 
 if TYPE_CHECKING:
     from flexgui.jobs.pool import JobPool

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from flexgui.jobs import JobPool
-from flexgui.jobs.worker import PoolSettings
+from flexgui.jobs.messages import PoolSettings
 from tests.jobs.helpers import EVEN, eventually
 
 LIGHT = PoolSettings(queued_per_session=60, grace=1.0, calm=0.0, warm_up=None, niceness=0)

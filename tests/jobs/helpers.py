@@ -16,7 +16,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress
 from flexgui.core.results import Generation
 from flexgui.jobs import Event, Task, inputs, worker
-from flexgui.jobs.worker import PoolSettings
+from flexgui.jobs.messages import PoolSettings
 
 E = TypeVar("E", bound=Event)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from flexgui.jobs import Failed, Finished, JobPool, WorkerLost
-from flexgui.jobs.worker import PoolSettings
+from flexgui.jobs.messages import PoolSettings
 from tests.jobs.helpers import PATIENCE, Listener, process_id, sevens, sleep_deaf, spin, task
 
 ROOM = 100_000_000

@@ -13,8 +13,16 @@ import pytest
 from flexgui.core.errors import InputError
 from flexgui.jobs import Event, Failed, Finished, Job, JobPool, Stopped, Task, WorkerLost
 from flexgui.jobs.job import DONE, LOST, PAUSED, STOPPED
-from flexgui.jobs.messages import Advanced, NewGeneration, Paused, Queued, Resumed, Stage, Started
-from flexgui.jobs.worker import PoolSettings
+from flexgui.jobs.messages import (
+    Advanced,
+    NewGeneration,
+    Paused,
+    PoolSettings,
+    Queued,
+    Resumed,
+    Stage,
+    Started,
+)
 from tests.jobs import helpers
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import (

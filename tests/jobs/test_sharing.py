@@ -9,8 +9,7 @@ import pytest
 from flexgui.core.errors import InputError
 from flexgui.jobs import Finished, JobPool, Stopped
 from flexgui.jobs.job import PAUSED, RUNNING, STOPPED
-from flexgui.jobs.messages import NewGeneration, Queued, Started
-from flexgui.jobs.worker import PoolSettings
+from flexgui.jobs.messages import NewGeneration, PoolSettings, Queued, Started
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import MANY, PATIENCE, Listener, count, eventually, task
 

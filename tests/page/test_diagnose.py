@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.study.challenge import opened
-from flexgui.jobs.worker import DEFAULT
+from flexgui.jobs.messages import DEFAULT
 from flexgui.session.edit import Document, put
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
