@@ -140,7 +140,7 @@ def variants(outcome: Outcome) -> Table | None:
 LEAST, MOST = 0.01, 100.0
 """%, what a FIT leaves to 100: the axis has equal steps from 0 to 90, 99, 99.9, …, so that good
 models differ."""
-NUMBERS_AT, AXIS_END = 4e-6, 3e-6
+NUMBERS_AT, AXIS_END = 1.5e-6, 1e-6
 """% on that axis: right of the dots there is room for their numbers."""
 LOOK = {
     ESTIMATE: {"symbol": "circle", "size": 8},

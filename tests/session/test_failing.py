@@ -12,7 +12,9 @@ from flexgui.core.results import (
     Diagnosis,
     LadderStep,
     RecordingComparison,
+    WorstCell,
 )
+from flexgui.stages.compare.panel import WORDS
 from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.data.rigs import point_name
 from flexgui.stages.diagnose.look import Looked
@@ -61,6 +63,17 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
 def test_an_exact_sensor_has_a_floor_all_the_same() -> None:
     exact = seen("a", 1.0, {"theta1": 1e-12})
     assert where_it_fails((exact,), None).floors["theta1"] > 1e-4, "a thousandth of its motion"
+
+
+def test_only_what_is_twice_its_noise_stands_out() -> None:
+    cells = [
+        WorstCell("a < b", "theta2", "rad", "frequency", "Hz", 0.0, 3.9, 1e-3, ratio)
+        for ratio in (1.9, 28.0)
+    ]
+    assert "Nothing stands out." in WORDS.worst(cells[:1], None)
+    table = WORDS.worst(cells[1:], cells[1])
+    assert "a &lt; b" in table and "0 to 3.9 Hz" in table and "aria-current" in table
+    assert "Nothing stands out" not in table and "theta2" not in table
 
 
 def test_the_first_working_point_is_named_as_people_write_it() -> None:

@@ -101,16 +101,19 @@
   const spans = node => {
     const {cursor, at, columns} = node.layout?.meta ?? {};
     const time = cursor in cursors ? cursors[cursor] : at, found = {};
-    const k = columns ? Math.max(columns.findLastIndex((edge, i) => edge <= time && i < columns.length - 1), 0) : 0;
-    if (time != null && (columns || timed(node))) found.cursor = columns ? [columns[k], columns[k + 1]] : [time, time];
+    if (time != null && timed(node)) found.cursor = [time, time];
+    if (time != null && columns) {
+      const k = columns.slice(1, -1).filter(edge => edge <= time).length;
+      found.cursor = [columns[k], columns[k + 1]];
+    }
     if (measurable(node))
       for (const name of "AB") if (name in marks) found[name] = [marks[name], marks[name]];
     return found;
   };
-  const overlay = node => {
+  const overlay = (node, measures = true) => {
     const full = node._fullLayout, axis = full?.xaxis, box = node.querySelector(".svg-container");
     if (!axis || !box) return;
-    for (const old of node.parentElement.querySelectorAll(".fx-at, .fx-measured")) old.remove();
+    for (const old of box.querySelectorAll(".fx-at")) old.remove();
     for (const [name, ends] of Object.entries(spans(node))) {
       const [from, to] = ends.map(end => Math.min(Math.max(axis.l2p(end), 0), axis._length));
       if (ends[1] < Math.min(...axis.range) || ends[0] > Math.max(...axis.range)) continue;
@@ -121,13 +124,15 @@
         + `top: ${full._size.t}px; height: ${full._size.h}px`;
       box.append(line);
     }
+    if (!measures) return;
+    node.parentElement.querySelector(".fx-measured")?.remove();
     if (!measurable(node)) return;
     if (!measured?.isConnected) measured = node;
     if (node === measured) node.after(difference(node));
   };
   window.fxCursor = (key, time) => {
     cursors[key] = time;
-    for (const node of figures()) if (node.layout?.meta?.cursor === key) overlay(node);
+    for (const node of figures()) if (node.layout?.meta?.cursor === key) overlay(node, false);
   };
 
   const valueAt = (trace, time) => {
@@ -137,23 +142,25 @@
     return trace.y[after - 1] + share * (trace.y[after] - trace.y[after - 1]);
   };
   const digits = value => Number.isFinite(value)
-    ? String(Number(value.toPrecision(4))).replace("-", "−") : "–";
+    ? String(Number(value.toPrecision(4))).replaceAll("-", "−") : "–";
   const difference = node => {
     const names = [..."AB"].filter(name => name in marks), both = names.length === 2;
-    const row = (label, values, last) => [label, ...values, ...(both ? [last(values)] : [])];
-    const minus = values => values[1] - values[0];
     const lines = node._fullData.filter(
       trace => trace.visible === true && trace.name && trace.hoverinfo !== "skip" && trace.x?.length);
-    const rows = [row(marks.unit, names.map(name => marks[name]), minus), ...lines.map(trace => {
-      const title = node.layout[trace.yaxis.replace("y", "yaxis")]?.title?.text ?? "";
-      return row(`${trace.name}, ${title}`, names.map(name => valueAt(trace, marks[name])), minus);
+    const rows = [[marks.unit, names.map(name => marks[name])], ...lines.map(trace => {
+      const axis = node.layout[trace.yaxis.replace("y", "yaxis")];
+      const label = `${trace.name}, ${axis?.title?.text ?? ""}`;
+      return [label, names.map(name => valueAt(trace, marks[name]))];
     })];
     const table = document.createElement("table");
     table.className = "fx-measured";
-    for (const cells of [["", ...names, ...(both ? ["B − A"] : [])], ...rows]) {
+    const write = cells => {
       const line = table.insertRow();
-      for (const cell of cells) line.insertCell().textContent = typeof cell === "number" ? digits(cell) : cell;
-    }
+      for (const cell of cells) line.insertCell().textContent = cell;
+    };
+    write(["", ...names, ...(both ? ["B − A"] : [])]);
+    for (const [label, values] of rows)
+      write([label, ...values.map(digits), ...(both ? [digits(values[1] - values[0])] : [])]);
     const close = document.createElement("button");
     close.type = "button";
     close.textContent = "✕";

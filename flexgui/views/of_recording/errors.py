@@ -12,7 +12,7 @@ class ErrorByFrequency(RecordingView):
 
     kind = "error_by_frequency"
     title = "map: by frequency"
-    about = "Working point × frequency [× noise floor]: pale is noise, dark is failing."
+    about = "Error by recording and frequency, in multiples of the noise floor"
     place = 1
 
     def draw(self, seen: Seen) -> Figure | None:
@@ -24,7 +24,7 @@ class ErrorByTime(RecordingView):
 
     kind = "error_by_time"
     title = "map: by time"
-    about = "Working point × time [× noise floor]: pale is noise, dark is failing."
+    about = "Error by recording and time, in multiples of the noise floor"
     place = 2
 
     def draw(self, seen: Seen) -> Figure | None:
