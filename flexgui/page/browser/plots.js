@@ -173,7 +173,7 @@
   const mark = (found, node = null) => {
     marks = found;
     measured = node;
-    figures().forEach(overlay);
+    for (const each of figures()) overlay(each);
   };
   // The first click sets A, the next one (or any with shift) B, the third begins anew.
   document.addEventListener("click", event => {
