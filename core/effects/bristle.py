@@ -14,7 +14,7 @@ import sympy as sp
 from ..arm.arm import Arm
 from ..arm.joints import joint
 from ..effects.effect import Values
-from ..effects.per_joint import joint_direction
+from ..effects.per_joint import joint_elements
 from ..forces.element import Element
 from ..forces.law import ForceLaw, V, W, joint_law
 
@@ -64,11 +64,5 @@ def way(arm: Arm, k: int, values: Values) -> float:
 
 def bristles(arm: Arm, law: ForceLaw, names: Sequence[str], values: Values) -> tuple[Element, ...]:
     """A law of `bristle_law` at every joint, with the values of `names` + joint number."""
-    return tuple(
-        Element(
-            law,
-            (joint_direction(arm, k),),
-            (*[values[f"{name}{k + 1}"] for name in names], way(arm, k, values)),
-        )
-        for k in range(arm.joints)
-    )
+    ways = {f"{WAY}{k + 1}": way(arm, k, values) for k in range(arm.joints)}
+    return joint_elements(arm, law, (*names, WAY), {**values, **ways})

@@ -8,7 +8,7 @@ from ..arm.chord import deflection_rows
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Rig, Values
 from ..effects.per_joint import sized
-from ..effects.per_segment import bending, each_bending, unbent
+from ..effects.per_segment import bending, unbent
 from ..effects.sizes import Sizes
 from ..forces.element import Element
 from ..forces.law import X, joint_law
@@ -48,7 +48,7 @@ class CubicStiffness(Effect):
             title = f"cubic stiffness of segment {k + 1}"
             return sized(f"k3{k + 1}", start, "N/m³", title, symbol=rf"k_{{3,{k + 1}}}")
 
-        return each_bending(arm, make)
+        return tuple(make(k) for k in bending(arm))
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         rows = deflection_rows(arm, p)

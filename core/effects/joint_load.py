@@ -39,10 +39,12 @@ def hub_parameters(
 ) -> tuple[EffectParameter, ...]:
     """The hub inertia Jh of every joint, at least `least` times what the joint moves. Without a
     gear, what a carried motor turns with its joint turns with the segment that carries it too."""
-    hubs = [_inertia(arm, k, f"Jh{k + 1}", SHARE, least, secondary) for k in range(arm.joints)]
     return tuple(
-        replace(hub, ruled_out_by="direct_drive") if arm.carries_motor(k) else hub
-        for k, hub in enumerate(hubs)
+        replace(
+            _inertia(arm, k, f"Jh{k + 1}", SHARE, least, secondary),
+            ruled_out_by="direct_drive" if arm.carries_motor(k) else "",
+        )
+        for k in range(arm.joints)
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,11 +17,6 @@ CLAMPED = 1.8751**2
 def bending(arm: Arm) -> tuple[int, ...]:
     """Segments (from 0) that bend."""
     return tuple(k for k, modes in enumerate(arm.modes) if modes)
-
-
-def each_bending(arm: Arm, make: Callable[[int], EffectParameter]) -> tuple[EffectParameter, ...]:
-    """One parameter per bending segment, `make(k)` with k from 0."""
-    return tuple(make(k) for k in bending(arm))
 
 
 def unbent(rig: Rig) -> str:

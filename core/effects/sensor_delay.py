@@ -5,25 +5,16 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..arm.arm import Arm
-from ..drives.drive import Drive
-from ..effects.effect import Effect, EffectParameter, Rig, Values
-from ..effects.per_channel import (
-    columns_of,
-    compared_in,
-    each_channel,
-    nothing_to_see,
-)
+from ..effects.effect import EffectParameter, Values
+from ..effects.per_channel import ChannelEffect
 from ..effects.per_joint import sized
 from ..effects.sizes import Sizes
 
 START, LONGEST = 3.0, 100.0
 """In sample times: a value that waits for a bus is some samples old."""
 
-NAME = "t"
 
-
-class SensorDelay(Effect):
+class SensorDelay(ChannelEffect):
     """A delay per channel against the columns that drive the model: references, or torques.
 
     Of either sign, because those columns may be late themselves; positive is late. Smooth in the
@@ -45,27 +36,17 @@ class SensorDelay(Effect):
     formula = r"y_{k,\mathrm{measured}}(t) = y_k(t - t_k)"
     linear = True
     acts_at = "joints"
+    letter = "t"
 
-    def not_applicable(self, rig: Rig) -> str:
-        return nothing_to_see(self, NAME, rig)
-
-    def shown(self, name: str, rig: Rig) -> bool:
-        return compared_in(NAME, name, rig)
-
-    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start = START * sizes.sample_time
-
-        def make(name: str, channel: str) -> EffectParameter:
-            most = LONGEST * sizes.sample_time
-            return sized(name, start, "s", f"delay of {channel}", signed=True, upper=most)
-
-        return each_channel(NAME, arm, make)
+    def parameter(self, name: str, channel: str, sizes: Sizes) -> EffectParameter:
+        start, most = START * sizes.sample_time, LONGEST * sizes.sample_time
+        return sized(name, start, "s", f"delay of {channel}", signed=True, upper=most)
 
     def followed(self, joints: np.ndarray, dt: float, values: Values) -> np.ndarray:
-        return _late(joints, dt, -columns_of(NAME, "encoder", values))
+        return _late(joints, dt, -self.columns_of("encoder", values))
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
-        return _late(y, dt, columns_of(NAME, sensor, values))
+        return _late(y, dt, self.columns_of(sensor, values))
 
 
 def _late(y: np.ndarray, dt: float, delays: np.ndarray) -> np.ndarray:

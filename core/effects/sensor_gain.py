@@ -4,15 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm.arm import Arm
-from ..drives.drive import Drive
-from ..effects.effect import Effect, EffectParameter, Rig, Values
-from ..effects.per_channel import (
-    columns_of,
-    compared_in,
-    each_channel,
-    nothing_to_see,
-)
+from ..effects.effect import EffectParameter, Values
+from ..effects.per_channel import ChannelEffect
 from ..effects.per_joint import sized
 from ..effects.sizes import Sizes
 
@@ -24,17 +17,8 @@ LEAST, MOST = -0.5, 1.0
 is further off is a unit or a gear ratio, a question of the recording and no size to be fitted.
 Wider, a scale takes up friction: an encoder that is wrong by four fits better than none at all."""
 
-NAME = "g"
 
-CALIBRATED = {
-    "deflection": "gauges_calibrated",
-    "encoder": "encoders_calibrated",
-    "link_encoder": "encoders_calibrated",
-}
-"""Kind of sensor -> the statement about the rig under which its scale is the stated one."""
-
-
-class SensorGain(Effect):
+class SensorGain(ChannelEffect):
     """Measured = (1 + gain) times true, per channel.
 
     An encoder's scale also says where the joints start and what a virtual servo follows. A loop
@@ -56,32 +40,28 @@ class SensorGain(Effect):
     formula = r"y_{k,\mathrm{measured}} = (1 + g_k) \, y_k"
     linear = True
     acts_at = "joints"
+    letter = "g"
+    exact_by = {
+        "deflection": "gauges_calibrated",
+        "encoder": "encoders_calibrated",
+        "link_encoder": "encoders_calibrated",
+    }
 
-    def not_applicable(self, rig: Rig) -> str:
-        return nothing_to_see(self, NAME, rig)
-
-    def shown(self, name: str, rig: Rig) -> bool:
-        return compared_in(NAME, name, rig)
-
-    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(name: str, channel: str) -> EffectParameter:
-            title = f"error of the scale of {channel}"
-            return sized(name, START, "", title, lower=LEAST, upper=MOST)
-
-        return each_channel(NAME, arm, make, CALIBRATED)
+    def parameter(self, name: str, channel: str, sizes: Sizes) -> EffectParameter:
+        title = f"error of the scale of {channel}"
+        return sized(name, START, "", title, lower=LEAST, upper=MOST)
 
     def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
-        scale = _scale("encoder", values)
+        scale = self._scale("encoder", values)
         return joints / scale if np.any(scale != 1.0) else joints
 
     def followed(self, joints: np.ndarray, dt: float, values: Values) -> np.ndarray:
         return self.started(joints, values)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
-        scale = _scale(sensor, values)
+        scale = self._scale(sensor, values)
         return y * scale if np.any(scale != 1.0) else y
 
-
-def _scale(sensor: str, values: Values) -> np.ndarray:
-    """(k,) one plus the gains of a kind of sensor's channels; (0,) for a kind that has none."""
-    return 1.0 + columns_of(NAME, sensor, values)
+    def _scale(self, sensor: str, values: Values) -> np.ndarray:
+        """(k,) one plus the gains of a kind of sensor's channels; (0,) for a kind that has none."""
+        return 1.0 + self.columns_of(sensor, values)

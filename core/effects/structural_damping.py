@@ -3,7 +3,7 @@
 from ..arm.arm import Arm
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Rig
-from ..effects.per_segment import arm_parameter, clamped_frequency, each_bending, unbent
+from ..effects.per_segment import arm_parameter, bending, clamped_frequency, unbent
 from ..effects.sizes import Sizes
 
 RATIO = 0.02
@@ -39,4 +39,4 @@ class StructuralDamping(Effect):
             step = 2.0 * RATIO / clamped_frequency(arm, k)
             return arm_parameter(arm, f"tau{k + 1}", step, 0.0, own + LARGEST * step)
 
-        return each_bending(arm, make)
+        return tuple(make(k) for k in bending(arm))
