@@ -23,6 +23,9 @@ VERY_STRONG, STRONG, POSITIVE = 10.0, 6.0, 2.0
 ENDLESS = 1000.0
 """A difference of BIC above this is only said to be above it."""
 
+LITTLE = 1.0
+"""Per cent: a smaller share is only said to be smaller."""
+
 CERTAIN = 1e-9
 """A chance below this is only said to be below it."""
 
@@ -41,10 +44,13 @@ def times(ratio: float) -> str:
 
 def percent(share: float) -> str:
     """'46 %', 'more than 99.9 %'; never more than was found."""
-    if share > 99.9:
-        return "more than 99.9 %"
-    if share < 1.0:
-        return "less than 1 %"
+    return short_percent(share).replace("> ", "more than ").replace("< ", "less than ")
+
+
+def short_percent(share: float) -> str:
+    """'46 %', '> 99.9 %': the same where there is little room."""
+    if not LITTLE <= share <= 99.9:
+        return "< 1 %" if share < LITTLE else "> 99.9 %"
     return f"{share:.1f} %" if share > 99.0 else f"{share:.0f} %"
 
 

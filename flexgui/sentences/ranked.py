@@ -46,13 +46,13 @@ def in_order(ranking: Sequence[RankedEffect], named: str | None = None) -> tuple
                 one.effect != named,
                 bool(one.tied_to),
                 one.refit_drop_percent is None,
-                -_share(one),
+                -explained_share(one),
             ),
         )
     )
 
 
-def _share(ranked: RankedEffect) -> float:
+def explained_share(ranked: RankedEffect) -> float:
     """Per cent that an effect explains: by its refit, or what the screen expects."""
     refitted = ranked.refit_drop_percent
     return ranked.expected_drop_percent if refitted is None else refitted
@@ -61,7 +61,7 @@ def _share(ranked: RankedEffect) -> float:
 def worth_listing(ranking: Sequence[RankedEffect]) -> list[RankedEffect]:
     """Without those that explain nothing, and without those that vanished when refitted: what
     these seem to explain is something else that moved meanwhile."""
-    return [r for r in ranking if _share(r) >= LEAST_SHARE and not _vanished(r.parameters)]
+    return [r for r in ranking if explained_share(r) >= LEAST_SHARE and not _vanished(r.parameters)]
 
 
 def _vanished(sizes: Sequence[Estimate]) -> bool:

@@ -62,6 +62,11 @@ def verdict_paragraphs(found: Diagnosis) -> tuple[str, ...]:
     return tuple(p for p in paragraphs if p)
 
 
+def gist(found: Diagnosis) -> str:
+    """What is missing, where something is: for a card whose title says no more."""
+    return STOPPED if found.stopped else first_sentence(verdict_paragraphs(found)[0])
+
+
 def _findings(found: Diagnosis) -> list[Finding]:
     """The effects that are in the model at the end; the best of the ranking where none was to be
     added."""

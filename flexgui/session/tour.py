@@ -163,7 +163,7 @@ def _diagnose(session: Session) -> Card:
         return Card(DONE, "Nothing is missing that these recordings could show.", END)
     return Card(
         ADD,
-        f"What is it? and Show what it does explain an effect. Press Add "
+        "What is it? explains an effect, and Show what it does in it. Press Add beside "
         f"{look.ranking[0].title}: the model is fitted again with it, and the error falls on the "
         "ladder if that is what was missing. Undo the last step restores the previous model.",
     )
@@ -177,7 +177,7 @@ def _looking(pending: Look) -> Card:
     return Card(
         DIAGNOSE,
         f"{first} explains most of the error so far; the line through the residual is what it "
-        f"predicts. Press Add {first}, or wait until every effect was tried.",
+        f"predicts. Press Add beside {first}, or wait until every effect was tried.",
     )
 
 
@@ -220,7 +220,7 @@ def _added(session: Session, look: Look) -> Card:
     if verdict is None:
         on = "Press Find what is missing to examine the residual"
     else:
-        on = f"Something is still missing: press Add {look.ranking[0].title}"
+        on = f"Something is still missing: press Add beside {look.ranking[0].title}"
     return Card(
         ADD,
         f"With {look.title} the error fell {words}. {on}, or Undo the last step and try another.",

@@ -169,7 +169,7 @@ def test_no_button_is_pressed_while_the_model_is_fitted(session: Session) -> Non
 
 def test_what_was_found_is_named_with_its_button(session: Session) -> None:
     go(session, LACKING)
-    assert f"Press Add {FRICTION}:" in at(session, "Diagnose").text
+    assert f"Press Add beside {FRICTION}:" in at(session, "Diagnose").text
 
 
 def test_a_look_at_other_settings_is_to_be_taken_again(session: Session) -> None:
@@ -229,7 +229,7 @@ def test_an_error_that_fell_halfway_leads_on_or_back(session: Session) -> None:
     go(session, LACKING, look(7.7, MISSING, FRICTION, "Viscous joint friction"))
     shown = at(session, "Diagnose").text
     assert "from 9.7 to 7.7" in shown
-    assert f"press Add {FRICTION}, or Undo" in shown
+    assert f"press Add beside {FRICTION}, or Undo" in shown
 
 
 def test_elsewhere_the_card_says_where_the_tour_goes_on(session: Session) -> None:
@@ -288,7 +288,7 @@ def test_an_effect_that_waits_to_be_added_does_not_lead_back_to_diagnosing(
 ) -> None:
     session.diagnosis.pending = LACKING
     shown = at(session, "Diagnose")
-    assert (shown.title, f"Press Add {FRICTION}" in shown.text) == (DIAGNOSE, True)
+    assert (shown.title, f"Press Add beside {FRICTION}" in shown.text) == (DIAGNOSE, True)
     session.diagnosis.to_add = FRICTION
     assert at(session, "Diagnose").title == ADD
     session.diagnosis.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")

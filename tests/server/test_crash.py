@@ -10,7 +10,7 @@ import pytest
 
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.session.edit import Document, put
-from tests.server.helpers import Browser, announcement, part
+from tests.server.helpers import Browser, action, announcement, part
 from tests.server.served import Served, sees, served, show, texts, until, widget
 from tests.session.helpers import alone, good_csv
 
@@ -21,7 +21,8 @@ JOB = 90.0
 SLOW = 600.0
 """s: a first and a second look at a model on a machine that does other things too."""
 UPLOAD = "Upload a recording or a scenario"
-FRICTION = "Add Coulomb friction"
+ADD = "data-action='add effect'"
+FRICTION = f"{ADD} data-value='coulomb_friction' title=''>"
 UNJUDGED, MISSING = "2 recordings to diagnose.", "Something is missing."
 ADDED, NOTHING = "In the model: Coulomb friction.", "Nothing is missing."
 STEPS = (UNJUDGED, MISSING, ADDED, NOTHING)
@@ -50,22 +51,17 @@ def press(browser: Browser, label: str, value: object = True) -> None:
     browser.set(widget(browser, label, "GuiButton"), value)
 
 
-def addable(browser: Browser) -> str | None:
-    """The button that adds friction, where it can be pressed, by all that was heard so far."""
-    found: str | None = None
-    disabled: dict[str, bool] = {}
-    for message in browser.heard:
-        props = message.get("updates", message.get("props", {}))
-        if props.get("label") == FRICTION:
-            found = message["uuid"]
-        if "disabled" in props:
-            disabled[message["uuid"]] = props["disabled"]
-    return None if found is None or disabled.get(found) else found
+def addable(browser: Browser) -> bool:
+    """Whether the newest list has a button that adds friction and can be pressed."""
+    told = [m.get("updates", m.get("props", {})).get("content", "") for m in browser.heard]
+    lists = [content for content in told if ADD in str(content)]
+    return bool(lists) and FRICTION in lists[-1]
 
 
 def add(browser: Browser) -> None:
     """Adds what stands in the list, once its button can be pressed."""
-    browser.set(until(lambda: browser.listen() and addable(browser), SLOW, FRICTION), True)
+    until(lambda: browser.listen() and addable(browser), SLOW, FRICTION)
+    browser.set(widget(browser, "Action"), action("add effect", "coulomb_friction"))
 
 
 def reached(browser: Browser) -> int:
@@ -84,7 +80,7 @@ def taken_up(browser: Browser) -> int:
     def known() -> bool:
         browser.listen()
         said = texts(browser)
-        return any(step in said for step in (UNJUDGED, ADDED, NOTHING)) or bool(addable(browser))
+        return any(step in said for step in (UNJUDGED, ADDED, NOTHING)) or addable(browser)
 
     until(known, JOB, "what was found before")
     return reached(browser)

@@ -77,8 +77,19 @@
     if (there && there !== shown()) window.fxAct("stage", there);
   });
 
+  // What was unfolded stays so when it is drawn anew.
+  const unfolded = new Set();
+  document.addEventListener("toggle", ({target}) => {
+    if (target.dataset?.fold) unfolded[target.open ? "add" : "delete"](target.dataset.fold);
+  }, true);
+  const unfold = () => document.querySelectorAll("details[data-fold]:not([open])").forEach(fold => {
+    fold.open = unfolded.has(fold.dataset.fold);
+  });
+
   let asked = 0;
-  const soon = () => { asked ||= requestAnimationFrame(() => { asked = 0; refocus(); follow(); }); };
+  const soon = () => {
+    asked ||= requestAnimationFrame(() => { asked = 0; refocus(); unfold(); follow(); });
+  };
   new MutationObserver(soon).observe(document.body, {childList: true, subtree: true});
   soon();
 })();

@@ -38,7 +38,7 @@
       name(input, row?.querySelector("label")?.innerText || "value");
     }
     for (const button of document.querySelectorAll("button")) {
-      if (button.innerText.trim() || button.getAttribute("aria-label")) continue;
+      if (button.textContent.trim() || button.getAttribute("aria-label")) continue;
       const close = button.className.includes("CloseButton") || button.closest(".mantine-Notification-root");
       name(button, close ? "Close" : button.title || "Settings of the view");
     }

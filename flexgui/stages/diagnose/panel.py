@@ -7,13 +7,13 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.core.effects import catalogue
-from flexgui.core.results import MISSING
+from flexgui.core.results import MISSING, NOTHING, RankedEffect
 from flexgui.jobs.job import RUNNING
 from flexgui.page.busy import Busy
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import Words, button, color, offer, paragraph, react
-from flexgui.sentences.figures import linear_sentence, times
+from flexgui.sentences.figures import linear_sentence
 from flexgui.session.edit import model_of
 from flexgui.session.state import Topic
 from flexgui.session.tour import holds_way_on
@@ -26,17 +26,13 @@ from flexgui.stages.diagnose.plots import demonstration, demonstration_summary, 
 from flexgui.views.headline import AS_GIVEN, BIASED
 from flexgui.views.ladder import ladder
 from flexgui.views.missing_torque import missing_cloud
-from flexgui.views.ranking import ranking
 
 BEST = "the first in the list"
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
-BARS = 6
-RANKING = 290.0
-"""px"""
 
 
 class DiagnosePanel(Panel):
-    """Verdict and ranked list on the right; ladder, ranking and residual on the left."""
+    """Verdict, model and candidates on the right; ladder, torque and residual on the left."""
 
     kind = "Diagnose"
     topics = frozenset({
@@ -56,14 +52,13 @@ class DiagnosePanel(Panel):
         self._find = button(
             context, "Find what is missing", session.diagnosis.search, prominent=True
         )
-        self._verdict, self._added = Words(gui), Words(gui)
-        self._undo = button(context, "Undo the last step", session.diagnosis.undo)
+        self._verdict, self._model = Words(gui), Words(gui)
+        context.actions.register("repeat diagnosis", lambda _: session.diagnosis.search())
+        context.actions.register("undo step", lambda _: session.diagnosis.undo())
         self._so_far = Words(gui)
         KnownRig(context)
         self._candidates = Candidates(context)
-        self._rest = Words(gui)
         self._by_hand = ByHand(context)
-        self._next = button(context, "Next: export", lambda: session.show("Export"))
 
     def build_plots(self) -> None:
         context, gui = self.context, self.gui
@@ -71,7 +66,6 @@ class DiagnosePanel(Panel):
         self._about = Words(gui)
         self._ladder = Plot(context, 0.45)
         self._moment = Moment(context)
-        self._ranking = Plot(context, 0.54)
         of = gui.add_dropdown("Predicted by", (BEST,), visible=False)
         self._of: Any = react(context, of, self._show_residual)
         self._residual = Plot(context, 0.72)
@@ -82,26 +76,19 @@ class DiagnosePanel(Panel):
         session, look = self.session, self.session.diagnosis.look
         found = self._listed(None if look is None else look.found)
         free, old, way_on = not session.run.busy, self._old(look), self._way_on(look)
-        fresh = look is not None and look.diagnosis is not None and not old
+        titles = _titles(found)
         self._busy.refresh(self._sentence(look))
-        self._find.visible = not self._busy.running
-        self.enable(free, self._find, self._undo)
-        self._find.label = "Repeat diagnosis" if fresh else "Find what is missing"
-        for each, step in ((self._find, FIND), (self._undo, UNDO), (self._next, GO_ON)):
-            each.color = color(way_on == step)
-        self._verdict.show(*self._verdict_words(look))
-        self._added.show(self._model_words())
+        self._find.visible = not self._busy.running and not self.done
+        self.enable(free, self._find)
+        self._find.color = color(way_on == FIND)
+        self._verdict.show(self._verdict_words(look, titles, free, way_on))
+        self._model.show(self._model_words(free, way_on))
         self._by_hand.refresh(free)
-        self._undo.visible = len(session.diagnosis.looks) > 1
         self._so_far.show(WORDS.so_far(found))
         run = session.run.state
         streams = run.kind == "diagnose" and run.phase == RUNNING
         able = free or (streams and session.diagnosis.pending is not None)
-        titles = _titles(found)
         self._candidates.show(found, titles, way_on == ADD, able and not old)
-        diagnosed = None if look is None else look.diagnosis
-        self._rest.show("" if diagnosed is None else WORDS.rest(diagnosed, titles))
-        self._next.visible = fresh
         self._at_work.refresh()
         self._about.show(WORDS.nothing_yet() if found is None else "")
         self._show_plots(found)
@@ -132,25 +119,33 @@ class DiagnosePanel(Panel):
             return UNDO
         return ADD if more else GO_ON
 
-    def _verdict_words(self, look: Look | None) -> list[Markup | str]:
+    def _verdict_words(
+        self, look: Look | None, titles: dict[str, str], free: bool, way_on: str
+    ) -> Markup:
         """The verdict on the model that is shown; of one that was left none."""
         diagnosis = self.session.diagnosis
         if look is None or (diagnosis.pending is not None and diagnosis.pending is not look):
-            return []
-        if diagnosis.pending is None and worse(diagnosis.looks):
-            return [WORDS.speaks_against(diagnosis.looks[-1].title)]
-        # What the linear model costs stands beside the verdict on the first model.
+            return Markup("")
+        against = diagnosis.pending is None and worse(diagnosis.looks)
+        # What the linear model costs belongs to the verdict on the first model.
         cost = diagnosis.linear_model if look is diagnosis.shown_looks[0] else None
-        verdict = "" if look.diagnosis is None else WORDS.verdict(look.diagnosis, look.error)
-        return [paragraph("" if cost is None else linear_sentence(cost)), verdict]
+        return Markup(
+            WORDS.verdict(
+                look.diagnosis, look.error, diagnosis.looks[-1].title if against else "",
+                "" if cost is None else linear_sentence(cost), titles,
+                "main" if way_on == GO_ON else "", self.done, free,
+            )
+        )  # fmt: skip
 
-    def _model_words(self) -> Markup:
+    def _model_words(self, free: bool, way_on: str) -> Markup:
         """What is in the model with its sizes, by the diagnosis' own fit and by the first."""
-        looks, first_fit = self.session.diagnosis.shown_looks, self.session.diagnosis.first_fit
+        diagnosis = self.session.diagnosis
+        looks, first_fit = diagnosis.shown_looks, diagnosis.first_fit
         titles = [title for _, title in present(self.session.document.scenario)]
+        undo = ("invites" if way_on == UNDO else "offered") if len(diagnosis.looks) > 1 else ""
         steps = [look.found.step for look in looks if look.found is not None]
         if not steps:
-            return Markup(WORDS.model(titles, (), 0.0, (), "", ""))
+            return Markup(WORDS.model(titles, (), 0.0, (), "", "", undo, free))
         last, own = looks[-1], model_of(looks[-1].scenario).effect_parameters
         known = steps[-1].parameters if last.diagnosis is None else last.diagnosis.parameters
         standing = sorted(known, key=lambda e: e.name not in own)
@@ -161,7 +156,8 @@ class DiagnosePanel(Panel):
         alone = len(looks) > 1 and last.added and last.added not in catalogue()
         place = own_place(looks[-2], last) if alone else ""
         before = first if len(steps) > 1 else []
-        return Markup(WORDS.model(titles, standing, last.error, before, heading, place))
+        words = WORDS.model(titles, standing, last.error, before, heading, place, undo, free)
+        return Markup(words)
 
     def _sentence(self, look: Look | None) -> str:
         if look is None:
@@ -170,7 +166,7 @@ class DiagnosePanel(Panel):
             return f"{count} recordings to diagnose. What does the model lack?"
         if self._old(look):
             return "The settings have changed since; repeat the diagnosis."
-        return f"The model's error is {times(look.error)} the noise floor."
+        return ""
 
     def _old(self, look: Look | None) -> bool:
         return look is not None and look.scenario != self.session.document.scenario
@@ -180,8 +176,7 @@ class DiagnosePanel(Panel):
             self._drawn = found
             steps = ladder_steps(self.session.diagnosis.shown_looks)
             self._ladder.show_whole(ladder(steps))
-            self._ranking.show_whole(ranking(found.ranking[:BARS]) if found else None, RANKING)
-            pictured = [r.title for r in found.ranking if r.predicted] if found else []
+            pictured = [r.title for r in _predicting(found)]
             offer(self._of, (BEST, *pictured), self._of.value)
             self._of.visible = bool(pictured)
         self._moment.refresh()
@@ -190,17 +185,17 @@ class DiagnosePanel(Panel):
     def _show_residual(self) -> None:
         look = self.session.diagnosis.look
         found = None if look is None else look.found
-        if found is None:
+        pictured = _predicting(found)
+        name = self.session.playback.cursor.recording
+        self._residual_of = name
+        if found is None or not pictured:
             self._residual.show(None)
             return
-        name = self.session.playback.cursor.recording
         k = found.recordings.index(name) if name in found.recordings else 0
-        self._residual_of = found.recordings[k]
-        pictured = [r for r in found.ranking if r.predicted]
-        one = next((r for r in pictured if r.title == self._of.value), next(iter(pictured), None))
+        one = next((r for r in pictured if r.title == self._of.value), pictured[0])
         figure = live_prediction(
             found.channels[k], found.dt[k], found.residual[k],
-            None if one is None else one.predicted[k], "" if one is None else one.title,
+            one.predicted[k], one.title,
             f"Residual, {found.recordings[k]} [× noise floor]",
         )  # fmt: skip
         self._residual.show(figure, self._cursor(found))
@@ -219,14 +214,22 @@ class DiagnosePanel(Panel):
         self._moment.move_cursor()
 
 
+def _predicting(found: Looked | None) -> list[RankedEffect]:
+    """The effects whose prediction can be drawn over the residual; where nothing is missing, none
+    is worth a figure."""
+    if found is None or (found.diagnosis is not None and found.diagnosis.verdict == NOTHING):
+        return []
+    return [one for one in found.ranking if one.predicted]
+
+
 def _titles(found: Looked | None) -> dict[str, str]:
     own = {} if found is None else {r.effect: r.title for r in found.ranking}
     return {kind: one.title for kind, one in catalogue().items()} | own
 
 
 class AtWork(Piece):
-    """An effect at work on this arm, while it is demonstrated: its story, formula, outputs and
-    torque; how its job stands."""
+    """An effect at work on this arm, while it is demonstrated: its formula, outputs and torque; how
+    its job stands."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -241,7 +244,7 @@ class AtWork(Piece):
         state = self.session.demonstration
         shown, why = state.shown if state.kind else None, state.not_shown
         effect = catalogue().get(state.kind)
-        words = WORDS.at_work(effect, why) if shown is None else WORDS.story(effect)
+        words = WORDS.at_work(effect, why) if shown is None else WORDS.named(effect)
         self._words.show(words if state.kind else "")
         self._below.show(paragraph("" if shown is None else demonstration_summary(shown), "soft"))
         if shown is not self._drawn:

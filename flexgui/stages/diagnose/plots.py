@@ -70,8 +70,8 @@ def demonstration_summary(shown: Demonstration) -> Markup:
     )
 
 
-SIZE = (340, 64)
-"""px; the page makes it as wide as its panel."""
+SIZE = (84, 28)
+"""px"""
 
 NOISY = 3.0
 """Floors that the picture spans at least on either side, or noise would look large."""
@@ -88,6 +88,11 @@ class Glimpse:
     """(rows,) in floors."""
     predicted: np.ndarray
     """(rows,) in floors."""
+
+    @property
+    def caption(self) -> str:
+        """'θ₂ in recording th3, 0.17 s'"""
+        return f"{channel_symbol(self.channel)} in recording {self.recording}, {self.seconds:.2g} s"
 
 
 def glimpse(
@@ -117,24 +122,16 @@ def glimpse(
 
 
 def picture(seen: Glimpse) -> Markup:
-    """As SVG, with a line that says what it is."""
+    """As SVG."""
     both = (seen.actual, seen.predicted)
     top = max(NOISY, *(float(np.nanmax(np.abs(values))) for values in both))
     x = np.arange(len(seen.actual), dtype=float)
     curves = [
         Curve(x, 0.0 * x, colours.GRID, 1.0),
-        Curve(x, seen.actual, colours.faded(colours.RESIDUAL, 0.55), 3.2),
+        Curve(x, seen.actual, colours.RESIDUAL, 2.2),
         Curve(x, seen.predicted, colours.ADDED),
     ]
-    drawn = sketch(curves, (-top, top), SIZE, "predicted over actual residual", "glimpse")
-    legend = Markup(
-        "<p class='soft'><span class='key' style='background:{}'></span>residual"
-        "<span class='key' style='background:{}'></span>"
-        "prediction of the effect: {} in recording {}, {:.2g}\N{NO-BREAK SPACE}s</p>"
-    )
-    return drawn + legend.format(
-        colours.RESIDUAL, colours.ADDED, channel_symbol(seen.channel), seen.recording, seen.seconds
-    )
+    return sketch(curves, (-top, top), SIZE, "predicted over actual residual", "glimpse")
 
 
 MORPH = {"morph": True}

@@ -23,7 +23,7 @@ from flexgui.stages.diagnose.effects import (
     with_own,
     without_effect,
 )
-from flexgui.stages.diagnose.look import Look, Looked, last_change, steps_before, story, worse
+from flexgui.stages.diagnose.look import Look, Looked, last_change, steps_before, story
 from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose
 from flexgui.views.pooled import overall_estimates
 
@@ -265,7 +265,7 @@ class Diagnosis:
         if self._then is None and isinstance(event, Stopped):
             self._session.show_message(_stopped(kept, bool(self.looks)))
         elif self._then is None and isinstance(event, Finished) and look.title:
-            self._session.show_message(self._fallen(), bad=worse(self.looks))
+            self._session.show_message(self._fallen())
         return self._then
 
     def _worth_keeping(self, look: Look, event: Ended) -> bool:
