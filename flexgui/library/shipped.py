@@ -90,6 +90,11 @@ def is_of_tour(scenario: Scenario) -> bool:
     return scenario.recordings == hidden_scenario().recordings
 
 
+def is_as_begun(scenario: Scenario) -> bool:
+    """Whether its recordings are those of one that a page begins with."""
+    return any(scenario.recordings == made().recordings for made in EMBEDDED.values())
+
+
 EMBEDDED = {DEMO: demo_scenario, HIDDEN: hidden_scenario}
 
 

@@ -4,7 +4,7 @@ finding of the check beside its picture."""
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -19,6 +19,8 @@ from flexgui.views.sketch import sparkline
 
 POINTS = 600
 """A panel is about as many pixels wide."""
+COLUMNS = 6
+"""Of a file that is not read yet."""
 ROWS = 5
 """More kinds than these do not fit beside the arm; the first ones are shown."""
 ORDER = ("dtheta#_ref", "theta#_ref", "i#_ref", "u#", "i#", "theta#", "z#", "deflection#", "ydot#")
@@ -47,6 +49,22 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
         parts.append(Pane([_line(recording, n, s, unit, text) for n, s, text in each], axis(label)))
     shapes = masked(recording, kinds)
     return panes(parts, axis("time [s]"), hovermode="x unified", shapes=shapes)
+
+
+def as_in_file(
+    pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str, first: Sequence[str]
+) -> Figure:
+    """Columns of a file that is not read yet, by heading, over the one of the time, or over rows;
+    those that come `first` before the others."""
+    ordered = [h for h in dict.fromkeys((*first, *pictures)) if h in pictures and h != time]
+    parts = []
+    for k, heading in enumerate(ordered[:COLUMNS]):
+        rows, values = pictures[heading]
+        x = pictures[time][1] if time in pictures else rows
+        hover = "%{y:.4g}<extra></extra>"
+        drawn = line(x, values, "", colours.series(k), hover, width=1.3)
+        parts.append(Pane([drawn], axis(heading, nticks=4)))
+    return panes(parts, axis(time or "row"), hovermode="x unified")
 
 
 def _starts(recording: Recording, names: Sequence[str]) -> list[float]:

@@ -1,4 +1,5 @@
-"""A laboratory's file with names, units and faults of its own, to a right fit in six clicks."""
+"""A laboratory's file with names, units and faults of its own, to a right fit and to a verdict in a
+few clicks."""
 
 from __future__ import annotations
 
@@ -11,15 +12,16 @@ import pandas as pd
 import pytest
 
 from flexgui.core.recording.save import save_recording
+from flexgui.core.results import MISSING, NOTHING, Outcome
 from flexgui.scene.recorded import read_one
-from flexgui.session.edit import put
 from flexgui.session.session import Session
 from tests.page.conftest import Desktop
 from tests.page.helpers import press, sees
 from tests.page.test_walk import BOXES, SETTLED
 from tests.session.helpers import until
 
-CLICKS = 6
+CLICKS = 7
+"""From the first page to a verdict."""
 TRUE_EI = 520.83
 """N m^2, of the paper's arm, which made the recording."""
 CLOSE = 0.02
@@ -59,10 +61,19 @@ class Clicks:
         press(self.page, name)
         self.count += 1
 
-    def upload(self, path: Path) -> None:
+    def upload(self, path: Path, button: str = "Upload a recording or a scenario") -> None:
         with self.page.expect_file_chooser() as chooser:
-            self.press("Upload a recording or a scenario")
+            self.press(button)
         chooser.value.set_files(path)
+
+    def fit(self, session: Session) -> Outcome:
+        """From the stage Data, where recordings stand."""
+        self.press("Next: identify")
+        self.press("Start identification")
+        found = session.identification
+        until(lambda: found.outcome is not None and not session.run.busy, PATIENT / 1000)
+        assert found.outcome is not None
+        return found.outcome
 
 
 def shot(page: Any, name: str) -> None:
@@ -73,38 +84,51 @@ def shot(page: Any, name: str) -> None:
         page.screenshot(path=Path(folder) / f"import_{page.viewport_size['width']}_{name}.png")
 
 
-def test_a_foreign_file_is_fitted_right_in_six_clicks(
-    page: Any, session: Session, foreign: Path
-) -> None:
-    session.document.change(
-        put(("identify", "population"), 12), put(("identify", "generations"), 15)
-    )
+def test_a_foreign_file_is_fitted_right(page: Any, session: Session, foreign: Path) -> None:
     page.set_default_timeout(PATIENT)
     hand = Clicks(page)
-    hand.press("Data")
-    hand.upload(foreign)
+    hand.upload(foreign, "Open my recordings")
     sees(page, "All required signals are assigned.")
     sees(page, "Exchanged: the others fit only so.")
     sees(page, "Empty cells: 6 in enc_1; the longest gap lasts 0.006 s.")
     shot(page, "table")
     hand.press("Read the file")
     sees(page, "bench.csv: 3000 samples at 1000 Hz, 3.00 s.")
-    hand.press("Use it alone")
     sees(page, "1 to fit, 0 to validate.")
     until(lambda: session.check.is_checked and not session.check.running, PATIENT / 1000)
     shot(page, "check")
-    hand.press("Next: identify")
-    hand.press("Start identification")
-    until(
-        lambda: session.identification.outcome is not None and not session.run.busy, PATIENT / 1000
-    )
-    assert hand.count <= CLICKS
-    assert session.identification.outcome is not None
-    (fit,) = session.identification.outcome.fits
-    found = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
-    assert found["EI"] == pytest.approx(TRUE_EI, rel=CLOSE)
+    (fit,) = hand.fit(session).fits
+    sees(page, "Converged: yes")
+    for estimate in fit.estimates:
+        assert estimate.value == pytest.approx(TRUE_EI, rel=CLOSE), estimate.name
     columns = session.document.scenario.recordings[0].columns
     assert columns["theta1"].name == "enc_2 [deg]" and columns["theta2"].name == "enc_1 [deg]"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("file", "missing"), [("", NOTHING), ("emps.csv", MISSING)], ids=["own", "slide"]
+)
+def test_a_file_leads_to_a_verdict_in_seven_clicks(
+    page: Any, session: Session, foreign: Path, file: str, missing: str
+) -> None:
+    path = Path(os.environ.get("FLEXGUI_DATA", "")) / file if file else foreign
+    if not path.is_file():
+        pytest.skip("the real recordings are not here: FLEXGUI_DATA")
+    page.set_default_timeout(PATIENT)
+    hand = Clicks(page)
+    hand.upload(path, "Open my recordings")
+    if file:
+        hand.press("Slide, force recorded: use it")
+    hand.press("Read the file")
+    sees(page, "1 to fit, 0 to validate.")
+    hand.fit(session)
+    hand.press("Diagnose")
+    hand.press("Find what is missing")
+    until(lambda: session.diagnosis.look is not None and not session.run.busy, PATIENT / 1000)
+    assert session.diagnosis.look is not None and session.diagnosis.look.diagnosis is not None
+    assert session.diagnosis.look.diagnosis.verdict == missing
+    assert hand.count <= CLICKS
 
 
 @pytest.mark.long
@@ -120,7 +144,6 @@ def test_a_finding_is_shown_and_mended_with_one_click(
     hand = Clicks(page)
     hand.press("Data")
     hand.upload(spoilt)
-    hand.press("Use it alone")
     sees(page, "Wrong sign")
     shot(page, "finding")
     hand.press("Mend z1")
@@ -160,9 +183,7 @@ def cut_off(desktop: Desktop, chromium: Any, size: tuple[int, int]) -> list[Any]
 @pytest.mark.long
 def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None:
     press(page, "Data")
-    field = page.get_by_text("Rig", exact=True).first.get_attribute("for")
-    page.locator(f'[id="{field}"]').click()
-    page.get_by_role("option", name="Voltage recorded", exact=True).click()
+    page.get_by_label("Rig").select_option("Voltage recorded")
     until(lambda: session.document.scenario.drive.kind == "voltage")
     sees(page, "Resistances [Ω]")
     shot(page, "voltage")
@@ -189,7 +210,6 @@ def test_several_files_of_one_choice_share_one_table(
     page.get_by_text("Uploading").wait_for(state="detached")
     shot(page, "several")
     hand.press("Read the file")
-    hand.press("Use these 2 alone")
     sees(page, "2 to fit, 0 to validate.")
     assert [spec.file for spec in session.document.scenario.recordings] == [
         "bench.csv",

@@ -16,7 +16,7 @@ from flexgui.core.recording.save import save_recording
 from flexgui.scene.recorded import read_one
 from flexgui.session.session import Session
 from tests.page.helpers import enter, field, plots, press, sees, small
-from tests.session.helpers import until
+from tests.session.helpers import until, worked
 
 
 @pytest.fixture
@@ -54,6 +54,7 @@ def give(page: Any, path: Path) -> None:
 
 @pytest.mark.long
 def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> None:
+    worked(session)
     press(page, "Data")
     before = session.document.scenario
     for path, said in bad_files(good).items():
@@ -133,6 +134,7 @@ def test_columns_with_other_names_are_chosen_on_the_page(
     text = good.read_text()
     foreign = good.with_name("foreign.csv")
     foreign.write_text(text.replace("t [s]", "clock", 1).replace("dtheta1_ref", "speed", 1))
+    worked(session)
     press(page, "Data")
     give(page, foreign)
     sees(page, "Signals still missing: 1.")  # the clock is known by its rising numbers

@@ -56,6 +56,11 @@ def bring(session: Session, name: str, content: bytes, services: Services) -> bo
     return session.recordings.upload(name, content).result() and settle(session)
 
 
+def worked(session: Session) -> None:
+    """Something was done with the recordings that the page began with."""
+    assert session.document.set_noise(30.0)
+
+
 def settle(session: Session) -> bool:
     """Beside those that stand, where that is asked."""
     return not session.recordings.imports.pending or session.recordings.imports.use(alone=False)

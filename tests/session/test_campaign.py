@@ -42,9 +42,7 @@ def test_files_with_the_same_columns_are_read_with_one_table(
         assert not session.recordings.upload(name, content(table)).result()
     waiting = session.recordings.waiting
     assert waiting is not None and waiting.files == ("a.csv", "b.csv", "c.csv")
-    assert session.recordings.read_waiting().result() and session.recordings.imports.use(
-        alone=True
-    ), session.message.text
+    assert session.recordings.read_waiting().result(), session.message.text
     specs = session.document.scenario.recordings
     assert [spec.file for spec in specs] == ["a.csv", "b.csv", "c.csv"]
     assert len({str(spec.columns) for spec in specs}) == 1
@@ -60,9 +58,7 @@ def test_an_uneven_clock_is_no_dead_end(session: Session, services: Offered) -> 
     assert not session.recordings.upload("rig.csv", content(table)).result()
     waiting = session.recordings.waiting
     assert waiting is not None and "uneven" in waiting.rows[0].uneven
-    assert session.recordings.read_waiting().result() and session.recordings.imports.use(
-        alone=True
-    ), session.message.text
+    assert session.recordings.read_waiting().result(), session.message.text
     spec = session.document.scenario.recordings[-1]
     assert spec.resample is not None and spec.resample.how == "interpolate"
     assert spec.gaps is not None and spec.gaps.longest > 6 * STEP * 0.9
@@ -79,9 +75,7 @@ def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(
     table.loc[400:405, "enc_1 [rad]"] = np.nan
     session.recordings.upload("rig.csv", content(table)).result()
     session.recordings.answer(clock="count", gaps="cut", rate=500.0)
-    assert session.recordings.read_waiting().result() and session.recordings.imports.use(
-        alone=True
-    ), session.message.text
+    assert session.recordings.read_waiting().result(), session.message.text
     spec = session.document.scenario.recordings[-1]
     assert spec.resample is not None and (spec.resample.how, spec.resample.rate) == ("count", 500.0)
     assert spec.gaps is not None and spec.gaps.how == "cut"
@@ -106,7 +100,7 @@ def test_a_file_with_other_columns_is_asked_about_next(session: Session, service
         "d.csv",
     )
     assert session.recordings.read_waiting().result() and session.recordings.waiting is None
-    assert [one.entry["file"] for one in session.recordings.imports.pending] == [
+    assert [spec.file for spec in session.document.scenario.recordings] == [
         "a.csv",
         "c.csv",
         "b.csv",
@@ -124,7 +118,7 @@ def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(
         session.recordings.upload(name, content(table)).result()
     assert session.recordings.read_waiting().result() and session.recordings.waiting is None
     assert session.message.bad and session.message.text.startswith("b.csv: column clock falls back")
-    assert [one.entry["file"] for one in session.recordings.imports.pending] == ["a.csv"]
+    assert [spec.file for spec in session.document.scenario.recordings] == ["a.csv"]
 
 
 def test_what_is_left_leaves_no_file_behind(session: Session, services: Offered) -> None:

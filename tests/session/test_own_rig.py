@@ -23,7 +23,13 @@ from flexgui.stages.data.rigs import (
     rig_edit,
     rig_of,
 )
-from flexgui.stages.data.waiting_file import Waiting, waiting_again, wanted_channels
+from flexgui.stages.data.waiting_file import (
+    Waiting,
+    columns_of_rigs,
+    waiting_again,
+    waiting_for,
+    wanted_channels,
+)
 
 DATA = Path(os.environ.get("FLEXGUI_DATA", ""))
 needs_data = pytest.mark.skipif(
@@ -85,6 +91,26 @@ def test_nothing_is_asked_about_the_recorded_slide() -> None:
     waiting = first_look(chosen("single_axis", "Slide, force recorded"), "emps.csv")
     assert not waiting.questions and not waiting.inspection.findings
     assert {c: e["name"] for c, e in waiting.columns.items()} == {"theta1": "q", "u1": "force"}
+
+
+SUITED = {
+    "emps.csv": "Slide, force recorded",
+    "quanser_2dsfl_steps.csv": "Current recorded",
+    "rigs/kukaA.csv": "",  # a torque of one joint that turns: no slide
+}
+
+
+@needs_data
+@pytest.mark.parametrize("file", SUITED)
+def test_columns_say_of_which_kind_of_rig_they_are(file: str) -> None:
+    scenario, path = demo_scenario(), DATA / file
+    rigs = columns_of_rigs(scenario)
+    found = inspect_file(
+        str(path.parent), path.name, scenario, rigs[0].wanted, rigs=rigs, progress=Silent()
+    )
+    assert found.rig == SUITED[file]
+    waiting = waiting_for(path.name, found.headers, base_model(scenario).arm, rigs[0].needed)
+    assert waiting is not None and waiting.guessed(found).suits == found.rig
 
 
 @needs_data

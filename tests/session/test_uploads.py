@@ -14,12 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.errors import InputError
+from flexgui.core.scenario.rig_spec import SensorsSpec
+from flexgui.session.edit import put
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered
-from tests.session.helpers import bring, good_csv
+from tests.session.helpers import bring, good_csv, worked
 
 
 def lines(content: bytes) -> list[str]:
@@ -60,7 +62,7 @@ def test_rows_out_of_order_are_not_refused_but_asked_about(
         and "resample" in session.recordings.waiting.settings()
     )
     assert session.recordings.read_waiting().result()
-    assert [one.entry["file"] for one in session.recordings.imports.pending] == ["unsorted.csv"]
+    assert [spec.file for spec in session.document.scenario.recordings] == ["unsorted.csv"]
 
 
 def test_a_file_that_our_own_fault_keeps_from_being_read_is_not_blamed(
@@ -88,6 +90,7 @@ def test_a_good_file_becomes_a_recording_and_is_shown(session: Session, services
 def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(
     session: Session, services: Offered
 ) -> None:
+    worked(session)
     before = session.document.scenario
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.document.scenario == before and len(session.recordings.imports.pending) == 1
@@ -96,9 +99,32 @@ def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(
     assert not list(session.folder.iterdir())
 
 
+def test_what_nobody_has_touched_makes_room_without_a_question(
+    session: Session, services: Offered
+) -> None:
+    assert session.recordings.upload("own.csv", good_csv(session)).result()
+    scenario, imports = session.document.scenario, session.recordings.imports
+    assert [spec.file for spec in scenario.recordings] == ["own.csv"]
+    assert not imports.pending and not imports.replaced
+    assert scenario.identify.parameters == ("EI1", "EI2") and scenario.identify.output is None
+    assert scenario.model.level == "nonlinear", "so that everything measured is compared"
+    assert scenario.sensors == SensorsSpec(), "what was simulated says nothing of them"
+
+
+def test_what_a_person_has_stated_is_kept_with_their_recordings(
+    session: Session, services: Offered
+) -> None:
+    session.document.change(
+        put(("identify", "parameters"), ["m1"]), put(("identify", "bounds"), None)
+    )
+    assert session.recordings.upload("own.csv", good_csv(session)).result()
+    assert session.document.scenario.identify.parameters == ("m1",)
+
+
 def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
     session: Session, services: Offered
 ) -> None:
+    worked(session)
     before = session.document.scenario.recordings
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.recordings.imports.use(alone=True)
@@ -112,6 +138,7 @@ def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
 def test_own_recordings_stand_together_without_being_asked(
     session: Session, services: Offered
 ) -> None:
+    worked(session)
     content = good_csv(session)
     assert session.recordings.upload("a.csv", content).result() and session.recordings.imports.use(
         alone=True
@@ -124,6 +151,7 @@ def test_own_recordings_stand_together_without_being_asked(
 
 
 def test_two_files_that_arrive_wait_for_one_answer(session: Session, services: Offered) -> None:
+    worked(session)
     content = good_csv(session)
     assert session.recordings.upload("a.csv", content).result()
     assert session.recordings.upload("b.csv", content).result()
@@ -132,9 +160,11 @@ def test_two_files_that_arrive_wait_for_one_answer(session: Session, services: O
 
 
 def test_another_scenario_forgets_what_stood_aside(session: Session, services: Offered) -> None:
+    worked(session)
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.recordings.imports.use(alone=True)
     session.choose("demo")
+    worked(session)
     assert not session.recordings.imports.replaced and not session.recordings.imports.restore()
     assert (
         session.recordings.upload("own.csv", good_csv(session)).result()

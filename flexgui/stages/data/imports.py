@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from flexgui.library.shipped import is_as_begun
 from flexgui.session.edit import Document, put, thawed
 from flexgui.session.state import Topic
+from flexgui.stages.data.rigs import measured_edit
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -35,12 +37,19 @@ class Imports:
         """Files of the person that are recordings by now."""
 
     def add(self, imports: tuple[Import, ...]) -> None:
-        """Asks where recordings of another origin stand alone; a person's own stand together."""
+        """Asks where a person's work stands; own recordings stand together, and in the place of
+        those that the page began with."""
         files = {spec.file for spec in self._session.document.scenario.recordings}
         with self._session.lock:
             self.pending = (*self.pending, *imports)
         if not files or files & self.own_files:
             self.use(alone=False)
+            return
+        if self._nothing_done():
+            self.use(alone=True)
+            with self._session.lock:
+                self.replaced = ()
+            self._session.notify(Topic.RECORDINGS)
             return
         self._session.show_message(" ".join(one.words for one in imports))
         self._session.notify(Topic.RECORDINGS)
@@ -49,7 +58,10 @@ class Imports:
         """Makes what is pending recordings, in place of those that stand or beside them."""
         pending, before = self.pending, self._entries()
         entries = [one.entry for one in pending]
-        if not pending or not self._put_recordings(entries if alone else [*before, *entries]):
+        alone = alone or not before
+        edits = [put(("recordings",), entries if alone else [*before, *entries])]
+        edits += [measured_edit(self._session.document.scenario)] if alone else []
+        if not pending or not self._session.document.change(*edits):
             return False
         with self._session.lock:
             self.own_files |= {one.entry["file"] for one in pending}
@@ -65,7 +77,8 @@ class Imports:
 
     def restore(self) -> bool:
         """Puts the recordings that made room before those that stand now."""
-        if not self.replaced or not self._put_recordings([*self.replaced, *self._entries()]):
+        together = put(("recordings",), [*self.replaced, *self._entries()])
+        if not self.replaced or not self._session.document.change(together):
             return False
         with self._session.lock:
             self.replaced = ()
@@ -98,5 +111,8 @@ class Imports:
         entries: list[Document] = thawed(document.get("recordings", ()))
         return entries
 
-    def _put_recordings(self, entries: list[Document]) -> bool:
-        return self._session.document.change(put(("recordings",), entries))
+    def _nothing_done(self) -> bool:
+        """Whether the recordings are those that the page began with, and nobody has used them."""
+        session = self._session
+        unused = session.identification.outcome is None and session.challenge.state is None
+        return unused and is_as_begun(session.document.scenario)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,14 +19,24 @@ if TYPE_CHECKING:
     from flexgui.core.recording.table import Table
     from flexgui.core.scenario.schema import Scenario
 
-POINTS = 160
-"""Of a picture; it is about as many pixels wide."""
+POINTS = 600
+"""Of a picture; a plot is about as many pixels wide."""
 ROUNDS = 4
 """Faults hide one another: a unit, a sign, a swap and one more are found one after the other."""
 TAKEN_IN = ("degrees", "millimetres", "sign", "swapped_joints")
 """Faults that are nothing but a wrong guess of a column, its unit or its sign."""
 CONTRADICT = (*TAKEN_IN, "gear_ratio", "scale", "offset", "delay", "clock_drift", "weak_excitation")
 """Faults by which the channels of a file contradict one another."""
+
+
+class RigColumns(NamedTuple):
+    """What a file of one kind of rig holds."""
+
+    title: str
+    needed: frozenset[str]
+    wanted: tuple[str, ...]
+    signs: frozenset[str]
+    """Words and units of headings of which one must be there; none: any will do."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +60,8 @@ class Inspection:
     """Length and rate, where the file can be read as it is; else empty."""
     refusal: str = ""
     """Why it cannot be read as it is."""
+    rig: str = ""
+    """The kind of rig that its columns suit best; empty where they suit none."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +98,7 @@ def inspect_file(
     scenario: Scenario,
     wanted: tuple[str, ...],
     like: tuple[tuple[str, ...], Mapping[str, Any]] | None = None,
+    rigs: Sequence[RigColumns] = (),
     *,
     progress: Progress,
 ) -> Inspection:
@@ -96,6 +110,7 @@ def inspect_file(
         scenario: Whose arm and drive the file is to suit.
         wanted: Channels to look for, those that matter most first.
         like: Headings and columns of a file that waits already.
+        rigs: Among which the one is sought that the columns suit.
         progress: How much of the file is read.
     """
     from flexgui.core.errors import InputError
@@ -124,7 +139,28 @@ def inspect_file(
         rows_as_known=None if known is None else rows(numbers, headers_of(titles, known), known),
         words=words,
         refusal=refusal,
+        rig=_suited(numbers, rigs),
     )
+
+
+def _suited(numbers: Mapping[str, np.ndarray], rigs: Sequence[RigColumns]) -> str:
+    """The rig that finds all that it needs and uses most columns; the later one of equals."""
+    from flexgui.core.recording.sources import guess_columns
+    from flexgui.core.written import parse_header
+
+    best, most = "", 0
+    for rig in rigs:
+        found = guess_columns(numbers, rig.wanted)
+        names = [parse_header(found[c].header) for c in rig.needed if c in found]
+        there = {w for name, unit in names for w in (*_words(name), f"[{unit.lower()}]")}
+        suits = len(names) == len(rig.needed) and (not rig.signs or rig.signs & there)
+        if suits and len(found) >= most:
+            best, most = rig.title, len(found)
+    return best
+
+
+def _words(name: str) -> list[str]:
+    return re.findall(r"[a-z]+", name.lower())
 
 
 def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ from flexgui.stages.data.panel_columns import ColumnChoice
 from flexgui.stages.data.panel_own import WORDS, Arrivals, RigChoice, upload_button
 from flexgui.stages.data.panel_recording import FindingList, OneRecording, wording_of
 from flexgui.stages.data.rigs import Experiments, has_working_points
-from flexgui.views.preview import preview
+from flexgui.views.preview import as_in_file, preview
 from flexgui.views.table import Column, Row, Table, html_table
 
 NONE = "no recordings yet"
@@ -158,7 +158,14 @@ class DataPanel(Panel):
         self._show_recording(scenario)
 
     def _show_recording(self, scenario: Scenario) -> None:
-        recording = self.session.playback.recording
+        waiting, recording = self.session.recordings.waiting, self.session.playback.recording
+        if waiting is not None and waiting.inspection is not None:
+            known = waiting.known
+            drawn = as_in_file(waiting.inspection.pictures, known.get("t", ""), [*known.values()])
+            self._about.show(paragraph(f"{waiting.file}, as it stands in the file.", "lead"))
+            self._plot.show(drawn)
+            self._warnings.show()
+            return
         if recording is None or not scenario.recordings:
             self._about.show(WORDS.nothing_yet(self._experiments.visible))
             self._plot.show(None)
@@ -172,7 +179,7 @@ class DataPanel(Panel):
 
     def _cursor(self) -> float | None:
         playback = self.session.playback
-        if playback.recording is None:
+        if playback.recording is None or self.session.recordings.waiting is not None:
             return None
         return float(playback.recording.time[0]) + playback.cursor.time
 

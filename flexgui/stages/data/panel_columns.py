@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, button, color, offer, react
-from flexgui.stages.data.panel_own import TOP, WORDS
+from flexgui.stages.data.panel_own import TOP, WORDS, rig_words
 from flexgui.stages.data.rows import SPLIT
 from flexgui.stages.data.waiting_file import POINT, Waiting
 from flexgui.views.preview import title_of
@@ -77,9 +77,11 @@ class ColumnChoice(Piece):
         self._read.visible = not waiting.missing
         self._read.color, self._assign.color = color(not open_), color(bool(open_))
         shown = [c for c in waiting.offered if c in waiting.known or c in waiting.needed]
-        self._lead.show(WORDS.columns(waiting, [_row(waiting, channel) for channel in shown]))
+        rows = [] if waiting.suits else [_row(waiting, channel) for channel in shown]
+        rig = rig_words(self.session.document.scenario)
+        self._lead.show(WORDS.columns(waiting, rig, rows))
         self._rows.show(waiting)
-        self._more.visible = bool(open_) or self._correcting
+        self._more.visible = bool(open_ and not waiting.suits) or self._correcting
         self._correct.visible = not self._more.visible
         self._show_question()
 

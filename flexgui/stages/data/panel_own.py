@@ -6,12 +6,16 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from markupsafe import Markup
+
+from flexgui.core.scenario.schema import Scenario
+from flexgui.page.actions import press, selection
 from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Words, bind, button, choice, words_of
+from flexgui.page.widgets import Words, bind, button, joined, words_of
 from flexgui.session.edit import put
 from flexgui.stages.data.rigs import CONSTANTS, RIGS, arm_choices, rig_of
 
-WORDS = words_of("data")
+WORDS = words_of("data", press=press)
 TOP = -1.0
 """Order of what stands above all else in the panel: a question waits. viser counts from 0."""
 MEGA = 1e6
@@ -66,34 +70,36 @@ class Arrivals(Piece):
         self._folder.visible = bool(pending or replaced)
 
 
-OTHER = "Another one (see the scenario)"
-OWN = "One of its own (see the scenario)"
+STATED = {"": "As the scenario states it"}
+"""Of an arm or a rig that is none of the lists."""
+
+
+def rig_words(scenario: Scenario) -> Markup:
+    """What drives the joints, what of it was recorded, and which arm it is: they say which signals
+    a file must hold."""
+    rig, preset = rig_of(scenario), scenario.arm.preset or ""
+    rigs = {one.title: one.title for one in RIGS}
+    arms = {known: name for name, known in arm_choices().items()}
+    title = "" if rig is None else rig.title
+    rows = (("Rig", "rig", rigs, title), ("Arm", "arm", arms, preset))
+    return Markup("<div class='choices'>{}</div>").format(
+        joined(*(
+            selection(label, action, known if value in known else STATED | known, value)
+            for label, action, known, value in rows
+        ))
+    )  # fmt: skip
 
 
 class RigChoice(Piece):
-    """Asked first: it says which signals a file must hold."""
+    """The rig's own numbers, and the rig itself where no file waits whose card has it."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        recordings, arms = self.session.recordings, arm_choices()
-        choice(
-            context, "Rig", (*(rig.title for rig in RIGS), OTHER), self._title,
-            recordings.choose_rig, "What drives the joints, and what of it was recorded.",
-        )  # fmt: skip
-        choice(
-            context, "Arm", (*arms, OWN), self._arm,
-            lambda name: recordings.choose_arm(arms.get(name, "")),
-            "Its values can be changed in the stage Arm.",
-        )  # fmt: skip
+        recordings = self.session.recordings
+        context.actions.register("rig", recordings.choose_rig)
+        context.actions.register("arm", recordings.choose_arm)
+        self._rig = Words(self.gui)
         self._fields = {name: self._field(name, label) for name, label in CONSTANTS.items()}
-
-    def _title(self) -> str:
-        rig = rig_of(self.session.document.scenario)
-        return OTHER if rig is None else rig.title
-
-    def _arm(self) -> str:
-        preset = self.session.document.scenario.arm.preset
-        return next((name for name, known in arm_choices().items() if known == preset), OWN)
 
     def _field(self, name: str, label: str) -> Any:
         hint = "One per joint, as on the motor's data sheet."
@@ -114,6 +120,9 @@ class RigChoice(Piece):
 
     def refresh(self) -> None:
         """Only what the rig has is shown."""
-        options = self.session.document.scenario.drive.options
+        scenario = self.session.document.scenario
+        waits = self.session.recordings.waiting is not None
+        self._rig.show("" if waits else rig_words(scenario))
+        options = scenario.drive.options
         for name, field in self._fields.items():
             field.visible = bool(options.get(name))

@@ -10,9 +10,11 @@ from operator import attrgetter
 from typing import Any
 
 from flexgui.core.check.finding import Finding
-from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.recording.channels import from_camera
+from flexgui.core.recording.spec import CameraSpec, RecordingSpec
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, bind, button, choice, number, offer
+from flexgui.sentences.written import reference_symbol
 from flexgui.session.edit import Document, put, recording
 from flexgui.session.session import Session
 from flexgui.stages.data.panel_own import WORDS
@@ -32,6 +34,12 @@ class OneRecording(Piece):
             context, "Role", ROLES, *self._setting("role"),
             "estimate: fitted; validate: only compared.",
         )  # fmt: skip
+        self._shift = number(
+            context, "Camera delay [ms]", (-1000.0, 1000.0, 0.1),
+            *self._setting("time_shift", unit=1e-3),
+            "Time offset of this recording: how much too late its samples are recorded.",
+        )  # fmt: skip
+        self._touched = Words(gui)
         with gui.add_folder("Exclude a time range", expand_by_default=False):
             self._channel: Any = gui.add_dropdown("Column", ("z1",))
             self._stretch = gui.add_vector2("From, to [s]", (0.0, 0.5), step=0.01)
@@ -47,11 +55,6 @@ class OneRecording(Piece):
         self._window: Any = gui.add_vector2("Window [s]", (0.0, 1.0), step=0.01)
         button(context, "Keep only this window", self._trim)
         button(context, "Keep everything", lambda: self._put(None, "window"))
-        number(
-            context, "Camera delay [ms]", (-1000.0, 1000.0, 0.1),
-            *self._setting("time_shift", unit=1e-3),
-            "How much too late the camera's samples are recorded.",
-        )  # fmt: skip
         origin = gui.add_vector2(
             "Camera at [m]", self._spec.camera.origin, step=0.001, hint="Origin of its frame."
         )
@@ -134,6 +137,9 @@ class OneRecording(Piece):
         """Columns and limits of the recording that is shown now."""
         found = self.session.playback.recording
         self._file.visible = self._spec.simulate is None
+        self._touched.show(WORDS.touched(changes(self._spec)))
+        seen = found is not None and any(from_camera(name) for name in found.channels)
+        self._shift.visible = seen
         if found is None:
             return
         ends = (round(float(found.time[0]), 4), round(float(found.time[-1]), 4))
@@ -142,6 +148,24 @@ class OneRecording(Piece):
         names = tuple(sorted(found.channels))
         for dropdown in (self._channel, self._gained):
             offer(dropdown, names, dropdown.value)
+
+
+def changes(spec: RecordingSpec) -> dict[str, list[str]]:
+    """Channel -> what the scenario does to it, in words; channels that are taken as they come are
+    left out."""
+    found: dict[str, list[str]] = {}
+    for name, column in spec.columns.items():
+        found[name] = [] if column.factor == 1.0 else [f"× {column.factor:g}".replace("-", "−")]
+    for name, stretches in spec.mask.items():
+        left_out = ", ".join(f"{a:g} to {b:g} s" for a, b in stretches)
+        found.setdefault(name, []).append(f"without {left_out}")
+    for name in spec.logger_filter:
+        found.setdefault(name, []).append("behind the logger's low-pass")
+    camera = [f"{1e3 * spec.time_shift:g} ms earlier"] if spec.time_shift else []
+    camera += [] if spec.camera == CameraSpec() else ["turned, moved or scaled as a whole"]
+    for name in ("z1", "z2") if camera else ():
+        found.setdefault(name, []).extend(camera)
+    return {reference_symbol(name): words for name, words in found.items() if words}
 
 
 MOST = 5
@@ -187,8 +211,7 @@ class FindingList(Piece):
                 mend.label = f"Mend {one.channel}"
         lines = lines_applied(check.mended.get(recording, ()))
         self._applied.show(WORDS.more(len(self._found) - MOST), lines)
-        self._look.label = "Checking …" if check.running else "Check the recordings"
-        self._look.visible = check.running or not check.is_checked
+        self._look.visible = not (check.running or check.is_checked)
 
 
 def wording_of(session: Session, recording: str) -> str:

@@ -14,6 +14,7 @@ from flexgui.core.arm.build import build_arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.recording.channels import is_reference
 from flexgui.core.scenario.schema import Scenario
+from flexgui.library.shipped import EMBEDDED
 from flexgui.session.edit import Document, Edit, model_of, thawed
 
 Options = Mapping[str, Any]
@@ -32,6 +33,9 @@ class RigKind:
     """Whether the arm is a single slide."""
     fits: Callable[[Options], bool] = lambda options: True
     """Whether a drive of this kind with these settings is this rig."""
+    signs: frozenset[str] = frozenset()
+    """Words and units of headings of which one must be there, where signals alone do not tell it
+    from other rigs."""
 
 
 RIGS = (
@@ -45,7 +49,8 @@ RIGS = (
     RigKind("Voltage recorded", "voltage", lambda n: {
         "torque_constants": [0.05] * n, "resistances": [1.0] * n, "gears": [1.0] * n}),
     RigKind("Held by its own servo", "held", lambda n: {}),
-    RigKind("Slide, force recorded", "torque", lambda n: {}, slide=True),
+    RigKind("Slide, force recorded", "torque", lambda n: {}, slide=True,
+            signs=frozenset({"force", "slide", "rail", "carriage", "[n]", "[m]", "[mm]"})),
 )  # fmt: skip
 
 CONSTANTS = {
@@ -117,10 +122,33 @@ def _begin_anew(document: Document) -> None:
 
 
 def _put_arm(document: Document, preset: str) -> None:
-    """The arm, and to estimate: what bends; of a rigid one its first mass."""
-    bends = [k + 1 for k, modes in enumerate(presets()[preset].modes) if modes]
     document["arm"] = {"preset": preset}
-    document["identify"] = {"parameters": [f"EI{k}" for k in bends] or ["m1"]}
+    document["identify"] = {"parameters": _to_estimate(presets()[preset])}
+
+
+def _to_estimate(arm: Arm) -> list[str]:
+    """What bends; of a rigid arm its first mass."""
+    bends = [f"EI{k + 1}" for k, modes in enumerate(arm.modes) if modes]
+    return bends or ["m1"]
+
+
+def measured_edit(scenario: Scenario) -> Edit:
+    """For a person's own recordings: everything that was measured is compared with the full
+    equations, and what bends is estimated; where they state anything else than what a page begins
+    with they keep it."""
+    begun = [made() for made in EMBEDDED.values()]
+    ours = any(scenario.identify.parameters == one.identify.parameters for one in begun)
+    levels = {"auto", *(one.model.level for one in begun)}
+
+    def edit(document: Document) -> None:
+        if ours:
+            document["identify"] = {"parameters": _to_estimate(build_arm(scenario.arm))}
+        if scenario.model.level in levels:
+            document.setdefault("model", {})["level"] = "nonlinear"
+        if any(scenario.sensors == one.sensors for one in begun):
+            document.pop("sensors", None)
+
+    return edit
 
 
 @dataclass(frozen=True)

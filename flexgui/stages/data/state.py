@@ -31,6 +31,7 @@ from flexgui.stages.data.waiting_file import (
     POINT,
     Companion,
     Waiting,
+    columns_of_rigs,
     waiting_again,
     waiting_for,
     wanted_channels,
@@ -39,13 +40,8 @@ from flexgui.stages.data.waiting_file import (
 if TYPE_CHECKING:
     from flexgui.session.session import Session
 
-ASKED = (
-    "{} has no column {}: assign one below under “Which column is which”, or, where the file comes "
-    "from another kind of rig, choose that under “Rig” first."
-)
-MORE = "{} has columns with other names: assign them below, or read the file as it is."
+ASKED = "{}: assign a column to each missing signal, or choose another kind of rig."
 REST = " The other files were read: {}."
-GUESSED = "{}: what its columns seem to be stands below; read it, or correct the table."
 
 
 class Recordings:
@@ -134,7 +130,14 @@ class Recordings:
         known = None if like is None else (like.headers, like.columns)
         wanted, scenario = wanted_channels(*self._rig()), self._session.document.scenario
         return (
-            yield from self._asked(inspect_file, file, scenario=scenario, wanted=wanted, like=known)
+            yield from self._asked(
+                inspect_file,
+                file,
+                scenario=scenario,
+                wanted=wanted,
+                like=known,
+                rigs=columns_of_rigs(scenario),
+            )
         )
 
     def _rig(self) -> tuple[Arm, tuple[str, ...]]:
@@ -142,10 +145,11 @@ class Recordings:
         model = model_of(self._session.document.scenario)
         return model.arm, tuple(model.drive.needed_channels(model.arm))
 
-    def _questions(self, file: str, found: Inspection) -> Waiting | None:
-        """What has to be asked about a file, with what its inspection guesses; None: nothing."""
+    def _questions(self, file: str, found: Inspection, again: bool = False) -> Waiting | None:
+        """What has to be asked about a file, with what its inspection guesses; None: nothing, and
+        it is not shown `again` either."""
         waiting = waiting_for(file, found.headers, *self._rig())
-        if waiting is None and not settings(found.rows):
+        if waiting is None and not (again or settings(found.rows)):
             return None
         if waiting is None:
             waiting = waiting_again(found.headers, *self._rig(), RecordingSpec(file=file))
@@ -154,9 +158,8 @@ class Recordings:
     def _ask(self, waiting: Waiting) -> None:
         """Lets a file wait for its columns."""
         self._wait(waiting)
-        names = ["t (time)" if channel == "t" else channel for channel in waiting.missing]
-        text = ASKED if names else MORE if waiting.questions else GUESSED
-        self._session.show_message(text.format(waiting.file, *names), bad=bool(names))
+        lacks = bool(waiting.missing) and not waiting.suits
+        self._session.show_message(ASKED.format(waiting.file) if lacks else "", bad=lacks)
 
     def _ask_next(self) -> Steps:
         """Looks at the files that came while another one waited."""
@@ -317,7 +320,7 @@ class Recordings:
         if waiting is None or waiting.recording:
             return
         found: Inspection = yield from self._inspected(waiting.file)
-        asked = self._questions(waiting.file, found)
+        asked = self._questions(waiting.file, found, again=True)
         if asked is not None and self.waiting is not None:  # still
             self._ask(replace(asked, companions=self.waiting.companions))
 

@@ -16,9 +16,12 @@ from flexgui.core.recording.channels import (
     joint_of,
 )
 from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.scenario.schema import Scenario
 from flexgui.core.written import parse_header
 from flexgui.sentences.written import channel_symbol
-from flexgui.stages.data.inspect import Inspection
+from flexgui.session.edit import edited, model_of
+from flexgui.stages.data.inspect import Inspection, RigColumns
+from flexgui.stages.data.rigs import RIGS, rig_edit
 from flexgui.stages.data.rows import SPLIT, Rows, settings
 
 POINT = "theta2"
@@ -147,6 +150,13 @@ class Waiting:
         more = [c for c in self.offered if c in open_]
         return tuple(dict.fromkeys((*self.missing, *more)))
 
+    @property
+    def suits(self) -> str:
+        """Another kind of rig whose signals the file has, where it has none of this one's own."""
+        own = self.needed - {"t", POINT}
+        other = bool(own) and own <= set(self.missing)
+        return self.inspection.rig if self.inspection is not None and other else ""
+
     def mapped(self, channel: str, header: str, gain: float, sign: int, unit: str) -> Waiting:
         """With one more channel known; `unit` is for a heading without one. InputError where the
         column holds another channel already."""
@@ -173,7 +183,7 @@ class Waiting:
     def begun_again(self) -> Waiting:
         """Without all answers; the working point that a recording had is none."""
         theta2 = self.theta2 if self.recording else None
-        inspection = self.inspection and replace(self.inspection, findings={}, taken_in={})
+        inspection = self.inspection and replace(self.inspection, findings={}, taken_in={}, rig="")
         return replace(
             self,
             columns={},
@@ -223,6 +233,17 @@ def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
     links = [c for c in found.offered if c.startswith("link_theta")]
     more = (*bends, *links, *camera)
     return tuple(c for c in found.offered if (c in asked or c in more) and c[:-1] not in derived)
+
+
+def columns_of_rigs(scenario: Scenario) -> tuple[RigColumns, ...]:
+    """What a file of each kind of rig may hold, with the scenario's arm where that suits it."""
+    found = []
+    for rig in RIGS:
+        model = model_of(edited(scenario, rig_edit(scenario, rig)))
+        needed = model.drive.needed_channels(model.arm)
+        wanted = wanted_channels(model.arm, needed)
+        found.append(RigColumns(rig.title, frozenset(("t", *needed)), wanted, rig.signs))
+    return tuple(found)
 
 
 def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:
