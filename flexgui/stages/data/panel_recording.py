@@ -73,10 +73,6 @@ class OneRecording(Piece):
             context, "Choose its columns …",
             lambda: self.session.recordings.choose_columns(self._spec.name),
         )  # fmt: skip
-        self._gained: Any = gui.add_dropdown("Column", ("z1",))
-        self._gain = gui.add_number("Gain", 1.0, step=0.01)
-        self._negative = gui.add_checkbox("Invert sign", False)
-        button(context, "Apply gain and sign", self._scale)
 
     def _setting(
         self, *path: str, unit: float | None = None
@@ -114,16 +110,6 @@ class OneRecording(Piece):
     def _trim(self) -> bool:
         return self._put([float(v) for v in self._window.value], "window")
 
-    def _scale(self) -> bool:
-        channel = str(self._gained.value)
-        known = self._spec.columns.get(channel)
-        column = {
-            "name": known.name if known else channel,
-            "gain": float(self._gain.value),
-            "sign": -1 if self._negative.value else 1,
-        }
-        return self._put(column, "columns", channel)
-
     def _remove(self) -> None:
         index, document = self._index, self.session.document
 
@@ -146,8 +132,7 @@ class OneRecording(Piece):
         if ends != self._ends:
             self._ends = self._window.value = ends
         names = tuple(sorted(found.channels))
-        for dropdown in (self._channel, self._gained):
-            offer(dropdown, names, dropdown.value)
+        offer(self._channel, names, self._channel.value)
 
 
 def changes(spec: RecordingSpec) -> dict[str, list[str]]:
