@@ -140,8 +140,10 @@ def variants(outcome: Outcome) -> Table | None:
 LEAST, MOST = 0.01, 100.0
 """%, what a FIT leaves to 100: the axis has equal steps from 0 to 90, 99, 99.9, …, so that good
 models differ."""
-NUMBERS_AT, AXIS_END = 1.5e-6, 1e-6
-"""% on that axis: right of the dots there is room for their numbers."""
+NUMBERED = (0.0, 50.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.9, 99.99)
+"""%, the FITs at which an axis may begin and end."""
+DOTS = 0.52
+"""Of an axis, for the dots; right of them there is room for their numbers."""
 LOOK = {
     ESTIMATE: {"symbol": "circle", "size": 8},
     VALIDATE: {"symbol": "diamond-open", "size": 9, "line": {"width": 2}},
@@ -161,9 +163,12 @@ def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
     if not known:
         return None
     rows, parts = list(dict.fromkeys(label for label, _, _ in known)), list[Pane]()
+    ends = _ends([c.fit_percent for _, _, c in known])
+    first, last = (float(np.log10(max(100.0 - fit, LEAST))) for fit in ends)
+    end = first + (last - first) / DOTS
     for name in dict.fromkeys(c.channel for _, _, c in known):
         of = [(rows.index(label), role, c) for label, role, c in known if c.channel == name]
-        traces = [_fit_numbers([(row, c.fit_percent) for row, _, c in of])]
+        traces = [_fit_numbers([(row, c.fit_percent) for row, _, c in of], 10.0**end)]
         for role, look in LOOK.items():
             chosen = [(row, c.fit_percent) for row, found, c in of if found == role]
             left = [min(max(100.0 - fit, LEAST), MOST) for _, fit in chosen]
@@ -173,20 +178,28 @@ def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
             traces.append(found | {"hovertemplate": "%{customdata:.4f} %<extra></extra>"})
         x = axis(
             f"{channel_symbol(name, of[0][2].unit)} [%]", type="log", tickangle=0,
-            range=[np.log10(2.0 * MOST), np.log10(AXIS_END)],
-            tickvals=[MOST, 10.0, 1.0, 0.1, LEAST], ticktext=["0", "", "", "99.9", ""],
+            range=[first - 0.12 * (last - first), end],
+            tickvals=[10.0**first, 10.0**last], ticktext=[f"{fit:g}" for fit in ends],
         )  # fmt: skip
         y = named_axis(rows, range=[len(rows) - 0.5, -0.5], automargin=True)
         parts.append(Pane(traces, y | {"showticklabels": not parts}, x))
-    text = "FIT in per cent. Each step of the axis, 0, 90, 99, …, leaves a tenth of the error."
+    text = "FIT in per cent; the axis has equal steps from 0 to 90, 99, 99.9."
     height = HEIGHT_OF_FRAME + HEIGHT_PER_ROW * len(rows)
     return panes(parts, None, text, height, 0.03, beside=True)
 
 
-def _fit_numbers(fits: Sequence[tuple[int, float]]) -> Figure:
-    """At the end of each row."""
+def _ends(fits: Sequence[float]) -> tuple[float, float]:
+    """Two FITs of NUMBERED that all of `fits` lie between."""
+    below = [n for n in NUMBERED[:-1] if n <= min(fits)]
+    first = below[-1] if below else NUMBERED[0]
+    above = [n for n in NUMBERED if n >= max(fits) and n > first]
+    return first, above[0] if above else NUMBERED[-1]
+
+
+def _fit_numbers(fits: Sequence[tuple[int, float]], at: float) -> Figure:
+    """At the end of each row, `at` on its axis."""
     return {
-        "type": "scatter", "mode": "text", "x": [NUMBERS_AT] * len(fits),
+        "type": "scatter", "mode": "text", "x": [at] * len(fits),
         "y": [row for row, _ in fits], "text": [format_percent(fit) for _, fit in fits],
         "textposition": "middle left", "hoverinfo": "skip", "showlegend": False,
     }  # fmt: skip
