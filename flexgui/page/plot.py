@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from flexgui.page.panel import PageContext
 
-MARGIN = {"l": 68, "r": 10, "t": 28, "b": 40}
+MARGIN = {"l": 68, "r": 10, "t": 28, "b": 46}
 CONFIG = {"displayModeBar": False}
 FONT_SIZE = 12
 WIDTH = 540.0

@@ -88,7 +88,7 @@
 
   let asked = 0;
   const soon = () => {
-    asked ||= requestAnimationFrame(() => { asked = 0; refocus(); unfold(); follow(); });
+    asked ||= setTimeout(() => { asked = 0; refocus(); unfold(); follow(); }, 30);
   };
   new MutationObserver(soon).observe(document.body, {childList: true, subtree: true});
   soon();

@@ -20,6 +20,7 @@ from flexgui.page.widgets import (
     button,
     choice,
     color,
+    folded,
     joined,
     number,
     offer,
@@ -50,7 +51,7 @@ from flexgui.views.parameter_tables import (
     short_parameters,
     standing_parameters,
 )
-from flexgui.views.summary import alarms, summary
+from flexgui.views.summary import alarms, lead, summary
 from flexgui.views.table import html_table
 
 WORDS = words_of("identify")
@@ -163,7 +164,9 @@ class IdentifyPanel(Panel):
         biased = self.session.diagnosis.known_biased
         old = self.session.identification.current is None
         self._summary.show(
-            WORDS.converged(outcome.fits), WORDS.summary(alarms(whole), biased, summary(whole), old)
+            WORDS.converged(outcome.fits),
+            WORDS.summary(alarms(whole), biased, lead(whole), old),
+            folded("All of it in words", joined(*map(paragraph, summary(whole)))),
         )
         self._paper.show(beside_paper(outcome, self._fitted_scenario))
 
