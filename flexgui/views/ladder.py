@@ -32,7 +32,7 @@ BAND = 0.5
 NUMBERS = 0.2
 """Share of the axis right of the longest bar: the bar's number stands there."""
 
-ROW, AROUND = 46, 84
+ROW, AROUND = 46, 92
 """px: of one step, and of the legend and the axis together."""
 
 LEAST_REDUCTION = 1.1
@@ -78,7 +78,7 @@ def ladder(steps: Sequence[LadderStep]) -> Figure | None:
         ],
         axis(
             "error [× noise floor, shaded]", type="log", range=[low, low + length],
-            tickangle=0, **_ticks(10 ** (low + length)),
+            tickangle=0, automargin=True, **_ticks(10 ** (low + length)),
         ),
         named_axis([folded(label) for label in step_labels(steps)], **rows),
         text, AROUND + ROW * len(steps), barmode="group", bargap=0.25, bargroupgap=0.1,
