@@ -137,7 +137,7 @@ class DataPanel(Panel):
 
     def build_plots(self) -> None:
         self._about = Words(self.gui)
-        self._plot = Plot(self.context, 1.30)
+        self._plot = Plot(self.context, 1.30, wide=True)
         self._warnings = Words(self.gui)
 
     def refresh(self) -> None:

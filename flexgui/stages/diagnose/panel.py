@@ -64,11 +64,11 @@ class DiagnosePanel(Panel):
         context, gui = self.context, self.gui
         self._at_work = AtWork(context)
         self._about = Words(gui)
-        self._ladder = Plot(context, 0.45)
+        self._ladder = Plot(context, 0.45, wide=True)
         self._moment = Moment(context)
+        self._residual = Plot(context, 0.72)
         of = gui.add_dropdown("Predicted by", (BEST,), visible=False)
         self._of: Any = react(context, of, self._show_residual)
-        self._residual = Plot(context, 0.72)
         self._drawn: object = None
         self._residual_of = ""
 
