@@ -62,7 +62,7 @@ class Data:
     few: int | None = None
     """The same for models of the arm whose steps' error the anchor takes off; None: as many."""
     fine: int | None = None
-    """Steps per sample from which on more of them change nothing: for what is stated."""
+    """Steps per sample from which on more change nothing: for what is stated."""
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes belong to these recordings alone."""
     anchor: Anchor | None = None
@@ -331,22 +331,21 @@ def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple
     """The parameters of a model's effects as unknowns shared by all recordings."""
     found: dict[str, Unknown] = {}
     for one in model.effects:
-        for effect_parameter in one.parameters(model.arm, model.drive, sizes or typical(model.arm)):
-            if secondary or not effect_parameter.secondary:
-                found[effect_parameter.parameter.name] = Unknown(effect_parameter.parameter)
+        for own in one.parameters(model.arm, model.drive, sizes or typical(model.arm)):
+            if secondary or not own.secondary:
+                found[own.parameter.name] = Unknown(own.parameter)
     return tuple(found.values())
 
 
 def names_of(one: Effect, model: Model, sizes: Sizes) -> tuple[str, ...]:
     """The parameters of an effect, with those of the effects that it includes."""
+    parts = with_included([one])
     return tuple(
-        effect_parameter.parameter.name
-        for part in with_included([one])
-        for effect_parameter in part.parameters(model.arm, model.drive, sizes)
+        e.parameter.name for p in parts for e in p.parameters(model.arm, model.drive, sizes)
     )
 
 
 def _started(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
     p = unknown.parameter
-    value = values.get(unknown.label, p.value)
-    return replace(unknown, parameter=replace(p, value=float(np.clip(value, p.lower, p.upper))))
+    value = float(np.clip(values.get(unknown.label, p.value), p.lower, p.upper))
+    return replace(unknown, parameter=replace(p, value=value))

@@ -142,7 +142,7 @@ LEAST, MOST = 0.01, 100.0
 models differ."""
 NUMBERED = (0.0, 50.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.9, 99.99)
 """%, the FITs at which an axis may begin and end."""
-DOTS = 0.52
+DOTS = 0.38
 """Of an axis, for the dots; right of them there is room for their numbers."""
 LOOK = {
     ESTIMATE: {"symbol": "circle", "size": 8},
@@ -202,6 +202,7 @@ def _fit_numbers(fits: Sequence[tuple[int, float]], at: float) -> Figure:
         "type": "scatter", "mode": "text", "x": [at] * len(fits),
         "y": [row for row, _ in fits], "text": [format_percent(fit) for _, fit in fits],
         "textposition": "middle left", "hoverinfo": "skip", "showlegend": False,
+        "textfont": {"size": 11},
     }  # fmt: skip
 
 

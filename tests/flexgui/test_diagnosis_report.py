@@ -157,7 +157,7 @@ def test_on_a4_it_takes_ten_pages_unfolded_and_as_wide_as_the_paper(
 ) -> None:
     page = chromium.new_page(viewport={"width": 702, "height": 1000})
     page.goto((out / "report.html").as_uri())
-    page.wait_for_function("document.querySelector('.js-plotly-plot')")
+    page.locator(".js-plotly-plot").first.wait_for()
     assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(prefer_css_page_size=True))) <= MOST_PAGES
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")

@@ -25,7 +25,7 @@ from tests.conftest import CHROMIUM, FLAGS, ROOT
 from tests.page.conftest import Desktop, Offered
 from tests.page.test_diagnose import few
 
-FOLDER = ROOT / "flexgui" / "pictures"
+FOLDER = ROOT / "docs" / "pictures"
 PICTURE, FILM = FOLDER / "page.png", FOLDER / "fall.gif"
 SIZE = {"width": 1600, "height": 900}
 SETTLED = 4000
@@ -37,7 +37,7 @@ STEP, HELD = 250, 2500
 """ms between two pictures of the film, and for which its first and its last one stand."""
 LONGEST = 80
 """Pictures, should the fit take long; those in which nothing changes are one."""
-WIDTH, SHADES = 960, 96
+WIDTH, SHADES = 960, 200
 """px and colours: a README's pictures are a few hundred KB."""
 
 

@@ -34,7 +34,7 @@ def test_what_explains_next_to_nothing_is_folded() -> None:
     listed, fold = shown(ONE, rest=(little,)).split('data-fold="rest"')
     assert "Tip payload" in listed and "Rotor inertia" not in listed
     assert "1 more explains less than 1&nbsp;%" in fold and "&lt; 1 %" in fold
-    assert "1 effects explain too little" in shown(rest=(little,), over=True)
+    assert "One effect explains too little" in shown(rest=(little,), over=True)
 
 
 def test_a_button_says_what_it_adds_to_whom_reads_with_the_ears() -> None:

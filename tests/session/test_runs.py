@@ -192,7 +192,7 @@ def test_everything_says_which_recording_it_lacks(session: Session, services: Of
     until(lambda: not session.run.busy and session.identification.outcome is not None)
     (session.folder / "own.csv").unlink()
     panel, sent = exporting(session, services)
-    panel._from_export("")
+    panel.send_export("")
     until(lambda: not session.run.busy and bool(sent))
     assert session.message.bad
     assert "without recordings" in session.message.text and "own.csv" in session.message.text

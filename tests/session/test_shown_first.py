@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from flexgui.core.recording.recording import Recording
-from flexgui.core.results import ChannelComparison, RankedEffect, RecordingComparison
+from flexgui.core.results import ChannelComparison, LadderStep, RecordingComparison
 from flexgui.stages.compare.panel import worst_output
-from flexgui.stages.diagnose.look import refitted_only
+from flexgui.stages.diagnose.look import Looked, refitted_only
 from flexgui.views.preview import preview
-from tests.session.test_candidate_rows import FOUND
+from tests.session.test_candidate_rows import ONE
 
 TIME = np.linspace(0.0, 1.0, 200)
 
@@ -59,8 +59,11 @@ def test_each_joint_stands_in_the_legend_once_with_its_own_dash() -> None:
 
 
 def test_a_challenge_lists_what_refits_have_shown() -> None:
-    first: RankedEffect = FOUND.ranking[0]
-    tried = replace(first, effect="tried", refit_drop_percent=50.0)
-    guessed = replace(first, effect="guessed", refit_drop_percent=None)
-    shown = refitted_only(replace(FOUND, ranking=(guessed, tried)))
+    tried = replace(ONE, effect="tried", refit_drop_percent=50.0)
+    guessed = replace(ONE, effect="guessed", refit_drop_percent=None)
+    found = Looked(
+        LadderStep(None, "as given", (), (), None, 9.0), ("a",), (("z1",),), (1e-3,),
+        (np.zeros((3, 1)),), ranking=(guessed, tried),
+    )  # fmt: skip
+    shown = refitted_only(found)
     assert [r.effect for r in shown.ranking] == ["tried"]

@@ -192,8 +192,9 @@ class Signals(Piece):
         self.chosen: WorstCell | None = None
         """Of the worst places, the one that was pressed."""
         self._about = Words(self.gui)
-        self._curves, self._map = Plot(context, 0.98), Plot(context, 0.5)
-        self._fit = Plot(context, 0.33)
+        self._curves, self._map, self._fit = (
+            Plot(context, aspect, wide=True) for aspect in (0.98, 0.5, 0.33)
+        )
         self._drawn: RecordingComparison | None = None
 
     def show(self, current: RecordingComparison | None) -> None:

@@ -137,12 +137,18 @@ def measured_edit(scenario: Scenario) -> Edit:
     equations, and what bends is estimated; where they state anything else than what a page begins
     with they keep it."""
     begun = [made() for made in EMBEDDED.values()]
-    ours = any(scenario.identify.parameters == one.identify.parameters for one in begun)
+    same = [one for one in begun if scenario.identify.parameters == one.identify.parameters]
     levels = {"auto", *(one.model.level for one in begun)}
 
     def edit(document: Document) -> None:
-        if ours:
-            document["identify"] = {"parameters": _to_estimate(build_arm(scenario.arm))}
+        if same:
+            before, now = [one.identify for one in same], document["identify"]
+            own = {
+                k: value
+                for k, value in now.items()
+                if all(getattr(scenario.identify, k) != getattr(one, k) for one in before)
+            }
+            document["identify"] = own | {"parameters": _to_estimate(build_arm(scenario.arm))}
         if scenario.model.level in levels:
             document.setdefault("model", {})["level"] = "nonlinear"
         if any(scenario.sensors == one.sensors for one in begun):

@@ -55,16 +55,20 @@ class ExportPanel(Panel):
         self._busy = Busy(self.context, "report", "plan")
         self._groups = {
             "Report": (
-                Offer("Report (HTML)", "One page, opens offline.", self._of_export("report.html")),
+                Offer("Report (HTML)", "One page, opens offline.",
+                      partial(self.send_export, "report.html")),
                 Offer("3-D playback (HTML)", "Recording under the cursor.", self._save_playback),
-                Offer("Everything (zip)", EVERYTHING, self._of_export("")),
+                Offer("Everything (zip)", EVERYTHING, partial(self.send_export, "")),
             ),
             "Scenario": (
                 Offer("Scenario file", "Runs with “flexgui export”.", self._save_scenario, False),
                 Offer("Scenario with what was found", "Reproduces this result.",
                       self._save_diagnosed),
             ),
-            "Data": (Offer("All tables (zip)", "Every sample as CSV.", self._of_export("tables")),),
+            "Data": (
+                Offer("All tables (zip)", "Every sample as CSV.",
+                      partial(self.send_export, "tables")),
+            ),
             "Model": tuple(
                 Offer(one.label, one.hint, partial(self._save_model, one))
                 for one in model_formats()
@@ -111,8 +115,9 @@ class ExportPanel(Panel):
         except InputError as error:
             session.refuse(error)
 
-    def _of_export(self, what: str) -> Callable[[], object]:
-        return lambda: self.session.export.report(partial(self._written, what))
+    def send_export(self, what: str) -> None:
+        """Writes the export; the browser gets a file or a folder of it, or all where empty."""
+        self.session.export.report(partial(self._written, what))
 
     def _written(self, what: str, folder: Path) -> None:
         """Sends a file of the export, or a folder of it with all that is in there."""

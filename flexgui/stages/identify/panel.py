@@ -134,7 +134,7 @@ class IdentifyPanel(Panel):
         self._signal, self._cost = Plot(context, 0.5), Plot(context, 0.5)
         self._plane = Plot(context, 0.42)
         self._table, self._repeated = Words(gui), Words(gui)
-        self._fit = Plot(context, 0.30)
+        self._fit = Plot(context, 0.30, wide=True)
         self._paper = Words(gui)
 
     def refresh(self) -> None:
