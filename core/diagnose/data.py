@@ -339,10 +339,8 @@ def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple
 
 def names_of(one: Effect, model: Model, sizes: Sizes) -> tuple[str, ...]:
     """The parameters of an effect, with those of the effects that it includes."""
-    parts = with_included([one])
-    return tuple(
-        e.parameter.name for p in parts for e in p.parameters(model.arm, model.drive, sizes)
-    )
+    each = (part.parameters(model.arm, model.drive, sizes) for part in with_included([one]))
+    return tuple(e.parameter.name for some in each for e in some)
 
 
 def _started(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
