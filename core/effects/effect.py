@@ -100,7 +100,7 @@ class Effect(ABC):
     """s: what a simulation with the effect may step at most; forces that switch have edges, and
     stiff parts bend within a millisecond."""
     acts_at: str = ""
-    """Where it is drawn on the arm: joints, tip, segments, base, camera or drive."""
+    """Where on the arm: joints, tip, segments, base, camera or drive."""
     ruled_out_by: str = ""
     """Key of the statement in `[rig]` under which it cannot be; empty: there is none."""
 

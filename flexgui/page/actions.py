@@ -80,14 +80,17 @@ def press(
     ).format(kind, action, value, hint, "" if able else Markup(" disabled"), label)
 
 
-def selection(label: str, action: str, options: dict[str, str], chosen: str) -> Markup:
-    """One of some values, each with its words."""
+def selection(
+    label: str, name: str, options: dict[str, str], chosen: str, kept: bool = False
+) -> Markup:
+    """One of some values, each with its words: for the action `name`, or `kept` by the browser
+    under that name, which alone knows it."""
     rows = Markup("").join(
         Markup("<option value='{}'{}>{}</option>").format(
             value, Markup(" selected") if value == chosen else "", words
         )
         for value, words in options.items()
     )
-    return Markup("<label>{} <select data-action='{}'>{}</select></label>").format(
-        label, action, rows
+    return Markup("<label>{} <select data-{}='{}'>{}</select></label>").format(
+        label, "kept" if kept else "action", name, rows
     )

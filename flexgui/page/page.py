@@ -12,13 +12,12 @@ from typing import Any
 import viser
 from markupsafe import Markup
 
-from flexgui.page.actions import press
+from flexgui.page.actions import press, selection
 from flexgui.page.in_browser import help_hands, lift
-from flexgui.page.layout import CONTROLS, PLOTS, PageLayout, Widths, Window
+from flexgui.page.layout import CONTROLS, PLOTS, THEMES, PageLayout, Widths, Window
 from flexgui.page.painter import Painter
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.scene_panel import Scene
-from flexgui.page.settings import settings_menu
 from flexgui.page.timeline import TimeLine
 from flexgui.page.tour import Offer, Tour
 from flexgui.page.widgets import Words, grey, paragraph
@@ -233,3 +232,22 @@ def not_updated(parts: frozenset[Part]) -> list[Markup]:
     words = ", ".join(sorted(part.value for part in parts))
     sentence = f"{words[0].upper()}{words[1:]} could not be updated and may be old: {OURS}."
     return [paragraph(sentence, "bad"), *([OLD_FIGURES] if parts & IN_FIGURES else [])]
+
+
+MENU = Markup(
+    "<details class='settings'><summary title='Settings'>Settings</summary><div>{}</div></details>"
+)
+KEPT = {
+    "text": ("Text size", {"100": "usual", "115": "larger", "130": "largest"}),
+    "look": ("3-D view", {"auto": "automatic", "fine": "with shadows", "plain": "plain, faster"}),
+}
+"""What the browser alone knows: `browser/page.js` stores it and puts it into effect."""
+
+
+def settings_menu(context: PageContext) -> Markup:
+    """A menu that unfolds."""
+    themes = {name: name for name in THEMES}
+    rows = [selection("Colours", "theme", themes, context.theme.chosen)]
+    for name, (label, options) in KEPT.items():
+        rows.append(selection(label, name, options, "", kept=True))
+    return MENU.format(Markup("").join(rows))

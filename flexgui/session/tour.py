@@ -214,7 +214,7 @@ def _added(session: Session, look: Look) -> Card:
         return Card(
             DONE,
             f"The error fell {words}: {look.title} was missing. Nothing else is missing that these "
-            "recordings could show. Undo it and try another, or try a challenge of your own below.",
+            "recordings could show. Undo it and try another, or take a challenge.",
             END,
         )
     if verdict is None:

@@ -75,6 +75,7 @@ PATIENCE = 300.0
 async def slider(trace: Trace, port: int, session: Any) -> None:
     """One browser without a screen moves θ2, then starts an identification."""
     from tests.server.crowd import THETA2, Member
+    from tests.server.helpers import action
 
     member = Member(1, 1, port)
     await member.arrive(PATIENCE)
@@ -87,7 +88,7 @@ async def slider(trace: Trace, port: int, session: Any) -> None:
     with trace.named("A slider's move"):
         await member.set(THETA2, 77.0)
         await asyncio.sleep(SETTLED)
-    await member.set("Stage", "Identify")
+    await member.set("Action", action("stage", "Identify"))
     await member.set("Population", 8)
     await member.set("Generations", 2)
     await asyncio.sleep(SETTLED)

@@ -49,4 +49,9 @@ def test_any_text_is_survived(text: str) -> None:
 def test_texts_in_buttons_and_selections_are_escaped() -> None:
     evil = "<script>'\""
     for html in (press(evil, "add", evil, hint=evil), selection(evil, "add", {evil: evil}, evil)):
-        assert "<script" not in html and "'\"" not in html.replace("'>", "").replace("='", "")
+        assert "<script" not in html and "&lt;script&gt;&#39;&#34;" in html
+
+
+def test_what_a_browser_keeps_is_no_action() -> None:
+    html = selection("Text size", "text", {"100": "usual"}, "", kept=True)
+    assert "data-kept='text'" in html and "data-action" not in html

@@ -8,15 +8,14 @@
   const stored = name => localStorage.getItem(`viser-user:flexgui-${name}`);
   const settle = () => {
     document.documentElement.style.fontSize = `${Number(stored("text")) || 100}%`;
-    for (const select of document.querySelectorAll('.fx select[data-action^="keep "]'))
-      select.value = stored(select.dataset.action.slice(5)) ?? select.options[0].value;
+    for (const select of document.querySelectorAll(".fx select[data-kept]"))
+      select.value = stored(select.dataset.kept) ?? select.options[0].value;
   };
   document.addEventListener("change", event => {
-    const action = event.target.dataset?.action ?? "";
-    if (!action.startsWith("keep ")) return;
-    event.stopImmediatePropagation();
-    localStorage.setItem(`viser-user:flexgui-${action.slice(5)}`, event.target.value);
-    if (action === "keep look") location.reload();
+    const name = event.target.dataset?.kept;
+    if (!name) return;
+    localStorage.setItem(`viser-user:flexgui-${name}`, event.target.value);
+    if (name === "look") location.reload();
     settle();
   }, true);
 

@@ -37,6 +37,7 @@ EXPLANATION = (
     "data. Look, compare, and commit to a guess; then use the tool, and reveal. Using the tool "
     "before guessing is marked on the board."
 )
+AFTER = "Once it is revealed, the hidden effect is shown here at work on the recordings."
 NAME_IT = (
     "What is your name, or a nickname? The class's board lists your guess under it, without one as "
     "somebody's."
@@ -63,6 +64,7 @@ class ChallengePanel(Panel):
         self._hide = button(context, "Hide an effect", self._hidden)
 
     def build_plots(self) -> None:
+        self._hint = Words(self.gui)
         self._at_work = AtWork(self.context)
         self._shown: Revealed | None = None
 
@@ -133,6 +135,7 @@ class ChallengePanel(Panel):
         self._form.visible = known is not None
         self._at_work.refresh()
         revealed = None if known is None else known.revealed
+        self._hint.show("" if revealed else paragraph(AFTER, "soft"))
         if revealed is not self._shown:
             self._shown = revealed
             hidden = revealed.judgement.hidden if revealed else ()
