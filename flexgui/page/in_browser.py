@@ -73,7 +73,7 @@ AFTER_DRAWING = re.compile(
     r"(function \w+\((\w+)\)\{var (\w+)=\2\._fullLayout;)(?=\3\._redrawFromAutoMarginCount\?)"
 )
 """The last step of a drawing, which fails where the plot was taken from the page meanwhile."""
-AFTER_REACTING = re.compile(r"(\w+)(?=\.emit\(\"plotly_react\")")
+AFTER_REACTING = re.compile(r"\.emit(?=\(\"plotly_react\")")
 """So does this one."""
 
 
@@ -83,4 +83,4 @@ def plotly_script() -> str:
     from plotly.offline import get_plotlyjs
 
     text = AFTER_DRAWING.sub(r"\1if(!\3||!\2.emit)return;", get_plotlyjs())
-    return AFTER_REACTING.sub(r"\1.emit&&\1", text)
+    return AFTER_REACTING.sub(".emit?.", text)

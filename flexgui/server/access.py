@@ -181,7 +181,7 @@ def plotly_js(zipped: bool) -> Response:
     script, headers = plotly_script().encode(), Headers()
     headers["Cache-Control"] = "public, max-age=31536000, immutable"
     if zipped:
-        script = gzip.compress(script)
+        script = gzip.compress(script, 6)
         headers["Content-Encoding"] = "gzip"
     return answer(HTTPStatus.OK, script, headers, "text/javascript")
 
@@ -193,7 +193,7 @@ def client_page(zipped: bool) -> Response:
     page = behind_curtain(path.read_bytes())
     headers = Headers()
     if zipped:
-        page = gzip.compress(page)
+        page = gzip.compress(page, 6)
         headers["Content-Encoding"] = "gzip"
     return answer(HTTPStatus.OK, page, headers)
 
@@ -201,14 +201,10 @@ def client_page(zipped: bool) -> Response:
 def behind_curtain(page: bytes) -> bytes:
     """viser's client with our title, and the curtain as the first thing of its body."""
     steps = "".join(f"<li>{step}</li>" for step in (CONNECTING, PREPARING, BUILDING, DRAWING))
+    version = hashlib.sha256(plotly_script().encode()).hexdigest()[:16]
     curtain = Template(asset("curtain.html")).substitute(
         purpose=html.escape(PURPOSE), steps=steps, theme=THEME_KEPT_AS, longest=LONGEST, soon=SOON,
-        slow=json.dumps(SLOW),
+        slow=json.dumps(SLOW), plots=f"{PLOTLY}?{version}",
     )  # fmt: skip
     page = page.replace(b"<title>Viser</title>", b"<title>FlexGUI</title>")
-    # At the end: viser's client, which is read meanwhile, begins when this has come.
-    version = hashlib.sha256(plotly_script().encode()).hexdigest()[:16]
-    before, end, after = page.rpartition(b"</body>")
-    plots = f'<script src="{PLOTLY}?{version}"></script>'
-    page = before + plots.encode() + end + after
     return page.replace(b"<body>", b"<body>" + curtain.encode(), 1)

@@ -149,6 +149,8 @@ class PageServer:
         except InputError as error:
             browser.client.gui.add_markdown(without_places(str(error)))
             lift(browser.client)
+        if self._settings.warming is not None:
+            self._settings.warming.page_is_shown()
         if browser.gone:
             self._forget(browser)
 

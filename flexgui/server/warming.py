@@ -23,6 +23,8 @@ NOTICE = (
 )
 log = logging.getLogger(__name__)
 
+QUIET = 6.0
+"""s after which the workers start where no page was shown yet."""
 LONGEST = 120.0
 """s that a page waits for the arm's equations; then it makes them for itself."""
 
@@ -30,12 +32,12 @@ LONGEST = 120.0
 class Warming(Silent):
     """In the background: first what a page shows, then what its jobs need.
 
-    The workers start last, since they would take the first page's time; jobs wait for them.
+    The workers start behind the first page, whose time they would take; jobs wait for them.
     """
 
     def __init__(self, pool: JobPool, print_line: Callable[[str], None]) -> None:
         self._pool, self._print_line = pool, print_line
-        self._loaded = threading.Event()
+        self._loaded, self._shown = threading.Event(), threading.Event()
         self._lock = threading.Lock()
         self._parts: tuple[int, int] | None = None
         """Compiled so far, of how many; None while nothing is compiled."""
@@ -50,6 +52,10 @@ class Warming(Silent):
     def wait(self) -> None:
         """A page that makes the equations at the same time would do the same work once more."""
         self._loaded.wait(LONGEST)
+
+    def page_is_shown(self) -> None:
+        """A first page is there: the workers may start."""
+        self._shown.set()
 
     def admit(self, client: viser.ClientHandle) -> None:
         """Its page is being built; it will read what its jobs wait for."""
@@ -85,6 +91,7 @@ class Warming(Silent):
             log.exception("Warming up failed; the first page does it")
         finally:
             self._loaded.set()
+        self._shown.wait(QUIET)
         with contextlib.suppress(InputError):  # it has been closed meanwhile
             self._pool.start()
 

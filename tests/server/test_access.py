@@ -67,7 +67,7 @@ def test_the_library_of_the_plots_is_kept_by_browsers_and_named_by_its_content(
     server = f"http://127.0.0.1:{place.server.port}"
     with urlopen(f"{server}/") as response:
         page = response.read().decode()
-    (address,) = re.findall(r'<script src="(/plotly\.js\?\w+)"></script></body>', page)
+    (address,) = re.findall(r'script\.src = "(/plotly\.js\?\w+)"', page)
     with urlopen(f"{server}{address}") as response:
         script, headers = response.read(), response.headers
     assert script.decode() == plotly_script()

@@ -45,9 +45,11 @@ class Pool:
         self.started.set()
 
 
-def made(said: list[str]) -> tuple[Any, Pool]:
+def warming_of(said: list[str]) -> tuple[Any, Pool]:
     pool = Pool()
-    return Warming(pool, said.append), pool  # type: ignore[arg-type]
+    begun = Warming(pool, said.append)  # type: ignore[arg-type]
+    begun.page_is_shown()
+    return begun, pool
 
 
 @pytest.fixture(autouse=True)
@@ -71,7 +73,7 @@ def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
     monkeypatch.setattr(warm, "is_warm", lambda: False)
     monkeypatch.setattr(warm, "compile_kernels", compile_all)
     said: list[str] = []
-    one, pool = made(said)
+    one, pool = warming_of(said)
     thread = one.start()
     assert begun.wait(PATIENCE)
     one.wait()  # returns though nothing is compiled
@@ -94,7 +96,7 @@ def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
 def test_a_warm_machine_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warm, "is_warm", lambda: True)
     said: list[str] = []
-    one, pool = made(said)
+    one, pool = warming_of(said)
     one.start().join(PATIENCE)
     client = Client()
     one.wait()
@@ -110,7 +112,19 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(warm, "is_warm", lambda: False)
     monkeypatch.setattr(warm, "compile_kernels", fail)
-    one, pool = made([])
+    one, pool = warming_of([])
     one.start().join(PATIENCE)
     one.wait()
     assert pool.started.is_set() and not pool.warming.locked()
+
+
+def test_the_workers_start_behind_the_first_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(warm, "is_warm", lambda: True)
+    pool = Pool()
+    shown = Warming(pool, print)  # type: ignore[arg-type]
+    thread = shown.start()
+    shown.wait()
+    assert not pool.started.wait(0.2)
+    shown.page_is_shown()
+    thread.join(PATIENCE)
+    assert pool.started.is_set()

@@ -256,5 +256,5 @@
       wrap(made);
     },
   });
-  if (plotly) wrap(plotly);
+  if (plotly && !plotly.isWaiting) wrap(plotly);
 })();

@@ -35,7 +35,14 @@ class Prepared:
 
     scenario: Scenario
     model: Model
-    equations: tuple[Equation, ...]
+
+    @property
+    def equations(self) -> tuple[Equation, ...]:
+        """Slow to derive: only for who reads them. They depend on the structure and on the rigid
+        arm's lengths only."""
+        from flexgui.core.simulate.equations import equations
+
+        return _EQUATIONS.get(_structure(self.model), lambda: equations(self.model))
 
     @once
     def descriptor(self) -> DescriptorModel:
@@ -68,20 +75,20 @@ def prepare(scenario: Scenario, before: Prepared | None) -> Prepared:
         return before
     if scenario is demo_scenario():
         return _demo()
-    return _PREPARED.get(id(scenario), lambda: _prepared(scenario, before))
+    return _PREPARED.get(id(scenario), lambda: _prepared(scenario))
 
 
 @cache
 def _demo() -> Prepared:
     """Most sessions begin with it."""
-    return _prepared(demo_scenario(), None)
+    return _prepared(demo_scenario())
 
 
-def _prepared(scenario: Scenario, before: Prepared | None) -> Prepared:
+def _prepared(scenario: Scenario) -> Prepared:
     model = model_of(scenario)
     # Not by `model.compiled`: its lock is one for all models, and others must not wait.
     compile_arm(Structure.of(model.arm))
-    return Prepared(scenario, model, _equations(model, before))
+    return Prepared(scenario, model)
 
 
 def is_new(arm: Arm, before: Prepared | None) -> bool:
@@ -89,6 +96,7 @@ def is_new(arm: Arm, before: Prepared | None) -> bool:
     return before is None or Structure.of(arm) != Structure.of(before.model.arm)
 
 
+_EQUATIONS: Recent[tuple[Equation, ...]] = Recent(MOST)
 _PREPARED: Recent[Prepared] = Recent(MOST)
 _LIVE: Recent[LiveModel] = Recent(MOST)
 """By ids of what the entries hold, so that no other object can have them."""
@@ -108,7 +116,6 @@ def _live_model(known: Prepared, live: Live) -> LiveModel:
     return LiveModel(
         scenario=known.scenario,
         model=model,
-        equations=known.equations,
         live=live,
         numbers=numbers,
         at=at,
@@ -119,15 +126,6 @@ def _live_model(known: Prepared, live: Live) -> LiveModel:
         noise=_noise(step.values, live.snr_db),
         frequency=frequency_response(at),
     )
-
-
-def _equations(model: Model, before: Prepared | None) -> tuple[Equation, ...]:
-    """They are slow to derive, and depend on the structure and the rigid arm's lengths only."""
-    from flexgui.core.simulate.equations import equations
-
-    if before is not None and _structure(before.model) == _structure(model):
-        return before.equations
-    return equations(model)
 
 
 def _structure(model: Model) -> tuple[object, ...]:

@@ -92,12 +92,10 @@ class ArmPanel(Panel):
         self._response.show(frequency_response(view.frequency))
         self._poles.show(poles(view.at.poles, view.modes, view.clamped))
         self._modes.show(html_table(mode_table(view.modes)))
-        if view.equations is not self._shown_equations:
-            self._shown_equations = view.equations
-            self._equations.show(html_equations(view.equations))
 
     def settle(self) -> None:
-        """What a hand on a slider need not wait for: the phase below the poles, the matrices."""
+        """What a hand on a slider need not wait for: the phase below the poles, the matrices,
+        the equations."""
         view = self.session.document.view
         if view is None:
             return
@@ -105,6 +103,9 @@ class ArmPanel(Panel):
         if view.scenario is not self._shown_matrices:
             self._shown_matrices = view.scenario
             self._matrices.show(_all_matrices(view.descriptor))
+        if view.equations is not self._shown_equations:
+            self._shown_equations = view.equations
+            self._equations.show(html_equations(view.equations))
 
 
 def _all_matrices(described: DescriptorModel) -> Markup:
