@@ -121,7 +121,7 @@ def copy_session(teacher: Session, own: Session) -> None:
     # Frozen records, which both may hold.
     own.identification.take(teacher.identification.outcome, teacher.identification.outcome_of)
     if teacher.challenge.state is None:
-        own.diagnosis.looks = teacher.diagnosis.looks
+        own.diagnosis.versions = teacher.diagnosis.versions
     else:
         own.challenge.take_up(teacher.challenge.state)
     own.document.live, own.stage = teacher.document.live, teacher.stage

@@ -7,9 +7,11 @@ import shutil
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import msgspec
 
 from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
@@ -30,7 +32,7 @@ from flexgui.session.records import packed, unpacked
 from flexgui.session.state import STAGES, Cursor, Live, Topic
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data.state import check_suits
-from flexgui.stages.diagnose.look import Look
+from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.state import StudyChoice
 
 if TYPE_CHECKING:
@@ -74,7 +76,7 @@ class Store:
         self._writing = threading.Lock()
         """Held while the disk is written; the session's own lock never is."""
         self._written: tuple[Any, ...] = ((), ())
-        self._judged: tuple[Look, tuple[Look, ...]] | None = None
+        self._judged: tuple[ModelVersion, tuple[ModelVersion, ...]] | None = None
 
     def begin(self) -> None:
         """From now on every change is written into the session's folder; looks for earlier work."""
@@ -102,18 +104,18 @@ class Store:
             return False
         words = RESTORED.format(earlier.words)
         try:
-            stated = unpacked((earlier.folder / WORK).read_bytes(), Stated)
+            stated = unpacked((earlier.folder / WORK).read_bytes(), SavedWork)
             check_suits(stated.scenario)
         except UNREADABLE as error:
             name = set_aside(earlier.folder, earlier.time)
             self._settle(UNREAD.format(earlier.words, name, _why(error)), bad=True)
             return False
         try:
-            found = unpacked((earlier.folder / RESULTS).read_bytes(), Found)
+            found = unpacked((earlier.folder / RESULTS).read_bytes(), SavedResults)
         except FileNotFoundError:  # nothing was found yet
-            found = Found()
+            found = SavedResults()
         except UNREADABLE as error:
-            found = Found()
+            found = SavedResults()
             name = set_aside(earlier.folder / RESULTS, earlier.time)
             words = WITHOUT.format(earlier.words, name, _why(error))
         with self._writing:
@@ -141,23 +143,23 @@ class Store:
         self._session.playback.refresh()
         self._session.show_message(words, bad)
 
-    def _take_up(self, stated: Stated, found: Found) -> None:
+    def _take_up(self, stated: SavedWork, found: SavedResults) -> None:
         session = self._session
         session.stage = stated.stage if stated.stage in STAGES else STAGES[0]
         session.playback.cursor = Cursor(recording=stated.recording)
         imports = session.recordings.imports
-        imports.replaced, imports.own_files = stated.aside, frozenset(stated.own)
-        session.tour.step = stated.tour
+        imports.replaced, imports.own_files = stated.replaced, frozenset(stated.own_files)
+        session.tour.step = stated.tour_step
         session.challenge.nickname, session.challenge.state = stated.nickname, stated.challenge
         if stated.challenge is not None:
-            begun = time.monotonic() - stated.challenged_for
+            begun = time.monotonic() - stated.challenge_seconds
             session.challenge.state = replace(stated.challenge, started=begun)
         session.identification.take(found.outcome, found.outcome_of)
         session.diagnosis.formulas = dict(stated.formulas)
-        session.diagnosis.looks = _one_outcome(found)
+        session.diagnosis.versions = _with_shared_outcome(found)
         session.study.choice = stated.study
-        if stated.studied is not None:
-            session.study.recall(stated.studied)
+        if stated.studied_scenario is not None:
+            session.study.recall(stated.studied_scenario)
 
     def _exchange(self, earlier: Path) -> None:
         """Two renames: whenever this is interrupted, the earlier work lies in one of its places."""
@@ -182,7 +184,7 @@ class Store:
         before, self._written = self._written, (stated, found)
         try:
             if not _same(found, before[1]):
-                _write(self._session.folder / RESULTS, Found(*found))
+                _write(self._session.folder / RESULTS, SavedResults(*found))
             if not _same(stated, before[0]) or not is_kept(self._session.folder):
                 if _same(stated, before[0]) and _same(found, before[1]):
                     return
@@ -204,79 +206,84 @@ class Store:
 
     def _found(self) -> tuple[Any, ...]:
         fitted = self._session.identification
-        return (fitted.outcome, fitted.outcome_of, self._judged_looks())
+        return (fitted.outcome, fitted.outcome_of, self._judged_versions())
 
-    def _judged_looks(self) -> tuple[Look, ...]:
+    def _judged_versions(self) -> tuple[ModelVersion, ...]:
         """Those that are over, and the one whose verdict is shown while its last fit goes on."""
-        look = self._session.diagnosis.pending
-        if look is None or look.diagnosis is None:
-            return self._session.diagnosis.looks
-        if self._judged is None or self._judged[0] is not look:
-            self._judged = (look, self._session.diagnosis.shown_looks)
+        version = self._session.diagnosis.pending
+        if version is None or version.diagnosis is None:
+            return self._session.diagnosis.versions
+        if self._judged is None or self._judged[0] is not version:
+            self._judged = (version, self._session.diagnosis.shown_versions)
         return self._judged[1]
 
-    def _in_words(self) -> Stated:
+    def _in_words(self) -> SavedWork:
         session = self._session
         challenge, studied = session.challenge.state, session.study.state.settings
-        return Stated(
+        return SavedWork(
             scenario=session.document.scenario,
             live=session.document.live,
             stage=session.stage,
             recording=session.playback.cursor.recording,
-            aside=session.recordings.imports.replaced,
-            own=tuple(sorted(session.recordings.imports.own_files)),
+            replaced=session.recordings.imports.replaced,
+            own_files=tuple(sorted(session.recordings.imports.own_files)),
             nickname=session.challenge.nickname,
-            tour=session.tour.step,
+            tour_step=session.tour.step,
             challenge=challenge,
-            challenged_for=time.monotonic() - challenge.started if challenge else 0.0,
+            challenge_seconds=time.monotonic() - challenge.started if challenge else 0.0,
             formulas=dict(session.diagnosis.formulas),
             study=session.study.choice,
-            studied=None if studied is None else studied.scenario,
+            studied_scenario=None if studied is None else studied.scenario,
         )
 
 
-@dataclass(frozen=True)
-class Stated:
-    """What a person has stated, as it is stored; of another version's store what both know."""
+class SavedWork(
+    msgspec.Struct,
+    frozen=True,
+    rename={
+        "replaced": "aside", "own_files": "own", "tour_step": "tour",
+        "challenge_seconds": "challenged_for", "studied_scenario": "studied",
+    },
+):  # fmt: skip
+    """What a person did, as it is stored; unknown fields of another version are ignored."""
 
     scenario: Scenario
     live: Live = Live()
     stage: str = STAGES[0]
     recording: str = ""
-    aside: tuple[Document, ...] = ()
-    own: tuple[str, ...] = ()
+    replaced: tuple[Document, ...] = ()
+    own_files: tuple[str, ...] = ()
     nickname: str = ""
-    tour: int | None = 0
+    tour_step: int | None = 0
     challenge: Challenge | None = None
-    challenged_for: float = 0.0
-    """s since it began."""
-    formulas: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    challenge_seconds: float = 0.0
+    """s since the challenge began."""
+    formulas: dict[str, tuple[str, str, str]] = {}
     study: StudyChoice = StudyChoice()
-    studied: Scenario | None = None
-    """Whose cases lie in the folder."""
+    studied_scenario: Scenario | None = None
+    """The scenario whose study cases lie in the folder."""
 
 
-@dataclass(frozen=True)
-class Found:
-    """What was found, as it is stored."""
+class SavedResults(msgspec.Struct, frozen=True, rename={"versions": "looks"}):
+    """The results, as they are stored."""
 
     outcome: Outcome | None = None
     outcome_of: Scenario | None = None
-    looks: tuple[Look, ...] = ()
+    versions: tuple[ModelVersion, ...] = ()
 
 
 UNREADABLE = (InputError, OSError)
 
 
-def _one_outcome(found: Found) -> tuple[Look, ...]:
-    """The looks, which hold the last result itself where they were of it."""
+def _with_shared_outcome(found: SavedResults) -> tuple[ModelVersion, ...]:
+    """The versions; those of the last result share its object."""
     if found.outcome is None:
-        return found.looks
+        return found.versions
     last = packed(found.outcome)
-    same = [one.outcome is not None and packed(one.outcome) == last for one in found.looks]
+    same = [one.outcome is not None and packed(one.outcome) == last for one in found.versions]
     return tuple(
         replace(one, outcome=found.outcome) if is_last else one
-        for one, is_last in zip(found.looks, same, strict=True)
+        for one, is_last in zip(found.versions, same, strict=True)
     )
 
 
@@ -295,7 +302,7 @@ def _same(new: tuple[Any, ...], old: tuple[Any, ...]) -> bool:
     return len(new) == len(old) and all(one(a, b) for a, b in zip(new, old, strict=True))
 
 
-def _write(path: Path, record: Stated | Found) -> None:
+def _write(path: Path, record: SavedWork | SavedResults) -> None:
     content = packed(record)
     with replacing(path) as temporary:
         temporary.write_bytes(content)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from flexgui.core.results import NOTHING
 from flexgui.library.shipped import is_of_tour
 from flexgui.session.state import Topic
-from flexgui.stages.diagnose.look import Look, in_vain, last_change
+from flexgui.stages.diagnose.model_versions import ModelVersion, error_stayed, last_change
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -115,7 +115,7 @@ def is_to_be_searched(session: Session) -> bool:
     """Whether nobody has looked yet for what the present model lacks."""
     return not (
         session.run.busy
-        or any(k.scenario == session.document.scenario for k in session.diagnosis.looks)
+        or any(k.scenario == session.document.scenario for k in session.diagnosis.versions)
     )
 
 
@@ -127,7 +127,7 @@ def holds_way_on(session: Session) -> bool:
 
 def due_stage(session: Session) -> str:
     """Where the next thing is to be done."""
-    if session.diagnosis.shown_looks:
+    if session.diagnosis.shown_versions:
         return "Diagnose"
     return "Identify" if session.identification.outcome is None else "Compare"
 
@@ -143,33 +143,37 @@ def _identify(session: Session) -> Card:
 
 
 def _compare(session: Session) -> Card:
-    look = session.diagnosis.look
-    if look is not None and look.diagnosis is not None and look.diagnosis.verdict == NOTHING:
+    version = session.diagnosis.newest
+    if (
+        version is not None
+        and version.diagnosis is not None
+        and version.diagnosis.verdict == NOTHING
+    ):
         return Card(COMPARE, "The residual is only noise now.")
     return AT_COMPARE if session.comparison.shown else UNFITTED
 
 
 def _diagnose(session: Session) -> Card:
-    look, pending = session.diagnosis.look, session.diagnosis.pending
+    version, pending = session.diagnosis.newest, session.diagnosis.pending
     if session.diagnosis.to_add:
         return Card(ADD, _fitted_with(session.diagnosis.to_add))
     if pending is not None:
         return _adding(session, pending) if pending.added else _looking(pending)
-    if look is None or look.scenario != session.document.scenario or not look.ranking:
+    if version is None or version.scenario != session.document.scenario or not version.ranking:
         return TO_FIND
-    if look.added:
-        return _added(session, look)
-    if look.diagnosis is not None and look.diagnosis.verdict == NOTHING:
+    if version.added:
+        return _added(session, version)
+    if version.diagnosis is not None and version.diagnosis.verdict == NOTHING:
         return Card(DONE, "Nothing is missing that these recordings could show.", END)
     return Card(
         ADD,
         "What is it? explains an effect, and Show what it does in it. Press Add beside "
-        f"{look.ranking[0].title}: the model is fitted again with it, and the error falls on the "
-        "ladder if that is what was missing. Undo the last step restores the previous model.",
+        f"{version.ranking[0].title}: the model is fitted again with it, and the error falls on "
+        "the ladder if that is what was missing. Undo the last step restores the previous model.",
     )
 
 
-def _looking(pending: Look) -> Card:
+def _looking(pending: ModelVersion) -> Card:
     """While effects are tried: the first one of the list can be added before the end."""
     if not pending.ranking:
         return LOOKING
@@ -188,8 +192,8 @@ def _fitted_with(title: str) -> str:
     )
 
 
-def _adding(session: Session, pending: Look) -> Card:
-    change = last_change(session.diagnosis.shown_looks) if pending.found is not None else None
+def _adding(session: Session, pending: ModelVersion) -> Card:
+    change = last_change(session.diagnosis.shown_versions) if pending.found is not None else None
     if change is None:
         return Card(ADD, _fitted_with(pending.title))
     went = "fell" if change.fell else "went"
@@ -200,30 +204,31 @@ def _adding(session: Session, pending: Look) -> Card:
     )
 
 
-def _added(session: Session, look: Look) -> Card:
-    change = last_change(session.diagnosis.looks)
+def _added(session: Session, version: ModelVersion) -> Card:
+    change = last_change(session.diagnosis.versions)
     words = "" if change is None else change.words
-    if in_vain(session.diagnosis.looks):
+    if error_stayed(session.diagnosis.versions):
         return Card(
             ADD,
-            f"The error did not fall: it went {words}. {look.title} was not the cause. Press Undo "
-            "the last step and try another.",
+            f"The error did not fall: it went {words}. {version.title} was not the cause. Press "
+            "Undo the last step and try another.",
         )
-    verdict = None if look.diagnosis is None else look.diagnosis.verdict
+    verdict = None if version.diagnosis is None else version.diagnosis.verdict
     if verdict == NOTHING:
         return Card(
             DONE,
-            f"The error fell {words}: {look.title} was missing. Nothing else is missing that these "
-            "recordings could show. Undo it and try another, or take a challenge.",
+            f"The error fell {words}: {version.title} was missing. Nothing else is missing that "
+            "these recordings could show. Undo it and try another, or take a challenge.",
             END,
         )
     if verdict is None:
         on = "Press Find what is missing to examine the residual"
     else:
-        on = f"Something is still missing: press Add beside {look.ranking[0].title}"
+        on = f"Something is still missing: press Add beside {version.ranking[0].title}"
     return Card(
         ADD,
-        f"With {look.title} the error fell {words}. {on}, or Undo the last step and try another.",
+        f"With {version.title} the error fell {words}. {on}, or Undo the last step and try "
+        "another.",
     )
 
 

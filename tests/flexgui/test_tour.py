@@ -45,7 +45,14 @@ from flexgui.session.tour import (
     holds_way_on,
 )
 from flexgui.stages.diagnose.effects import with_effect
-from flexgui.stages.diagnose.look import Change, Look, Looked, in_vain, last_change, worse
+from flexgui.stages.diagnose.model_versions import (
+    Change,
+    ModelFindings,
+    ModelVersion,
+    error_rose,
+    error_stayed,
+    last_change,
+)
 from tests.session.helpers import alone
 
 FRICTION, JOINT = "Coulomb friction", "Elastic joint"
@@ -71,25 +78,27 @@ def ranked(title: str) -> RankedEffect:
     return RankedEffect(title.lower(), title, 9.0, 1e-9, 50.0, None, None)
 
 
-def look(error: float, verdict: str | None, first: str, title: str = "") -> Look:
+def version(error: float, verdict: str | None, first: str, title: str = "") -> ModelVersion:
     """One look at a model whose error is so many floors; `title` of what was added to come here."""
     step = LadderStep(None, "", (), (ChannelError("z1", "m", error, 1.0),), None, error**2)
     diagnosis = None if verdict is None else cast(Diagnosis, SimpleNamespace(verdict=verdict))
-    found = Looked(
+    found = ModelFindings(
         step, ("th1",), (("z1",),), (0.1,), (np.ones((5, 1)),), (ranked(first),),
         diagnosis=diagnosis,
     )  # fmt: skip
-    return Look(WITH_FRICTION if title else hidden_scenario(), title, title.lower() or None, found)
+    return ModelVersion(
+        WITH_FRICTION if title else hidden_scenario(), title, title.lower() or None, found
+    )
 
 
-def go(session: Session, *looks: Look) -> None:
+def go(session: Session, *versions: ModelVersion) -> None:
     """The way of these looks, at whose last model the person is."""
-    session.diagnosis.looks = looks
-    session.document.scenario = looks[-1].scenario if looks else hidden_scenario()
+    session.diagnosis.versions = versions
+    session.document.scenario = versions[-1].scenario if versions else hidden_scenario()
 
 
-LACKING = look(9.7, MISSING, FRICTION)
-ADDED = look(0.99, NOTHING, JOINT, FRICTION)
+LACKING = version(9.7, MISSING, FRICTION)
+ADDED = version(0.99, NOTHING, JOINT, FRICTION)
 
 
 def at(session: Session, stage: str) -> Card:
@@ -179,16 +188,16 @@ def test_a_look_at_other_settings_is_to_be_taken_again(session: Session) -> None
 
 
 def test_while_it_is_looked_for_nothing_is_pressed(session: Session) -> None:
-    session.diagnosis.pending = Look(session.document.scenario)
+    session.diagnosis.pending = ModelVersion(session.document.scenario)
     shown = at(session, "Diagnose")
     assert (shown.title, "Press" in shown.text) == (DIAGNOSE, False)
 
 
 def test_while_it_is_added_the_card_says_what_is_fitted(session: Session) -> None:
     go(session, LACKING)
-    session.diagnosis.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")
+    session.diagnosis.pending = ModelVersion(WITH_FRICTION, FRICTION, "coulomb friction")
     assert f"fitted with {FRICTION}" in at(session, "Diagnose").text
-    session.diagnosis.pending = look(0.99, None, JOINT, FRICTION)
+    session.diagnosis.pending = version(0.99, None, JOINT, FRICTION)
     shown = at(session, "Diagnose").text
     assert "fell from 9.7 to 0.99 times the noise floor" in shown
 
@@ -210,13 +219,13 @@ def test_once_nothing_is_missing_no_stage_sends_to_the_search_again(session: Ses
 
 def test_undoing_leads_back_to_adding(session: Session) -> None:
     go(session, LACKING, ADDED)
-    go(session, *session.diagnosis.looks[:-1])
+    go(session, *session.diagnosis.versions[:-1])
     assert at(session, "Diagnose").title == ADD
 
 
 @pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED, None])
 def test_an_error_that_did_not_fall_is_undone(session: Session, verdict: str | None) -> None:
-    go(session, LACKING, ADDED, look(2.7, verdict, "Backlash", JOINT))
+    go(session, LACKING, ADDED, version(2.7, verdict, "Backlash", JOINT))
     shown = at(session, "Diagnose")
     assert shown.title == ADD
     assert "did not fall" in shown.text
@@ -226,7 +235,7 @@ def test_an_error_that_did_not_fall_is_undone(session: Session, verdict: str | N
 
 
 def test_an_error_that_fell_halfway_leads_on_or_back(session: Session) -> None:
-    go(session, LACKING, look(7.7, MISSING, FRICTION, "Viscous joint friction"))
+    go(session, LACKING, version(7.7, MISSING, FRICTION, "Viscous joint friction"))
     shown = at(session, "Diagnose").text
     assert "from 9.7 to 7.7" in shown
     assert f"press Add beside {FRICTION}, or Undo" in shown
@@ -250,11 +259,11 @@ def test_a_tour_that_is_through_holds_nobody_elsewhere(session: Session) -> None
 
 
 def test_the_card_has_a_button_only_at_its_ends(session: Session) -> None:
-    for looks in ((), (LACKING,), (LACKING, ADDED)):
-        go(session, *looks)
+    for versions in ((), (LACKING,), (LACKING, ADDED)):
+        go(session, *versions)
         for stage in STAGES:
             session.stage = stage
-            assert holds_way_on(session) == (len(looks) == 2 and stage == "Diagnose")
+            assert holds_way_on(session) == (len(versions) == 2 and stage == "Diagnose")
 
 
 def test_a_change_that_figures_do_not_show_is_none() -> None:
@@ -262,10 +271,10 @@ def test_a_change_that_figures_do_not_show_is_none() -> None:
     assert not Change(0.99, 0.989).fell
     assert not Change(0.99, 2.7).fell
     assert last_change((LACKING,)) is None
-    assert not in_vain((LACKING, ADDED))
-    needless = (ADDED, look(0.99, NOTHING, "Backlash", JOINT))
-    assert in_vain(needless) and not worse(needless)
-    assert worse((ADDED, look(2.7, UNLISTED, "Backlash", JOINT)))
+    assert not error_stayed((LACKING, ADDED))
+    needless = (ADDED, version(0.99, NOTHING, "Backlash", JOINT))
+    assert error_stayed(needless) and not error_rose(needless)
+    assert error_rose((ADDED, version(2.7, UNLISTED, "Backlash", JOINT)))
 
 
 def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
@@ -291,7 +300,7 @@ def test_an_effect_that_waits_to_be_added_does_not_lead_back_to_diagnosing(
     assert (shown.title, f"Press Add beside {FRICTION}" in shown.text) == (DIAGNOSE, True)
     session.diagnosis.to_add = FRICTION
     assert at(session, "Diagnose").title == ADD
-    session.diagnosis.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")
+    session.diagnosis.pending = ModelVersion(WITH_FRICTION, FRICTION, "coulomb friction")
     assert at(session, "Diagnose").title == ADD
 
 

@@ -17,7 +17,7 @@ from flexgui.session.edit import Document, put
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.diagnose.effects import present, titled
-from flexgui.stages.diagnose.look import ladder_steps
+from flexgui.stages.diagnose.model_versions import ladder_steps
 from tests.page.conftest import Desktop
 from tests.page.helpers import LOOK, field, plots, press, sees
 from tests.page.scene import on_screen
@@ -103,7 +103,7 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
         """() => [...document.querySelectorAll('.js-plotly-plot')].some(
           p => p.data.some(t => t.name === 'estimation' && t.y.length === 2))"""
     )
-    first, second = ladder_steps(session.diagnosis.looks)
+    first, second = ladder_steps(session.diagnosis.versions)
     assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)
     assert second.cost_per_sample < 0.05 * first.cost_per_sample
     sees(page, "In the model: Coulomb friction.")
@@ -172,7 +172,7 @@ def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
     press(page, "Add this formula")
     sees(page, "In the model: Own effect 1 at joint1.")
     page.get_by_text("Your formula is number ").wait_for(timeout=FOUND)
-    until(lambda: session.diagnosis.look is not None and bool(session.diagnosis.look.ranking))
+    until(lambda: session.diagnosis.newest is not None and bool(session.diagnosis.newest.ranking))
     session.run.stop()  # its button may be gone: few candidates are soon refitted
     until(lambda: not session.run.busy)
     press(page, "Undo the last step")
@@ -189,9 +189,9 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
     press(page, "Find what is missing")
     come: dict[str, Callable[[], bool]] = {
         "at once": lambda: True,
-        "first look": lambda: session.diagnosis.look is not None,
+        "first look": lambda: session.diagnosis.newest is not None,
         "ranking": lambda: (
-            session.diagnosis.look is not None and bool(session.diagnosis.look.ranking)
+            session.diagnosis.newest is not None and bool(session.diagnosis.newest.ranking)
         ),
     }
     until(come[moment])
@@ -201,7 +201,7 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
     sees(page, "Stopped")
     again = re.compile("Find what is missing|Repeat diagnosis")
     page.get_by_role("button", name=again, disabled=False).first.wait_for()
-    assert not present(session.document.scenario) and len(session.diagnosis.looks) <= 1
+    assert not present(session.document.scenario) and len(session.diagnosis.versions) <= 1
 
 
 @pytest.mark.long

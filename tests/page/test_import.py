@@ -125,9 +125,9 @@ def test_a_file_leads_to_a_verdict_in_seven_clicks(
     hand.fit(session)
     hand.press("Diagnose")
     hand.press("Find what is missing")
-    until(lambda: session.diagnosis.look is not None and not session.run.busy, PATIENT / 1000)
-    assert session.diagnosis.look is not None and session.diagnosis.look.diagnosis is not None
-    assert session.diagnosis.look.diagnosis.verdict == missing
+    until(lambda: session.diagnosis.newest is not None and not session.run.busy, PATIENT / 1000)
+    assert session.diagnosis.newest is not None and session.diagnosis.newest.diagnosis is not None
+    assert session.diagnosis.newest.diagnosis.verdict == missing
     assert hand.count <= CLICKS
 
 

@@ -16,7 +16,7 @@ from flexgui.session.edit import put
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import fetch_files
 from flexgui.stages.diagnose.effects import present, titled
-from flexgui.stages.diagnose.look import ladder_steps
+from flexgui.stages.diagnose.model_versions import ladder_steps
 from tests.page.helpers import press, sees
 from tests.page.test_diagnose import HEADLESS, answer, bars, headless
 from tests.session.helpers import until
@@ -42,19 +42,21 @@ def walk(page: Any, session: Session, right: str) -> None:
     press(page, "Find what is missing")
     page.get_by_text("Something is missing.").wait_for(timeout=SLOW)
     page.get_by_role("button", name=f"Add {title}", exact=True).wait_for()
-    assert session.diagnosis.look is not None and session.diagnosis.look.ranking[0].effect == right
+    assert (
+        session.diagnosis.newest is not None and session.diagnosis.newest.ranking[0].effect == right
+    )
     expected = headless(session)
-    given = ladder_steps(session.diagnosis.looks)
+    given = ladder_steps(session.diagnosis.versions)
     press(page, f"Add {title}")
     page.get_by_text(f"{title}: the error went from").wait_for(timeout=SLOW)
-    first, second = ladder_steps(session.diagnosis.looks)
+    first, second = ladder_steps(session.diagnosis.versions)
     assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)
     assert second.cost_per_sample < 0.5 * first.cost_per_sample
     until(lambda: len(bars(page)) == 2)
     press(page, "Undo the last step")
     until(lambda: len(bars(page)) == 1 and not present(session.document.scenario))
     # Over its own floors again; beside the second step it stood over that one's.
-    assert ladder_steps(session.diagnosis.looks) == given
+    assert ladder_steps(session.diagnosis.versions) == given
 
 
 def test_on_recordings_of_an_independent_engine(page: Any, session: Session) -> None:

@@ -12,7 +12,7 @@ import pytest
 from flexgui.core.scenario.read import read_scenario
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import fetch_files
-from flexgui.stages.diagnose.look import Look
+from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.panel import OPEN
 from tests.page.helpers import enter, plots, press, sees
 from tests.page.test_diagnose import few
@@ -68,7 +68,7 @@ def test_a_scenario_that_cannot_be_studied_says_what_to_do(page: Any, session: S
 
 def test_work_is_replaced_only_after_a_question(page: Any, session: Session) -> None:
     few(session)
-    session.diagnosis.looks = (Look(session.document.scenario),)
+    session.diagnosis.versions = (ModelVersion(session.document.scenario),)
     before = session.document.scenario
     press(page, "Study")
     press(page, OPEN)

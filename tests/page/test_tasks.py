@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from flexgui.session.session import Session
-from flexgui.stages.diagnose.look import ladder_steps
+from flexgui.stages.diagnose.model_versions import ladder_steps
 from tests.page.test_diagnose import bars
 from tests.session.helpers import until
 
@@ -36,5 +36,5 @@ def test_the_tour_leads_to_the_falling_error_in_five_clicks(page: Any, session: 
     until(lambda: len(bars(page)) == 2, WAITING / 1000.0)
     print(f"{len(clicks)} clicks, {time.monotonic() - begun:.0f} s")
     assert len(clicks) <= CLICKS
-    first, second = ladder_steps(session.diagnosis.shown_looks)
+    first, second = ladder_steps(session.diagnosis.shown_versions)
     assert second.cost_per_sample < 0.25 * first.cost_per_sample

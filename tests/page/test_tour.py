@@ -42,4 +42,4 @@ def test_one_button_invites_and_the_tour_comes_back(page: Any, session: Session)
     sees(page, "3 of 4: diagnose")
     press(page, "Data")
     sees(page, "1 of 4: look")
-    assert not session.diagnosis.looks
+    assert not session.diagnosis.versions

@@ -11,7 +11,7 @@ from flexgui.classroom.demo import COPY, FOLLOW, copy_session
 from flexgui.classroom.tickets import Tickets
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge, Guess
-from flexgui.stages.diagnose.look import Look
+from flexgui.stages.diagnose.model_versions import ModelVersion
 from tests.server.conftest import MakePlace, Place
 from tests.server.helpers import SILENCE, Browser, Thing, announcement, get, wait_for
 from tests.session.helpers import alone
@@ -144,9 +144,9 @@ def made(folder: Path, key: str) -> Session:
 
 def test_a_copy_has_what_the_teacher_found(tmp_path: Path) -> None:
     teacher, own = made(tmp_path, "teacher"), made(tmp_path, "own")
-    teacher.diagnosis.looks = (Look(teacher.document.scenario),)
+    teacher.diagnosis.versions = (ModelVersion(teacher.document.scenario),)
     copy_session(teacher, own)
-    assert own.diagnosis.looks == teacher.diagnosis.looks and own.challenge.state is None
+    assert own.diagnosis.versions == teacher.diagnosis.versions and own.challenge.state is None
     teacher.close()
     own.close()
 
@@ -155,12 +155,12 @@ def test_a_copy_of_a_challenge_begins_anew(tmp_path: Path) -> None:
     teacher, own = made(tmp_path, "teacher"), made(tmp_path, "own")
     (teacher.folder / "th1.csv").write_text("t\n")
     teacher.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia"),))
-    teacher.diagnosis.looks = (Look(teacher.document.scenario),)
+    teacher.diagnosis.versions = (ModelVersion(teacher.document.scenario),)
     copy_session(teacher, own)
     assert (own.folder / "th1.csv").is_file()
     known = own.challenge.state
     assert known is not None and (known.seed, known.level, known.sealed) == (7, "hard", "sealed")
     assert not known.guesses and known.count == 2
-    assert not own.diagnosis.looks, "the teacher's findings would give it away"
+    assert not own.diagnosis.versions, "the teacher's findings would give it away"
     teacher.close()
     own.close()

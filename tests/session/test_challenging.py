@@ -66,9 +66,9 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     session.run.stop()
     until(lambda: not session.run.busy)
     if (
-        session.diagnosis.look is not None
-        and session.diagnosis.look.found is not None
-        and session.diagnosis.look.found.to_come
+        session.diagnosis.newest is not None
+        and session.diagnosis.newest.found is not None
+        and session.diagnosis.newest.found.to_come
     ):
         assert not session.challenge.tool_answer.whole, (
             "a tool that was stopped has no verdict to judge"
@@ -217,7 +217,7 @@ def test_a_wrong_level_and_another_scenario(session: Session, services: Offered)
     assert session.challenge.hide(SEED, "easy")
     until(lambda: session.challenge.state is not None)
     session.choose("demo")
-    assert session.challenge.state is None and not session.diagnosis.looks
+    assert session.challenge.state is None and not session.diagnosis.versions
 
 
 def test_the_tour_can_be_dismissed(session: Session) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from flexgui.core.results import LadderStep, MissingTorque, RecordingComparison
 from flexgui.session.edit import Document
 from flexgui.session.session import Session
-from flexgui.stages.diagnose.look import Look, Looked
+from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 from flexgui.stages.diagnose.plots import demonstration, demonstration_summary
 from flexgui.views.missing_torque import missing_cloud
 from tests.session.conftest import Offered
@@ -78,7 +78,9 @@ def test_the_missing_torque_is_shown_with_the_law_of_the_effect_in_it(
     assert session.demonstration.torques == (), "no diagnosis has told what is missing"
     torques = tuple(missing(joint) for joint in (1, 2))
     seen = RecordingComparison(shown.recording, "estimate", "", (), torques)
-    session.diagnosis.looks = (Look(session.document.scenario, found=LOOKED, comparisons=(seen,)),)
+    session.diagnosis.versions = (
+        ModelVersion(session.document.scenario, found=LOOKED, comparisons=(seen,)),
+    )
     assert session.demonstration.torques == torques
     data = missing_cloud(torques, shown.torques, shown.title)["data"]
     laws = [t for t in data if t["name"] == "Coulomb friction"]
@@ -100,7 +102,9 @@ def test_an_effect_that_is_in_the_model_is_not_drawn_into_what_the_model_lacks(
     seen = RecordingComparison(
         session.demonstration.shown.recording, "estimate", "", (), (missing(1), missing(2))
     )
-    session.diagnosis.looks = (Look(session.document.scenario, found=LOOKED, comparisons=(seen,)),)
+    session.diagnosis.versions = (
+        ModelVersion(session.document.scenario, found=LOOKED, comparisons=(seen,)),
+    )
     assert session.demonstration.torques == ()
 
 
@@ -113,4 +117,4 @@ def missing(joint: int) -> MissingTorque:
     )
 
 
-LOOKED = Looked(LadderStep(None, "As given", (), (), None, 81.0), (), (), (), ())
+LOOKED = ModelFindings(LadderStep(None, "As given", (), (), None, 81.0), (), (), (), ())

@@ -23,7 +23,7 @@ from flexgui.session.edit import Document, put
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import diagnosed_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
-from flexgui.stages.diagnose.look import Looked, ladder_steps, story
+from flexgui.stages.diagnose.model_versions import ModelFindings, combined_diagnosis, ladder_steps
 from flexgui.views.headline import standing, verdict_now
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered
@@ -64,24 +64,24 @@ def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
     seen: list[tuple[str, ...]] = []
     friction.subscribe(
         lambda _: (
-            seen.append(tuple(r.effect for r in friction.diagnosis.look.ranking))
-            if friction.diagnosis.look
+            seen.append(tuple(r.effect for r in friction.diagnosis.newest.ranking))
+            if friction.diagnosis.newest
             else None
         )
     )
     assert friction.diagnosis.search()
     over(friction)
     assert friction.run.state.phase == DONE, friction.message
-    assert friction.diagnosis.look is not None and friction.diagnosis.look.diagnosis is not None
-    assert friction.diagnosis.look.diagnosis.verdict == "missing"
-    assert friction.diagnosis.look.ranking[0].effect == "coulomb_friction"
+    assert friction.diagnosis.newest is not None and friction.diagnosis.newest.diagnosis is not None
+    assert friction.diagnosis.newest.diagnosis.verdict == "missing"
+    assert friction.diagnosis.newest.ranking[0].effect == "coulomb_friction"
     assert any(CANDIDATES[0] in each for each in seen[:-1]), "a ranking before the last"
     assert (
         friction.identification.outcome is not None
         and friction.identification.outcome_of == friction.document.scenario
     )
-    found = friction.diagnosis.look.found
-    assert isinstance(found, Looked)
+    found = friction.diagnosis.newest.found
+    assert isinstance(found, ModelFindings)
     assert [r.shape for r in found.residual] == [p.shape for p in found.ranking[0].predicted]
     one_fit(friction)
     mean = np.sqrt(np.mean(np.concatenate([r.ravel() for r in found.residual]) ** 2))
@@ -90,14 +90,16 @@ def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
 
 def one_fit(session: Session) -> None:
     """Ladder, words, table of parameters and report's headline after a diagnosis."""
-    look, whole = session.diagnosis.looks[-1], session.diagnosis.whole
-    assert look.found is not None and look.diagnosis is not None and whole is not None
-    step, said = look.found.step, look.diagnosis
+    version, whole = session.diagnosis.versions[-1], session.diagnosis.whole
+    assert version.found is not None and version.diagnosis is not None and whole is not None
+    step, said = version.found.step, version.diagnosis
     assert step.cost_per_sample == said.steps[-1].cost_per_sample
     values = {e.name: e.value for e in step.parameters}
     for told in (said.parameters, standing(whole)):
         assert {e.name: e.value for e in told if e.name in values} == values
-    assert f"{format_number(look.error, 2, keep_zeros=True)} times" in verdict_paragraphs(said)[0]
+    assert (
+        f"{format_number(version.error, 2, keep_zeros=True)} times" in verdict_paragraphs(said)[0]
+    )
     assert np.isfinite(step.errors[0].validation_rms)
 
 
@@ -115,17 +117,17 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(
     over(friction)
     assert not friction.diagnosis.known_biased
     assert friction.run.state.phase == DONE, friction.message
-    first, second = ladder_steps(friction.diagnosis.looks)
+    first, second = ladder_steps(friction.diagnosis.versions)
     assert first.cost_per_sample > FLOOR**2 > second.cost_per_sample
     assert second.added == "coulomb_friction"
     assert all(e.validation_rms < FLOOR * e.floor for e in second.errors)
-    assert friction.diagnosis.look is not None and friction.diagnosis.look.diagnosis is not None
-    assert friction.diagnosis.look.diagnosis.verdict == "nothing_missing"
+    assert friction.diagnosis.newest is not None and friction.diagnosis.newest.diagnosis is not None
+    assert friction.diagnosis.newest.diagnosis.verdict == "nothing_missing"
     assert (
         friction.identification.outcome is not outcome
         and friction.identification.outcome_of == friction.document.scenario
     )
-    told = story(friction.diagnosis.looks)
+    told = combined_diagnosis(friction.diagnosis.versions)
     assert told is not None and (told.verdict, told.final_verdict) == (
         "missing",
         "nothing_missing",
@@ -136,9 +138,9 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(
     assert rms == pytest.approx([e.rms for e in second.errors], rel=SAME_LADDER)
     headline_of_the_whole_way(friction, reported(friction, services))
     assert friction.diagnosis.undo()
-    assert friction.comparison.shown is friction.diagnosis.looks[0].comparisons
+    assert friction.comparison.shown is friction.diagnosis.versions[0].comparisons
     assert friction.document.scenario == given and friction.identification.outcome is outcome
-    assert len(friction.diagnosis.looks) == 1 and not present(friction.document.scenario)
+    assert len(friction.diagnosis.versions) == 1 and not present(friction.document.scenario)
 
 
 def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
@@ -162,8 +164,8 @@ def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
 
 def every_channel_agrees(session: Session) -> None:
     """Map, ladder and Compare."""
-    for shown in (session.diagnosis.looks[1].comparisons, session.comparison.shown):
-        last = ladder_steps(session.diagnosis.looks)[-1]
+    for shown in (session.diagnosis.versions[1].comparisons, session.comparison.shown):
+        last = ladder_steps(session.diagnosis.versions)[-1]
         for role, name in (("estimate", "rms"), ("validate", "validation_rms")):
             seen = {e.channel: e.rms for e in channel_errors(with_role(shown, role))}
             told = {e.channel: getattr(e, name) for e in last.errors}
@@ -185,16 +187,18 @@ def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_
     friction: Session, services: Offered
 ) -> None:
     friction.diagnosis.search()
-    until(lambda: friction.diagnosis.look is not None and bool(friction.diagnosis.look.ranking))
+    until(lambda: friction.diagnosis.newest is not None and bool(friction.diagnosis.newest.ranking))
     assert friction.diagnosis.add("coulomb_friction")
-    until(lambda: len(friction.diagnosis.looks) == 2 and not friction.run.busy)
-    assert [look.added for look in friction.diagnosis.looks] == [None, "coulomb_friction"]
-    assert friction.diagnosis.looks[1].error < FLOOR < friction.diagnosis.looks[0].error
-    told = story(friction.diagnosis.looks)
+    until(lambda: len(friction.diagnosis.versions) == 2 and not friction.run.busy)
+    assert [version.added for version in friction.diagnosis.versions] == [None, "coulomb_friction"]
+    assert friction.diagnosis.versions[1].error < FLOOR < friction.diagnosis.versions[0].error
+    told = combined_diagnosis(friction.diagnosis.versions)
     assert told is not None and told.standing_verdict == "nothing_missing"
     said = verdict_now(told)
     assert said.startswith("With Coulomb friction nothing is missing any more")
-    assert f"{format_number(friction.diagnosis.looks[1].error, 2, keep_zeros=True)} times" in said
+    assert (
+        f"{format_number(friction.diagnosis.versions[1].error, 2, keep_zeros=True)} times" in said
+    )
     assert not any("not found yet" in words for words in verdict_paragraphs(told))
     assert not told.stopped, "of a search that was stopped before"
 
@@ -223,16 +227,16 @@ def test_a_formula_is_fitted_and_a_hostile_one_refused(
     assert friction.diagnosis.add_own("joint1", "-a*tanh(dtheta1/0.001)", "a = 0.5 [N m]")
     over(friction)
     assert friction.run.state.phase == DONE, friction.message
-    first, second = ladder_steps(friction.diagnosis.looks)
+    first, second = ladder_steps(friction.diagnosis.versions)
     assert second.cost_per_sample < first.cost_per_sample
     a = next(e for e in second.parameters if e.name == "a")
     assert a.unit == "N m" and a.value == pytest.approx(1.2, rel=0.2)
-    ranking = friction.diagnosis.looks[0].ranking
+    ranking = friction.diagnosis.versions[0].ranking
     mine = next(r for r in ranking if r.effect == "own_1")
     assert ranking[0].effect == "coulomb_friction", "both joints rub; the formula knows one"
     assert 10.0 < (mine.refit_drop_percent or 0.0) < (ranking[0].refit_drop_percent or 0.0)
     assert [e.name for e in mine.parameters] == ["a"] and mine.predicted
-    assert own_place(*friction.diagnosis.looks).startswith("Your formula is number ")
+    assert own_place(*friction.diagnosis.versions).startswith("Your formula is number ")
     assert reported(friction, services)["ranking"]
     assert friction.diagnosis.remove("own_1")
     assert friction.document.scenario == given
@@ -244,16 +248,16 @@ def test_a_formula_is_fitted_and_a_hostile_one_refused(
 def test_a_stop_and_a_failure_leave_the_last_result(friction: Session, services: Offered) -> None:
     friction.diagnosis.search()
     over(friction)
-    complete, given = friction.diagnosis.looks, friction.document.scenario
+    complete, given = friction.diagnosis.versions, friction.document.scenario
     assert friction.diagnosis.search()
     friction.run.stop()
     over(friction)
-    assert friction.diagnosis.looks == complete and friction.document.scenario == given
+    assert friction.diagnosis.versions == complete and friction.document.scenario == given
     friction.document.change(put(("identify", "parameters"), ["nobody"]))
     assert friction.diagnosis.search()
     over(friction)
     assert friction.run.state.phase == FAILED and friction.message.bad
-    assert friction.diagnosis.looks == complete
+    assert friction.diagnosis.versions == complete
 
 
 @pytest.mark.long
@@ -269,7 +273,7 @@ def test_an_effect_in_the_middle_can_go(friction: Session, services: Offered) ->
     assert friction.diagnosis.remove("viscous_friction")
     over(friction)
     assert [kind for kind, _ in present(friction.document.scenario)] == ["coulomb_friction"]
-    assert [look.title for look in friction.diagnosis.looks][
+    assert [version.title for version in friction.diagnosis.versions][
         -1
     ] == "without: Viscous joint friction"
 

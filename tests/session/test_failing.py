@@ -17,7 +17,7 @@ from flexgui.core.results import (
 from flexgui.stages.compare.panel import WORDS
 from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.data.rigs import point_name
-from flexgui.stages.diagnose.look import Looked
+from flexgui.stages.diagnose.model_versions import ModelFindings
 from flexgui.stages.diagnose.panel_candidates import inviting
 from flexgui.views.error_map import words
 
@@ -90,4 +90,4 @@ def test_adding_invites_only_where_something_is_to_be_explained(
 ) -> None:
     step = LadderStep(None, "As given", (), (), None, error**2)
     told = None if verdict is None else Diagnosis(verdict, None, (), (step,), {})
-    assert inviting(Looked(step, (), (), (), (), diagnosis=told)) is invites
+    assert inviting(ModelFindings(step, (), (), (), (), diagnosis=told)) is invites

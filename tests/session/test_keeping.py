@@ -31,7 +31,7 @@ from flexgui.session.edit import put
 from flexgui.session.records import SCHEMA, Envelope, packed, unpacked
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES, Topic
-from flexgui.session.store import Found, Stated
+from flexgui.session.store import SavedResults, SavedWork
 from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.stages.study.state import DONE, STOPPED
 from tests.paper_study.helpers import short
@@ -108,16 +108,17 @@ def found(services: Offered, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     until(lambda: not made.run.state.busy)
     assert made.diagnosis.search()
     until(lambda: not made.run.state.busy and made.diagnosis.pending is None)
-    assert made.identification.outcome is not None and made.diagnosis.looks
+    assert made.identification.outcome is not None and made.diagnosis.versions
     yield made
     made.close()
 
 
 def test_results_are_the_same_after_writing_and_reading(found: Session) -> None:
     fitted = found.identification
-    stated = Found(fitted.outcome, fitted.outcome_of, found.diagnosis.looks)
-    again = unpacked(packed(stated), Found)
-    assert same(stated, again)
+    stated = SavedResults(fitted.outcome, fitted.outcome_of, found.diagnosis.versions)
+    again = unpacked(packed(stated), SavedResults)
+    for name in stated.__struct_fields__:
+        assert same(getattr(stated, name), getattr(again, name)), name
 
 
 @pytest.mark.parametrize("path", sorted(shipped_folder().glob("*.toml")), ids=lambda p: p.stem)
@@ -127,14 +128,15 @@ def test_every_scenario_is_the_same_after_writing_and_reading(path: Path) -> Non
 
 
 def test_damaged_bytes_are_told_in_words() -> None:
-    random, content = Random(1), packed(Stated(demo_scenario()))
+    random, content = Random(1), packed(SavedWork(demo_scenario()))
     for _ in range(300):
         bad = bytearray(content)
         for _ in range(random.randint(1, 8)):
             bad[random.randrange(len(bad))] = random.randrange(256)
         try:
             unpacked(
-                bytes(bad[: random.randint(0, len(bad))] if random.random() < 0.5 else bad), Stated
+                bytes(bad[: random.randint(0, len(bad))] if random.random() < 0.5 else bad),
+                SavedWork,
             )
         except InputError as error:
             assert "damaged" in str(error)
@@ -146,7 +148,7 @@ def test_what_is_no_record_is_neither_written_nor_read() -> None:
     with pytest.raises(ValueError):
         packed(np.array([object()]))
     with pytest.raises(InputError, match="parts of it are missing"):
-        unpacked(packed({"a": 1}), Stated)
+        unpacked(packed({"a": 1}), SavedWork)
 
 
 def test_edits_files_and_a_challenge_are_there_again(
@@ -171,9 +173,9 @@ def test_results_are_there_again(
     session: Session, work: KeptWork, found: Session, services: Offered
 ) -> None:
     session.document.scenario = found.document.scenario
-    session.identification.outcome, session.identification.outcome_of, session.diagnosis.looks = (
-        found.identification.outcome, found.identification.outcome_of, found.diagnosis.looks
-    )  # fmt: skip
+    session.identification.outcome = found.identification.outcome
+    session.identification.outcome_of = found.identification.outcome_of
+    session.diagnosis.versions = found.diagnosis.versions
     session.notify(Topic.OUTCOME)
     dead(session)
     made = revived(work)
@@ -181,7 +183,7 @@ def test_results_are_there_again(
         same(made.identification.outcome, found.identification.outcome)
         and made.identification.outcome_of == made.document.scenario
     )
-    assert same(made.diagnosis.looks, found.diagnosis.looks)
+    assert same(made.diagnosis.versions, found.diagnosis.versions)
     assert made.diagnosis.search(), "it goes on from there"
     made.close()
 
@@ -218,7 +220,7 @@ def test_a_verdict_is_kept_while_the_last_fit_goes_on(
 ) -> None:
     session.document.scenario, session.diagnosis.pending = (
         found.document.scenario,
-        found.diagnosis.looks[-1],
+        found.diagnosis.versions[-1],
     )
     session.notify(Topic.DIAGNOSIS)
     written = (session.folder / RESULTS).stat().st_mtime_ns
@@ -227,7 +229,8 @@ def test_a_verdict_is_kept_while_the_last_fit_goes_on(
     dead(session)
     made = revived(work)
     assert (
-        same(made.diagnosis.looks, (found.diagnosis.looks[-1],)) and made.diagnosis.pending is None
+        same(made.diagnosis.versions, (found.diagnosis.versions[-1],))
+        and made.diagnosis.pending is None
     )
     made.close()
 
@@ -246,7 +249,7 @@ def test_what_was_shown_was_written_before(session: Session, work: KeptWork) -> 
     for k in range(5):
         assert session.document.change(put(("identify", "population"), 20 + k))
     for scenario, place in copies:
-        assert unpacked((place / WORK).read_bytes(), Stated).scenario == scenario
+        assert unpacked((place / WORK).read_bytes(), SavedWork).scenario == scenario
     assert len(copies) == 5
 
 
@@ -281,7 +284,7 @@ def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWo
     fourth.close()
     for why, population in (("declined", 17), ("replaced", 21)):
         (aside,) = work.root.glob(f"{why}-*")
-        kept = unpacked((aside / WORK).read_bytes(), Stated).scenario
+        kept = unpacked((aside / WORK).read_bytes(), SavedWork).scenario
         assert kept.identify.population == population
 
 

@@ -67,9 +67,9 @@ def identify(session: Session, offered: Offered) -> bool:
 
 
 def diagnose(session: Session, offered: Offered) -> bool:
-    before = session.diagnosis.looks
+    before = session.diagnosis.versions
     assert session.diagnosis.search()
-    return idle(session, before, lambda: session.diagnosis.looks)
+    return idle(session, before, lambda: session.diagnosis.versions)
 
 
 def add(session: Session, offered: Offered) -> bool:
@@ -110,10 +110,10 @@ def test_a_lost_worker_costs_one_try(
     identified: Session, offered: Offered, attempt: Try, number: int
 ) -> None:
     lose_worker(offered.pool, number)
-    outcome, looks = identified.identification.outcome, identified.diagnosis.looks
+    outcome, versions = identified.identification.outcome, identified.diagnosis.versions
     assert not attempt(identified, offered)
     assert identified.message.bad and "start it again" in identified.message.text
-    assert (identified.identification.outcome, identified.diagnosis.looks) == (outcome, looks)
+    assert (identified.identification.outcome, identified.diagnosis.versions) == (outcome, versions)
     assert attempt(identified, offered), identified.message
 
 

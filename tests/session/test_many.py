@@ -47,7 +47,7 @@ def test_all_end_in_fair_order_with_the_results_of_one_alone(tmp_path: Path) -> 
         alone = made(tmp_path / "alone")
         assert alone.diagnosis.search()
         until(lambda: not alone.run.busy and alone.diagnosis.pending is None, SOON)
-        assert alone.diagnosis.look is not None
+        assert alone.diagnosis.newest is not None
         people = [made(tmp_path / f"person{k}") for k in range(PEOPLE)]
         began: list[str] = []
         for one in people:
@@ -58,8 +58,8 @@ def test_all_end_in_fair_order_with_the_results_of_one_alone(tmp_path: Path) -> 
         until(lambda: not any(one.busy or one.pending for one in people), SOON)
         print(f"{PEOPLE} at once: {time.monotonic() - start:.1f} s")
         for one in people:
-            assert one.run.phase == DONE and one.look is not None, one.message
-            assert figures(one.look.ranking) == figures(alone.diagnosis.look.ranking)
+            assert one.run.phase == DONE and one.newest is not None, one.message
+            assert figures(one.newest.ranking) == figures(alone.diagnosis.newest.ranking)
             one.close()
         alone.close()
     # Two workers take two at a time; nobody is overtaken by who came later than the next one.

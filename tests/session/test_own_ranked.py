@@ -10,33 +10,33 @@ import pytest
 from flexgui.core.results import ChannelError, Estimate, LadderStep, RankedEffect
 from flexgui.library.shipped import demo_scenario
 from flexgui.stages.diagnose.effects import own_place, own_ranked, ranked_with_own
-from flexgui.stages.diagnose.look import Look, Looked
+from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 
 
 def listed(kind: str, refitted: float | None) -> RankedEffect:
     return RankedEffect(kind, kind, 9.0, 1e-9, 50.0, refitted, None)
 
 
-def look(rms: float, *names: str, added: str | None = None) -> Look:
+def version(rms: float, *names: str, added: str | None = None) -> ModelVersion:
     step = LadderStep(
         None, "", tuple(Estimate(n, 1.0, 0.1, "", True) for n in names),
         (ChannelError("z1", "m", rms, 1.0),), None, rms**2,
     )  # fmt: skip
-    found = Looked(step, ("th1",), (("z1",),), (0.1,), (np.full((5, 1), rms),))
-    return Look(demo_scenario(), "Own effect 1" if added else "", added, found)
+    found = ModelFindings(step, ("th1",), (("z1",),), (0.1,), (np.full((5, 1), rms),))
+    return ModelVersion(demo_scenario(), "Own effect 1" if added else "", added, found)
 
 
-BEFORE = look(10.0, "EI")
+BEFORE = version(10.0, "EI")
 RANKING = (listed("a", 99.0), listed("b", 60.0), listed("c", None))
 
 
-def with_list(ranking: tuple[RankedEffect, ...]) -> Look:
+def with_list(ranking: tuple[RankedEffect, ...]) -> ModelVersion:
     assert BEFORE.found is not None
     return replace(BEFORE, found=replace(BEFORE.found, ranking=ranking))
 
 
 def test_it_stands_between_what_explains_more_and_less() -> None:
-    before, after = with_list(RANKING), look(5.0, "EI", "k", added="own_1")
+    before, after = with_list(RANKING), version(5.0, "EI", "k", added="own_1")
     own = own_ranked(before, after)
     assert own is not None and own.refit_drop_percent == pytest.approx(100.0 * 75.0 / 99.0)
     assert [e.name for e in own.parameters] == ["k"]
@@ -52,12 +52,12 @@ def test_it_stands_between_what_explains_more_and_less() -> None:
 
 def test_parameters_cost_something() -> None:
     names = ("k1", "k2", "k3", "k4")
-    after = look(float(np.sqrt(100.0 - 0.61 * 99.0)), "EI", *names, added="own_1")
+    after = version(float(np.sqrt(100.0 - 0.61 * 99.0)), "EI", *names, added="own_1")
     whole = ranked_with_own(with_list(RANKING), after)
     assert [r.effect for r in whole.ranking] == ["a", "b", "own_1", "c"]
 
 
 def test_without_a_list_there_is_no_place() -> None:
-    after = look(5.0, "EI", "k", added="own_1")
+    after = version(5.0, "EI", "k", added="own_1")
     assert own_ranked(BEFORE, after) is None and own_place(BEFORE, after) == ""
     assert ranked_with_own(BEFORE, after) is BEFORE

@@ -10,7 +10,7 @@ import pytest
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import ChannelComparison, LadderStep, RecordingComparison
 from flexgui.stages.compare.panel import worst_output
-from flexgui.stages.diagnose.look import Looked, refitted_only
+from flexgui.stages.diagnose.model_versions import ModelFindings, refitted_only
 from flexgui.views.preview import preview
 from tests.session.test_candidate_rows import ONE
 
@@ -61,7 +61,7 @@ def test_each_joint_stands_in_the_legend_once_with_its_own_dash() -> None:
 def test_a_challenge_lists_what_refits_have_shown() -> None:
     tried = replace(ONE, effect="tried", refit_drop_percent=50.0)
     guessed = replace(ONE, effect="guessed", refit_drop_percent=None)
-    found = Looked(
+    found = ModelFindings(
         LadderStep(None, "as given", (), (), None, 9.0), ("a",), (("z1",),), (1e-3,),
         (np.zeros((3, 1)),), ranking=(guessed, tried),
     )  # fmt: skip

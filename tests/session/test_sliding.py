@@ -15,7 +15,7 @@ from flexgui.session.latest import TURNS
 from flexgui.session.records import packed, unpacked
 from flexgui.session.session import Session
 from flexgui.session.state import Live, Topic
-from flexgui.session.store import Stated
+from flexgui.session.store import SavedWork
 from flexgui.stages.arm.live import LiveModel
 
 SOON = 60.0
@@ -48,7 +48,7 @@ def test_places_that_a_hand_passes_are_not_heard_and_the_last_one_is_written_bef
 
     def listen(topic: Topic) -> None:
         if topic in (Topic.SCENARIO, Topic.LIVE):
-            written = unpacked((kept.folder / WORK).read_bytes(), Stated).scenario
+            written = unpacked((kept.folder / WORK).read_bytes(), SavedWork).scenario
             heard.append((topic, written.arm.model_dump()["young_modulus"]))
 
     kept.subscribe(listen)

@@ -9,7 +9,7 @@ import numpy as np
 from flexgui.core.progress import Silent
 from flexgui.core.results import RecordingComparison
 from flexgui.core.scenario.read import parse_scenario
-from flexgui.stages.diagnose.look import Looked
+from flexgui.stages.diagnose.model_versions import ModelFindings
 from flexgui.stages.diagnose.task import COMPARED, LOOKED, diagnose
 from tests.diagnose.test_run import HIDDEN, text
 
@@ -27,7 +27,7 @@ class Heard(Silent):
     """Keeps what is told; stops once a look says that it should."""
 
     def __init__(self, stop: Any = lambda _: False) -> None:
-        self.looks: list[Looked] = []
+        self.versions: list[ModelFindings] = []
         self.order: list[str] = []
         self.compared: tuple[RecordingComparison, ...] = ()
         self._stop, self._stopped = stop, False
@@ -35,7 +35,7 @@ class Heard(Silent):
     def partial(self, name: str, value: Any) -> None:
         self.order.append(name)
         if name == LOOKED:
-            self.looks.append(value)
+            self.versions.append(value)
             self._stopped = self._stopped or self._stop(value)
         else:
             self.compared = value
@@ -44,31 +44,33 @@ class Heard(Silent):
         return self._stopped
 
 
-def unseen(look: Looked) -> bool:
+def unseen(version: ModelFindings) -> bool:
     """Whether the model was tried on recordings that no fit saw."""
-    return all(np.isfinite(e.validation_rms) for e in look.step.errors)
+    return all(np.isfinite(e.validation_rms) for e in version.step.errors)
 
 
 def test_the_error_comes_first_then_a_ranking_of_all_then_the_comparison() -> None:
     heard = Heard()
     found = diagnose(parse_scenario(TEXT, "test"), progress=heard)
-    first, *more = heard.looks
+    first, *more = heard.versions
     assert first.step.errors and not first.ranking and not unseen(first)
     assert {r.effect for r in more[0].ranking} == {
         "coulomb_friction", "drive_saturation", "camera_delay"
     }  # fmt: skip
-    to_come = [look.to_come for look in more]
+    to_come = [version.to_come for version in more]
     assert to_come[0] > 0 and to_come == sorted(to_come, reverse=True) and to_come[-1] == 0
-    assert not any(look.untried for look in more)
+    assert not any(version.untried for version in more)
     whole = to_come.index(0)
-    assert [unseen(look) for look in more] == [k > whole for k in range(len(more))]
+    assert [unseen(version) for version in more] == [k > whole for k in range(len(more))]
     assert heard.order.count(COMPARED) == 1 and len(heard.compared) == 2
     assert unseen(found) and found.diagnosis is not None
     assert found.ranking[0].effect == "coulomb_friction"
 
 
 def test_who_stops_at_the_first_ranking_keeps_it() -> None:
-    found = diagnose(parse_scenario(TEXT, "test"), progress=Heard(lambda look: bool(look.ranking)))
+    found = diagnose(
+        parse_scenario(TEXT, "test"), progress=Heard(lambda version: bool(version.ranking))
+    )
     assert found.ranking and found.to_come > 0
     assert found.diagnosis is not None and found.diagnosis.stopped
 
@@ -77,5 +79,5 @@ def test_an_added_effects_own_fit_is_not_held_up_by_the_ranking() -> None:
     heard = Heard()
     diagnose(parse_scenario(TEXT, "test"), fit="before", progress=heard)
     assert heard.order[:4] == [LOOKED, LOOKED, COMPARED, LOOKED]
-    assert heard.looks[2].outcome is not None and not heard.looks[2].ranking
+    assert heard.versions[2].outcome is not None and not heard.versions[2].ranking
     assert heard.order.count(COMPARED) == 1

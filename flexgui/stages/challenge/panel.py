@@ -144,9 +144,9 @@ class ChallengePanel(Panel):
 
     def _show_words(self, known: Challenge) -> None:
         session, words = self.session, _words()
-        look, tool, improvement = session.diagnosis.look, session.challenge.tool_answer, ""
-        if look is not None and look.found is not None:
-            improvement = validation_words(look.error, unseen_rms(look.found.step.errors))
+        version, tool, improvement = session.diagnosis.newest, session.challenge.tool_answer, ""
+        if version is not None and version.found is not None:
+            improvement = validation_words(version.error, unseen_rms(version.found.step.errors))
         self._state.show(words.state(known, session.challenge.tool_asked, improvement))
         found = known.revealed
         self._truth.show(words.end(found, _verdict(found, tool, session.run.busy)) if found else "")

@@ -202,7 +202,7 @@ class Challenges:
     @property
     def tool_asked(self) -> bool:
         """Whether the person has seen a ranking of these recordings."""
-        return any(look.ranking for look in self._session.diagnosis.shown_looks)
+        return any(version.ranking for version in self._session.diagnosis.shown_versions)
 
     def reveal(self) -> bool:
         """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
@@ -254,8 +254,10 @@ class Challenges:
 
     @property
     def tool_answer(self) -> ToolAnswer | None:
-        """As far as the looks at these recordings have come; None where none was taken."""
-        first = next((look for look in self._session.diagnosis.shown_looks if look.ranking), None)
+        """The ranking so far for these recordings; None without one."""
+        first = next(
+            (version for version in self._session.diagnosis.shown_versions if version.ranking), None
+        )
         if first is None:
             return None
         best = first.ranking[0]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexgui.core.results import ErrorMaps, RecordingComparison
-from flexgui.stages.diagnose.look import ladder_steps
+from flexgui.stages.diagnose.model_versions import ladder_steps
 from flexgui.views.error_map import ErrorNow, error_now
 from flexgui.views.of_recording.view import believable_floors
 
@@ -27,22 +27,24 @@ class Comparison:
 
     @property
     def shown(self) -> tuple[RecordingComparison, ...]:
-        """Measured against modelled: by the look's fit where there is one of the newest model, so
-        that maps, ladder and signals agree; else by the identification."""
+        """Measured against modelled: by the diagnosis' fit of the newest version, so that maps,
+        ladder and signals agree; without one by the identification."""
         diagnosis, fitted = self._session.diagnosis, self._session.identification
-        look, outcome = diagnosis.look, fitted.outcome
+        version, outcome = diagnosis.newest, fitted.outcome
         by_fit = () if outcome is None else outcome.comparisons
-        if look is None or not look.comparisons:
+        if version is None or not version.comparisons:
             return by_fit
-        if look is diagnosis.pending:
-            return look.comparisons
+        if version is diagnosis.pending:
+            return version.comparisons
         of = fitted.outcome_of or self._session.document.scenario
-        return look.comparisons if look.scenario == of and outcome is look.outcome else by_fit
+        return (
+            version.comparisons if version.scenario == of and outcome is version.outcome else by_fit
+        )
 
     @property
     def floors(self) -> dict[str, float] | None:
         """channel -> floor, those that the ladder stands on; None before anything was looked at."""
-        steps = ladder_steps(self._session.diagnosis.shown_looks)
+        steps = ladder_steps(self._session.diagnosis.shown_versions)
         return {e.channel: e.floor for e in steps[-1].errors} if steps else None
 
     @property
@@ -58,8 +60,8 @@ class Comparison:
     @property
     def worst_error(self) -> float:
         """What the darkest colour of the arm stands for, in floors: the worst error of the way's
-        first look, so that an arm whose error is gone is seen to have lost its colour."""
-        first = next(iter(self._session.diagnosis.shown_looks), None)
+        first model, so that an arm whose error is gone is seen to have lost its colour."""
+        first = next(iter(self._session.diagnosis.shown_versions), None)
         shown = first.comparisons if first is not None and first.comparisons else self.shown
         if self._scale[0] is not shown:
             failing = self.failing

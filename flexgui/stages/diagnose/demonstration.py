@@ -16,7 +16,7 @@ from flexgui.jobs.messages import Task
 from flexgui.scene.recorded import fitted_values
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import present
-from flexgui.stages.diagnose.look import Demonstration
+from flexgui.stages.diagnose.model_versions import Demonstration
 
 if TYPE_CHECKING:
     from flexgui.core.effects.effect import Effect
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from flexgui.core.scenario.data_folder import Within
     from flexgui.core.scenario.schema import Scenario
     from flexgui.session.session import Session
-    from flexgui.stages.diagnose.look import Demonstration
+    from flexgui.stages.diagnose.model_versions import Demonstration
     from flexgui.views.over_speed import OverSpeed
 
 LEAST = 1e-9
@@ -78,13 +78,13 @@ class Demonstrations:
     def torques(self) -> tuple[MissingTorque, ...]:
         """What the demonstrated effect would have to explain at the joints of its recording; empty
         where no diagnosis of the model without the effect has found it."""
-        shown, look = self.shown, self._session.diagnosis.look
-        if shown is None or look is None or not shown.torques:
+        shown, version = self.shown, self._session.diagnosis.newest
+        if shown is None or version is None or not shown.torques:
             return ()
         scenario = self._session.document.scenario
-        if look.scenario != scenario or shown.kind in dict(present(scenario)):
+        if version.scenario != scenario or shown.kind in dict(present(scenario)):
             return ()
-        found = [c for c in look.comparisons if c.recording == shown.recording]
+        found = [c for c in version.comparisons if c.recording == shown.recording]
         return found[0].missing_torque if found else ()
 
     def end(self) -> None:
@@ -109,8 +109,8 @@ class Demonstrations:
 
     def _sizes(self, kind: str) -> dict[str, float]:
         """That the ranking has found, where it has refitted the effect."""
-        look = self._session.diagnosis.look
-        ranked = () if look is None else look.ranking
+        version = self._session.diagnosis.newest
+        ranked = () if version is None else version.ranking
         found = next((r for r in ranked if r.effect == kind), None)
         sizes = {e.name: e.value for e in found.parameters} if found is not None else {}
         return sizes if any(abs(value) > LEAST for value in sizes.values()) else {}
@@ -150,7 +150,7 @@ def demonstrate(
     """
     from flexgui.core.errors import InputError
     from flexgui.core.scenario.data_folder import Within
-    from flexgui.stages.diagnose.look import Demonstration
+    from flexgui.stages.diagnose.model_versions import Demonstration
 
     progress.stage("Simulating the arm with and without the effect")
     setup, data = _asked(scenario, recording, Within(Path(folder or ".")))

@@ -15,7 +15,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.results import RankedEffect
 from flexgui.core.scenario.schema import Scenario
 from flexgui.session.edit import Document, Edit
-from flexgui.stages.diagnose.look import Look, ladder_steps
+from flexgui.stages.diagnose.model_versions import ModelVersion, ladder_steps
 
 LEAST = 1e-9
 """A fitted size that is smaller, as a share of a plausible one, starts at the plausible one."""
@@ -117,8 +117,8 @@ LEAST_LEFT = 1e-4
 """Share of the error; below it nothing is told apart by it."""
 
 
-def ranked_with_own(before: Look, after: Look) -> Look:
-    """The look before an own effect was added, with the effect in its list; the look itself where
+def ranked_with_own(before: ModelVersion, after: ModelVersion) -> ModelVersion:
+    """The version before an own effect was added, with the effect in its list; unchanged where
     either has not come so far."""
     own = own_ranked(before, after)
     if own is None or before.found is None:
@@ -129,7 +129,7 @@ def ranked_with_own(before: Look, after: Look) -> Look:
     return replace(before, found=replace(before.found, ranking=ranking))
 
 
-def own_ranked(before: Look, after: Look) -> RankedEffect | None:
+def own_ranked(before: ModelVersion, after: ModelVersion) -> RankedEffect | None:
     """The own effect with which `after` differs, as a row of the list of `before`."""
     if before.found is None or after.found is None or after.added is None or not before.ranking:
         return None
@@ -151,7 +151,7 @@ def own_ranked(before: Look, after: Look) -> RankedEffect | None:
     )
 
 
-def _predicted(before: Look, after: Look) -> tuple[np.ndarray, ...]:
+def _predicted(before: ModelVersion, after: ModelVersion) -> tuple[np.ndarray, ...]:
     assert before.found is not None and after.found is not None
     pairs = list(zip(before.found.residual, after.found.residual, strict=False))
     alike = before.found.recordings == after.found.recordings
@@ -168,7 +168,7 @@ def _price(one: RankedEffect) -> float:
     return math.log(max(left, LEAST_LEFT)) + PRICE * len(one.parameters)
 
 
-def own_place(before: Look, after: Look) -> str:
+def own_place(before: ModelVersion, after: ModelVersion) -> str:
     """'Your formula is number 2 of 7: it explains 95.1 % of the error; Coulomb friction 99.9 %.'"""
     own = own_ranked(before, after)
     if own is None:

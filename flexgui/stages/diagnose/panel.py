@@ -18,9 +18,16 @@ from flexgui.session.edit import model_of
 from flexgui.session.state import Topic
 from flexgui.session.tour import holds_way_on
 from flexgui.stages.diagnose.effects import own_place, present
-from flexgui.stages.diagnose.look import Look, Looked, in_vain, ladder_steps, refitted_only, worse
+from flexgui.stages.diagnose.model_versions import (
+    ModelFindings,
+    ModelVersion,
+    error_rose,
+    error_stayed,
+    ladder_steps,
+    refitted_only,
+)
+from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
 from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, inviting
-from flexgui.stages.diagnose.panel_moment import Moment
 from flexgui.stages.diagnose.panel_rig import KnownRig
 from flexgui.stages.diagnose.plots import demonstration, demonstration_summary, live_prediction
 from flexgui.views.headline import AS_GIVEN, BIASED
@@ -42,13 +49,13 @@ class DiagnosePanel(Panel):
 
     @property
     def done(self) -> bool:
-        look = self.session.diagnosis.look
-        return look is not None and look.diagnosis is not None and not self._old(look)
+        version = self.session.diagnosis.newest
+        return version is not None and version.diagnosis is not None and not self._old(version)
 
     def build_controls(self) -> None:
         context, session, gui = self.context, self.session, self.gui
         self._busy = Busy(context, "diagnose", "hide")
-        self._refitted: tuple[Looked, Looked] | None = None
+        self._refitted: tuple[ModelFindings, ModelFindings] | None = None
         self._find = button(
             context, "Find what is missing", session.diagnosis.search, prominent=True
         )
@@ -65,7 +72,7 @@ class DiagnosePanel(Panel):
         self._at_work = AtWork(context)
         self._about = Words(gui)
         self._ladder = Plot(context, 0.45, wide=True)
-        self._moment = Moment(context)
+        self._candidate_figure = CandidateFigure(context)
         self._residual = Plot(context, 0.72)
         of = gui.add_dropdown("Predicted by", (BEST,), visible=False)
         self._of: Any = react(context, of, self._show_residual)
@@ -73,15 +80,15 @@ class DiagnosePanel(Panel):
         self._residual_of = ""
 
     def refresh(self) -> None:
-        session, look = self.session, self.session.diagnosis.look
-        found = self._listed(None if look is None else look.found)
-        free, old, way_on = not session.run.busy, self._old(look), self._way_on(look)
+        session, version = self.session, self.session.diagnosis.newest
+        found = self._listed(None if version is None else version.found)
+        free, old, way_on = not session.run.busy, self._old(version), self._way_on(version)
         titles = _titles(found)
-        self._busy.refresh(self._sentence(look))
+        self._busy.refresh(self._sentence(version))
         self._find.visible = not self._busy.running and not self.done
         self.enable(free, self._find)
         self._find.color = color(way_on == FIND)
-        self._verdict.show(self._verdict_words(look, titles, free, way_on))
+        self._verdict.show(self._verdict_words(version, titles, free, way_on))
         self._model.show(self._model_words(free, way_on))
         self._by_hand.refresh(free)
         self._so_far.show(WORDS.so_far(found))
@@ -93,7 +100,7 @@ class DiagnosePanel(Panel):
         self._about.show(WORDS.nothing_yet() if found is None else "")
         self._show_plots(found)
 
-    def _listed(self, found: Looked | None) -> Looked | None:
+    def _listed(self, found: ModelFindings | None) -> ModelFindings | None:
         """In a challenge only what refits have shown; the same object as long as nothing changes,
         since what is shown already is not drawn again."""
         if found is None or self.session.challenge.state is None:
@@ -102,36 +109,36 @@ class DiagnosePanel(Panel):
             self._refitted = (found, refitted_only(found))
         return self._refitted[1]
 
-    def _way_on(self, look: Look | None) -> str:
+    def _way_on(self, version: ModelVersion | None) -> str:
         """The one button that invites; the tour's card may hold it instead."""
         known = self.session.challenge.state
         # A challenge waits for a guess, before which asking the tool is marked.
         guess_first = known is not None and known.revealed is None and not known.guesses
         if holds_way_on(self.session) or guess_first:
             return ""
-        if look is None or look.found is None or not look.ranking or self._old(look):
+        if version is None or version.found is None or not version.ranking or self._old(version):
             return FIND
-        more = inviting(look.found)
-        if look.diagnosis is None:
+        more = inviting(version.found)
+        if version.diagnosis is None:
             # Whether an effect was enough that was just added, the whole list has to say.
-            return ADD if more and not look.added else FIND
-        if in_vain(self.session.diagnosis.looks):
+            return ADD if more and not version.added else FIND
+        if error_stayed(self.session.diagnosis.versions):
             return UNDO
         return ADD if more else GO_ON
 
     def _verdict_words(
-        self, look: Look | None, titles: dict[str, str], free: bool, way_on: str
+        self, version: ModelVersion | None, titles: dict[str, str], free: bool, way_on: str
     ) -> Markup:
         """The verdict on the model that is shown; of one that was left none."""
         diagnosis = self.session.diagnosis
-        if look is None or (diagnosis.pending is not None and diagnosis.pending is not look):
+        if version is None or (diagnosis.pending is not None and diagnosis.pending is not version):
             return Markup("")
-        against = diagnosis.pending is None and worse(diagnosis.looks)
+        against = diagnosis.pending is None and error_rose(diagnosis.versions)
         # What the linear model costs belongs to the verdict on the first model.
-        cost = diagnosis.linear_model if look is diagnosis.shown_looks[0] else None
+        cost = diagnosis.linear_model if version is diagnosis.shown_versions[0] else None
         return Markup(
             WORDS.verdict(
-                look.diagnosis, look.error, diagnosis.looks[-1].title if against else "",
+                version.diagnosis, version.error, diagnosis.versions[-1].title if against else "",
                 "" if cost is None else linear_sentence(cost), titles,
                 "main" if way_on == GO_ON else "", self.done, free,
             )
@@ -140,51 +147,51 @@ class DiagnosePanel(Panel):
     def _model_words(self, free: bool, way_on: str) -> Markup:
         """What is in the model with its sizes, by the diagnosis' own fit and by the first."""
         diagnosis = self.session.diagnosis
-        looks, first_fit = diagnosis.shown_looks, diagnosis.first_fit
+        versions, first_fit = diagnosis.shown_versions, diagnosis.first_fit
         titles = [title for _, title in present(self.session.document.scenario)]
-        undo = ("invites" if way_on == UNDO else "offered") if len(diagnosis.looks) > 1 else ""
-        steps = [look.found.step for look in looks if look.found is not None]
+        undo = ("invites" if way_on == UNDO else "offered") if len(diagnosis.versions) > 1 else ""
+        steps = [version.found.step for version in versions if version.found is not None]
         if not steps:
             return Markup(WORDS.model(titles, (), 0.0, (), "", "", undo, free))
-        last, own = looks[-1], model_of(looks[-1].scenario).effect_parameters
+        last, own = versions[-1], model_of(versions[-1].scenario).effect_parameters
         known = steps[-1].parameters if last.diagnosis is None else last.diagnosis.parameters
         standing = sorted(known, key=lambda e: e.name not in own)
         first = [e for e in first_fit if e.name not in own and not e.recording]
-        began = looks[0].diagnosis
+        began = versions[0].diagnosis
         biased = began is not None and began.verdict == MISSING
         heading = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
-        alone = len(looks) > 1 and last.added and last.added not in catalogue()
-        place = own_place(looks[-2], last) if alone else ""
+        alone = len(versions) > 1 and last.added and last.added not in catalogue()
+        place = own_place(versions[-2], last) if alone else ""
         before = first if len(steps) > 1 else []
         words = WORDS.model(titles, standing, last.error, before, heading, place, undo, free)
         return Markup(words)
 
-    def _sentence(self, look: Look | None) -> str:
-        if look is None:
+    def _sentence(self, version: ModelVersion | None) -> str:
+        if version is None:
             recordings = self.session.document.scenario.recordings
             count = sum(r.role == "estimate" for r in recordings)
             return f"{count} recordings to diagnose. What does the model lack?"
-        if self._old(look):
+        if self._old(version):
             return "The settings have changed since; repeat the diagnosis."
         return ""
 
-    def _old(self, look: Look | None) -> bool:
-        return look is not None and look.scenario != self.session.document.scenario
+    def _old(self, version: ModelVersion | None) -> bool:
+        return version is not None and version.scenario != self.session.document.scenario
 
-    def _show_plots(self, found: Looked | None) -> None:
+    def _show_plots(self, found: ModelFindings | None) -> None:
         if found is not self._drawn:
             self._drawn = found
-            steps = ladder_steps(self.session.diagnosis.shown_looks)
+            steps = ladder_steps(self.session.diagnosis.shown_versions)
             self._ladder.show_whole(ladder(steps))
             pictured = [r.title for r in _predicting(found)]
             offer(self._of, (BEST, *pictured), self._of.value)
             self._of.visible = bool(pictured)
-        self._moment.refresh()
+        self._candidate_figure.refresh()
         self._show_residual()
 
     def _show_residual(self) -> None:
-        look = self.session.diagnosis.look
-        found = None if look is None else look.found
+        version = self.session.diagnosis.newest
+        found = None if version is None else version.found
         pictured = _predicting(found)
         name = self.session.playback.cursor.recording
         self._residual_of = name
@@ -200,21 +207,21 @@ class DiagnosePanel(Panel):
         )  # fmt: skip
         self._residual.show(figure, self._cursor(found))
 
-    def _cursor(self, found: Looked) -> float | None:
+    def _cursor(self, found: ModelFindings) -> float | None:
         cursor = self.session.playback.cursor
         return cursor.time if cursor.recording in found.recordings else None
 
     def move_cursor(self) -> None:
-        look, name = self.session.diagnosis.look, self.session.playback.cursor.recording
-        if look is not None and look.found is not None:
-            if name in look.found.recordings and name != self._residual_of:
+        version, name = self.session.diagnosis.newest, self.session.playback.cursor.recording
+        if version is not None and version.found is not None:
+            if name in version.found.recordings and name != self._residual_of:
                 self._show_residual()  # its times are of another axis
-                self._moment.refresh()
-            self._residual.move_cursor(self._cursor(look.found))
-        self._moment.move_cursor()
+                self._candidate_figure.refresh()
+            self._residual.move_cursor(self._cursor(version.found))
+        self._candidate_figure.move_cursor()
 
 
-def _predicting(found: Looked | None) -> list[RankedEffect]:
+def _predicting(found: ModelFindings | None) -> list[RankedEffect]:
     """The effects whose prediction can be drawn over the residual; where nothing is missing, none
     is worth a figure."""
     if found is None or (found.diagnosis is not None and found.diagnosis.verdict == NOTHING):
@@ -222,7 +229,7 @@ def _predicting(found: Looked | None) -> list[RankedEffect]:
     return [one for one in found.ranking if one.predicted]
 
 
-def _titles(found: Looked | None) -> dict[str, str]:
+def _titles(found: ModelFindings | None) -> dict[str, str]:
     own = {} if found is None else {r.effect: r.title for r in found.ranking}
     return {kind: one.title for kind, one in catalogue().items()} | own
 

@@ -21,7 +21,7 @@ from flexgui.sentences.verdict import gist, verdict_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.session.edit import model_of
 from flexgui.stages.diagnose.effects import present
-from flexgui.stages.diagnose.look import Looked
+from flexgui.stages.diagnose.model_versions import ModelFindings
 from flexgui.stages.diagnose.plots import glimpse, picture
 from flexgui.views import colours
 from flexgui.views.headline import COMPLETE
@@ -45,14 +45,14 @@ class Candidates(Piece):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._words = Words(self.gui)
-        self._of: Looked | None = None
+        self._of: ModelFindings | None = None
         self._rows: list[tuple[RankedEffect, Markup | str, str]] = []
         context.actions.register("add effect", self._add)
         context.actions.register("show effect", self._demonstrate)
 
     def _add(self, kind: str) -> None:
-        look = self.session.diagnosis.look
-        if look is not None and any(one.effect == kind for one in look.ranking):
+        version = self.session.diagnosis.newest
+        if version is not None and any(one.effect == kind for one in version.ranking):
             self.session.diagnosis.add(kind)
 
     def _demonstrate(self, kind: str) -> None:
@@ -63,7 +63,9 @@ class Candidates(Piece):
         elif kind in catalogue():
             demonstration.start(kind)
 
-    def show(self, found: Looked | None, titles: dict[str, str], best: bool, able: bool) -> None:
+    def show(
+        self, found: ModelFindings | None, titles: dict[str, str], best: bool, able: bool
+    ) -> None:
         """The best of a ranking; `titles` of what each cannot be told from; `best`: whether adding
         the first is the next sensible thing; `able`: whether anything can be added now."""
         if found is None:
@@ -83,7 +85,7 @@ class Candidates(Piece):
         )  # fmt: skip
 
 
-def pictured(one: RankedEffect, found: Looked) -> tuple[RankedEffect, Markup | str, str]:
+def pictured(one: RankedEffect, found: ModelFindings) -> tuple[RankedEffect, Markup | str, str]:
     """An effect of the ranking with a picture of what it predicts, and what is seen in that."""
     seen = None
     if one.predicted:
@@ -91,7 +93,7 @@ def pictured(one: RankedEffect, found: Looked) -> tuple[RankedEffect, Markup | s
     return (one, "", "") if seen is None else (one, picture(seen), seen.caption)
 
 
-def inviting(found: Looked) -> bool:
+def inviting(found: ModelFindings) -> bool:
     """Whether the first effect may explain something: of a model at its floor no verdict is waited
     for, and what the model's own parameters imitate explains nothing."""
     if any(one.tied_to for one in found.ranking[:1]):

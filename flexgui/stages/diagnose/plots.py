@@ -19,7 +19,7 @@ from flexgui.views.sketch import POINTS as SKETCHED
 from flexgui.views.sketch import Curve, sketch
 
 if TYPE_CHECKING:
-    from flexgui.stages.diagnose.look import Demonstration
+    from flexgui.stages.diagnose.model_versions import Demonstration
 
 POINTS = 600
 
@@ -144,12 +144,12 @@ LEAST_SPAN = 2.0
 """Times the noise floor that an axis shows at least, on either side."""
 
 
-def moment_cloud(
+def torque_cloud(
     torques: Sequence[MissingTorque], laws: Sequence[OverSpeed], effect: str,
     first: Sequence[MissingTorque],
 ) -> Figure:  # fmt: skip
     """The missing torque over the speed with the law of `effect` through it, on the axes of the
-    first look; beside one another joints are low enough to be seen together with the ladder."""
+    first version; beside one another joints are low enough to be seen together with the ladder."""
     beside = len(torques) <= BESIDE
     figure = missing_cloud(torques, laws, effect, first, beside)
     layout = figure["layout"]
@@ -159,12 +159,12 @@ def moment_cloud(
     return figure
 
 
-def moment_residual(
+def residual_figure(
     channel: str, dt: float, residual: np.ndarray, predicted: np.ndarray | None, effect: str,
     first: np.ndarray, unit: str = "",
 ) -> Figure:  # fmt: skip
     """The residual (N,) of one output in noise floors with what `effect` predicts of it (N,), on
-    the axis of the first look's residual."""
+    the axis of the first version's residual."""
     shown = None if predicted is None else predicted[:, None]
     figure = live_prediction((channel,), dt, residual[:, None], shown, effect, "")
     layout = figure["layout"]

@@ -23,7 +23,13 @@ from flexgui.stages.diagnose.effects import (
     with_own,
     without_effect,
 )
-from flexgui.stages.diagnose.look import Look, Looked, last_change, steps_before, story
+from flexgui.stages.diagnose.model_versions import (
+    ModelFindings,
+    ModelVersion,
+    combined_diagnosis,
+    last_change,
+    versions_before,
+)
 from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose
 from flexgui.views.pooled import overall_estimates
 
@@ -38,7 +44,7 @@ BUSY = "Something is being computed already; stop it or wait."
 
 
 class Diagnosis:
-    """One look per model; the last complete one survives whatever happens to a newer one."""
+    """One version per change of the model; the last complete one survives any newer one."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -52,33 +58,33 @@ class Diagnosis:
 
     def forget(self) -> None:
         """Another scenario follows."""
-        self.looks: tuple[Look, ...] = ()
+        self.versions: tuple[ModelVersion, ...] = ()
         """The way so far, each step complete or stopped by the person."""
-        self.pending: Look | None = None
-        """What the worker looks at now."""
+        self.pending: ModelVersion | None = None
+        """The version that the worker diagnoses now."""
 
     @property
-    def shown_looks(self) -> tuple[Look, ...]:
+    def shown_versions(self) -> tuple[ModelVersion, ...]:
         """The way with what the worker has told so far."""
         if self.pending is None or self.pending.found is None:
-            return self.looks
-        return (*steps_before(self.looks, self.pending), self.pending)
+            return self.versions
+        return (*versions_before(self.versions, self.pending), self.pending)
 
     @property
-    def look(self) -> Look | None:
+    def newest(self) -> ModelVersion | None:
         """The newest of them."""
-        return next(reversed(self.shown_looks), None)
+        return next(reversed(self.shown_versions), None)
 
     @property
     def whole(self) -> Outcome | None:
         """The last result with what was found missing and added, as the report tells it."""
         outcome, of = self._session.identification.outcome, self._session.identification.outcome_of
-        last = self.looks[-1] if self.looks else None
+        last = self.versions[-1] if self.versions else None
         if outcome is None or last is None or last.scenario != of:
             return outcome
         shown = self._session.comparison.shown or outcome.comparisons
         notes = outcome.notes if shown is outcome.comparisons else (*outcome.notes, COMPARED_BY)
-        diagnosis = story(self.looks)
+        diagnosis = combined_diagnosis(self.versions)
         diagnosis = diagnosis and replace(diagnosis, linear_model=self.linear_model)
         given = self.first_fit if diagnosis is not None and diagnosis.added else ()
         return replace(outcome, comparisons=shown, notes=notes, diagnosis=diagnosis, as_given=given)
@@ -86,7 +92,7 @@ class Diagnosis:
     @property
     def first_fit(self) -> tuple[Estimate, ...]:
         """Estimates of the way's first model, which the last result may no longer be about."""
-        first = next(iter(self.shown_looks), None)
+        first = next(iter(self.shown_versions), None)
         if first is None:
             return ()
         if first.outcome is not None:
@@ -98,7 +104,7 @@ class Diagnosis:
         """What the linear model costs, where the first model of the way was identified with it."""
         from flexgui.core.workbench import linear_model
 
-        first = next(iter(self.shown_looks), None)
+        first = next(iter(self.shown_versions), None)
         if first is None or first.diagnosis is None or first.outcome is None:
             return None
         if first.outcome.level != "lpv":
@@ -109,16 +115,16 @@ class Diagnosis:
     def known_biased(self) -> bool:
         """Whether an effect is known to be missing in the model of the last result."""
         of = self._session.identification.outcome_of
-        same = [look.diagnosis for look in self.shown_looks if look.scenario == of]
+        same = [version.diagnosis for version in self.shown_versions if version.scenario == of]
         return any(found is not None and found.verdict == MISSING for found in same)
 
     def search(self) -> bool:
-        """Looks for what the scenario's model lacks."""
+        """Searches for what the scenario's model lacks."""
         scenario = self._session.document.scenario
-        last = next((k for k in reversed(self.looks) if k.scenario == scenario), None)
-        look = Look(scenario) if last is None else replace(last, found=None)
+        last = next((k for k in reversed(self.versions) if k.scenario == scenario), None)
+        version = ModelVersion(scenario) if last is None else replace(last, found=None)
         known = self._session.identification.current is not None
-        return self._look_at(look, "" if known else AFTER, scenario)
+        return self._diagnose(version, "" if known else AFTER, scenario)
 
     def add(self, kind: str) -> bool:
         """Puts a listed effect into the model and fits it; a ranking that still goes on ends."""
@@ -129,7 +135,9 @@ class Diagnosis:
             self._session.notify(Topic.DIAGNOSIS)
             return True
         found = (
-            next((r for r in self.look.ranking if r.effect == kind), None) if self.look else None
+            next((r for r in self.newest.ranking if r.effect == kind), None)
+            if self.newest
+            else None
         )
         if kind in self.formulas:
             return self.add_own(*self.formulas[kind])
@@ -158,7 +166,7 @@ class Diagnosis:
         """Takes an effect out of the model and fits what is left."""
         scenario = self._session.document.scenario
         title = dict(present(scenario)).get(kind, kind)
-        last = self.looks[-1] if self.looks else None
+        last = self.versions[-1] if self.versions else None
         if last is not None and last.added == kind and last.scenario == scenario:
             return self.undo()
         return self._go_on(without_effect(kind), f"without: {title}", None)
@@ -167,14 +175,14 @@ class Diagnosis:
         """One step back on the way; nothing is computed."""
         with self._session.run.beginning:
             busy = self._session.run.busy
-            if busy or len(self.looks) < 2:
+            if busy or len(self.versions) < 2:
                 return self._session.refuse(BUSY if busy else "There is no step to undo.")
-            back = self.looks[-2]
+            back = self.versions[-2]
             model = thawed(back.scenario.model_dump(exclude_defaults=True)).get("model")
         if not self._session.document.change(put(("model",), model)):
             return False
         with self._session.lock:
-            undone, self.looks = self.looks[-1], self.looks[:-1]
+            undone, self.versions = self.versions[-1], self.versions[:-1]
             if back.outcome is not None and back.scenario == self._session.document.scenario:
                 self._session.identification.take(back.outcome, back.scenario)
         self._session.notify(Topic.DIAGNOSIS, Topic.OUTCOME)
@@ -183,7 +191,7 @@ class Diagnosis:
         return True
 
     def _go_on(self, edit: Edit, title: str, added: str | None) -> bool:
-        """Changes the model and looks at it."""
+        """Changes the model and diagnoses it."""
         with self._session.run.beginning:
             if self._session.run.busy:
                 return self._session.refuse(BUSY)
@@ -191,19 +199,19 @@ class Diagnosis:
             model_of(edited(before, edit))
             if not self._session.document.change(edit):
                 return False
-            look = Look(self._session.document.scenario, title, added)
-            if self._look_at(look, BEFORE, before):
+            version = ModelVersion(self._session.document.scenario, title, added)
+            if self._diagnose(version, BEFORE, before):
                 return True
             fitted = self._session.identification
             self._restore(before, fitted.outcome, fitted.outcome_of)
         return False
 
-    def _look_at(self, look: Look, fit: str, was: Scenario) -> bool:
+    def _diagnose(self, version: ModelVersion, fit: str, was: Scenario) -> bool:
         fitted = self._session.identification
         before = (was, fitted.outcome, fitted.outcome_of)
         task = Task.of(
             diagnose, "The search for what is missing", fit=fit,
-            scenario=look.scenario, folder=str(self._session.folder),
+            scenario=version.scenario, folder=str(self._session.folder),
         )  # fmt: skip
 
         def on_event(event: Event) -> Then:
@@ -215,32 +223,34 @@ class Diagnosis:
                 self._take_partial(event.value)
             return None
 
-        with self._session.run.beginning:  # or who comes at the same moment takes the look away
+        with (
+            self._session.run.beginning
+        ):  # or a second call at the same moment replaces this version
             if self._session.run.busy:
                 return self._session.refuse(BUSY)
-            self.pending, self._then = look, None
+            self.pending, self._then = version, None
             done = self._session.run.submit("diagnose", task, on_event)
             if not done:
                 self.pending = None
         return done
 
-    def _take_partial(self, found: Looked) -> None:
+    def _take_partial(self, found: ModelFindings) -> None:
         """A first or a finer picture."""
         with self._session.lock:
             if self.pending is None:
                 return
             fresh = found.outcome is not None and self.pending.outcome is not found.outcome
-            look = self.pending = replace(self.pending, found=found)
+            version = self.pending = replace(self.pending, found=found)
             if fresh and found.outcome is not None:
-                self._session.identification.take(found.outcome, look.scenario)
-                self.pending = replace(look, outcome=found.outcome)
+                self._session.identification.take(found.outcome, version.scenario)
+                self.pending = replace(version, outcome=found.outcome)
         self._session.notify(Topic.DIAGNOSIS)
         if fresh:
             self._session.notify(Topic.OUTCOME)
             self._session.playback.refresh()
 
     def _compared(self, found: tuple[RecordingComparison, ...]) -> None:
-        """Measured against the fit that the look is about."""
+        """Measured against the fit of the version."""
         with self._session.lock:
             if self.pending is not None:
                 self.pending = replace(self.pending, comparisons=found)
@@ -250,39 +260,39 @@ class Diagnosis:
     def _over(self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]) -> Then:
         """Keeps what was found; without anything the state is what it was before."""
         found = getattr(event, "result", None)
-        if isinstance(found, Looked):
+        if isinstance(found, ModelFindings):
             self._take_partial(found)
         with self._session.lock:
-            look, self.pending = self.pending, None
-        if look is None:
+            version, self.pending = self.pending, None
+        if version is None:
             return None
-        kept = self._worth_keeping(look, event)
+        kept = self._worth_keeping(version, event)
         if kept:
-            self._keep(look)
+            self._keep(version)
         else:
             self._restore(*before)
         self._session.notify(Topic.DIAGNOSIS)
         if self._then is None and isinstance(event, Stopped):
-            self._session.show_message(_stopped(kept, bool(self.looks)))
-        elif self._then is None and isinstance(event, Finished) and look.title:
+            self._session.show_message(_stopped(kept, bool(self.versions)))
+        elif self._then is None and isinstance(event, Finished) and version.title:
             self._session.show_message(self._fallen())
         return self._then
 
-    def _worth_keeping(self, look: Look, event: Ended) -> bool:
-        """A complete look always; one that was stopped where there is no complete one of it."""
+    def _worth_keeping(self, version: ModelVersion, event: Ended) -> bool:
+        """A complete version always; a stopped one where there is no complete one of it."""
         if isinstance(event, Finished):
-            return look.found is not None
-        complete = any(k.scenario == look.scenario and k.diagnosis for k in self.looks)
-        return isinstance(event, Stopped) and look.found is not None and not complete
+            return version.found is not None
+        complete = any(k.scenario == version.scenario and k.diagnosis for k in self.versions)
+        return isinstance(event, Stopped) and version.found is not None and not complete
 
-    def _keep(self, look: Look) -> None:
+    def _keep(self, version: ModelVersion) -> None:
         with self._session.lock:
             fitted = self._session.identification
-            outcome = fitted.outcome if fitted.outcome_of == look.scenario else None
-            before = steps_before(self.looks, look)
-            if before and look.added in self.formulas:
-                before = (*before[:-1], ranked_with_own(before[-1], look))
-            self.looks = (*before, replace(look, outcome=outcome))
+            outcome = fitted.outcome if fitted.outcome_of == version.scenario else None
+            before = versions_before(self.versions, version)
+            if before and version.added in self.formulas:
+                before = (*before[:-1], ranked_with_own(before[-1], version))
+            self.versions = (*before, replace(version, outcome=outcome))
 
     def _restore(
         self, scenario: Scenario, outcome: Outcome | None, outcome_of: Scenario | None
@@ -296,7 +306,7 @@ class Diagnosis:
 
     def _fallen(self) -> str:
         """How the error changed in the last step."""
-        last, change = self.looks[-1], last_change(self.looks)
+        last, change = self.versions[-1], last_change(self.versions)
         if change is None:
             return f"{last.title}: the error is {times(last.error)} the noise floor."
         return f"{last.title}: the error went {change.words}."

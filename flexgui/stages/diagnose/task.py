@@ -1,4 +1,4 @@
-"""Look at a model: how well it fits, and what could be missing in it."""
+"""Diagnose one version of the model: how well it fits, and what could be missing in it."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
     from flexgui.core.scenario.data_folder import Within
     from flexgui.core.scenario.schema import IdentifySpec, Scenario
-    from flexgui.stages.diagnose.look import Looked, PartialProgress
+    from flexgui.stages.diagnose.model_versions import ModelFindings, PartialProgress
     from flexgui.views.over_speed import OverSpeed
 
 
 LOOKED, COMPARED = "looked", "compared"
-"""The names of what is streamed: the look, growing, and once measured against modelled."""
+"""The names of what is streamed: the growing findings, and once measured against modelled."""
 
 BEFORE, AFTER = "before", "after"
 """When the identification is done: after an effect was added, its fit is what is waited for."""
@@ -52,13 +52,13 @@ def diagnose(
     fit: str = "",
     *,
     progress: PartialProgress,
-) -> Looked:
+) -> ModelFindings:
     """The ranking on the scenario's model, with nothing added to it.
 
     `fit`: also identify, from where the parameters start, "before" or "after" the ranking. The step
     of the error ladder is told first; then the ranking, again and again as it gets finer.
     """
-    from flexgui.core.diagnose.diagnose import diagnose as look_for
+    from flexgui.core.diagnose.diagnose import diagnose as search
     from flexgui.core.results import MISSING
     from flexgui.core.scenario.data_folder import Within
     from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
@@ -67,30 +67,30 @@ def diagnose(
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     asked = _asked(scenario, model, spec, where, progress)
-    look = FirstLook(asked, progress)
+    reporter = FindingsReporter(asked, progress)
     if fit == BEFORE and not progress.stopped():
-        look.check()
-        look.report(outcome=refined(scenario, where, asked, progress))
+        reporter.check()
+        reporter.report(outcome=refined(scenario, where, asked, progress))
 
     def on_ranking(ranking: tuple[RankedEffect, ...], to_come: ToCome) -> None:
         sizes, effects = to_come
-        look.report(ranking=thinned(ranking), to_come=sizes, untried=effects)
+        reporter.report(ranking=thinned(ranking), to_come=sizes, untried=effects)
         if not sizes:
-            look.check()
+            reporter.check()
 
-    found = look_for(
-        asked.setup, asked.spec, asked.recordings, asked.options, progress, on_ranking, look.begun,
-        look.settled,
+    found = search(
+        asked.setup, asked.spec, asked.recordings, asked.options, progress, on_ranking,
+        reporter.begun, reporter.settled,
     )  # fmt: skip
     # Of a search that was stopped the first is not named as missing.
     sure = found.verdict == MISSING and not found.stopped
     named = next((r.effect for r in found.ranking if sure), None)
     light = tuple(replace(r, ranking=thinned(r.ranking, named)) for r in found.rounds)
     reported = replace(found, rounds=light)
-    look.report(ranking=reported.ranking, diagnosis=reported)
+    reporter.report(ranking=reported.ranking, diagnosis=reported)
     if fit == AFTER and not progress.stopped():
-        return replace(look.seen, outcome=refined(scenario, where, asked, progress))
-    return look.seen
+        return replace(reporter.seen, outcome=refined(scenario, where, asked, progress))
+    return reporter.seen
 
 
 def _asked(
@@ -114,7 +114,7 @@ def _asked(
     setup = make_setup(model, spec, recordings)
     options = Options(
         max_effects=0,
-        compare=False,  # the first look tells it sooner
+        compare=False,  # the reporter does it sooner
         candidates=asked.candidates or (),
         fidelity=asked.fidelity,
         stated_noise=stated_noise(scenario, setup, recordings),
@@ -124,7 +124,7 @@ def _asked(
     return Asked(recordings, setup, spec, options)
 
 
-class FirstLook:
+class FindingsReporter:
     """The model fitted as it is: its step of the ladder and what it leaves of the recordings, told
     at once; what else is found is told with them."""
 
@@ -136,7 +136,7 @@ class FirstLook:
         self._checked = False
         self._shown: tuple[RecordingComparison, ...] = ()
         self._best: object = None
-        self.begun = replace(self._whole, validation=None)  # they have their look here
+        self.begun = replace(self._whole, validation=None)  # the reporter checks it
         self.seen = _seen(_as_given(self.begun), self.begun)
         self.report()
 
@@ -193,14 +193,14 @@ def _as_given(begun: Begun) -> LadderStep:
     return ladder_step(begun.data, begun.validated, begun.base, None, "As given", ())
 
 
-def _seen(step: LadderStep, begun: Begun) -> Looked:
-    from flexgui.stages.diagnose.look import Looked
+def _seen(step: LadderStep, begun: Begun) -> ModelFindings:
+    from flexgui.stages.diagnose.model_versions import ModelFindings
 
     blocks = begun.base.errors
     experiments = begun.data.experiments
     strides = [_stride(block) for block in blocks]
     dt = [_spacing(e.time) * s for e, s in zip(experiments, strides, strict=True)]
-    return Looked(
+    return ModelFindings(
         step=step,
         recordings=tuple(e.recording.name for e in experiments),
         channels=tuple(tuple(name for name, _ in e.channels) for e in experiments),

@@ -186,7 +186,7 @@ class Opening(Piece):
     def _pressed(self) -> None:
         session = self.session
         brought = any(spec.file is not None for spec in session.document.scenario.recordings)
-        if brought or session.identification.outcome is not None or session.diagnosis.looks:
+        if brought or session.identification.outcome is not None or session.diagnosis.versions:
             self._ask(True)
         else:
             self._replace()

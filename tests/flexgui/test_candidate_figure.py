@@ -12,12 +12,12 @@ import pytest
 from flexgui.core.results import LadderStep, MissingTorque
 from flexgui.session.state import Cursor
 from flexgui.stages.diagnose.panel import DiagnosePanel
-from flexgui.stages.diagnose.panel_moment import Moment
+from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
 from flexgui.stages.diagnose.plots import (
     cloud_caption,
-    moment_cloud,
-    moment_residual,
+    residual_figure,
     rms,
+    torque_cloud,
     worst_channel,
 )
 from flexgui.views.ladder import BAND, ladder
@@ -40,8 +40,8 @@ def law(joint: int, size: float) -> OverSpeed:
 
 def test_what_an_effect_has_explained_is_gone_on_the_same_axes() -> None:
     first = (torque(1, 2.0), torque(2, 0.5))
-    before = moment_cloud(first, (law(1, 2.0), law(2, 0.5)), "Coulomb friction", first)
-    after = moment_cloud((torque(1, 0.01), torque(2, 0.01)), (), "", first)
+    before = torque_cloud(first, (law(1, 2.0), law(2, 0.5)), "Coulomb friction", first)
+    after = torque_cloud((torque(1, 0.01), torque(2, 0.01)), (), "", first)
     for axis in ("yaxis", "yaxis2"):
         assert before["layout"][axis]["range"] == after["layout"][axis]["range"]
     assert max(after["layout"]["yaxis"]["range"]) > 2.0
@@ -56,7 +56,7 @@ def test_what_an_effect_has_explained_is_gone_on_the_same_axes() -> None:
 def test_the_dots_of_before_and_after_belong_to_the_same_samples() -> None:
     """Or the page could not move each to its new place."""
     first, left = (torque(1, 2.0),), (torque(1, 0.01),)
-    a, b = moment_cloud(first, (), "", first), moment_cloud(left, (), "", first)
+    a, b = torque_cloud(first, (), "", first), torque_cloud(left, (), "", first)
     for was, now in zip(a["data"], b["data"], strict=True):
         assert was["name"] == now["name"]
         assert np.array_equal(was["x"], now["x"])
@@ -72,8 +72,8 @@ def test_the_figure_says_what_it_was_and_what_is_left() -> None:
 def test_the_residual_keeps_the_axis_of_the_first_look() -> None:
     time = np.arange(100)
     strong, weak = 20.0 * np.sin(time), 0.9 * np.cos(time)
-    before = moment_residual("z1", 0.01, strong, strong, "Coulomb friction", strong)
-    after = moment_residual("z1", 0.01, weak, None, "", strong)
+    before = residual_figure("z1", 0.01, strong, strong, "Coulomb friction", strong)
+    after = residual_figure("z1", 0.01, weak, None, "", strong)
     assert before["layout"]["yaxis"]["range"] == after["layout"]["yaxis"]["range"]
     assert before["layout"]["yaxis"]["range"][1] > 20.0
     assert [t["name"] for t in before["data"]] == ["residual", "Coulomb friction"]
@@ -99,7 +99,7 @@ def test_the_ladder_falls_into_the_band_with_the_factor_beside_it() -> None:
 def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
     recording: str, time: float | None
 ) -> None:
-    moment, seen = Moment.__new__(Moment), list[float | None]()
+    moment, seen = CandidateFigure.__new__(CandidateFigure), list[float | None]()
     session = SimpleNamespace(playback=SimpleNamespace(cursor=Cursor(recording, 1.25)))
     moment.context = cast(Any, SimpleNamespace(session=session))
     moment._residual = cast(Any, SimpleNamespace(move_cursor=seen.append))
@@ -110,12 +110,12 @@ def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
 
 def test_a_cursor_that_goes_to_another_recording_takes_the_residual_along() -> None:
     panel, drawn = DiagnosePanel.__new__(DiagnosePanel), list[str]()
-    look = SimpleNamespace(found=SimpleNamespace(recordings=("th1", "th2")))
+    version = SimpleNamespace(found=SimpleNamespace(recordings=("th1", "th2")))
     session = SimpleNamespace(
-        diagnosis=SimpleNamespace(look=look), playback=SimpleNamespace(cursor=Cursor("th1"))
+        diagnosis=SimpleNamespace(newest=version), playback=SimpleNamespace(cursor=Cursor("th1"))
     )
     panel.context = cast(Any, SimpleNamespace(session=session))
-    panel._residual = panel._moment = cast(
+    panel._residual = panel._candidate_figure = cast(
         Any, SimpleNamespace(move_cursor=lambda *_: None, refresh=lambda: None)
     )
     panel._residual_of = "th1"

@@ -1,5 +1,5 @@
-"""A person's way to a better model: one look after each change of it, and how the error changed in
-the last step."""
+"""The successive versions of a person's model, what was found about each, and how the error changed
+from one to the next."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ from flexgui.views.over_speed import OverSpeed
 
 
 @dataclass(frozen=True)
-class Look:
-    """One model of the way, and what was seen of it."""
+class ModelVersion:
+    """One version of the model, and what was found about it."""
 
     scenario: Scenario
     title: str = ""
-    """Of what was added or taken away to come here."""
+    """Of the effect that was added or removed since the version before."""
     added: str | None = None
     """The effect's id where one was added."""
-    found: Looked | None = None
-    """None until the worker has told something."""
+    found: ModelFindings | None = None
+    """None until the worker has reported something."""
     outcome: Outcome | None = None
     comparisons: tuple[RecordingComparison, ...] = ()
-    """Measured against this look's own fit; empty until the worker has told them."""
+    """Measured against this version's own fit; empty until the worker has reported them."""
 
     @property
     def ranking(self) -> tuple[RankedEffect, ...]:
@@ -51,7 +51,7 @@ class Look:
 
     @property
     def diagnosis(self) -> Diagnosis | None:
-        """None while the worker still looks."""
+        """None while the worker still searches."""
         return None if self.found is None else self.found.diagnosis
 
     @property
@@ -61,22 +61,24 @@ class Look:
         return float("nan") if step is None else float(np.sqrt(step.cost_per_sample))
 
 
-def steps_before(looks: Sequence[Look], look: Look) -> tuple[Look, ...]:
-    """The steps that stay before this one: all, those to the same model, or none."""
-    same = [k for k, each in enumerate(looks) if each.scenario == look.scenario]
-    if look.title and not same:
-        return tuple(looks)
-    return tuple(looks[: same[-1]]) if same else ()
+def versions_before(
+    versions: Sequence[ModelVersion], version: ModelVersion
+) -> tuple[ModelVersion, ...]:
+    """The versions kept before this one: all, those up to the same model, or none."""
+    same = [k for k, each in enumerate(versions) if each.scenario == version.scenario]
+    if version.title and not same:
+        return tuple(versions)
+    return tuple(versions[: same[-1]]) if same else ()
 
 
-def ladder_steps(looks: Sequence[Look]) -> tuple[LadderStep, ...]:
+def ladder_steps(versions: Sequence[ModelVersion]) -> tuple[LadderStep, ...]:
     """The steps so far, all over the floors of the last one, which its model knows best: what is
     said of the model as it now stands is in them."""
-    known = [(look, look.found.step) for look in looks if look.found is not None]
+    known = [(version, version.found.step) for version in versions if version.found is not None]
     floors = {e.channel: e.floor for _, step in known[-1:] for e in step.errors}
     steps = [
-        replace(step, added=look.added, title=look.title) if k else step
-        for k, (look, step) in enumerate(known)
+        replace(step, added=version.added, title=version.title) if k else step
+        for k, (version, step) in enumerate(known)
     ]
     return (*(_over(step, floors) for step in steps[:-1]), *steps[-1:])
 
@@ -92,19 +94,19 @@ def _square(errors: Sequence[ChannelError]) -> float:
     return float(np.mean([(e.rms / e.floor) ** 2 for e in errors]))
 
 
-def story(looks: Sequence[Look]) -> Diagnosis | None:
-    """The whole way as one diagnosis, for the report; None without a complete look. Its words are
+def combined_diagnosis(versions: Sequence[ModelVersion]) -> Diagnosis | None:
+    """All versions as one diagnosis, for the report; None without a complete one. Its words are
     of the model as it now stands."""
-    complete = [look.diagnosis for look in looks if look.diagnosis is not None]
+    complete = [version.diagnosis for version in versions if version.diagnosis is not None]
     if not complete:
         return None
-    last, steps, whole = looks[-1], ladder_steps(looks), len(looks) > 1
+    last, steps, whole = versions[-1], ladder_steps(versions), len(versions) > 1
     stands = last.diagnosis or _unseen(complete[-1], steps[-1])
     return replace(
         stands,
         verdict=MISSING if whole else stands.verdict,
         final_verdict=last.diagnosis.verdict if whole and last.diagnosis else None,
-        rounds=_rounds(looks),
+        rounds=_rounds(versions),
         steps=steps,
         words=(
             *verdict_paragraphs(stands),
@@ -112,7 +114,7 @@ def story(looks: Sequence[Look]) -> Diagnosis | None:
         ),
         effects=tuple(e.model_dump() for e in last.scenario.model.effects),
         floors={e.channel: e.floor for e in steps[-1].errors},
-        given=looks[0].comparisons,
+        given=versions[0].comparisons,
         left=last.comparisons if whole else (),
     )
 
@@ -125,14 +127,14 @@ def _unseen(before: Diagnosis, step: LadderStep) -> Diagnosis:
     )
 
 
-def _rounds(looks: Sequence[Look]) -> tuple[DiagnosisRound, ...]:
-    """Each look's ranking, with what was added after it."""
-    following = [*[look.added for look in looks[1:]], None]
-    # The look's own list also holds the formulas that were tried on its model.
+def _rounds(versions: Sequence[ModelVersion]) -> tuple[DiagnosisRound, ...]:
+    """The ranking of each version, with the effect that was added after it."""
+    following = [*[version.added for version in versions[1:]], None]
+    # The version's own list also holds the formulas that were tried on its model.
     return tuple(
-        replace(one, ranking=look.ranking or one.ranking, accepted=added)
-        for look, added in zip(looks, following, strict=True)
-        for one in (look.diagnosis.rounds[:1] if look.diagnosis else ())
+        replace(one, ranking=version.ranking or one.ranking, accepted=added)
+        for version, added in zip(versions, following, strict=True)
+        for one in (version.diagnosis.rounds[:1] if version.diagnosis else ())
     )
 
 
@@ -143,7 +145,7 @@ FELL = 0.99
 
 
 class Change(NamedTuple):
-    """rms over all outputs, in floors of the last look, as the ladder shows it."""
+    """rms over all outputs, in noise floors of the last version, as the ladder shows it."""
 
     before: float
     after: float
@@ -165,29 +167,29 @@ class Change(NamedTuple):
         return f"from {before} to {times(self.after)} the noise floor"
 
 
-def last_change(looks: Sequence[Look]) -> Change | None:
+def last_change(versions: Sequence[ModelVersion]) -> Change | None:
     """From the last but one to the last; None before there are two."""
-    steps = ladder_steps(looks)
+    steps = ladder_steps(versions)
     if len(steps) < 2:
         return None
     before, after = (float(step.cost_per_sample**0.5) for step in steps[-2:])
     return Change(before, after)
 
 
-def in_vain(looks: Sequence[Look]) -> bool:
+def error_stayed(versions: Sequence[ModelVersion]) -> bool:
     """Whether the last step added something and the error did not fall."""
-    change = last_change(looks)
-    return bool(looks[-1:] and looks[-1].added) and change is not None and not change.fell
+    change = last_change(versions)
+    return bool(versions[-1:] and versions[-1].added) and change is not None and not change.fell
 
 
-def worse(looks: Sequence[Look]) -> bool:
+def error_rose(versions: Sequence[ModelVersion]) -> bool:
     """Whether the last step added something and the error rose: that is more than needless."""
-    change = last_change(looks)
-    return bool(looks[-1:] and looks[-1].added) and change is not None and change.rose
+    change = last_change(versions)
+    return bool(versions[-1:] and versions[-1].added) and change is not None and change.rose
 
 
 @dataclass(frozen=True)
-class Looked:
+class ModelFindings:
     """Of one model: how far it is from the recordings, and what could be missing in it."""
 
     step: LadderStep
@@ -215,7 +217,7 @@ class Looked:
     """Of the identification that went with it, where there was one."""
 
 
-def refitted_only(found: Looked) -> Looked:
+def refitted_only(found: ModelFindings) -> ModelFindings:
     """Without what is only estimated before refitting: a guess is to rest on what was shown."""
     return replace(
         found, ranking=tuple(r for r in found.ranking if r.refit_drop_percent is not None)

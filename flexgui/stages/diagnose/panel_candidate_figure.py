@@ -11,14 +11,14 @@ from flexgui.core.results import MissingTorque
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import Words
-from flexgui.stages.diagnose.look import Look, Looked
+from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 from flexgui.stages.diagnose.panel_candidates import WORDS, inviting
 from flexgui.stages.diagnose.plots import (
     BESIDE,
     cloud_caption,
-    moment_cloud,
-    moment_residual,
     residual_caption,
+    residual_figure,
+    torque_cloud,
     worst_channel,
 )
 from flexgui.views.over_speed import OverSpeed
@@ -28,7 +28,7 @@ CLOUD, EACH, RESIDUAL = 280.0, 190.0, 240.0
 screen."""
 
 
-class Moment(Piece):
+class CandidateFigure(Piece):
     """One sentence and one figure."""
 
     def __init__(self, context: PageContext) -> None:
@@ -40,10 +40,10 @@ class Moment(Piece):
         """The recording whose residual is shown; empty while the torque is."""
 
     def refresh(self) -> None:
-        """Draws the newest look that has something to show; the one before stays until then."""
-        look = self._newest()
-        found = None if look is None else look.found
-        if look is None or found is None:
+        """Draws the newest version that has a residual; the one before stays until then."""
+        version = self._newest()
+        found = None if version is None else version.found
+        if version is None or found is None:
             self._drawn, self._over_time = None, ""
             self._words.show()
             self._cloud.show(None)
@@ -53,13 +53,13 @@ class Moment(Piece):
         name = self.session.playback.cursor.recording
         name = name if name in found.recordings else found.recordings[0]
         first = found.ranking[0].effect if found.ranking else None
-        key = (id(look.comparisons), id(found.residual), id(found.laws), first, name)
+        key = (id(version.comparisons), id(found.residual), id(found.laws), first, name)
         if key == self._drawn:
             return
         self._drawn = key
-        torques, laws = _torques(look, name), _laws(look, found, name)
-        if torques and (laws or self._is_after_a_law(look, found)):
-            self._show_cloud(look, name, torques, laws)
+        torques, laws = _torques(version, name), _laws(version, found, name)
+        if torques and (laws or self._is_after_a_law(version, found)):
+            self._show_cloud(version, name, torques, laws)
         else:
             self._show_residual(found, name)
 
@@ -73,41 +73,41 @@ class Moment(Piece):
         cursor = self.session.playback.cursor
         return cursor.time if cursor.recording == self._over_time else None
 
-    def _newest(self) -> Look | None:
-        """A look without a residual of its own yet leaves the picture to the one before."""
-        looks = self.session.diagnosis.shown_looks
-        complete = [k for k in looks if k.found is not None and k.found.recordings]
+    def _newest(self) -> ModelVersion | None:
+        """A version without a residual of its own yet leaves the figure to the one before."""
+        versions = self.session.diagnosis.shown_versions
+        complete = [k for k in versions if k.found is not None and k.found.recordings]
         # Straight after an effect was added its torque is still to come: the picture waits for it.
         if len(complete) > 1 and not complete[-1].comparisons and complete[-2].comparisons:
             return complete[-2]
         return complete[-1] if complete else None
 
-    def _is_after_a_law(self, look: Look, found: Looked) -> bool:
-        """Whether the look was reached by adding what had a law, and nothing new is offered yet."""
-        looks = self.session.diagnosis.shown_looks
-        place = next((k for k, each in enumerate(looks) if each is look), 0)
-        before = looks[place - 1].found if place else None
-        had = before is not None and bool(before.laws) and before.laws_of == look.added
+    def _is_after_a_law(self, version: ModelVersion, found: ModelFindings) -> bool:
+        """Whether an effect with a law was added last, and no new candidate is offered yet."""
+        versions = self.session.diagnosis.shown_versions
+        place = next((k for k, each in enumerate(versions) if each is version), 0)
+        before = versions[place - 1].found if place else None
+        had = before is not None and bool(before.laws) and before.laws_of == version.added
         return had and (not found.ranking or not inviting(found))
 
     def _show_cloud(
-        self, look: Look, name: str, torques: tuple[MissingTorque, ...],
+        self, version: ModelVersion, name: str, torques: tuple[MissingTorque, ...],
         laws: tuple[OverSpeed, ...],
     ) -> None:  # fmt: skip
-        looks = self.session.diagnosis.shown_looks
-        first = next((t for k in looks if (t := _torques(k, name))), torques)
-        title = _title(look.found.laws_of) if laws and look.found is not None else ""
+        versions = self.session.diagnosis.shown_versions
+        first = next((t for k in versions if (t := _torques(k, name))), torques)
+        title = _title(version.found.laws_of) if laws and version.found is not None else ""
         height = CLOUD if len(torques) <= BESIDE else EACH * len(torques)
-        self._cloud.show(moment_cloud(torques, laws, title, first), height=height)
+        self._cloud.show(torque_cloud(torques, laws, title, first), height=height)
         self._residual.show(None)
         self._over_time = ""
         kind = "force" if all(t.unit == "N" for t in torques) else "torque"
         caption = cloud_caption(torques, first)
-        self._words.show(WORDS.over_speed(name, kind, title, look.title, caption))
+        self._words.show(WORDS.over_speed(name, kind, title, version.title, caption))
 
-    def _show_residual(self, found: Looked, name: str) -> None:
+    def _show_residual(self, found: ModelFindings, name: str) -> None:
         k = found.recordings.index(name)
-        at = self.session.diagnosis.shown_looks[0].found
+        at = self.session.diagnosis.shown_versions[0].found
         start = at if at is not None and name in at.recordings else found
         i = start.recordings.index(name)
         j = worst_channel(start.residual[i])
@@ -121,7 +121,7 @@ class Moment(Piece):
         predicted = None if one is None else one.predicted[k][:, here]
         title = "" if one is None else one.title
         unit = next((e.unit for e in found.step.errors if e.channel == channel), "")
-        figure = moment_residual(channel, found.dt[k], now, predicted, title, before, unit)
+        figure = residual_figure(channel, found.dt[k], now, predicted, title, before, unit)
         self._over_time = name
         self._residual.show(figure, self._cursor(), RESIDUAL)
         self._cloud.show(None)
@@ -129,16 +129,16 @@ class Moment(Piece):
         self._words.show(WORDS.over_time(name, title, caption))
 
 
-def _laws(look: Look, found: Looked, name: str) -> tuple[OverSpeed, ...]:
+def _laws(version: ModelVersion, found: ModelFindings, name: str) -> tuple[OverSpeed, ...]:
     """Of the first candidate on a recording, where something is to be explained."""
-    names = [c.recording for c in look.comparisons]
+    names = [c.recording for c in version.comparisons]
     if not found.laws or name not in names or not inviting(found):
         return ()
     return found.laws[names.index(name)]
 
 
-def _torques(look: Look, name: str) -> tuple[MissingTorque, ...]:
-    return next((c.missing_torque for c in look.comparisons if c.recording == name), ())
+def _torques(version: ModelVersion, name: str) -> tuple[MissingTorque, ...]:
+    return next((c.missing_torque for c in version.comparisons if c.recording == name), ())
 
 
 def _title(kind: str) -> str:
