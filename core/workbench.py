@@ -13,10 +13,10 @@ import numpy as np
 
 from .check.run import check_scenario
 from .diagnose.diagnose import diagnose
-from .diagnose.level import AUTO, choose_level
-from .diagnose.noise_route import stated_noise
-from .diagnose.repetition import runs_compared
-from .diagnose.state import Options
+from .diagnose.linear_or_nonlinear import AUTO, choose_level
+from .diagnose.output_noise import stated_noise
+from .diagnose.repeated_motions import runs_compared
+from .diagnose.search_state import Options
 from .diagnosed import diagnosed_scenario
 from .identify import predictor
 from .identify.compare import compare

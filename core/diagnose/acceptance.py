@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from ..diagnose.data import Data, Hypothesis
+from ..diagnose.cost_minimum import converged
+from ..diagnose.effect_sets import FoundSet, best_set
 from ..diagnose.evidence import (
     RELEVANT,
     Weighed,
@@ -21,12 +22,11 @@ from ..diagnose.evidence import (
     ended_at_bound,
     weigh,
 )
-from ..diagnose.minimum import converged
+from ..diagnose.fit_problem import Data, Hypothesis
+from ..diagnose.linear_screen import Screen, Screened
 from ..diagnose.refit import Refit, refit_with, robust_covariance
-from ..diagnose.screen import Screen, Screened
-from ..diagnose.sets import FoundSet, best_set
+from ..diagnose.remaining_error import within_noise
 from ..diagnose.shape_refinement import refine_shape
-from ..diagnose.verdict import within_noise
 from ..effects.effect import Effect
 from ..effects.sizes import typical
 from ..results import Objection, Reason

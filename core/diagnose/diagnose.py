@@ -6,15 +6,15 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ..diagnose.announce import fit_title
-from ..diagnose.facts import compared, final_parameters, origins
+from ..diagnose.base_fit import Begun, begin
+from ..diagnose.effect_search import settle
 from ..diagnose.final_ladder import final_ladder
-from ..diagnose.ladder import not_applicable, ruled_out
-from ..diagnose.new_floors import search_with_new_floors
-from ..diagnose.search import settle
-from ..diagnose.start import Begun, begin
-from ..diagnose.state import Options, RankingCallback, begun_state, settings
-from ..diagnose.verdict import remains
+from ..diagnose.final_results import compared, final_parameters, origins
+from ..diagnose.noise_floor_update import search_with_new_floors
+from ..diagnose.progress_messages import fit_title
+from ..diagnose.remaining_error import remains
+from ..diagnose.search_round import not_applicable, ruled_out
+from ..diagnose.search_state import Options, RankingCallback, begun_state, settings
 from ..effects import catalogue, with_included
 from ..errors import InputError
 from ..identify.predictor import quick_handover

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..diagnose.data import Data
+from ..diagnose.fit_problem import Data
+from ..diagnose.linear_screen import Screened
 from ..diagnose.refit import Refit
-from ..diagnose.screen import Screened
 from ..effects.sizes import typical
 from ..least_squares import GOOD_ENOUGH, SEEN, normal_equations, pseudo_inverse
 from ..parameters import Parameter

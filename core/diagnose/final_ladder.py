@@ -14,16 +14,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..diagnose.acceptance import Round
-from ..diagnose.data import Data, hypothesis
-from ..diagnose.describe import ranking_of
+from ..diagnose.base_fit import Begun
+from ..diagnose.cost_minimum import converged
+from ..diagnose.effect_search import look
 from ..diagnose.evidence import weigh
-from ..diagnose.minimum import converged
+from ..diagnose.fit_problem import Data, hypothesis
+from ..diagnose.linear_screen import Screen, Screened
+from ..diagnose.ranking import ranking_of
 from ..diagnose.refit import Refit, fit, whitened
-from ..diagnose.screen import Screen, Screened
-from ..diagnose.search import look
-from ..diagnose.start import Begun
-from ..diagnose.starts import ROUGH_ITERATIONS
-from ..diagnose.state import Options, State, given_step, step_of
+from ..diagnose.refit_starts import ROUGH_ITERATIONS
+from ..diagnose.search_state import Options, State, given_step, step_of
 from ..diagnose.whitening import Whitener, fit_whitener, whitened_rows
 from ..effects.effect import Effect
 from ..progress import Progress

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arm.joints import joint
-from ..diagnose.data import Hypothesis
+from ..diagnose.fit_problem import Hypothesis
 from ..identify.prepared import Prepared
 from ..results import MissingTorque, RecordingComparison
 from ..simulate.disturbance import Behind, torque_answer, torque_behind

@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from ..diagnose.acceptance import Round
-from ..diagnose.data import Data, Hypothesis, hypothesis
+from ..diagnose.fit_problem import Data, Hypothesis, hypothesis
 from ..identify.predictor import on_all_cores
 from ..identify.prepared import prepare
 from ..identify.unknowns import Unknown

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.data import Data, Hypothesis, again, hypothesis
-from ..diagnose.starts import ROUGH_ITERATIONS, starts
+from ..diagnose.fit_problem import Data, Hypothesis, again, hypothesis
+from ..diagnose.refit_starts import ROUGH_ITERATIONS, starts
 from ..diagnose.whitening import Whitener
 from ..effects.effect import Effect
 from ..identify.uncertainty import NOTHING, covariance

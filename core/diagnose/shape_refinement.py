@@ -18,12 +18,12 @@ from functools import cache, cached_property
 import numpy as np
 import sympy as sp
 
-from ..diagnose.columns import Column
-from ..diagnose.data import Data, Hypothesis, again, hypothesis
-from ..diagnose.gram import Explained, explain
+from ..diagnose.fit_problem import Data, Hypothesis, again, hypothesis
+from ..diagnose.gram_matrix import Explained, explain
 from ..diagnose.missing_torque import SLOW, Pushed, pushed
+from ..diagnose.output_changes import Column
 from ..diagnose.refit import Refit, fit
-from ..diagnose.starts import ROUGH_ITERATIONS
+from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..effects.effect import Effect, EffectParameter
 from ..forces.element import Element
 from ..forces.law import ForceLaw

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.data import Hypothesis
+from ..diagnose.base_fit import Begun
 from ..diagnose.evidence import TIE
+from ..diagnose.fit_problem import Hypothesis
+from ..diagnose.linear_screen import screen
 from ..diagnose.next_experiment import NAME, Known, on_data, score_on, shared_normal_matrix
 from ..diagnose.refit import Refit, refit_with
-from ..diagnose.screen import screen
-from ..diagnose.start import Begun
 from ..effects import catalogue
 from ..errors import InputError
 from ..experiments.allowed import Allowed, allowed

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from ..diagnose.data import Data, Hypothesis
-from ..diagnose.facts import final_parameters
+from ..diagnose.base_fit import Begun
+from ..diagnose.final_results import final_parameters
+from ..diagnose.fit_problem import Data, Hypothesis
 from ..diagnose.next_experiment import data_of, expected_recording
 from ..diagnose.refit import settled
-from ..diagnose.start import Begun
 from ..experiments.information import Information, information
 from ..experiments.trial import Trial, played, played_to
 from ..identify.estimates import derived_estimates

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnose.data import Hypothesis
+from ..diagnose.fit_problem import Hypothesis
 from ..identify.defect_correction import with_steps
 from ..identify.uncertainty import Colour, scatter
 from ..least_squares import SEEN, pseudo_inverse
@@ -85,7 +85,7 @@ def expected(h: Hypothesis, errors: Colour, within: float = np.inf) -> Informati
 
 
 MOST_STEPS = 256
-"""Per sample, as core.diagnose.minimum.MOST_FINE."""
+"""Per sample, as core.diagnose.cost_minimum.MOST_FINE."""
 
 
 def _with_steps(h: Hypothesis, errors: Colour, steps: int | None) -> Information:

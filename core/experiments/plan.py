@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ..diagnose.base_fit import Begun
+from ..diagnose.cost_minimum import precise
 from ..diagnose.diagnose import begin_on
-from ..diagnose.level import AUTO
-from ..diagnose.minimum import precise
-from ..diagnose.noise_route import stated_noise
-from ..diagnose.start import Begun
-from ..diagnose.state import Options
+from ..diagnose.linear_or_nonlinear import AUTO
+from ..diagnose.output_noise import stated_noise
+from ..diagnose.search_state import Options
 from ..experiments.design import Design, Wish, design
 from ..identify.setup import make_setup
 from ..loading import load_recordings

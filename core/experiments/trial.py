@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnose.data import Hypothesis
+from ..diagnose.fit_problem import Hypothesis
 from ..experiments.allowed import Allowed
 from ..model import Model
 from ..recording.spec import SimulateSpec

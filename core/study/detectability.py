@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..diagnose.start import nuisance_of
+from ..diagnose.base_fit import nuisance_of
 from ..effects.sizes import sizes_of
 from ..identify.predictor import Predictor
 from ..identify.prepared import prepare

@@ -9,7 +9,7 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui import __version__
-from flexgui.core.diagnose.maps import error_maps
+from flexgui.core.diagnose.error_maps import error_maps
 from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_sections import diagnosis_section, glance

@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from flexgui import __version__
-from flexgui.core.diagnose.maps import error_maps
+from flexgui.core.diagnose.error_maps import error_maps
 from flexgui.core.effects import catalogue
 from flexgui.core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
 from flexgui.export.template import Plot, plot

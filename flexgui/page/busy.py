@@ -6,7 +6,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from flexgui.core.diagnose.announce import aside
+from flexgui.core.diagnose.progress_messages import aside
 from flexgui.jobs.job import QUEUED, STOPPING, JobState
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, button, paragraph

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from flexgui.core.diagnose.floor import Floor, channel_floors
+from flexgui.core.diagnose.noise_floor import Floor, channel_floors
 from flexgui.core.diagnose.sensor_noise import coloured
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared import prepare

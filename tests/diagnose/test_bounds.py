@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.data import Data, hypothesis
 from flexgui.core.diagnose.evidence import at_bounds, beyond, ended_at_bound
+from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.least_squares import Limits, cost_of, descend
-from tests.diagnose.test_stated import bare, begun
+from tests.diagnose.test_stated_effects import bare, begun
 from tests.helpers import PAPER, looped
 
 EXACT = 1e-8

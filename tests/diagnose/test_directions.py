@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flexgui.core.arm.arm import Arm, Segment
-from flexgui.core.diagnose.data import Data, hypothesis
-from flexgui.core.diagnose.start import steps_for_directions
+from flexgui.core.diagnose.base_fit import steps_for_directions
+from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared import prepare

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from flexgui.core.diagnose.data import Data, hypothesis
+from flexgui.core.diagnose.cost_minimum import converged
 from flexgui.core.diagnose.evidence import TIE
 from flexgui.core.diagnose.final_ladder import Climbed, retraced
-from flexgui.core.diagnose.minimum import converged
+from flexgui.core.diagnose.fit_problem import Data, hypothesis
+from flexgui.core.diagnose.linear_screen import Screen, screen
 from flexgui.core.diagnose.refit import Refit
-from flexgui.core.diagnose.screen import Screen, screen
 from flexgui.core.diagnose.whitening import fit_whitener, whitened_rows
 from flexgui.core.effects import effect
 from flexgui.core.results import DiagnosisRound
-from tests.diagnose.test_stated import TRUE, bare, begun
+from tests.diagnose.test_stated_effects import TRUE, bare, begun
 
 NEVER = lambda: False  # noqa: E731
 PAYLOAD = 0.02

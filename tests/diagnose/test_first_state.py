@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.route import SMALL, answers_to, without
+from flexgui.core.diagnose.noise_propagation import SMALL, answers_to, without
 
 TIMES = np.linspace(0.0, 3.0, 400)
 SWINGS = np.stack([np.cos(9.0 * TIMES), np.sin(9.0 * TIMES)], axis=-1)

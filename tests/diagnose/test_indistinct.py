@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.acceptance import indistinct
-from flexgui.core.diagnose.data import hypothesis
-from flexgui.core.diagnose.minimum import converged
+from flexgui.core.diagnose.cost_minimum import converged
+from flexgui.core.diagnose.fit_problem import hypothesis
 from flexgui.core.diagnose.refit import Refit, robust_covariance
 from flexgui.core.effects import effect
 from flexgui.core.results import Objection, Reason
-from tests.diagnose.test_stated import bare
+from tests.diagnose.test_stated_effects import bare
 
 
 @cache

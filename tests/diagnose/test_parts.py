@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.diagnose.gram import explain, gram
-from flexgui.core.diagnose.lines import line_of
+from flexgui.core.diagnose.gram_matrix import explain, gram
 from flexgui.core.diagnose.sensor_noise import noise_of
+from flexgui.core.diagnose.spectral_lines import line_of
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.least_squares import Limits, descend
 

@@ -8,9 +8,9 @@ from typing import Any, cast
 
 import pytest
 
-from flexgui.core.diagnose import ladder
+from flexgui.core.diagnose import search_round
 from flexgui.core.diagnose.evidence import Weighed, ranked
-from flexgui.core.diagnose.ladder import finer_model
+from flexgui.core.diagnose.search_round import finer_model
 from flexgui.core.effects import effect
 
 SHAPE = "extra_bending_mode"
@@ -73,7 +73,7 @@ def test_a_finer_model_goes_first_unless_a_physical_effect_explains_everything(
         replace(w, refit=cast(Any, SimpleNamespace(errors=w.screened.effect.kind in whole)))
         for w in (joint, shape)
     ]
-    monkeypatch.setattr(ladder, "within_noise", lambda _, errors: errors)
+    monkeypatch.setattr(search_round, "within_noise", lambda _, errors: errors)
     first = finer_model(found, cast(Any, None))
     assert (first is None) is ("joint_elasticity" in whole)
     assert first is None or first.screened.effect.kind == SHAPE
@@ -82,6 +82,6 @@ def test_a_finer_model_goes_first_unless_a_physical_effect_explains_everything(
 def test_a_finer_model_that_explains_little_does_not_go_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(ladder, "within_noise", lambda _, errors: False)
+    monkeypatch.setattr(search_round, "within_noise", lambda _, errors: False)
     little = replace(weighed(SHAPE, 0.1, SMALLER, 0), refit=cast(Any, SimpleNamespace(errors=())))
     assert finer_model([little], cast(Any, None)) is None

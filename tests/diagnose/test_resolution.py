@@ -10,12 +10,12 @@ from typing import cast
 
 import pytest
 
-from flexgui.core.diagnose.data import UNKNOWN, enough_steps, hypothesis
+from flexgui.core.diagnose.base_fit import Begun
 from flexgui.core.diagnose.diagnose import begin_on
-from flexgui.core.diagnose.ladder import REFITTED, promising
-from flexgui.core.diagnose.screen import Screen, Screened
-from flexgui.core.diagnose.start import Begun
-from flexgui.core.diagnose.state import Options
+from flexgui.core.diagnose.fit_problem import UNKNOWN, enough_steps, hypothesis
+from flexgui.core.diagnose.linear_screen import Screen, Screened
+from flexgui.core.diagnose.search_round import REFITTED, promising
+from flexgui.core.diagnose.search_state import Options
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.data import Data, again, hypothesis
-from flexgui.core.diagnose.minimum import _off_bounds, anchored, converged, precise
-from flexgui.core.diagnose.revision import _simpler, best_exchange
-from flexgui.core.diagnose.screen import screen
+from flexgui.core.diagnose.cost_minimum import _off_bounds, anchored, converged, precise
+from flexgui.core.diagnose.fit_problem import Data, again, hypothesis
+from flexgui.core.diagnose.linear_screen import screen
+from flexgui.core.diagnose.removal_and_exchange import _simpler, best_exchange
 from flexgui.core.effects import effect
 from flexgui.core.identify.defect_correction import errors_with
 from flexgui.core.least_squares import cost_of
-from tests.diagnose.test_stated import TRUE, bare
+from tests.diagnose.test_stated_effects import TRUE, bare
 
 NEVER = lambda: False  # noqa: E731
 

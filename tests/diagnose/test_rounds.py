@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.core.diagnose import ladder
-from flexgui.core.diagnose.columns import Trial
-from flexgui.core.diagnose.ladder import applicable, ended
+from flexgui.core.diagnose import search_round
+from flexgui.core.diagnose.base_fit import Begun, begin
+from flexgui.core.diagnose.linear_screen import Screen, in_rounds, screen
+from flexgui.core.diagnose.output_changes import Trial
 from flexgui.core.diagnose.refit import Refit
-from flexgui.core.diagnose.screen import Screen, in_rounds, screen
-from flexgui.core.diagnose.start import Begun, begin
+from flexgui.core.diagnose.search_round import applicable, ended
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
@@ -147,9 +147,9 @@ def test_an_effect_whose_refit_diverges_is_named_although_another_one_is_added(
             return found
         return replace(found, descended=replace(found.descended, cost=np.inf))
 
-    monkeypatch.setattr(ladder, "ended", diverging)
+    monkeypatch.setattr(search_round, "ended", diverging)
     data, base = begun().data, begun().base
     candidates = [effect("coulomb_friction"), lost]
-    found = ladder.one_round(data, base, [], candidates, lambda _: False)
+    found = search_round.one_round(data, base, [], candidates, lambda _: False)
     assert [w.screened.effect.kind for w in found.weighed] == ["coulomb_friction"]
     assert found.accepted is not None and found.unfitted == (lost.title,)

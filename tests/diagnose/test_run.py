@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.noise_route import stated_noise
+from flexgui.core.diagnose.output_noise import stated_noise
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
 from flexgui.core.model import Model
@@ -212,7 +212,7 @@ def test_noise_with_a_stated_ratio_has_no_stated_level() -> None:
 
 
 def test_stated_noise_is_that_of_the_sensor_whatever_the_filter() -> None:
-    """The filters' share is taken where the floor is (tests.diagnose.test_floor)."""
+    """The filters' share is taken where the floor is (tests.diagnose.test_noise_floor)."""
     filtered = parse_scenario(
         text().replace("generations = 0", "generations = 0\nfilter = { cutoff_hz = 40.0 }"), "x"
     )

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.data import Data, hypothesis
+from flexgui.core.diagnose.base_fit import begin
+from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.diagnose.missing_torque import SLOW, Pushed
 from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.diagnose.shape_refinement import Sized, best_shapes, refine_shape
-from flexgui.core.diagnose.start import begin
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
 from flexgui.core.effects.torque_ripple import every_order

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgui.core.diagnose.columns import Column
-from flexgui.core.diagnose.gram import gram
+from flexgui.core.diagnose.gram_matrix import gram
+from flexgui.core.diagnose.output_changes import Column
 from flexgui.core.diagnose.shape_refinement import best_shape, own_shape
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.effects import effect

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose import level
-from flexgui.core.diagnose.repetition import Group, Stretch, scatter
+from flexgui.core.diagnose import linear_or_nonlinear
+from flexgui.core.diagnose.repeated_motions import Group, Stretch, scatter
 from flexgui.core.identify.prepared import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.sensors import sensor
@@ -33,6 +33,8 @@ def test_a_channel_without_a_number_decides_the_level(monkeypatch: Any) -> None:
     """The next channel's ratio took its place."""
     recording = floors.clean(1e-3, 1.0, "prbs", 1)
     known = defaultdict(lambda: SimpleNamespace(value=1.0), z1=SimpleNamespace(value=np.nan))
-    monkeypatch.setattr(level, "channel_floors", lambda *_: known)
-    found = level.choose_level(floors.BARE, [sensor("z")], Processing(), [recording], {}, 1e-3)
+    monkeypatch.setattr(linear_or_nonlinear, "channel_floors", lambda *_: known)
+    found = linear_or_nonlinear.choose_level(
+        floors.BARE, [sensor("z")], Processing(), [recording], {}, 1e-3
+    )
     assert found.level == "nonlinear" and found.channel == "z1"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.evidence import TIE
-from flexgui.core.diagnose.facts import final_parameters
+from flexgui.core.diagnose.final_results import final_parameters
 from flexgui.core.diagnose.refit import settled
 from flexgui.core.errors import InputError
 from flexgui.core.experiments.allowed import Allowed

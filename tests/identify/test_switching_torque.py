@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.segment import Segment
-from flexgui.core.diagnose.floor import channel_floors
+from flexgui.core.diagnose.noise_floor import channel_floors
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.led_motion import finer_by, sampled_seldom

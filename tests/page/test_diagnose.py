@@ -61,8 +61,8 @@ def bars(page: Any) -> list[str]:
 def headless(session: Session) -> float:
     """What a diagnosis without a page reaches with one effect: rms in floors."""
     from flexgui.core.diagnose.diagnose import diagnose
-    from flexgui.core.diagnose.noise_route import stated_noise
-    from flexgui.core.diagnose.state import Options
+    from flexgui.core.diagnose.output_noise import stated_noise
+    from flexgui.core.diagnose.search_state import Options
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.loading import load_recordings
     from flexgui.core.progress import Silent

@@ -57,7 +57,7 @@ def _start(residuals: Any, start: Any, *_: Any) -> Any:
 
 
 def _plain_search(state: Any, options: Any, progress: Any, on_ranking: Any) -> Any:
-    from flexgui.core.diagnose.search import search
+    from flexgui.core.diagnose.effect_search import search
 
     return state, search(state, options, progress, on_ranking)
 
@@ -71,37 +71,34 @@ def _own_start(values: Any) -> Callable[..., Any]:
 
 
 SWITCHES: Mapping[str, Sequence[Patch]] = {
-    "basin search, base": [("core.diagnose.start.in_the_right_valley", _data_and_fit)],
-    "basin search, last model": [("core.diagnose.search.in_the_right_valley", _data_and_fit)],
-    "basin search, race": [("core.diagnose.ladder.in_its_best_valley", lambda d, r, s: r)],
-    "progressive horizon, refits": [("core.diagnose.starts._shown_within", _none)],
-    "nominal start of a minimum": [("core.diagnose.minimum.from_nominal_values", _none)],
-    "nominal start of a refit": [("core.diagnose.starts.has_moved", _no)],
+    "progressive horizon, refits": [("core.diagnose.refit_starts._shown_within", _none)],
+    "nominal start of a minimum": [("core.diagnose.cost_minimum.from_nominal_values", _none)],
+    "nominal start of a refit": [("core.diagnose.refit_starts.has_moved", _no)],
     "progressive horizon, identification": [
-        ("core.identify.fit.grown", _start), ("core.diagnose.start.grown", _start),
+        ("core.identify.fit.grown", _start),
     ],
     "shape refinement": [("core.diagnose.acceptance.refine_shape", _fit)],
-    "successive halving": [("core.diagnose.ladder.in_the_race", _all_go_on)],
-    "exchange": [("core.diagnose.search.best_exchange", _none)],
-    "prune": [("core.diagnose.search.prune", _none)],
-    "mode refinement": [("core.diagnose.search.finer_round", _none)],
+    "successive halving": [("core.diagnose.search_round.in_the_race", _all_go_on)],
+    "exchange": [("core.diagnose.effect_search.best_exchange", _none)],
+    "prune": [("core.diagnose.effect_search.prune", _none)],
+    "mode refinement": [("core.diagnose.effect_search.finer_round", _none)],
     "limits of idealised laws": [
-        ("core.diagnose.search.missed_by_laws", _nothing_missed),
-        ("core.diagnose.start.missed_by_laws", _nothing_missed),
+        ("core.diagnose.effect_search.missed_by_laws", _nothing_missed),
+        ("core.diagnose.base_fit.missed_by_laws", _nothing_missed),
     ],
     "floor re-estimation": [("core.diagnose.diagnose.search_with_new_floors", _plain_search)],
     "forward reordering": [("core.diagnose.diagnose.final_ladder", _state)],
-    "final polish": [("core.diagnose.search.precise", _data_and_fit)],
+    "final polish": [("core.diagnose.effect_search.precise", _data_and_fit)],
     "defect correction of the identification": [
         ("core.identify.fit._with_corrected_steps", lambda r, rough, stopped: (r, rough))
     ],
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
-    "shaken deviations": [("core.diagnose.search.widened", _fit)],
-    "prediction-error bound": [("core.diagnose.noise_route.unforeseen", _none)],
-    "noise per recording": [("core.diagnose.start._noise_ratios", lambda *_: ())],
-    "next experiments": [("core.diagnose.search.deciding", lambda *_: ())],
+    "shaken deviations": [("core.diagnose.effect_search.widened", _fit)],
+    "prediction-error bound": [("core.diagnose.output_noise.unforeseen", _none)],
+    "noise per recording": [("core.diagnose.base_fit._noise_ratios", lambda *_: ())],
+    "next experiments": [("core.diagnose.effect_search.deciding", lambda *_: ())],
     "validation as a gate": [
-        ("core.diagnose.search._gate", lambda state: lambda data, refit: ""),
+        ("core.diagnose.effect_search._gate", lambda state: lambda data, refit: ""),
     ],
 }  # fmt: skip
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from flexgui.core.diagnose.facts import final_parameters
+from flexgui.core.diagnose.final_results import final_parameters
 from flexgui.core.diagnose.refit import settled
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import sizes_of

@@ -20,12 +20,12 @@ from functools import cached_property
 
 import numpy as np
 
-from flexgui.core.diagnose.columns import Column, Zeros, simulated, trials
-from flexgui.core.diagnose.data import Data, Hypothesis, hypothesis
-from flexgui.core.diagnose.gram import gram
+from flexgui.core.diagnose.base_fit import nuisance_of, outputs_of
+from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.gram_matrix import gram
+from flexgui.core.diagnose.output_changes import Column, Zeros, simulated, trials
 from flexgui.core.diagnose.refit import fit
 from flexgui.core.diagnose.shape_refinement import Shaped, best_shape
-from flexgui.core.diagnose.start import nuisance_of, outputs_of
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.effect import Effect, EffectParameter, Rig

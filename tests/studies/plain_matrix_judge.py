@@ -21,7 +21,7 @@ COVERED = 1.96
 
 WORSE = 1.1
 """Times the error on unseen recordings beyond which it became worse: what starts that are fitted
-anew and noise move it (core.diagnose.search)."""
+anew and noise move it (core.diagnose.effect_search)."""
 
 INSTEAD = ("joint_elasticity", "torque_ripple", "rotor_inertia", "base_compliance", "backlash")
 """What must not be named in the place of a sensor's or drive's slip."""

@@ -101,7 +101,7 @@ def where_it_fails(
     comparisons: tuple[RecordingComparison, ...], stated: Mapping[str, float] | None
 ) -> WhereItFails:
     """Maps, their board, and the error along the time."""
-    from flexgui.core.diagnose.maps import error_maps
+    from flexgui.core.diagnose.error_maps import error_maps
 
     floors = believable_floors(comparisons) if stated is None else stated
     maps = error_maps(comparisons, floors)

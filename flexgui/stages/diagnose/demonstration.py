@@ -180,7 +180,7 @@ def demonstrate(
 
 def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
     """Compared in the outputs in which a diagnosis ranks effects: more than a fit may have."""
-    from flexgui.core.diagnose.start import outputs_of
+    from flexgui.core.diagnose.base_fit import outputs_of
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
     from flexgui.scene.recorded import read_one

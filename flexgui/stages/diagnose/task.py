@@ -12,8 +12,8 @@ import numpy as np
 from flexgui.core.progress import Progress, Silent
 
 if TYPE_CHECKING:
-    from flexgui.core.diagnose.start import Begun
-    from flexgui.core.diagnose.state import Options, ToCome
+    from flexgui.core.diagnose.base_fit import Begun
+    from flexgui.core.diagnose.search_state import Options, ToCome
     from flexgui.core.identify.setup import Setup
     from flexgui.core.model import Model
     from flexgui.core.recording.recording import Recording
@@ -96,8 +96,8 @@ def diagnose(
 def _asked(
     scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
 ) -> Asked:
-    from flexgui.core.diagnose.noise_route import stated_noise
-    from flexgui.core.diagnose.state import Options
+    from flexgui.core.diagnose.output_noise import stated_noise
+    from flexgui.core.diagnose.search_state import Options
     from flexgui.core.errors import InputError
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.loading import load_recordings
@@ -149,7 +149,7 @@ class FindingsReporter:
     def check(self) -> None:
         """The same fit on recordings that it did not see, and measured against modelled by it. As
         dear as the first ranking, which need not wait for it."""
-        from flexgui.core.diagnose.facts import compared
+        from flexgui.core.diagnose.final_results import compared
 
         if self._checked or self._progress.stopped():
             return
@@ -188,7 +188,7 @@ class FindingsReporter:
 
 
 def _as_given(begun: Begun) -> LadderStep:
-    from flexgui.core.diagnose.steps import ladder_step
+    from flexgui.core.diagnose.ladder_steps import ladder_step
 
     return ladder_step(begun.data, begun.validated, begun.base, None, "As given", ())
 
@@ -211,7 +211,7 @@ def _seen(step: LadderStep, begun: Begun) -> ModelFindings:
 
 def refined(scenario: Scenario, where: Within, asked: Asked, progress: PartialProgress) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
-    from flexgui.core.diagnose.announce import fit_title
+    from flexgui.core.diagnose.progress_messages import fit_title
     from flexgui.core.scenario.stated_effects import without_diagnosis
     from flexgui.core.workbench import run_scenario
 

@@ -11,10 +11,10 @@ import scipy
 
 from flexgui.core.arm.presets import presets
 from flexgui.core.diagnose.acceptance import Round
-from flexgui.core.diagnose.columns import trials
-from flexgui.core.diagnose.data import hypothesis
-from flexgui.core.diagnose.ladder import applicable, one_round
-from flexgui.core.diagnose.start import Begun, begin
+from flexgui.core.diagnose.base_fit import Begun, begin
+from flexgui.core.diagnose.fit_problem import hypothesis
+from flexgui.core.diagnose.output_changes import trials
+from flexgui.core.diagnose.search_round import applicable, one_round
 from flexgui.core.drives import build_drive
 from flexgui.core.effects import catalogue
 from flexgui.core.effects.effect import Effect

@@ -1,0 +1,163 @@
+"""The error ladder: what each step's model still misses, on estimation and validation data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, names_of
+from ..diagnose.refit import Refit
+from ..diagnose.remaining_error import channel_rms
+from ..identify.identifiability import analyse, identified
+from ..identify.prepared import Prepared
+from ..identify.unknowns import Unknown
+from ..least_squares import SEEN, descend, whole
+from ..model import Model
+from ..results import ChannelError, Estimate, LadderStep
+
+VALIDATION_ITERATIONS = 4
+"""Zeros and starts of a recording enter almost linearly."""
+
+
+def ladder_step(
+    data: Data, later: Validated | None, refit: Refit, added: str | None, title: str,
+    names: Sequence[str],
+) -> LadderStep:  # fmt: skip
+    """`names`: parameters of what was added, listed first; with none all unknowns are listed."""
+    errors = _by_channel(data, refit.errors)
+    unseen = {} if later is None else _by_channel(later.data, later.errors)
+    listed, floors = estimates(refit), _floors(data, refit.errors, errors)
+    return LadderStep(
+        added=added,
+        model=tuple(one.kind for one in refit.hypothesis.model.effects),
+        title=title,
+        parameters=_sizes(listed, refit.hypothesis.model, names),
+        errors=tuple(
+            ChannelError(
+                name, unit, rms, floors.get(name, float("nan")),
+                unseen.get(name, (unit, float("nan"), 0.0))[1],
+                data.floor_sources.get(name, ""),
+            )
+            for name, (unit, rms, _) in errors.items()
+        ),
+        tip_rms=_tip(errors),
+        cost_per_sample=refit.cost / data.count,
+        fit_percent=tuple(f for _, _, f in errors.values()),
+        validation_fit_percent=tuple(f for _, _, f in unseen.values()),
+    )  # fmt: skip
+
+
+def _floors(
+    data: Data, errors: Sequence[np.ndarray], figures: Mapping[str, tuple[str, float, float]]
+) -> dict[str, float]:
+    """channel -> its noise floor. Where each recording has its own, one that gives the same ratio:
+    the rms error over the rms of what it is in each recording's floor."""
+    if not data.noise_ratios:
+        return dict(data.floors)
+    times = channel_rms(data.experiments, errors)
+    return {
+        n: rms / times[n] if times.get(n) else data.floors[n] for n, (_, rms, _) in figures.items()
+    }
+
+
+def _sizes(listed: Sequence[Estimate], model: Model, names: Sequence[str]) -> tuple[Estimate, ...]:
+    """Of all effects as they stand now: what is added later moves those that came before."""
+    if not names:
+        return tuple(listed)
+    sizes = [e for e in listed if e.name in model.effect_parameters]
+    return tuple(sorted(sizes, key=lambda e: e.name not in names))
+
+
+def _tip(errors: Mapping[str, tuple[str, float, float]]) -> float | None:
+    if "z1" not in errors or "z2" not in errors:
+        return None
+    return float(np.hypot(errors["z1"][1], errors["z2"][1]))
+
+
+def _by_channel(data: Data, errors: Sequence[np.ndarray]) -> dict[str, tuple[str, float, float]]:
+    """channel -> (unit, rms of the error in SI, FIT in per cent)."""
+    found: dict[str, list[tuple[Prepared, int, np.ndarray]]] = {}
+    for e, r, w in zip(data.experiments, errors, data.weights, strict=True):
+        for k, _ in enumerate(e.channels):
+            found.setdefault(e.channels[k][0], []).append((e, k, r[:, k] / w[k]))
+    return {name: _figures(name, parts) for name, parts in found.items()}
+
+
+def _figures(
+    name: str, parts: Sequence[tuple[Prepared, int, np.ndarray]]
+) -> tuple[str, float, float]:
+    unit = parts[0][0].channels[parts[0][1]][1]
+    error = np.concatenate([r[e.counted[:, k]] for e, k, r in parts])
+    y = [e.measured[e.counted[:, k], k] for e, k, _ in parts]
+    spread = float(np.linalg.norm(np.concatenate([x - x.mean() for x in y])))
+    fit = 100.0 * max(1.0 - float(np.linalg.norm(error)) / spread, 0.0) if spread else np.nan
+    return unit, float(np.sqrt(np.mean(error**2))), float(fit)
+
+
+def _anew(validation: Data, h: Hypothesis) -> tuple[Unknown, ...]:
+    """Sizes of effects that belong to the validation's own rig."""
+    model = h.model
+    own = [one for one in model.effects if one.kind in validation.per_recording]
+    names = {name for one in own for name in names_of(one, model, validation.sizes)}
+    return tuple(u for u in h.unknowns.items if u.parameter.name in names)
+
+
+@dataclass(frozen=True)
+class Validated:
+    """A fitted model on recordings that no fit saw."""
+
+    data: Data
+    hypothesis: Hypothesis
+    errors: Sequence[np.ndarray]
+    """(M, k) per recording, in floors."""
+
+
+def validated(validation: Data | None, refit: Refit) -> Validated | None:
+    """What belongs to a recording is fitted to it alone; all else stays as it was found. None
+    where there is no such recording."""
+    if validation is None:
+        return None
+    h = refit.hypothesis
+    shared = {k: v for k, v in h.values().items() if "@" not in k}
+    anew = _anew(validation, h)
+    shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in anew}}
+    own = tuple(u for u in validation.nuisance if u.recording is not None)
+    fixed = {**validation.fixed, **shared}
+    held = replace(validation, nuisance=own, fixed=fixed, steps=validation.fine)
+    values = {**h.model.effect_values, **h.values()}
+    tried = hypothesis(held, h.model.effects, values, freed=anew)
+    found = descend(
+        tried.errors, tried.slopes, tried.vector, tried.limits, most=VALIDATION_ITERATIONS
+    )
+    return Validated(held, tried.at(found.vector), found.blocks)
+
+
+def _seen(refit: Refit) -> np.ndarray:
+    """(P,) bool: unknowns that have no part in what no measurement shows."""
+    h, slopes = refit.hypothesis, refit.descended.slopes
+    if not len(h.vector):
+        return np.zeros(0, dtype=bool)
+    jacobian = h.residuals.vector([whole(S) for S in slopes])
+    _, _, null = analyse(h.unknowns, h.vector, jacobian, SEEN**0.5)
+    return identified(null, len(h.vector))
+
+
+def estimates(refit: Refit) -> tuple[Estimate, ...]:
+    """All shared unknowns with their deviations under coloured noise; none where the data leave
+    them free."""
+    h = refit.hypothesis
+    seen, found = _seen(refit), []
+    for i, u in enumerate(h.unknowns.items):
+        item, value = u.parameter, float(h.vector[i])
+        variance = float(refit.covariance[i, i])
+        std = float(np.sqrt(variance)) if seen[i] and variance >= 0.0 else float("nan")
+        found.append(
+            Estimate(
+                item.name, value, std, item.unit, bool(np.isfinite(std)), item.symbol,
+                item.value, item.lower, item.upper, u.recording,
+                item.at_bound(value), item.title,
+            )
+        )  # fmt: skip
+    return tuple(e for e in found if e.recording is None)

@@ -1,0 +1,74 @@
+"""Whether what remains is within the floor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..results import ABOVE, ABOVE_IN_ONE, Remains
+
+if TYPE_CHECKING:
+    from ..diagnose.fit_problem import Data, Hypothesis
+    from ..identify.prepared import Prepared
+
+
+def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
+    """Whether nothing can be missing where errors (M, k) per recording, in noise floors, are left:
+    neither over all channels nor in one of them. The laws of what is in the model may miss a share
+    of what they do.
+
+    Where a servo leads the joints, the encoders' noise shakes the links, and a sharper limit than
+    that of the verdict would find what imitates it: links that are damped follow noise less.
+    """
+    from ..least_squares import cost_of
+
+    share = ABOVE**2 if data.rig.servo else 1.0
+    each = _by_channel(data.experiments, errors)
+    missed = sum(data.idealised.get(n, 0.0) * len(x) for n, x in each.items())
+    if not cost_of(errors) <= share * data.count + missed:
+        return False
+    return all(np.mean(x) <= ABOVE_IN_ONE**2 + data.idealised.get(n, 0.0) for n, x in each.items())
+
+
+def _by_channel(
+    experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
+) -> dict[str, np.ndarray]:
+    """channel -> its squared errors in noise floors, of what counts."""
+    squares: dict[str, list[np.ndarray]] = {}
+    for e, r in zip(experiments, errors, strict=True):
+        for k, (name, _) in enumerate(e.channels):
+            if e.counted[:, k].any():
+                squares.setdefault(name, []).append(r[e.counted[:, k], k] ** 2)
+    return {name: np.concatenate(parts) for name, parts in squares.items()}
+
+
+def channel_rms(experiments: Sequence[Prepared], errors: Sequence[np.ndarray]) -> dict[str, float]:
+    """channel -> rms of errors (M, k) per recording, of what counts."""
+    squares = _by_channel(experiments, errors)
+    return {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
+
+
+def remains(data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None) -> Remains:
+    """From weighted errors (M, k) per recording, and the model that left them."""
+    from ..diagnose.spectral_lines import unexplained_line
+
+    squares = _by_channel(data.experiments, errors)
+    by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
+    within = {name: data.floors_within.get(name, 1.0) for name in squares}
+    line = None
+    if max(by_channel.values()) >= ABOVE:
+        found = unexplained_line(data.experiments, errors, fitted, ABOVE)
+        line = None if found is None else (found.channel, found.line.hz)
+    missed = {name: data.idealised.get(name, 0.0) for name in squares}
+    return Remains(
+        _rms(squares), by_channel, line, within,
+        _rms({n: np.full(len(x), within[n] ** 2) for n, x in squares.items()}), missed,
+        _rms({n: np.full(len(x), missed[n]) for n, x in squares.items()}) ** 2,
+    )  # fmt: skip
+
+
+def _rms(squares: Mapping[str, np.ndarray]) -> float:
+    """Over all channels."""
+    return float(np.sqrt(np.mean(np.concatenate(list(squares.values())))))

@@ -1,0 +1,199 @@
+"""Sets of effects are found at once, and what is accepted has to stand up to unseen recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from flexgui.core.diagnose import acceptance
+from flexgui.core.diagnose.acceptance import Acceptance, Round
+from flexgui.core.diagnose.effect_sets import FoundSet, best_set
+from flexgui.core.diagnose.evidence import BAR, Weighed, acceptable
+from flexgui.core.diagnose.linear_screen import Screen, _scored
+from flexgui.core.diagnose.output_changes import Column
+from flexgui.core.effects import effect
+from flexgui.core.effects.effect import Effect
+from flexgui.core.least_squares import Limits, descend
+from flexgui.core.results import Objection, Reason
+
+SAMPLES = 2000
+NOISE = 1.0
+"""Floors are units of the noise."""
+
+LARGE = 1e3
+"""Times the noise."""
+
+FOUR = ("viscous_friction", "tip_payload", "structural_damping", "torque_offset")
+STAND_IN = "gravity_tilt"
+WORSE, BOUND = Objection(Reason.UNSEEN), Objection(Reason.AT_BOUND)
+
+
+def column(kind: str, block: np.ndarray) -> Column:
+    one: Effect = effect(kind)
+    return Column(one, kind, {kind: 1.0}, {kind: 1.0}, False, False, (), (block,))
+
+
+def seen(errors: np.ndarray, blocks: dict[str, np.ndarray]) -> Screen:
+    columns = [column(kind, block) for kind, block in blocks.items()]
+    slopes = [np.zeros((*errors.shape, 0))]
+    rows = [[np.arange(len(errors))] * errors.shape[1]]
+    return _scored([errors], slopes, columns, [effect(kind) for kind in blocks], 0, rows)
+
+
+def directions(seed: int, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return {name: rng.standard_normal((SAMPLES, 1)) for name in names}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_four_equal_effects_are_found_together(seed: int) -> None:
+    blocks = directions(seed, (*FOUR, STAND_IN, "air_drag", "camera_delay"))
+    noise = NOISE * np.random.default_rng(seed + 100).standard_normal((SAMPLES, 1))
+    errors = sum(2.0 * blocks[name] for name in FOUR) + noise
+    found = best_set(seen(np.asarray(errors), blocks), 4, SAMPLES)
+    assert {s.effect.kind for s in found.members} == set(FOUR)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_stand_in_that_comes_first_gives_way_to_the_pair_that_is_true(seed: int) -> None:
+    """It points between two effects: alone it explains more than either, together they win."""
+    blocks = directions(seed, FOUR[:2])
+    noise = NOISE * np.random.default_rng(seed + 100).standard_normal((SAMPLES, 1))
+    total = blocks[FOUR[0]] + blocks[FOUR[1]]
+    blocks[STAND_IN] = total + 0.4 * np.random.default_rng(seed + 7).standard_normal(total.shape)
+    screen = seen(3.0 * total + noise, blocks)
+    assert screen.candidates[0].effect.kind == STAND_IN
+    found = best_set(screen, 3, SAMPLES)
+    assert {s.effect.kind for s in found.members} == set(FOUR[:2])
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_noise_alone_makes_no_set(seed: int) -> None:
+    blocks = directions(seed, (*FOUR, STAND_IN))
+    noise = NOISE * np.random.default_rng(seed + 100).standard_normal((SAMPLES, 1))
+    assert best_set(seen(noise, blocks), 4, SAMPLES).members == ()
+
+
+def weighed(reduction: float) -> Weighed:
+    return Weighed(None, None, 1, reduction, 1.0, 500.0, 490.0, 1e-20)  # type: ignore[arg-type]
+
+
+def test_a_quarter_of_the_error_is_accepted_as_part_of_a_set_that_explains_it() -> None:
+    quarter = weighed(0.25)
+    assert quarter.reduction < BAR
+    assert not acceptable(quarter)
+    assert acceptable(quarter, part=True)
+
+
+@pytest.mark.parametrize(("promised", "accepted"), [(0.9, True), (0.6, True), (0.4, False)])
+def test_a_part_of_a_set_that_promises_little_is_not_accepted_for_it(promised, accepted) -> None:
+    """A set that leaves most of the error may be made of what stands in for the unknown."""
+    one = replace(weighed(0.1), screened=SimpleNamespace(effect=effect(STAND_IN)))
+    before = SimpleNamespace(cost=3.0 * SAMPLES)
+    together = FoundSet((one.screened,), promised * (before.cost - SAMPLES))
+    data = SimpleNamespace(count=SAMPLES)
+    work = Acceptance(data, before, (), None, 1, lambda: False, lambda *_: "")
+    assert (work.alone([one], together, most=0).accepted is one) == accepted
+
+
+class Scripted(Acceptance):
+    """Refits are not made: one effect by itself spoils unseen recordings, a pair as scripted."""
+
+    good: tuple[str, ...] = ()
+
+    def _polished(self, best):
+        after = SimpleNamespace(cost=SAMPLES, hypothesis=best.screened.effect.kind)
+        return best, self.data, after
+
+    def jointly(self, together, found):
+        self.seen.asked.append(tuple(s.effect.kind for s in together.members))
+        joint = replace(self._still(found), accepted=found[0])
+        return (joint if self.seen.asked[-1] == self.good else None), set()
+
+    def sets(self, found, most, tried):
+        self.seen.asked.append("sets") if tried else None
+        return None, FoundSet((), 0.0)
+
+    def _still(self, found):
+        return Round(self.seen, tuple(found), None, self.before, self.before, self.data)
+
+
+def in_company(
+    good: tuple[str, ...], against: Objection | None = WORSE, most: int = 2, explains: float = 0.9,
+    others: Sequence[tuple[str, float]] = (),
+) -> tuple:  # fmt: skip
+    """What becomes of STAND_IN, which the gate refuses; the screen scores the others by place."""
+    kinds = ("viscous_friction", STAND_IN, "tip_payload", "torque_offset")
+    scored = {k: SimpleNamespace(effect=effect(k), score=-i) for i, k in enumerate(kinds)}
+    screen = SimpleNamespace(candidates=tuple(reversed(scored.values())), asked=[])
+    before, data = SimpleNamespace(cost=3.0 * SAMPLES), SimpleNamespace(count=SAMPLES)
+    one = replace(weighed(explains), screened=scored[STAND_IN])
+    more = [replace(weighed(share), screened=scored[kind]) for kind, share in others]
+    work = type("One", (Scripted,), {"good": good})(
+        data, before, (), screen, 1, lambda: False, lambda *_: against
+    )
+    return work.alone([one, *more], FoundSet((), 0.0), most), screen.asked
+
+
+@pytest.fixture
+def sizes_as_they_are(monkeypatch):
+    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: None)
+    monkeypatch.setattr(acceptance, "indistinct", lambda *_: None)
+
+
+@pytest.mark.usefixtures("sizes_as_they_are")
+def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(monkeypatch):
+    """Whatever is missing acts as it does; a weaker effect by itself would stand in as well."""
+    ended = lambda after, _: BOUND if after.hypothesis == STAND_IN else None  # noqa: E731
+    monkeypatch.setattr(acceptance, "ended_at_bound", ended)
+    weaker = ("viscous_friction", 0.5)
+    refused, asked = in_company((), against=None, others=[weaker])
+    assert refused.accepted is None and refused.refusals[0].objection == BOUND and asked == ["sets"]
+    added, asked = in_company((), against=None, others=[weaker], explains=0.6)
+    assert added.accepted.screened.effect.kind == "viscous_friction" and not asked
+
+
+def test_the_shape_of_a_new_effect_is_looked_at_where_only_noise_is_left_too(monkeypatch):
+    """A wave of a wrong order fits some recordings as well as the true one, and others badly."""
+    asked: list[str] = []
+    monkeypatch.setattr(acceptance, "within_noise", lambda *_: True)
+    monkeypatch.setattr(
+        acceptance, "refine_shape", lambda _, after, e, __: asked.append(e.kind) or after
+    )
+    there, new = effect("viscous_friction"), effect("torque_ripple")
+    work = Acceptance(SimpleNamespace(), None, [there], None, 1, lambda: False, lambda *_: None)
+    work._shaped(work.data, SimpleNamespace(errors=()), [new, there])
+    assert asked == ["torque_ripple"]
+
+
+def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:
+    """One parameter measured with deviation 1 at 4 and believed to be 0 within 1: 2."""
+    limits = Limits(
+        np.array([-9.0]), np.array([9.0]), np.array([1.0]), np.array([0.0]), np.array([1.0])
+    )
+    found = descend(
+        lambda x: [np.array([[4.0 - x[0]]])],
+        lambda _: [np.array([[[-1.0]]])],
+        np.array([4.0]),
+        limits,
+    )
+    assert found.vector[0] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
+    """Rosenbrock's valley at a cost of a million: one part in ten thousand of it is still ten times
+    the evidence at which two models tie."""
+    limits = Limits(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
+
+    def errors(x: np.ndarray) -> list[np.ndarray]:
+        return [LARGE * np.array([[1.0 - x[0]], [100.0 * (x[1] - x[0] ** 2)]])]
+
+    def slopes(x: np.ndarray) -> list[np.ndarray]:
+        return [LARGE * np.array([[[-1.0, 0.0]], [[-200.0 * x[0], 100.0]]])]
+
+    found = descend(errors, slopes, np.array([-1.5, 2.0]), limits, most=200)
+    assert found.vector == pytest.approx(np.ones(2), abs=1e-2)

@@ -1,0 +1,59 @@
+"""Noise floors of rigs driven by torque hang on the draws of the noise by little."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexgui.core.diagnose import noise_propagation
+from flexgui.core.diagnose.diagnose import begin_on
+from flexgui.core.diagnose.noise_floor import WITHIN
+from flexgui.core.diagnose.noise_floor_update import LOWER
+from flexgui.core.diagnose.output_noise import noise_in_outputs
+from flexgui.core.diagnose.search_state import Options
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
+from tests.sample.cases import TORQUE
+from tests.sample.torque_rigs import written
+
+RIGS = (
+    "rigid_two_nothing",
+    "rigid_one_viscous_coulomb",
+    "slide_nothing",
+    "flexible_one_nothing",
+    "flexible_two_payload",
+)
+SEEDS = 20
+
+ALIKE = 0.9
+"""Share of all floors that differ from their median by less than what makes anything be weighed
+again: a level of six draws of a noise that shakes links scatters by about a tenth."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", RIGS)
+def test_a_floor_is_the_same_whatever_the_draws(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = read_scenario(written(TORQUE[name], 100, tmp_path))
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    recordings = load_recordings(scenario, model, tmp_path, None, Silent())
+    setup = make_setup(model, spec, recordings)
+    begun = begin_on(setup, spec, recordings, Options(), Silent())
+    h = begun.base.hypothesis
+    experiments, motions = h.residuals.experiments, h.motions()
+    floors = []
+    for seed in range(SEEDS):
+        monkeypatch.setattr(noise_propagation, "SEED", seed)
+        found = noise_in_outputs(experiments, motions, {})
+        floors.append([found[channel].level for channel, _ in experiments[0].channels])
+    ratios = np.array(floors) / np.median(floors, axis=0)
+    scatter = np.exp(np.abs(np.log(ratios)))
+    assert np.mean(scatter < LOWER) > ALIKE
+    assert scatter.max() < WITHIN, "the factor within which a floor is said to be known"

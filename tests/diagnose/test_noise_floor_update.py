@@ -1,0 +1,221 @@
+"""Noise that was read beyond a model that lacked something is read anew beyond a better one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from flexgui.core.diagnose.base_fit import Begun, begin
+from flexgui.core.diagnose.cost_minimum import converged
+from flexgui.core.diagnose.final_ladder import final_ladder
+from flexgui.core.diagnose.fit_problem import hypothesis
+from flexgui.core.diagnose.noise_floor import WITHIN, Floor
+from flexgui.core.diagnose.noise_floor_update import (
+    LOWER,
+    higher_floors,
+    lower_floors,
+    put_in_floors,
+    search_with_new_floors,
+    surely_above,
+)
+from flexgui.core.diagnose.remaining_error import remains, within_noise
+from flexgui.core.diagnose.search_state import Options, State, given_step
+from flexgui.core.effects import effect
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
+from tests.diagnose.test_stated_effects import bare
+
+HIDDEN = 60.0
+"""Times its size, that the noise seemed to be: the friction that is missing stays below."""
+
+LARGER = 4.0
+"""The same where the friction shows."""
+
+READ_ANEW = 2.0
+"""Factor within which floors of the same recording agree, whatever they were before."""
+
+EXACT = 1e-9
+"""Relative: what is known is stated in other units."""
+
+SETTLED = 1e-3
+"""Relative: what a further descent from a minimum gains."""
+
+TRUE = {"EI1": 75.0, "EI2": 68.0, "cb": 8.7e-6}
+"""The arm's mass swings on that base at 26 Hz."""
+
+
+def never() -> bool:
+    return False
+
+
+class Stopped(Silent):
+    """A person has pressed Stop."""
+
+    def stopped(self) -> bool:
+        return True
+
+
+def found_with(floors: float, kind: str = "torque_offset") -> tuple[State, Begun]:
+    """A model with one effect, by default of no use in the place of the friction; floors that many
+    times as large as they are."""
+    begun = bare()
+    large = {n: Floor(f * floors, f * floors, "estimated") for n, f in begun.data.floors.items()}
+    data = begun.data.in_floors(large)
+    base = converged(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
+    added = [effect(kind)]
+    there = converged(base[0], hypothesis(base[0], added, base[1].hypothesis.values()), None, never)
+    given = replace(begun, data=base[0], base=base[1])
+    return State(*there, added, 0, [], [given_step(given)], None), given
+
+
+def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
+    state, given = found_with(HIDDEN)
+    assert within_noise(state.data, state.refit.errors)
+    floors = lower_floors(state, Options())
+    assert floors is not None and surely_above(state, floors)
+    put_in_floors(state, floors, never)
+    assert not within_noise(state.data, state.refit.errors)
+    for name, value in bare().data.floors.items():
+        assert 1.0 / READ_ANEW < state.data.floors[name] / value < READ_ANEW
+
+
+def test_all_that_is_stated_is_weighed_again_in_the_new_floors() -> None:
+    """The model as given at its minimum there, its ranking, and each step of the ladder."""
+    state, given = found_with(HIDDEN, "viscous_friction")
+    floors = lower_floors(state, Options())
+    assert floors is not None
+    put_in_floors(state, floors, never)
+    asked = Options(candidates=("viscous_friction", "torque_offset"))
+    state, begun = final_ladder(state, given, asked, Silent())
+    assert begun.data.floors == state.data.floors
+    for step in state.steps:
+        assert {e.channel: e.floor for e in step.errors} == state.data.floors
+    first, last = state.steps
+    assert first.cost_per_sample == pytest.approx(begun.base.cost / begun.data.count, rel=EXACT)
+    again = converged(begun.data, begun.base.hypothesis, None, never)[1]
+    assert again.cost == pytest.approx(begun.base.cost, rel=SETTLED)
+    (told,) = state.rounds
+    assert told.accepted == "viscous_friction"
+    assert {r.effect for r in told.ranking} == set(asked.candidates)
+    assert last.cost_per_sample < first.cost_per_sample / LARGER
+
+
+def test_a_search_that_is_stopped_before_that_goes_back_to_the_floors_before() -> None:
+    state, given = found_with(HIDDEN)
+    old, steps = dict(state.data.floors), list(state.steps)
+    floors = lower_floors(state, Options())
+    assert floors is not None
+    put_in_floors(state, floors, never)
+    state, begun = final_ladder(state, given, Options(), Stopped())
+    assert begun is given and state.data.floors == old and state.steps == steps
+
+
+def test_an_estimated_floor_makes_no_verdict_that_is_finer_than_it_is_known() -> None:
+    state, _ = found_with(1.0, "viscous_friction")
+    up = {n: Floor(f / 1.3, f / 1.3, "stated") for n, f in state.data.floors.items()}
+    left = remains(state.data.in_floors(up), [1.3 * x for x in state.refit.errors])
+    assert left.above
+    loose = {n: replace(f, source="estimated", within=WITHIN) for n, f in up.items()}
+    left = remains(state.data.in_floors(loose), [1.3 * x for x in state.refit.errors])
+    assert left.above_known_floors and not left.above
+
+
+def test_floors_that_are_right_are_left_alone() -> None:
+    state, _ = found_with(1.0, "viscous_friction")
+    assert within_noise(state.data, state.refit.errors)
+    floors = lower_floors(state, Options())
+    assert floors is not None
+    for name, old in state.data.floors.items():
+        if name.startswith("deflection"):  # without noise, but for the digits that are written
+            assert floors[name].value < old
+        else:
+            assert old / floors[name].value < LOWER
+    assert not surely_above(state, floors)  # so that nothing is weighed again
+
+
+def test_what_no_effect_explains_changes_nothing() -> None:
+    """With a floor in which nothing is missing the search ends where it ended."""
+    state, given = found_with(LARGER, "viscous_friction")
+    options = Options(max_effects=2, candidates=("gravity_tilt",))
+    ended, more = search_with_new_floors(state, options, Silent(), None)
+    ended, begun = final_ladder(ended, given, options, Silent())
+    assert not more and [e.kind for e in ended.found] == ["viscous_friction"]
+    assert within_noise(ended.data, ended.refit.errors)
+    assert begun is given and ended.data.floors == given.data.floors
+
+
+def test_noise_is_at_most_what_no_effect_explains() -> None:
+    """The friction that is missing stays below a noise that seems 60 times as large as it is."""
+    begun = bare()
+    large = {
+        n: Floor(HIDDEN * f, HIDDEN * f, "estimated", WITHIN) for n, f in begun.data.floors.items()
+    }
+    data = begun.data.in_floors(large)
+    data, base = converged(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
+    given = replace(begun, data=data, base=base)
+    state = State(data, base, [], 0, [], [given_step(given)], None)
+    assert within_noise(state.data, state.refit.errors)
+    options = Options(max_effects=2, candidates=("viscous_friction", "torque_offset"))
+    ended, _ = search_with_new_floors(state, options, Silent(), None)
+    assert [e.kind for e in ended.found] == ["viscous_friction"]
+
+
+def on_a_soft_base() -> tuple[State, Begun]:
+    """A torque rig with the base in the model, and the floors of the arm on a rigid one."""
+    beams = (0.64, 2.8, 75.0, 0.12), (0.69, 1.5, 68.0, 0.077)
+    segments = [
+        {"length": L, "mass": m, "EI": EI, "hub_inertia": J, "modes": 1} for L, m, EI, J in beams
+    ]
+    hidden = {"base_compliance": {"cb": TRUE["cb"]}}
+    scenario = Scenario.model_validate({
+        "title": "shaken",
+        "arm": {"segments": segments},
+        "drive": {"kind": "torque"},
+        "model": {"level": "nonlinear"},
+        "sensors": {"encoder_noise": 3e-6},
+        "identify": {"parameters": ["EI1", "EI2"], "filter": {"cutoff_hz": 60.0}},
+        "recordings": [{"simulate": {"theta2": 1.2, "seconds": 1.0}, "hidden": hidden}],
+    })  # fmt: skip
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    recordings = load_recordings(scenario, model, Path(), None, Silent())
+    setup = make_setup(model, spec, recordings)
+    parts = setup.model, setup.outputs, setup.processing
+    given = begin(*parts, spec, recordings, {}, 1e-3)
+    added = [effect("base_compliance")]
+    there = converged(given.data, hypothesis(given.data, added, TRUE), None, never)
+    return State(*there, added, 0, [], [given_step(given)], None), given
+
+
+def above(state: State) -> float:
+    """The error of the worst channel, in noise floors."""
+    return max(remains(state.data, state.refit.errors).by_channel.values())
+
+
+def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
+    state, given = on_a_soft_base()
+    assert above(state) > WITHIN  # with the model complete
+    floors = higher_floors(state, Options())
+    assert floors is not None and floors["u1"].value > LOWER * state.data.floors["u1"]
+    assert all(one.value >= state.data.floors[name] for name, one in floors.items())
+    put_in_floors(state, floors, never)
+    assert above(state) < WITHIN
+
+
+@pytest.mark.long
+def test_floors_of_led_arms_that_are_right_are_left_alone() -> None:
+    state, given = on_a_soft_base()
+    floors = higher_floors(state, Options())
+    assert floors is not None
+    put_in_floors(state, floors, never)
+    assert higher_floors(state, Options()) is None
+
+
+def test_noise_moves_no_arm_that_is_not_led_along_it() -> None:
+    state, _ = found_with(1.0 / HIDDEN, "viscous_friction")
+    assert higher_floors(state, Options()) is None

@@ -1,0 +1,139 @@
+"""The directions in which candidates move the outputs are slopes, however large they are tried."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from flexgui.core.arm.arm import Arm, Segment
+from flexgui.core.diagnose import output_changes
+from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.output_changes import (
+    SMALLEST_SHARE,
+    WITHIN,
+    Column,
+    Trial,
+    Zeros,
+    simulated,
+    trials,
+)
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import effect
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from tests.helpers import simulate_fixed
+
+ARM = Arm(segments=(Segment(length=0.4, mass=2.0, EI=120.0, hub_inertia=0.02, modes=1),))
+DRIVE = VelocityLoop(gains=(900.0,))
+"""N m s/rad: so stiff that nothing damps the beam, which swings forty times."""
+
+STEP, SAMPLES, STOPS = 2e-3, 600, 40
+NOISE = 2e-4
+"""m, of the camera."""
+
+MISSED = 3.0
+"""In noise: how far the outputs are off."""
+
+SMALL = 1e-3
+"""Of the size tried, for a slope by differences."""
+
+PARALLEL = 0.95
+"""Cosine between what was tried and the slope: the secant of a vibration that is out of step by a
+third of what it is asked to explain."""
+
+
+@pytest.fixture(scope="module")
+def data() -> Data:
+    bare = Model(ARM, DRIVE, "nonlinear")
+    speeds = np.zeros((SAMPLES, 1))
+    speeds[:STOPS] = 0.4
+    n = ARM.coordinates
+    start = at_rest(np.array([0.2]), n)
+    task = Task(np.arange(SAMPLES) * STEP, speeds, start, start[None, :n])
+    motion = simulate_fixed(bare, bare.numbers(), task, 16)
+    names = DRIVE.reference_channels(ARM)
+    channels = {name: task.references[:, k] for k, name in enumerate(names)}
+    camera = sensor("z")
+    seen = np.array(camera.measure(motion))
+    seen += MISSED * NOISE * np.random.default_rng(1).standard_normal(seen.shape)
+    channels |= {c.name: seen[:, k] for k, c in enumerate(camera.channels(ARM))}
+    channels["theta1"] = motion.q[:, 0]
+    one = prepare(bare, Recording("r", task.time, channels), [camera], Processing())
+    count = len(camera.channels(ARM))
+    floors = {c.name: NOISE for c in camera.channels(ARM)}
+    return Data(bare, (one,), (), (np.full(count, 1.0 / NOISE),), floors, {}, typical(ARM), 8)
+
+
+def base_and_trial(data: Data, kind: str) -> tuple[Hypothesis, Trial]:
+    base = hypothesis(data, (), {})
+    (trial, *_) = trials(base, effect(kind), data)
+    return base, trial
+
+
+def column(data: Data, base: Hypothesis, trial: Trial) -> Column:
+    return simulated(data, base, (), trial, Zeros(base))
+
+
+def times_as_large(trial: Trial, factor: float) -> Trial:
+    sizes = {name: factor * x for name, x in trial.sizes.items()}
+    values = {n: v + (factor - 1.0) * trial.sizes.get(n, 0.0) for n, v in trial.values.items()}
+    return replace(trial, values=values, sizes=sizes)
+
+
+def rms(blocks: tuple[np.ndarray, ...]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(blocks) ** 2)))
+
+
+@pytest.mark.parametrize("factor", [1.0, 30.0, 1000.0])
+@pytest.mark.parametrize("kind", ["cubic_stiffness", "tip_payload", "link_mass_error"])
+def test_a_size_that_puts_vibrations_out_of_step_is_made_smaller(
+    data: Data, kind: str, factor: float
+) -> None:
+    base, trial = base_and_trial(data, kind)
+    found = column(data, base, times_as_large(trial, factor))
+    small = column(data, base, times_as_large(trial, SMALL))
+    a, b = (np.concatenate(c.blocks).ravel() for c in (found, small))
+    assert 0.0 < rms(found.blocks) <= WITHIN * MISSED
+    assert a @ b / np.sqrt((a @ a) * (b @ b)) > PARALLEL
+    assert found.values[found.parameter] - trial.values[found.parameter] == pytest.approx(
+        found.sizes[found.parameter] - trial.sizes[found.parameter]
+    )
+
+
+def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: Data) -> None:
+    base, trial = base_and_trial(data, "viscous_friction")
+    found = column(data, base, trial)
+    assert rms(found.blocks) < WITHIN * MISSED
+    assert found.values == trial.values
+
+
+def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
+    data: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of a grid became a column of zeros, which explains nothing, without a word."""
+    base, trial = base_and_trial(data, "link_mass_error")
+    trial = replace(trial, scanned=True)
+    whole = column(data, base, trial)
+    most = max(float(np.abs(b).max()) for b in whole.blocks)
+    monkeypatch.setattr(output_changes, "FAR_OFF", 0.5 * most)
+    found = column(data, base, trial)
+    assert not found.diverged and 0.0 < rms(found.blocks) < rms(whole.blocks)
+    assert found.sizes[found.parameter] == pytest.approx(
+        SMALLEST_SHARE * trial.sizes[trial.parameter]
+    )
+
+
+def test_what_comes_apart_at_every_size_is_said(
+    data: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    base, trial = base_and_trial(data, "link_mass_error")
+    monkeypatch.setattr(output_changes, "FAR_OFF", 0.0)
+    found = column(data, base, trial)
+    assert found.diverged and rms(found.blocks) == 0.0

@@ -1,0 +1,211 @@
+"""A soft base whose resonance a beam's stiffness has taken is found from the first swings, and
+whatever else a refit begins from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.segment import Segment
+from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.refit import fit
+from flexgui.core.diagnose.refit_starts import (
+    CLOSER,
+    Horizon,
+    Values,
+    batched,
+    closely,
+    followed,
+    from_nominal_values,
+    grid_sizes,
+    starts,
+)
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import effect
+from flexgui.core.effects.base_compliance import compliance
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.unknowns import Unknown
+from flexgui.core.least_squares import cost_of
+from flexgui.core.model import Model
+from flexgui.core.parameters import Parameter
+from flexgui.core.recording.recording import Recording
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from tests.helpers import simulate_fixed
+
+ARM = Arm(
+    segments=(
+        Segment(length=0.32, mass=2.3, EI=268.0, hub_inertia=0.017, modes=1),
+        Segment(length=0.34, mass=1.6, EI=194.0, hub_inertia=0.012, modes=1),
+    )
+)
+DRIVE, BASE = VelocityLoop(gains=(4.9, 1.7)), effect("base_compliance")
+SOFT_HZ = 46.0
+"""Of the arm's mass on its base, beside the second beam's own vibration."""
+
+ROUNDING = 1e-9
+
+STEP, SAMPLES, HOLD = 1e-3, 1000, 14
+"""s; the base swings 46 times."""
+
+NOISE = 1e-5
+"""rad, of the encoders; here what errors are measured in, none is added."""
+
+BENT = {"EI1": 1.03, "EI2": 0.6}
+"""Where a fit without the soft base ended on such a rig, of the truth."""
+
+FOUND = 0.1
+"""Relative, of a start; a refit goes on from here."""
+
+TRUTH = {"EI1": 268.0, "EI2": 194.0, "cb": compliance(ARM, SOFT_HZ)}
+
+
+def recorded(cb: float = TRUTH["cb"]) -> Recording:
+    rng = np.random.default_rng(7)
+    speeds = 0.3 * np.repeat(rng.choice([-1.0, 1.0], (-(-SAMPLES // HOLD), 2)), HOLD, axis=0)
+    machine = Model(ARM, DRIVE, "nonlinear").with_effects([BASE], {"cb": cb})
+    n, joints = machine.arm.coordinates, np.array([0.2, 1.1])
+    start = at_rest(joints, n)
+    task = Task(np.arange(SAMPLES) * STEP, speeds[:SAMPLES], start, start[None, :n])
+    motion = simulate_fixed(machine, machine.numbers(), task, 16)
+    names = machine.drive.reference_channels(machine.arm)
+    channels = {name: task.references[:, k] for k, name in enumerate(names)}
+    channels |= {f"theta{k + 1}": motion.q[:, k] for k in range(2)}
+    return Recording("r", task.time, channels)
+
+
+@pytest.fixture(scope="module")
+def data() -> Data:
+    return data_of(TRUTH["cb"])
+
+
+def stiffnesses(shares: Mapping[str, float]) -> tuple[Unknown, ...]:
+    """Of the true ones."""
+    return tuple(
+        Unknown(Parameter(name, TRUTH[name] * x, "N m²", 1.0, 1e5)) for name, x in shares.items()
+    )
+
+
+def data_of(cb: float) -> Data:
+    bare = Model(ARM, DRIVE, "nonlinear")
+    one = prepare(bare, recorded(cb), [sensor("encoder")], Processing())
+    nuisance = stiffnesses(BENT)
+    floors = {"theta1": NOISE, "theta2": NOISE}
+    weights = (np.full(2, 1.0 / NOISE),)
+    return Data(bare, (one,), nuisance, weights, floors, {}, typical(ARM), 2)
+
+
+def apart(values: Mapping[str, float]) -> float:
+    return max(abs(values[name] / true - 1.0) for name, true in TRUTH.items())
+
+
+def bent(data: Data) -> Hypothesis:
+    return hypothesis(data, [], {})
+
+
+def test_the_first_swings_tell_the_base_from_the_beam(data: Data) -> None:
+    before = bent(data)
+    begun = {**before.values(), "cb": compliance(ARM, 60.0)}
+    first, found = starts(data, before, [BASE], begun, ["cb"], lambda: False)
+    assert first == begun and apart(found) < FOUND
+    there = fit(hypothesis(data, [BASE], found), None, lambda: False, 10)
+    plain = fit(hypothesis(data, [BASE], begun), None, lambda: False, 10)
+    assert there.cost < 0.1 * plain.cost  # or there was nothing to escape from
+
+
+@pytest.mark.parametrize("hz", [11.0, 21.0, 43.0, 85.0])
+def test_a_base_between_two_sizes_of_the_grid_is_among_the_starts(hz: float) -> None:
+    """The sizes that the screen tries are a factor of four apart; the valley is a tenth wide."""
+    size = compliance(ARM, hz)
+    recording = replace(data_of(size), nuisance=stiffnesses({"EI1": 1.0, "EI2": 1.0}))
+    near = valleys(recording, 1 / 4, {"cb": compliance(ARM, 15.0)})
+    assert min(abs(np.log(one["cb"] / size)) for one in near) < np.log(CLOSER)
+
+
+def valleys(data: Data, share: float, at: Values) -> list[Values]:
+    """The sizes of the base whose cost is below that of their neighbours."""
+    horizon = Horizon(data, [BASE], share, (), lambda: False)
+    return horizon.valleys({**bent(data).values(), **at}, grid_sizes(data, [BASE], ["cb"]))
+
+
+@pytest.mark.parametrize("beams", [{"EI1": 1.1, "EI2": 1.1}, BENT])
+def test_a_base_is_among_the_starts_where_the_beams_stand_wrong(beams: dict[str, float]) -> None:
+    """With the beams held where they stand the cost has no valley at the size that is true."""
+    recording = replace(data_of(TRUTH["cb"]), nuisance=stiffnesses(beams))
+    near = valleys(recording, 1 / 16, {"cb": compliance(ARM, 240.0)})
+    assert min(abs(np.log(one["cb"] / TRUTH["cb"])) for one in near) < np.log(CLOSER)
+
+
+def test_close_sizes_hold_the_grid_and_leave_no_wide_gap() -> None:
+    grid = sorted(k for one in BASE.parameters(ARM, DRIVE, typical(ARM)) for k in one.grid)
+    close = [one["cb"] for one in closely([{"cb": x} for x in grid])]
+    assert set(grid) <= set(close) and close == sorted(close)
+    assert max(b / a for a, b in pairwise(close)) < CLOSER * (1.0 + ROUNDING)
+
+
+def test_what_does_not_swing_begins_where_the_model_stands_and_at_the_nominal_values() -> None:
+    known = stated(data_of(TRUTH["cb"]), AWAY)
+    wrong = hypothesis(known, [], {name: TRUTH[name] * x for name, x in BENT.items()})
+    tried = starts(known, wrong, [effect("viscous_friction")], {"fv1": 0.1}, [], lambda: False)
+    arms = [{n: one[n] / TRUTH[n] for n in ("EI1", "EI2")} for one in tried]
+    assert arms == [pytest.approx(BENT), pytest.approx({"EI1": AWAY, "EI2": AWAY})]
+    assert all(one["fv1"] == 0.1 for one in tried)
+
+
+def test_a_parameter_that_follows_hides_no_valley(data: Data) -> None:
+    """With the beams held where they are wrong, the cost over the base's compliance is higher than
+    with the beams where straight lines take them."""
+    h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]}).coarse
+    k = h.unknowns.labels.index("cb")
+    ((cost, there),) = followed(h, [k], [h.vector])
+    assert cost < cost_of(h.errors(h.vector)) and there[k] == h.vector[k]
+
+
+def test_who_stops_gets_what_was_compared_so_far(data: Data) -> None:
+    h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]})
+    assert followed(h, [0], [h.vector] * 3, lambda: True) == []
+
+
+def test_each_size_is_in_one_batch() -> None:
+    sizes = list(range(19))
+    parts = list(batched(sizes, 8))
+    assert [x for part in parts for x in part] == sizes
+    assert [len(part) for part in parts] == [8, 8, 3]
+
+
+def stated(data: Data, share: float) -> Data:
+    """With both stiffnesses stated at a share of the truth."""
+    nuisance = tuple(
+        replace(u, parameter=replace(u.parameter, value=share * TRUTH[u.label]))
+        for u in data.nuisance
+    )
+    return replace(data, nuisance=nuisance)
+
+
+AWAY = 1.1
+"""Times the truth: where a data sheet may well be."""
+
+
+def test_a_complete_model_in_a_wrong_valley_is_led_out_of_it_by_the_nominal_values(
+    data: Data,
+) -> None:
+    known = stated(data, AWAY)
+    wrong = {name: TRUTH[name] * x for name, x in BENT.items()}
+    values = {**wrong, "cb": compliance(ARM, 60.0)}
+    stuck = fit(hypothesis(known, [BASE], values), None, lambda: False, 10).hypothesis
+    assert apart(stuck.values()) > FOUND  # or there was nothing to escape from
+    found = from_nominal_values(known, stuck, lambda: False)
+    assert found is not None and apart(found) < FOUND
+
+
+def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: Data) -> None:
+    at = hypothesis(stated(data, 1.0), [BASE], TRUTH)
+    assert from_nominal_values(stated(data, 1.0), at, lambda: False) is None
+    assert from_nominal_values(stated(data, AWAY), at, lambda: False) is None

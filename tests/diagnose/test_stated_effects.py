@@ -1,0 +1,95 @@
+"""What a user says of the effects in the model counts in the diagnosis as it does in the fit; and
+what an effect of no size led to is kept without it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexgui.core.diagnose.base_fit import Begun, begin
+from flexgui.core.diagnose.fit_problem import hypothesis
+from flexgui.core.diagnose.refit import fit, settled
+from flexgui.core.diagnose.removal_and_exchange import without_needless
+from flexgui.core.effects import effect
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
+
+TRUE = 6.0
+"""N m s/rad, viscous friction of joint 1; joint 2 has half of it."""
+
+SAME = 0.01
+"""Relative, of a coefficient that is estimated from one short recording."""
+
+
+def begun(also: Mapping[str, Mapping[str, float]] | None = None, **friction: Any) -> Begun:
+    """The paper's arm with friction, in a model that states it as given; `also`: what else its
+    recording holds."""
+    effects = [{"id": "viscous_friction", **friction}] if friction else []
+    hidden = {"viscous_friction": {"fv1": TRUE, "fv2": TRUE / 2}, **(also or {})}
+    scenario = Scenario.model_validate({
+        "title": "stated",
+        "arm": {"preset": "paper"},
+        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]},
+        "model": {"level": "nonlinear", "effects": effects},
+        "sensors": {"camera_noise": 3e-5, "encoder_noise": 1e-5},
+        "identify": {"parameters": ["EI"], "output": ["z", "encoder"]},
+        "recordings": [{"simulate": {"theta2": 1.2, "seconds": 0.4}, "hidden": hidden}],
+    })  # fmt: skip
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    recordings = load_recordings(scenario, model, Path(), None, Silent())
+    setup = make_setup(model, spec, recordings)
+    return begin(model, setup.outputs, setup.processing, spec, recordings, {}, 1e-3)
+
+
+@cache
+def bare() -> Begun:
+    return begun()
+
+
+def test_a_parameter_that_is_not_to_vary_stays_where_it_was_stated() -> None:
+    found = begun(fv1={"start": 5.0, "vary": False}, fv2=3.0)
+    h = found.base.hypothesis
+    assert "fv1" not in h.unknowns.labels and "fv2" in h.unknowns.labels
+    assert h.model.effect_values["fv1"] == 5.0
+    more = [*h.model.effects, effect("tip_payload")]
+    later = hypothesis(found.data, more, h.values())
+    assert later.model.effect_values["fv1"] == 5.0 and "fv1" not in later.unknowns.labels
+
+
+def test_a_users_bounds_hold_in_the_diagnosis() -> None:
+    at = begun(fv1={"start": 5.0, "upper": 5.5}, fv2=3.0).base.hypothesis
+    assert at.values()["fv1"] == pytest.approx(5.5)
+
+
+def test_without_a_word_a_stated_effect_is_estimated() -> None:
+    at = begun(fv1=5.0, fv2=2.0).base.hypothesis
+    assert at.values()["fv1"] == pytest.approx(TRUE, rel=SAME)
+
+
+def test_the_last_effect_goes_too_where_the_others_do_as_well_without_it() -> None:
+    """It has no size, and the friction before it now stands where it belongs."""
+    data = bare().data
+    viscous, payload = effect("viscous_friction"), effect("tip_payload")
+    values = {**bare().base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-6}
+    whole = settled(fit(hypothesis(data, [viscous, payload], values), None, lambda: False, 6))
+    kept = without_needless(data, whole, [viscous, payload], 0, lambda: False)
+    assert [e.kind for e in kept.effects] == ["viscous_friction"]
+    assert np.isfinite(kept.refit.cost)
+
+
+def test_an_effect_that_is_needed_stays_though_it_is_the_last() -> None:
+    data = bare().data
+    viscous = effect("viscous_friction")
+    start = {**bare().base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2}
+    whole = settled(fit(hypothesis(data, [viscous], start), None, lambda: False, 6))
+    kept = without_needless(data, whole, [viscous], 0, lambda: False)
+    assert [e.kind for e in kept.effects] == ["viscous_friction"]
