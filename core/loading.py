@@ -147,8 +147,8 @@ def as_played(recording: Recording, play: Recording) -> Recording:
     count = min(len(rows), len(recording.time))
     if have and len(recording.time) < len(rows):
         raise InputError(
-            f"{recording.source} is shorter than {play.source}, which was to be played "
-            f"({len(recording.time) * dt:.3g} s of {len(rows) * dt:.3g} s): record all of it, or "
+            f"{recording.source} is shorter than the references in {play.source} "
+            f"({len(recording.time) * dt:.3g} s of {len(rows) * dt:.3g} s); record all of them, or "
             "leave `played` out."
         )
     first = _found(recording, played, have, play.source) if have else 0
@@ -177,8 +177,8 @@ def _found(
     apart = float(np.sqrt(max(np.asarray(misses)[first], 0.0) / max(spread, 1e-300)))
     if apart > APART:
         raise InputError(
-            f"{recording.source} is no recording of {source}: its references differ from those "
-            f"that were to be played by {100.0 * apart:.0f} % of their spread; choose the file "
-            "that belongs to it, or leave `played` out."
+            f"{recording.source} does not match {source}: the recorded references differ from the "
+            f"planned ones by {100.0 * apart:.0f} % of their spread; choose the file that belongs "
+            "to it, or leave `played` out."
         )
     return first

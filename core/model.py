@@ -103,7 +103,9 @@ class Model:
         """The parameter of that name; InputError with the nearest known one otherwise."""
         if name not in self.parameters:
             hint = did_you_mean(name, self.parameters)
-            raise InputError(f"[identify] parameters: {name!r} is not one of this arm's; {hint}")
+            raise InputError(
+                f"[identify] parameters: {name!r} is not a parameter of this arm; {hint}"
+            )
         return self.parameters[name]
 
     @property

@@ -57,7 +57,9 @@ def register(package: str, base: type, thing: type) -> None:
     """
     kind = str(getattr(thing, "kind", ""))
     if not (isinstance(thing, type) and issubclass(thing, base)):
-        raise InputError(f"{thing!r} is no subclass of {base.__name__}; derive it from that class.")
+        raise InputError(
+            f"{thing!r} is not a subclass of {base.__name__}; derive it from that class."
+        )
     if not kind:
         raise InputError(f"{thing.__name__} has no kind; give the class a text `kind`, its id.")
     taken = classes_of(package, base).get(kind)

@@ -30,8 +30,10 @@ _COMPILED_PACKAGES = ("arm", "forces", "lanes", "simulate")
 PROBE = bytes(2**16)
 """What is written to see whether there is room: more than the largest generated module."""
 WITHOUT = (
-    "The cache folder %s cannot be used (%s), so compiled code is kept in a temporary one and made "
-    "anew at each start; free some space there, or name another folder in " + VARIABLE + "."
+    "The cache folder %s cannot be used (%s). Compiled code goes to a temporary folder and is "
+    "compiled again at each start. Free some space there, or name another folder in "
+    + VARIABLE
+    + "."
 )
 
 log = logging.getLogger(__name__)
@@ -95,8 +97,8 @@ def keep_kernels_here() -> None:
 
 MARK = b"\n# sha256 "
 TRAILER = len(MARK) + 64 + 1
-DAMAGED = "A file of the cache was damaged; what it held is made anew."
-NOT_KEPT = "Compiled code cannot be kept (%s), so the next start makes it anew."
+DAMAGED = "A cache file is damaged; its content is compiled again."
+NOT_KEPT = "Compiled code cannot be saved (%s); the next start compiles it again."
 
 
 def trailer(digest: Any) -> bytes:

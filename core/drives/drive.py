@@ -19,7 +19,7 @@ from ..validation import Stated
 
 
 class DriveSlider(NamedTuple):
-    """A setting with one number per joint that a person may move."""
+    """A setting with one number per joint, shown as a slider."""
 
     setting: str
     letter: str
@@ -35,26 +35,27 @@ class Drive(Stated):
 
     kind: ClassVar[str] = ""
     sliders: ClassVar[tuple[DriveSlider, ...]] = ()
-    """What of it the page shows as sliders."""
+    """Settings that the page shows as sliders."""
     torque_known: ClassVar[bool] = True
-    """Whether the torque follows from the recording; False: only what the joints take along can be
+    """Whether the torque follows from the recording; False: only sensors beyond the joints are
     compared."""
 
     @property
     def torque_unknown(self) -> tuple[int, ...]:
-        """Joints, from 1, whose torque is not recorded beside others whose torque is."""
+        """Joints, from 1, whose torque is not recorded although that of others is."""
         return ()
 
     @property
     def servo(self) -> type[FollowingServo]:
-        """What leads the joints along a recording whose torque is replayed or compared."""
+        """The virtual servo that moves the joints along a recording whose torque is replayed or
+        compared."""
         return FollowingServo
 
     def check(self, arm: Arm) -> None:
         """InputError where the drive does not fit the arm."""
 
     def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
-        """What of the drive can be estimated."""
+        """The drive's parameters that can be estimated."""
         return ()
 
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
@@ -66,12 +67,12 @@ class Drive(Stated):
         raise NotImplementedError
 
     def needed_channels(self, arm: Arm) -> tuple[str, ...]:
-        """Columns without which a recording says nothing of a rig with this drive."""
+        """Columns that a recording of a rig with this drive must have."""
         return self.reference_channels(arm)
 
     def holds_joints(self, law: DriveLaw) -> bool:
-        """Whether feedback keeps a simulation beside its recording; a torque that is only replayed
-        lets it drift away, and a virtual servo has to hold the joints."""
+        """Whether feedback keeps a simulation close to its recording. A replayed torque alone lets
+        it drift away, so a virtual servo has to hold the joints."""
         return bool(np.any(law.P) or np.any(law.V) or law.states)
 
     def latex(self) -> str:
@@ -95,7 +96,7 @@ def per_joint(values: tuple[float, ...], arm: Arm, setting: str) -> tuple[float,
 
 
 def stated_joints(setting: str, stated: object) -> tuple[int, ...]:
-    """Joints, from 1, that a setting of [drive] lists; InputError where it is no such list."""
+    """Joints, from 1, in a setting of [drive]; InputError where it is not a list of joints."""
     joints = list(stated) if isinstance(stated, list | tuple) else None
     whole = joints is not None and all(type(k) is int and k > 0 for k in joints)
     if joints is None or not whole or len(set(joints)) < len(joints):
@@ -104,7 +105,7 @@ def stated_joints(setting: str, stated: object) -> tuple[int, ...]:
 
 
 def joints_there(setting: str, joints: Sequence[int], arm: Arm) -> None:
-    """InputError where a setting of [drive] names a joint that the arm has not."""
+    """InputError where a setting of [drive] names a joint that the arm does not have."""
     for k in joints:
         if not 1 <= k <= arm.joints:
             raise InputError(
@@ -114,13 +115,13 @@ def joints_there(setting: str, joints: Sequence[int], arm: Arm) -> None:
 
 
 def gain_parameter(name: str, gain: float, unit: str, symbol: str, title: str) -> Parameter:
-    """A gain of a loop: it may be zero, and up to a hundred times what was stated."""
+    """A gain of a loop, between zero and a hundred times its stated value."""
     scale = gain or 1.0
     return Parameter(name, gain, unit, 0.0, 100.0 * scale, symbol, title, scale=scale)
 
 
 def torque_constants(stated: Sequence[float], arm: Arm) -> tuple[Parameter, ...]:
-    """kt of every motor, within a factor of ten of what was stated."""
+    """kt of every motor, within a factor of ten of its stated value."""
     return tuple(
         Parameter(
             f"kt{k + 1}", constant, f"{joint(arm.segments[k].joint).effort_unit}/A",

@@ -1,4 +1,4 @@
-"""Joints that a servo of the rig holds: they follow the encoders, and no torque is known."""
+"""Joints that the rig's own servo moves: they follow the encoders, and no torque is known."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ..drives.law import DriveLaw, static_law
 
 
 class Held(Drive):
-    """The joints move as theta1, theta2, ... say; what bends beyond them is simulated.
+    """The joints follow the recorded theta1, theta2, ...; the bending is simulated.
 
-    For benches whose own servo is not known and whose torque or current is not recorded. What acts
-    at a joint alone, such as its friction, then changes nothing that was measured. Compared are
-    gauges, the camera and link-side encoders. Nothing can be simulated without a recording.
+    For rigs with an unknown servo and no recorded torque or current. Effects at a joint, such as
+    its friction, then change no measured channel. Gauges, the camera and link-side encoders are
+    compared. A simulation needs a recording.
     """
 
     kind: ClassVar[str] = "held"

@@ -44,7 +44,7 @@ class WithKnownMotion(Drive):
         joints_there(KNOWN_MOTION, self.joints, arm)
         if not self.base.torque_known:
             raise InputError(
-                f"[drive] {KNOWN_MOTION} has no place where kind is {self.base.kind!r}: all joints "
+                f"[drive] {KNOWN_MOTION} cannot be used with kind = {self.base.kind!r}: all joints "
                 f"follow their encoders already; leave it out."
             )
         if len(self.joints) == arm.joints:
@@ -163,7 +163,7 @@ def with_known_torque(drive: Drive, stated: object) -> Drive:
     joints = stated_joints(KNOWN_TORQUE, stated)
     if joints and not drive.torque_known:
         raise InputError(
-            f"[drive] {KNOWN_TORQUE} has no place where kind is {drive.kind!r}: the joints follow "
+            f"[drive] {KNOWN_TORQUE} cannot be used with kind = {drive.kind!r}: the joints follow "
             f"the encoders whatever the torque is; leave it out."
         )
     return WithKnownTorque(base=drive, joints=joints) if joints else drive

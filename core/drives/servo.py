@@ -145,8 +145,8 @@ class FollowingServo:
         joints = arm.joints
         if own.states or np.any(own.P[:, joints:]) or np.any(own.V[:, joints:]):
             raise InputError(
-                f"[drive] kind {self.base.kind!r} sees more than the joints, so its torque cannot "
-                f'be replayed; use kind = "torque" with the recorded torque or current.'
+                f"[drive] kind {self.base.kind!r} feeds back more than the joints, so its torque "
+                f'cannot be replayed; use kind = "torque" with the recorded torque or current.'
             )
         place, speed = self.gains()
         unseen = np.zeros_like(own.R)

@@ -17,7 +17,7 @@ from ..validation import Bounded, Positive
 
 
 class GaugeFilter(BaseModel):
-    """Second-order low-pass through which the controller sees the deflection."""
+    """Second-order low-pass of the deflection that the controller reads."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -30,9 +30,9 @@ class GaugeFilter(BaseModel):
 class StateFeedback(Drive):
     """i = K (x* - x) per joint, x = [angle, deflection, their rates], u = torque constant times i.
 
-    `gains` has one row of four per joint; only the angle has a reference. The controller may
-    see the rate of the angle through a first-order filter `rate_filter` (rad/s) and the
-    deflection through a `gauge_filter`.
+    `gains` has one row of four per joint; only the angle has a reference. The controller can
+    read the angle's rate through a first-order filter `rate_filter` (rad/s), and the deflection
+    through a `gauge_filter`.
     """
 
     kind: ClassVar[str] = "state_feedback"
@@ -42,9 +42,9 @@ class StateFeedback(Drive):
     torque_constants: tuple[Positive, ...]
     """N m/A, one per joint."""
     rate_filter: Positive | None = None
-    """rad/s; None: the rate is seen as it is."""
+    """rad/s; None: the rate is not filtered."""
     gauge_filter: GaugeFilter | None = None
-    """Table with frequency (rad/s) and damping; None: the deflection is seen as it is."""
+    """Table with frequency (rad/s) and damping; None: the deflection is not filtered."""
     current_limits: tuple[Positive, ...] | None = None
     """A, one per joint; None: no limit."""
 
@@ -55,7 +55,7 @@ class StateFeedback(Drive):
             per_joint(self.current_limits, arm, "current_limits")
 
     def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
-        """The torque constants: the gains are numbers in a program, what they move is not."""
+        """The torque constants; the gains are exact, because a program applies them."""
         return torque_constants(self.torque_constants, arm)
 
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:

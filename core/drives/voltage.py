@@ -1,4 +1,4 @@
-"""Direct-current motors on recorded voltages: what brakes them is known physics."""
+"""Direct-current motors on recorded voltages, braked by their back-EMF."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ..parameters import Parameter
 from ..validation import Positive
 
 WITHIN = 10.0
-"""Times and shares of a stated constant within which it is estimated, as for torque constants."""
+"""Factor above and below a stated constant within which it is estimated."""
 
 
 class Voltage(Drive):
     """u = N kt (voltage - kt N theta') / Ra, from `voltage1`, `voltage2`, ... as recorded.
 
-    kt, Ra and N are the motor's torque constant, its armature's resistance and the gear. In SI
-    units the constant of the back-EMF is that of the torque, so the motor brakes its joint with
-    N^2 kt^2 / Ra; that is no friction. The winding's inductance is left out: its time constant is
-    a millisecond or less.
+    kt is the motor's torque constant, Ra its armature's resistance, N the gear ratio. In SI units
+    the back-EMF constant equals the torque constant. The motor therefore brakes its joint with
+    N^2 kt^2 / Ra, which is not friction. The winding's inductance is left out: its time constant
+    is a millisecond or less.
     """
 
     kind: ClassVar[str] = "voltage"
@@ -63,7 +63,8 @@ class Voltage(Drive):
         return r"u_k = \frac{N_k k_{t,k}}{R_{a,k}} (U_k - k_{t,k} N_k \dot{\theta}_k)"
 
     def holds_joints(self, law: DriveLaw) -> bool:
-        """Back-EMF brakes a joint and brings it nowhere: every error of the torque adds up."""
+        """False: back-EMF brakes a joint but holds no position, so errors of the torque
+        accumulate."""
         return False
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:

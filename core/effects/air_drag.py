@@ -31,10 +31,10 @@ class AirDrag(Effect):
     location = "segments"
     title = "Air drag at the tip"
     story = (
-        "A plate or a sail at the tip must push the air aside: the force is against the motion "
-        "and grows with the square of the speed. Slow movements do not feel it; in fast ones the "
-        "residual follows the tip's speed times its size. A bare arm rarely shows it, a tip with "
-        "a camera target may."
+        "A plate or a sail at the tip pushes the air aside. The force acts against the motion and "
+        "grows with the square of the speed. Slow motion hardly shows it. In fast motion the "
+        "residual follows the tip's velocity times its magnitude. A bare arm rarely shows it; a "
+        "tip with a camera target may."
     )
     formula = r"F = -c_d \, \| \dot z \| \, \dot z"
     dissipative = True

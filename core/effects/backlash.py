@@ -54,10 +54,10 @@ class Backlash(Effect):
     location = "joint"
     title = "Backlash"
     story = (
-        "Between the teeth of a gear there is play. When the motor turns round it first crosses "
-        "the gap and moves nothing; then the teeth meet with a knock. The encoder on the motor "
-        "does not see it: the tip stays behind by up to half the gap, to one side or the other, "
-        "and swings after each knock. In the gap nothing holds the arm."
+        "The teeth of a gear have play. When the motor reverses, it first crosses the gap and "
+        "moves nothing. Then the teeth meet with a knock. The encoder on the motor does not see "
+        "it. The tip stays behind by up to half the gap, to one side or the other, and vibrates "
+        "after each knock. Inside the gap nothing holds the arm."
     )
     formula = (
         r"\varphi_j = \theta_{arm} - \theta, \qquad "

@@ -34,10 +34,10 @@ class BaseCompliance(Effect):
     location = "segments"
     title = "Soft base"
     story = (
-        "The table on which the arm stands is no rock: when the arm starts, it pushes its base "
-        "back, which then swings. Camera and encoders no longer agree even if nothing bends: the "
-        "residual of the tip is a vibration, mostly across the arm, at a frequency that "
-        "depends little on the elbow."
+        "The table under the arm is not rigid. When the arm accelerates, it pushes its base back, "
+        "and the base vibrates. Camera and encoders then disagree even if nothing bends. The "
+        "residual of the tip is a vibration, mostly across the arm. Its frequency depends little "
+        "on the elbow angle."
     )
     formula = r"V \leftarrow V + \tfrac{1}{2 c_b} \left( b_1^2 + b_2^2 \right)"
     longest_step = 2.5e-4

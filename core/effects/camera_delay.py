@@ -26,9 +26,9 @@ class CameraDelay(Effect):
     location = "sensors"
     title = "Camera delay"
     story = (
-        "A picture must be exposed, sent and searched for the target; the number arrives late, but "
-        "is written beside the encoder's newest value. The measured tip then lags behind the model "
-        "by a fixed time: the residual looks like the tip's velocity with the opposite sign."
+        "A picture must be exposed, sent and searched for the target. Its value arrives late but "
+        "is stored beside the encoder's newest value. The measured tip lags behind the model by a "
+        "fixed time. The residual looks like the tip's velocity with the opposite sign."
     )
     formula = r"z_{\mathrm{measured}}(t) = z(t - t_d)"
     linear = True

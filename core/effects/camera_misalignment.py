@@ -20,9 +20,9 @@ class CameraMisalignment(Effect):
     location = "sensors"
     title = "Camera turned or wrongly scaled"
     story = (
-        "The camera stands a little askew, or a pixel is not quite as large as was thought. All "
-        "places are then turned about the base or stretched by the same factor: the residual is "
-        "there even when the arm rests, and depends on where the tip is, not on how it moves."
+        "The camera is slightly rotated, or a pixel is not exactly as large as assumed. All tip "
+        "positions are then rotated about the base or scaled by the same factor. The residual is "
+        "present even at rest. It depends on where the tip is, not on how it moves."
     )
     formula = r"z_{\mathrm{measured}} = (1 + c_s) \, R(c_a) \, z"
     linear = True
@@ -31,7 +31,7 @@ class CameraMisalignment(Effect):
     def not_applicable(self, rig: Rig) -> str:
         if "z" in rig.outputs or not rig.camera:
             return no_camera(rig)
-        return "The places of the tip (z) are not compared, and angles made of them hide it."
+        return "The tip positions (z) are not compared; angles computed from them hide this effect."
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         turn, scale = "rotation of the camera", "error of the camera's scale"

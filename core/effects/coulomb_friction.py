@@ -25,10 +25,10 @@ class CoulombFriction(Effect):
     location = "joint"
     title = "Coulomb friction"
     story = (
-        "Two dry surfaces rub: the friction has the same level at every speed and turns round "
-        "with the direction of motion. It holds a joint at rest: u, the share of the level that is "
-        "at work, follows the direction within a millionth of a radian (of a metre on a slide). "
-        "The missing joint torque, drawn over the joint's velocity, is a step at zero."
+        "Two dry surfaces rub. The friction has the same level at every speed and reverses with "
+        "the direction of motion. It also holds a joint at rest. The acting share u of the level "
+        "follows the direction within a millionth of a radian (of a metre on a slide). The "
+        "missing joint torque, plotted over the joint's velocity, is a step at zero."
     )
     formula = (
         r"\tau = -f_c u \approx -f_c \, \mathrm{sign}(\dot\theta), \qquad "

@@ -30,8 +30,8 @@ class CubicStiffness(Effect):
     location = "segments"
     title = "Cubic bending stiffness"
     story = (
-        "Bent far, a beam resists more than in proportion: its ends pull on it, or it meets a "
-        "cover. Small vibrations keep their frequency, large ones become faster. The residual "
+        "A strongly bent beam resists more than in proportion: its ends pull on it, or it touches "
+        "a cover. Small vibrations keep their frequency; large ones become faster. The residual "
         "appears only where the deflection is large, and looks like its cube."
     )
     formula = r"F = -k_3 \, \delta(l)^3"

@@ -23,12 +23,12 @@ class DriveGain(Effect):
     location = "drive"
     title = "Gain of the drive"
     story = (
-        "A loop's gain is typed into a controller in its own units, and a motor's torque constant "
-        "is copied from a data sheet; magnets differ, and get weaker when they are warm. With "
-        "less gain than stated a joint gives way more when it is pushed, and follows its "
-        "reference more loosely; with a wrong torque constant every torque is too large or too "
-        "small by the same share. The missing joint torque, drawn over the commanded "
-        "torque, is a straight line through zero."
+        "A loop's gain is entered into a controller in the controller's own units. A motor's "
+        "torque constant is copied from a data sheet, but magnets differ and get weaker when "
+        "warm. With less gain than stated, a joint yields more when pushed and follows its "
+        "reference less closely. With a wrong torque constant, every torque is too large or too "
+        "small by the same share. The missing joint torque, plotted over the commanded torque, is "
+        "a straight line through zero."
     )
     formula = r"u = (1 + \gamma) \, u_{\mathrm{stated}}"
     linear = True

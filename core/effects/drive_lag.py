@@ -44,9 +44,9 @@ class DriveLag(Effect):
     location = "drive"
     title = "Lag of the drive"
     story = (
-        "A motor's current cannot jump: its winding holds it back, and the torque follows the "
-        "loop's command some milliseconds late. Slow motion is untouched; fast motion comes later "
-        "and swings more, because a late loop damps less. The error grows with frequency."
+        "The inductance of a motor's winding keeps the current from jumping. The torque follows "
+        "the loop's command some milliseconds late. Slow motion is unchanged. Fast motion comes "
+        "later and vibrates more, because a late loop damps less. The error grows with frequency."
     )
     formula = r"T_l \, \dot u = u^* - u"
     linear = True
@@ -55,10 +55,7 @@ class DriveLag(Effect):
 
     def not_applicable(self, rig: Rig) -> str:
         if torque_is_replayed(rig):
-            return (
-                "The torque of this rig is recorded as it was applied, so it already comes as "
-                "late as it came."
-            )
+            return "The torque of this rig is recorded as applied, so it already contains the lag."
         return ""
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:

@@ -26,8 +26,8 @@ class DriveSaturation(Effect):
     title = "Limited torque"
     story = (
         "Every amplifier has a largest current and every motor a largest torque. Where the loop "
-        "demands more, the joint lags behind for a moment and catches up later. The error comes "
-        "in bursts, right after large steps of the reference, and small motions show nothing."
+        "demands more, the joint lags behind briefly and catches up later. The error comes in "
+        "bursts, right after large steps of the reference. Small motions show nothing."
     )
     formula = r"u = \max(-u_l, \min(u_l, u^*))"
     longest_step = 6.25e-5
@@ -36,8 +36,7 @@ class DriveSaturation(Effect):
     def not_applicable(self, rig: Rig) -> str:
         if torque_is_replayed(rig):
             return (
-                "The torque of this rig is recorded as it was applied, so whatever limited it has "
-                "already done so."
+                "The torque of this rig is recorded as applied, so it already contains any limit."
             )
         return ""
 

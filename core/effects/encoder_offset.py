@@ -24,10 +24,10 @@ class EncoderOffset(Effect):
     location = "sensors"
     title = "Encoder offset"
     story = (
-        "An encoder counts from wherever it was switched on; if its zero was set by eye, the "
-        "elbow is bent a little more or less than the numbers say. The arm's inertia then "
-        "belongs to another posture, and a camera sees the tip beside where the encoders put "
-        "it: a constant residual that changes with the posture."
+        "An encoder counts from where it was switched on. If its zero was set by eye, the elbow "
+        "is bent a little more or less than the reading. The arm's inertia then belongs to "
+        "another posture. The camera sees the tip beside the position that the encoders imply. "
+        "The residual is constant and changes with the posture."
     )
     formula = r"\theta_{k,\mathrm{measured}} = \theta_k + o_k"
     linear = True
@@ -39,8 +39,8 @@ class EncoderOffset(Effect):
             return "An arm with one joint has no posture that an offset could change."
         if rig.servo or _acts_on_position(rig):
             return (
-                "The joints are driven to the encoders' positions; what an offset does there is "
-                "not modelled."
+                "The joints are driven to the encoders' positions; the effect of an offset on that "
+                "is not modelled."
             )
         return ""
 

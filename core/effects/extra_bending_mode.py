@@ -15,10 +15,10 @@ class ExtraBendingMode(Effect):
     location = "segments"
     title = "Extra bending mode"
     story = (
-        "A beam can bend in endlessly many shapes; the model allows only a few per segment. "
-        "One more shape makes the modelled beam softer, as the real one is, and gives it "
-        "another, faster vibration. What is missing shows as a residual that follows every hard "
-        "push, largest just after the torque jumps, and as a vibration that the model cannot do."
+        "A beam has infinitely many bending shapes; the model allows only a few per segment. One "
+        "more shape makes the modelled beam softer, as the real one is, and adds another, faster "
+        "vibration. Without it a residual follows every hard push and is largest just after the "
+        "torque jumps. The measurement also contains a vibration that the model cannot reproduce."
     )
     formula = r"\delta(x) \leftarrow \delta(x) + x^{\,i+1} v_i"
     linear = True

@@ -87,11 +87,11 @@ class _Reading:
         """Read one node, and check that its value is finite and within bounds."""
         read = _READERS.get(type(node))
         if read is None:
-            raise self.error(f"{self.piece(node)} cannot stand in a formula; {_USE}")
+            raise self.error(f"{self.piece(node)} is not allowed in a formula; {_USE}")
         result = read(self, node)
         if not all(map(_sound, result.atoms(sp.Number, type(sp.zoo)))):
             raise self.error(
-                f"{self.piece(node)} divides by zero or is no real number between {SMALLEST:g} "
+                f"{self.piece(node)} divides by zero or is not a real number between {SMALLEST:g} "
                 f"and {LARGEST:g} in size; change its numbers"
             )
         return result
@@ -138,8 +138,12 @@ def _check_tokens(read: _Reading) -> None:
 def _no_token(rest: str) -> str:
     if rest[0].isascii() and rest[0].isdigit():
         digits = re.match(r"[A-Za-z0-9_.]+", rest, re.ASCII)
-        return f"{quoted(digits[0] if digits else rest)} is no number; write it like 12.5 or 1e-3"
-    return f"the character {ascii(rest[0])} cannot stand in a formula; {_ADVICE.get(rest[0], _USE)}"
+        return (
+            f"{quoted(digits[0] if digits else rest)} is not a number; write it like 12.5 or 1e-3"
+        )
+    return (
+        f"the character {ascii(rest[0])} is not allowed in a formula; {_ADVICE.get(rest[0], _USE)}"
+    )
 
 
 def _check_parentheses(read: _Reading) -> None:
@@ -148,15 +152,13 @@ def _check_parentheses(read: _Reading) -> None:
     if min(depths) < 0 or depths[-1] != 0:
         raise read.error("the parentheses do not match; close each one that is opened")
     if max(depths) > DEEPEST:
-        raise read.error(
-            f"the parentheses stand {max(depths)} deep in each other; use at most {DEEPEST}"
-        )
+        raise read.error(f"the parentheses are nested {max(depths)} deep; use at most {DEEPEST}")
 
 
 def _number(read: _Reading, node: ast.Constant) -> sp.Expr:
     value: Any = node.value
     if type(value) not in (int, float):
-        raise read.error(f"{read.piece(node)} is no real number; write it like 12.5 or 1e-3")
+        raise read.error(f"{read.piece(node)} is not a real number; write it like 12.5 or 1e-3")
     mantissa = re.split("[eE]", read.text[node.col_offset : node.end_col_offset])[0]
     zero = not re.search("[1-9]", mantissa)  # a tiny number also reads as 0.0
     if not zero and not SMALLEST <= abs(value) <= LARGEST:
@@ -194,21 +196,21 @@ def _call(read: _Reading, node: ast.Call) -> sp.Expr:
     if node.keywords or len(node.args) != arity:
         raise read.error(f"{word} takes {arity} plain argument{'s'[: arity - 1]}; write just that")
     if read.calls == NESTED_CALLS:
-        raise read.error(f"functions stand deeper than {NESTED_CALLS} in each other; use fewer")
+        raise read.error(f"functions are nested deeper than {NESTED_CALLS}; use fewer")
     inner = replace(read, calls=read.calls + 1)
     return FUNCTIONS[word](*(inner.expression(argument) for argument in node.args))
 
 
 def _negative(read: _Reading, node: ast.UnaryOp) -> sp.Expr:
     if not isinstance(node.op, ast.USub):
-        raise read.error(f"the sign of {read.piece(node)} cannot stand there; leave it out")
+        raise read.error(f"the sign of {read.piece(node)} is not allowed there; leave it out")
     return -read.expression(node.operand)
 
 
 def _power(read: _Reading, node: ast.BinOp) -> sp.Expr:
     exponent = _exponent(read, node.right)
     if read.powers == NESTED_POWERS:
-        raise read.error(f"powers stand deeper than {NESTED_POWERS} in each other; use fewer")
+        raise read.error(f"powers are nested deeper than {NESTED_POWERS}; use fewer")
     base = replace(read, powers=read.powers + 1).expression(node.left)
     if exponent == int(exponent):
         return sp.Pow(base, int(exponent))
@@ -221,7 +223,7 @@ def _exponent(read: _Reading, node: ast.expr) -> float:
     literal = node.operand if isinstance(node, ast.UnaryOp) and negative else node
     if not isinstance(literal, ast.Constant):
         raise read.error(
-            f"the exponent {read.piece(node)} is no plain number; write a number, "
+            f"the exponent {read.piece(node)} is not a plain number; write a number, "
             f"or exp(b*log(a)) for a**b"
         )
     value = float(_number(read, literal))

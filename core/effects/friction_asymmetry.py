@@ -29,11 +29,11 @@ class FrictionAsymmetry(Effect):
     location = "joint"
     title = "Friction that depends on the direction"
     story = (
-        "Screws, belts and gears often run easier one way than the other. What is the same in both "
-        "directions is viscous friction; this is half the difference. The missing joint torque, "
-        "drawn over the joint's velocity, is a V: it points the same way in both directions and "
-        "grows with speed. A constant difference between the directions looks like a torque "
-        "offset instead; only slow and fast motion together distinguish the two."
+        "Screws, belts and gears often run more easily one way than the other. Viscous friction "
+        "is the part that both directions share; this effect is half the difference. The missing "
+        "joint torque, plotted over the joint's velocity, is a V. It has the same sign in both "
+        "directions and grows with speed. A constant difference between the directions looks like "
+        "a torque offset instead. Only slow and fast motion together distinguish the two."
     )
     formula = r"\tau = -f_a \, |\dot\theta|"
     longest_step = 2.5e-4

@@ -24,10 +24,10 @@ class GravityTilt(Effect):
     location = "motion"
     title = "Tilted base plate"
     story = (
-        "The table is not level, so a little of gravity pulls along the plane of motion: 0.1 "
-        "m/s² for about half a degree. The arm sags downhill and creeps that way, since a "
-        "velocity loop only answers speed. The residual grows slowly, depends on the posture "
-        "and not on the speed, and is the same in both directions of motion."
+        "The table is not level. A small part of gravity then acts in the plane of motion: 0.1 "
+        "m/s² for about half a degree. The arm sags downhill and drifts that way, since a "
+        "velocity loop only reacts to speed. The residual grows slowly and is the same in both "
+        "directions of motion. It depends on the posture, not on the speed."
     )
     formula = r"V \leftarrow V - \int g^{\mathsf T} p \, \mathrm{d}m, \qquad g = (g_1, g_2)"
     acts_at = "base"

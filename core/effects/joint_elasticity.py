@@ -27,10 +27,10 @@ class JointElasticity(Effect):
     title = "Elastic joint"
     story = (
         "A gear, a belt or a long shaft is a spring: the motor turns first, the arm follows and "
-        "swings. The encoder sits on the motor, so it does not see the twist, while camera and "
-        "strain gauges do. The tip is off by an angle that is proportional to the torque, and the "
-        "arm swings more slowly than its beams alone would. A softer beam looks much alike; "
-        "several postures distinguish the two."
+        "vibrates. The encoder sits on the motor and does not see the twist; camera and strain "
+        "gauges do. The tip is off by an angle proportional to the torque. The arm vibrates more "
+        "slowly than its beams alone would. A softer beam looks similar; several postures "
+        "distinguish the two."
     )
     formula = r"\theta_{arm} = \theta + \varphi_j, \qquad \varphi_j = -c \, \tau"
     includes = ("rotor_inertia",)

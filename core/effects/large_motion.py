@@ -13,9 +13,9 @@ class LargeMotion(Effect):
     location = "motion"
     title = "Large motion"
     story = (
-        "The linear model is right near one posture and for slow turning. In a large or fast "
-        "motion the inertia changes on the way, the arm's own rotation pulls it outwards, and a "
-        "bent beam becomes shorter. The residual is small near the working point and grows with "
+        "The linear model is valid near one posture and for slow rotation. In a large or fast "
+        "motion the inertia changes on the way. The arm's own rotation pulls it outwards, and a "
+        "bent beam becomes shorter. The residual is small near the working point. It grows with "
         "the excursion and with the square of the speed."
     )
     formula = r"M(q)\,\ddot q = F(q, \dot q) + G u"

@@ -18,9 +18,9 @@ class LinkMassError(Effect):
     location = "segments"
     title = "Wrong link mass"
     story = (
-        "The segments do not weigh what the data sheet says: screws, cables and paint add up, "
-        "or the drawing is an older one. As with a payload the arm's inertia is wrong, but "
-        "spread along the segments, so residual and missing joint torque follow the "
+        "The segments differ in mass from the data sheet: screws, cables and paint add up, or the "
+        "drawing is outdated. As with a payload, the arm's inertia is wrong, but the error is "
+        "spread along the segments. Residual and missing joint torque therefore follow the "
         "acceleration in other proportions."
     )
     formula = r"m_k \leftarrow m_k + \Delta m_k"

@@ -37,12 +37,13 @@ class LoadFriction(Effect):
     location = "joint"
     title = "Friction that grows with the load"
     story = (
-        "Teeth that press on each other harder also rub harder, so a gear loses a share of the "
-        "torque that goes through it. While the motor drives the joint the arm gets less than "
-        "the motor gives; while the motor brakes, the gear helps it, often with another share. "
-        "The missing joint torque changes its sign with the direction of motion, as with Coulomb "
-        "friction, but it is large where the drive works hard and gone where it idles: look at "
-        "acceleration, at braking, and at an arm that is held up."
+        "Teeth that press harder on each other also rub harder. A gear therefore loses a share of "
+        "the torque that it transmits. While the motor drives the joint, the arm gets less torque "
+        "than the motor gives. While the motor brakes, the gear helps it, often with another "
+        "share. The missing joint torque changes its sign with the direction of motion, as with "
+        "Coulomb friction. But it is large where the drive torque is large, and vanishes where "
+        "the drive idles. Look at acceleration, at braking, and at an arm held up against "
+        "gravity."
     )
     formula = (
         r"\tau = -l \, |u| \, \mathrm{sign}(\dot\theta), \qquad "

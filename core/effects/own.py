@@ -130,7 +130,7 @@ def own_effect(
     return OwnEffect(
         kind=kind,
         title=title or f"Own effect at {target}",
-        story=f"What you wrote: a force at {target}, {formula.strip()}.",
+        story=f"Your formula: a force at {target}, {formula.strip()}.",
         formula=_latex(expression, target, port),
         linear=not at_tip and _is_linear(law),
         acts_at="tip" if at_tip else "joints",
@@ -147,8 +147,8 @@ def _check_names(names: Sequence[str], where: str) -> None:
     for name in names:
         if not _NAME.fullmatch(name):
             raise InputError(
-                f"{where} parameters: {name!r} is no name; use letters, digits and _, with a "
-                f"letter first."
+                f"{where} parameters: {name!r} is not a valid name; use letters, digits and _, "
+                f"with a letter first."
             )
         if name in FUNCTIONS:
             raise InputError(
@@ -209,8 +209,8 @@ def _check_finite(law: ForceLaw, parameters: Sequence[Parameter], where: str) ->
     if not np.all(np.isfinite(out)):
         what = "finite" if not np.isfinite(out[: len(rest)]).all() else "smooth"
         raise InputError(
-            f"{where} is not {what} where the arm is stretched and at rest; use tanh or "
-            f"sqrt(x**2 + 1e-6) to round it off there."
+            f"{where} is not {what} where the arm is stretched and at rest; smooth it there with "
+            f"tanh or sqrt(x**2 + 1e-6)."
         )
 
 

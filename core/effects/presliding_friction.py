@@ -31,11 +31,11 @@ class PreslidingFriction(Effect):
     location = "joint"
     title = "Presliding friction"
     story = (
-        "Rough surfaces hold on to each other like two brushes: before a joint slips, the bristles "
-        "bend, and the friction grows with the displacement like a spring's force. After a "
-        "turn-round it takes a small way until the full Coulomb level is back. The missing joint "
-        "torque runs through a loop when drawn over the joint's position, and a joint at rest is "
-        "pushed back a little. Described by P. Dahl in 1968."
+        "Rough surfaces grip each other like two brushes. Before a joint slips, the bristles "
+        "bend, and the friction grows with the displacement like a spring force. After a reversal "
+        "the full Coulomb level is back only after a small displacement. The missing joint "
+        "torque, plotted over the joint's position, is a loop. A joint at rest is pushed back a "
+        "little. Described by P. Dahl in 1968."
     )
     formula = (
         r"\tau = -f_c u, \qquad "

@@ -14,12 +14,12 @@ class RotorInertia(Effect):
     location = "joint"
     title = "Rotor inertia"
     story = (
-        "Inside the motor a rotor spins, through a gear many times faster than the joint, and its "
-        "inertia counts with the square of the gear ratio. A small rotor can weigh as much as the "
-        "arm. The missing joint torque, drawn over the joint's acceleration, is a straight line "
-        "through zero. Without a gear, in a direct drive, the rotor is slow, and the turning of "
-        "the segment that carries it counts as well: it is heavy to swing from the joint before "
-        "too. Which of the two it is shows when both joints move."
+        "Through a gear, the motor's rotor spins many times faster than the joint. Its inertia "
+        "counts with the square of the gear ratio, so a small rotor can count as much as the arm. "
+        "The missing joint torque, plotted over the joint's acceleration, is a straight line "
+        "through zero. Without a gear (direct drive) the rotor is slow, and the rotation of the "
+        "segment that carries it counts as well. The rotor then also loads the joint before it. "
+        "Motion of both joints distinguishes the two cases."
     )
     formula = (
         r"T = \tfrac{1}{2} J_h \dot\theta^2 + \tfrac{1}{2} J_r (\omega + \dot\theta)^2, \qquad "

@@ -26,12 +26,12 @@ class SensorDelay(ChannelEffect):
     location = "sensors"
     title = "Delay of one sensor against the others"
     story = (
-        "Each sensor has its own electronics, and a bus asks them one after the other; the "
-        "numbers that stand in one row were not true at the same moment. Two encoders of one "
-        "axis that are read some milliseconds apart differ while the axis turns, by the speed "
-        "times the delay, as if there were a soft spring between them; but the difference does "
-        "not ring, and it does not depend on the load. The residual of the late channel looks "
-        "like its own rate of change with the opposite sign."
+        "Each sensor has its own electronics, and a bus reads one after the other. The values in "
+        "one row do not belong to the same moment. Two encoders of one axis, read some "
+        "milliseconds apart, differ while the axis turns. The difference is the speed times the "
+        "delay, as if a soft spring were between them. But it does not vibrate and does not "
+        "depend on the load. The residual of the late channel looks like its own rate of change "
+        "with the opposite sign."
     )
     formula = r"y_{k,\mathrm{measured}}(t) = y_k(t - t_k)"
     linear = True

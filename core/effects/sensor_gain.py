@@ -30,12 +30,12 @@ class SensorGain(ChannelEffect):
     location = "sensors"
     title = "Wrong scale of a sensor"
     story = (
-        "A strain gauge is glued by hand, its amplifier set by ear; a current is a voltage over "
-        "a resistor; an encoder's counts per turn or a gear's ratio are read off a label. Where "
-        "the factor is wrong, every number of that channel is too large or too small by the same "
-        "share, at every speed and in every posture, and the other channels know nothing of it: "
-        "the residual looks like the signal itself, made smaller. A soft link would move the "
-        "other sensors too."
+        "A strain gauge is glued and its amplifier set by hand. A current is measured as the "
+        "voltage over a resistor. An encoder's counts per turn or a gear ratio are read off a "
+        "label. If such a factor is wrong, every value of that channel is too large or too small "
+        "by the same share. This holds at every speed and in every posture; the other channels "
+        "are not affected. The residual looks like the signal itself, made smaller. A soft link "
+        "would change the other sensors too."
     )
     formula = r"y_{k,\mathrm{measured}} = (1 + g_k) \, y_k"
     linear = True

@@ -25,10 +25,10 @@ class SensorLag(Effect):
     location = "sensors"
     title = "Slow sensor"
     story = (
-        "Amplifiers and cameras average over a little time. A first-order lag follows slow "
-        "motions faithfully and flattens fast vibrations, while a pure delay keeps their size: "
-        "the residual looks like the signal's velocity, but at high frequencies the measured "
-        "vibration is smaller than the model's."
+        "Amplifiers and cameras average over a short time. A first-order lag follows slow motion "
+        "closely and attenuates fast vibration; a pure delay keeps its amplitude. The residual "
+        "looks like the signal's velocity. But at high frequencies the measured vibration is "
+        "smaller than the model's."
     )
     formula = r"t_s \, \dot y_{\mathrm{measured}} + y_{\mathrm{measured}} = y"
     linear = True

@@ -37,10 +37,10 @@ class StribeckFriction(Effect):
     location = "joint"
     title = "Stribeck friction"
     story = (
-        "A joint that barely moves squeezes out its grease, and metal touches metal: it takes more "
-        "torque to break away than to keep moving. On top of Coulomb friction the missing joint "
-        "torque, drawn over the joint's velocity, has a peak on both sides of standstill that is "
-        "gone at a small speed. Look where the joint turns round."
+        "At very low speed the grease is squeezed out and metal touches metal. It takes more "
+        "torque to start moving than to keep moving. The missing joint torque, plotted over the "
+        "joint's velocity, has a peak on both sides of zero, on top of Coulomb friction. The peak "
+        "is gone at a small speed. Look where the joint reverses."
     )
     formula = (
         r"\tau = -\left( f_c + f_b \, e^{-(\dot\theta / v_s)^2} \right) u, \qquad "

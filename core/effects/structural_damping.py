@@ -20,10 +20,10 @@ class StructuralDamping(Effect):
     location = "segments"
     title = "Structural damping"
     story = (
-        "Bending a beam back and forth warms it a little: the material resists the speed of "
-        "bending, and vibrations die away. Without it the model rings on after every "
-        "movement, so the residual is a vibration at the arm's own frequencies that grows while "
-        "the measured one fades; high frequencies fade first."
+        "Bending a beam back and forth warms it a little: the material resists the rate of "
+        "bending, and vibrations decay. Without it the model keeps vibrating after every motion. "
+        "The residual is a vibration at the arm's own frequencies that grows while the measured "
+        "one decays. High frequencies decay first."
     )
     formula = r"M_b = EI \left( \delta'' + \tau \, \dot\delta'' \right)"
     linear = True

@@ -26,10 +26,10 @@ class TipPayload(Effect):
     location = "segments"
     title = "Tip payload"
     story = (
-        "The arm carries something that the model does not contain: a gripper, a cable's plug, the "
-        "camera's target. It makes the arm slower to start and lowers the frequencies of its "
-        "vibrations. The residual looks like the acceleration of the tip, and the missing joint "
-        "torque is a line over the joint's acceleration."
+        "The arm carries something that is not in the model: a gripper, a cable's plug, the "
+        "camera's target. The arm accelerates more slowly, and its vibration frequencies are "
+        "lower. The residual looks like the acceleration of the tip. The missing joint torque is "
+        "a line over the joint's acceleration."
     )
     formula = r"T \leftarrow T + \tfrac{1}{2} m_t \, \| \dot z \|^2"
     linear = True

@@ -25,10 +25,10 @@ class TorqueOffset(Effect):
     location = "drive"
     title = "Torque offset"
     story = (
-        "An amplifier whose zero is a little off, or a cable that pulls, adds the same torque all "
-        "the time. A joint under velocity control then creeps; the missing joint torque is a "
-        "level line that does not pass through zero. Coulomb friction that differs between the "
-        "two directions looks the same while the joint moves."
+        "An amplifier with a small zero error, or a cable that pulls, adds the same torque all "
+        "the time. A joint under velocity control then drifts. The missing joint torque is a "
+        "horizontal line that does not pass through zero. Coulomb friction that differs between "
+        "the two directions looks the same while the joint moves."
     )
     formula = r"\tau = t_o"
     acts_at = "drive"

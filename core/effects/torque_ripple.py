@@ -60,10 +60,10 @@ class TorqueRipple(Effect):
     location = "joint"
     title = "Torque ripple"
     story = (
-        "The magnets of a motor and the teeth of a gear catch a little at each of their positions, "
-        "so the torque goes up and down as the joint turns, always at the same places. The missing "
-        "joint torque, drawn over the joint's position, is a wave. A short motion sees only a "
-        "piece of the wave, which then looks like an offset or a soft spring."
+        "The magnets of a motor and the teeth of a gear make the torque vary with the joint's "
+        "position, always at the same places. The missing joint torque, plotted over the joint's "
+        "position, is a wave. A short motion shows only part of the wave. That part looks like an "
+        "offset or a soft spring."
     )
     formula = r"\tau = r_a \cos(n_r \theta) + r_b \sin(n_r \theta)"
     acts_at = "joints"

@@ -25,8 +25,8 @@ class ViscousFriction(Effect):
     location = "joint"
     title = "Viscous joint friction"
     story = (
-        "Grease and motor windings brake a joint the more, the faster it turns. The missing joint "
-        "torque, drawn over the joint's velocity, is a straight line through zero."
+        "Grease and motor windings brake a joint in proportion to its speed. The missing joint "
+        "torque, plotted over the joint's velocity, is a straight line through zero."
     )
     formula = r"\tau = -f_v \, \dot\theta"
     linear = True

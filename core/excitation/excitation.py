@@ -31,7 +31,7 @@ class Excitation(Stated):
 
 
 class Prbs(Excitation):
-    """Plus or minus the amplitude, drawn anew after each hold; theta2 wanders with it."""
+    """Plus or minus the amplitude, drawn again after each hold; theta2 drifts with it."""
 
     kind: ClassVar[str] = "prbs"
 
@@ -69,7 +69,7 @@ class Multisine(Excitation):
         if period // 2 - 1 < joints:
             raise InputError(
                 f"simulate.options of multisine: periods = {self.periods} leaves {period} samples "
-                f"for each of them; use fewer periods or more seconds."
+                f"per period; use fewer periods or more seconds."
             )
         out = np.zeros((period, joints))
         highest = min(int(self.highest_hz * period * dt), period // 2 - 1)

@@ -240,7 +240,7 @@ def identify_subspace(u: np.ndarray, y: np.ndarray, orders: Sequence[int]) -> li
     if not best:
         raise InputError(
             f"A recording of {len(u)} samples is too short for a black-box model; a study needs "
-            f"{8 * WINDOWS[0] * (u.shape[1] + y.shape[1])} at least."
+            f"at least {8 * WINDOWS[0] * (u.shape[1] + y.shape[1])}."
         )
     return [best[order][1] for order in orders]
 

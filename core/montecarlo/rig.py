@@ -43,7 +43,9 @@ class Rig:
         """The non-linear arm that all recordings come from."""
         model = base_model(self.settings.scenario)
         if not model.arm.two_revolute:
-            raise InputError("A study needs an arm with two revolute joints; its ydot is no other.")
+            raise InputError(
+                "A study needs an arm with two revolute joints, because it compares ydot."
+            )
         return model.at_level("nonlinear")
 
     @cached_property

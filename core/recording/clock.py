@@ -32,10 +32,10 @@ def check_rising(table: Table, header: str, time: np.ndarray) -> None:
     falling = np.flatnonzero(np.diff(time) <= 0)
     if falling.size:
         row = int(falling[0]) + 1
-        verb = "repeats" if time[row] == time[row - 1] else "falls back to"
+        verb = "repeats" if time[row] == time[row - 1] else "decreases to"
         raise InputError(
             f"{table.source}: column {header} {verb} {time[row]:.9g} s in {table.row(row)} after "
-            f"{time[row - 1]:.9g} s; {RESAMPLE}, or sort the rows and remove doubled ones."
+            f"{time[row - 1]:.9g} s; {RESAMPLE}, or sort the rows and remove repeated ones."
         )
 
 
@@ -63,8 +63,8 @@ def even_time(table: Table, header: str, time: np.ndarray, first_row: int) -> np
     if uneven.size:
         k = int(uneven[0])
         raise InputError(
-            f"{table.source}: column {header} is not uniform: it steps by {steps[k]:.6g} s into "
-            f"{table.row(first_row + k + 1)} where {usual:.6g} s is usual; "
+            f"{table.source}: column {header} is not uniform: a step of {steps[k]:.6g} s ends in "
+            f"{table.row(first_row + k + 1)}, but {usual:.6g} s is usual; "
             f"{RESAMPLE}, or cut it with window."
         )
     n = len(time)

@@ -75,7 +75,7 @@ def _load(
     for name, column in values.items():
         header, x = sources[name].header, column[part]
         if np.isnan(x).all() and (_sparse(name) or spec.gaps is not None):
-            warnings.append(f"Column {header} has no sample at all and is left out.")
+            warnings.append(f"Column {header} has no samples and is left out.")
             continue
         whole = _without_gaps(name, x, time, spec.gaps)
         _check_gaps(table, name, header, whole, rows.start, time, spec)
@@ -202,8 +202,8 @@ def _numbers(table: Table, source: Source, rows: slice) -> np.ndarray:
 def _cut(table: Table, time: np.ndarray) -> np.ndarray:
     if len(time) < MIN_SAMPLES:
         raise InputError(
-            f"{table.source} has no {MIN_SAMPLES} rows in a row without an empty cell; bridge the "
-            f'gaps with gaps = {{ how = "interpolate" }}.'
+            f"{table.source} has no {MIN_SAMPLES} successive rows without an empty cell; bridge "
+            f'the gaps with gaps = {{ how = "interpolate" }}.'
         )
     return time
 
@@ -219,15 +219,15 @@ def _check_gaps(
     if spec.gaps is not None:
         raise InputError(
             f"{table.source}: column {header} has a gap from {time[empty[0]]:.6g} s on that is "
-            f"longer than gaps.longest, {spec.gaps.longest:g} s, or at an end; raise longest, cut, "
+            f"longer than gaps.longest ({spec.gaps.longest:g} s) or at an end; raise longest, cut, "
             f"or set a window."
         )
     row = table.row(first + int(empty[0]))
     row += " of the resampled table" if spec.resample is not None else ""
     raise InputError(
         f"{table.source}: column {header} is empty in {row}; only camera and strain columns may "
-        f"have empty cells, fill it, cut the row off with window, or say what to do with gaps, "
-        f'such as gaps = {{ how = "mask" }}.'
+        f"have empty cells. Fill the cell, cut the row off with window, or state what happens to "
+        f'gaps, such as gaps = {{ how = "mask" }}.'
     )
 
 
@@ -238,7 +238,7 @@ def _check_sizes(table: Table, header: str, values: np.ndarray, first_row: int) 
         k = int(huge[0])
         raise InputError(
             f"{table.source}: column {header} holds {values[k]:.3g} (SI) in "
-            f"{table.row(first_row + k)}, which no sensor measures; correct it."
+            f"{table.row(first_row + k)}, beyond the range of any sensor; correct it."
         )
 
 
@@ -275,7 +275,7 @@ def _apply_camera(
                 f"{source}: a time_shift of {spec.time_shift:g} s moves every sample of {name} out "
                 f"of the recording; make it smaller."
             )
-    return [] if seen else ["There is no camera column for time_shift to act on."]
+    return [] if seen else ["time_shift has no effect, because there is no camera column."]
 
 
 def _counted(time: np.ndarray, stretches: Sequence[tuple[float, float]]) -> np.ndarray:

@@ -87,7 +87,8 @@ def _reader(path: Path, start: bytes) -> TableReader:
     known, suffix = readers(), _suffix(path)
     if not suffix:
         raise InputError(
-            f"{path.name} is of no kind that can be read; known: {', '.join(sorted(known))}."
+            f"{path.name} has a file type that cannot be read; known types: "
+            f"{', '.join(sorted(known))}."
         )
     return known[suffix]
 

@@ -83,7 +83,9 @@ def even_table(
     columns = {headers["t"]: grid / unit}
     columns |= {headers[c]: _on_grid(c, stamps, v, grid, dt) for c, v in values.items()}
     left = [h for h in (*table.columns, *table.unusable) if h not in columns]
-    unusable = dict(table.unusable) | dict.fromkeys(left, "is no channel, and not resampled")
+    unusable = dict(table.unusable) | dict.fromkeys(
+        left, "is not a channel, so it is not resampled"
+    )
     sentence = _sentence(time, grid, lost, count, factor, dt)
     return Even(
         replace(table, columns=columns, first_line=None, unusable=unusable), factor, sentence
@@ -135,9 +137,9 @@ def _rows(
     back = float(-np.min(steps))
     if back > BACK * float(np.median(rising)):
         raise InputError(
-            f"{table.source}: column {header} falls back by {back:.4g} s in "
-            f"{table.row(int(good[int(np.argmin(steps)) + 1]))}, as where a second recording "
-            f"begins; store each recording in a file of its own."
+            f"{table.source}: column {header} decreases by {back:.4g} s in "
+            f"{table.row(int(good[int(np.argmin(steps)) + 1]))}, as at the start of a second "
+            f"recording; store each recording in a file of its own."
         )
     if count:
         return good, int(inside.sum()) - len(good)
@@ -177,8 +179,8 @@ def _count_step(table: Table, time: np.ndarray) -> float:
     coarse = int(np.max(np.diff(np.flatnonzero(np.diff(time, prepend=np.nan, append=np.nan)))))
     if off[worst] > (LATE + coarse) * dt:
         raise InputError(
-            f"{table.source}: {table.row(worst)} is {off[worst]:.4g} s off where counting puts "
-            f'it, so rows are missing; use resample = {{ how = "interpolate" }}.'
+            f"{table.source}: {table.row(worst)} is {off[worst]:.4g} s off the time that its row "
+            f'number gives, so rows are missing; use resample = {{ how = "interpolate" }}.'
         )
     return dt
 
@@ -189,8 +191,9 @@ def _grid(table: Table, ends: tuple[float, float], dt: float, columns: int) -> n
     most = min(MOST_ROWS, MOST_CELLS // max(columns + 1, 1))
     if samples > most:
         raise InputError(
-            f"{table.source}: from {ends[0]:.6g} to {ends[1]:.6g} s there are {samples:.3g} steps "
-            f"of {dt:.3g} s, {most:,} may be; cut it with window, or set a lower resample.rate."
+            f"{table.source}: {ends[0]:.6g} to {ends[1]:.6g} s gives {samples:.3g} samples of "
+            f"{dt:.3g} s; at most {most:,} are allowed. Cut it with window, or set a lower "
+            f"resample.rate."
         )
     return np.asarray(ends[0] + dt * np.arange(int(samples)))
 
@@ -262,13 +265,13 @@ def _sentence(
     steps, rate = np.diff(time), 1.0 / (factor * dt)
     span = f"steps of {1e3 * steps.min():.4g} to {1e3 * steps.max():.4g} ms"
     if count:
-        way = f"{len(time)} rows ({span}) counted as even, only their stamps corrected"
+        way = f"{len(time)} rows ({span}) taken as evenly spaced, timestamps ignored"
     else:
         way = (
             f"{len(time)} rows ({span}): encoders by a cubic spline, inputs held and averaged "
             f"over each step, slow sensors in the nearest row"
         )
     parts = [f"Resampled to {-(-len(grid) // factor)} samples at {rate:.6g} Hz from {way}"]
-    parts += [f"{lost} rows without a time of their own left out"] if lost else []
+    parts += [f"{lost} rows with an empty or repeated timestamp left out"] if lost else []
     parts += [f"thinned behind {sentence(factor, dt)}"] if factor > 1 else []
     return "; ".join(parts) + "."

@@ -143,7 +143,7 @@ def _with_shared_clocks(groups: Sequence[Group], bad: dict[str, str]) -> list[Gr
             same = [g.time for g in groups if g.time is not None and len(g.time) == group.rows]
             time = same[0] if same else None
         if time is None:
-            bad |= dict.fromkeys(group.columns, "has no time of its length beside it")
+            bad |= dict.fromkeys(group.columns, "has no time column of the same length")
             continue
         for header in [h for h, v in group.columns.items() if len(v) != len(time)]:
             bad[header] = f"has {len(group.columns[header])} values for {len(time)} times"
@@ -169,7 +169,7 @@ def _onto(group: Group, base: Group) -> tuple[dict[str, np.ndarray], list[str]]:
             way, words = _way(header)
             moved[header] = way(time, values[order].astype(float), base.time)
             ways.add(words)
-    message = f"{group.name} has a clock of its own: {few(list(moved))} put on that of t, "
+    message = f"{group.name} has its own clock: {few(list(moved))} moved to the clock of t, "
     return moved, [f"{message}{' and '.join(sorted(ways))}."] if moved else []
 
 

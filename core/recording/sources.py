@@ -34,7 +34,8 @@ def check_numbers(table: Table) -> None:
     if table.unusable or any(_is_numeric(column) for column in table.columns.values()):
         return
     raise InputError(
-        f"{table.source} is no table of measurements: no column holds numbers; choose another file."
+        f"{table.source} is not a table of measurements: no column has numbers; choose another "
+        f"file."
     )
 
 
@@ -110,7 +111,7 @@ def nearest(table: Table, name: str) -> str:
     """The end of a sentence about a column that a table lacks: what stands there instead."""
     same = [h for h in table.unusable if parse_header(h)[0] == name]
     if same:
-        return f"what it calls {same[0]} {table.unusable[same[0]]}."
+        return f"its column {same[0]} {table.unusable[same[0]]}."
     return did_you_mean(name, [parse_header(header)[0] for header in table.columns])
 
 

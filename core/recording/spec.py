@@ -1,4 +1,4 @@
-"""What a scenario says about one recording: where it is or how to simulate it, how to read it."""
+"""The settings of one recording: its file or simulation, and how to read it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Words = Annotated[str, Field(min_length=1)]
 
 
 class Settings(BaseModel):
-    """A table of settings: frozen, and with no key that is not known."""
+    """A frozen table of settings; unknown keys are an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -52,7 +52,7 @@ class ColumnSpec(Settings):
     gain: Real = 1.0
     """Factor on the file's value."""
     sign: Literal[1, -1] = 1
-    """-1 where the rig counts the other way."""
+    """-1 where the rig's positive direction is the opposite one."""
 
     @property
     def factor(self) -> float:
@@ -95,28 +95,27 @@ class LoggerFilterSpec(Settings):
 
 
 class GapsSpec(Settings):
-    """What happens to empty cells of encoders, references and torques; without it they are
-    refused."""
+    """How empty cells of encoders, references and torques are filled; without it they are an
+    error."""
 
     how: Literal["interpolate", "mask", "cut"]
-    """interpolate: straight lines, while inputs are held; mask: the same, and the samples do not
-    count; cut: the longest stretch of complete rows is kept."""
+    """interpolate: fill linearly, hold inputs; mask: fill likewise, but exclude from the fit; cut:
+    keep the longest part of complete rows."""
     longest: Positive = 0.02
-    """s, of a gap that is bridged; a longer one is refused. A bending link swings once in a tenth
-    of a second: a fifth of that hides no swing."""
+    """s, longest gap that is filled; a longer one is an error. A bending link vibrates with a
+    period of about 0.1 s: a fifth of that hides no vibration."""
 
 
 class ResampleSpec(Settings):
-    """An even clock for rows that are not even in time, or a lower rate for a fast log; without it
-    uneven rows are refused."""
+    """Even timestamps for uneven rows, or a lower rate for a fast log; without it uneven rows are
+    an error."""
 
     how: Literal["interpolate", "count"] = "interpolate"
-    """interpolate: values belong to their time stamps, encoders pass through a cubic spline, inputs
-    are held and averaged over each step; count: the rows were taken evenly and only their stamps
-    scatter."""
+    """interpolate: trust the timestamps (encoders by a cubic spline, inputs held and averaged over
+    each step); count: ignore timestamps, the rows were sampled evenly."""
     rate: Positive | None = None
-    """Hz; that of the densest channel where not stated. Below it the recording is thinned behind a
-    symmetric low-pass, so that nothing is folded."""
+    """Hz; None: the rate of the densest channel. To a lower rate the recording is decimated behind
+    a symmetric low-pass, without aliasing."""
 
 
 LONGEST = 3600.0
@@ -129,7 +128,7 @@ Place = Annotated[float, Field(strict=True, ge=-1e3, le=1e3, allow_inf_nan=False
 
 
 class SimulateSpec(Settings):
-    """How to make a recording by simulation."""
+    """How a recording is simulated."""
 
     theta2: Place | None = None
     """rad, the working point; the other joints start at zero."""
@@ -138,8 +137,7 @@ class SimulateSpec(Settings):
     seconds: Duration = 3.0
     """s"""
     snr_db: Annotated[float, Field(strict=True, ge=-100, le=300, allow_inf_nan=False)] | None = None
-    """dB, of the camera's channels; None: only what `[sensors]` states. Doubles have 313 dB between
-    one and its last digit."""
+    """dB, of the camera's channels; None: only the noise of `[sensors]`."""
     seed: Whole = 1
     """Of excitation and noise."""
     excitation: Words = "prbs_balanced"
@@ -151,9 +149,9 @@ class SimulateSpec(Settings):
     sample_time: Annotated[float, Field(strict=True, ge=1e-6, le=10, allow_inf_nan=False)] = 1e-3
     """s; the fastest loggers of rigs have 1e-6."""
     level: Literal["nonlinear", "lpv"] = "nonlinear"
-    """Of the simulation."""
+    """Level of the simulated model."""
     sweep: tuple[Place, Place] | None = None
-    """rad, from where to where theta2 moves over the whole recording."""
+    """rad, first and last value of theta2, which moves over the whole recording."""
     options: dict[str, Any] = Field(default_factory=dict)
     """Further settings of the excitation."""
 
@@ -174,7 +172,7 @@ class SimulateSpec(Settings):
         if self.samples > MOST_SAMPLES:
             raise ValueError(
                 f"asks for {self.samples:,} samples ({self.seconds:g} s at {self.sample_time:g} s "
-                f"each); it may have {MOST_SAMPLES:,}."
+                f"each); at most {MOST_SAMPLES:,} are allowed."
             )
         return self
 
@@ -183,13 +181,13 @@ class RecordingSpec(Settings):
     """One `[[recordings]]` of a scenario."""
 
     name: str = ""
-    """Filled in by the scenario where it is empty: the file's stem, or simulated-N."""
+    """Where empty: the file's stem, or simulated-N."""
     file: Words | None = None
     """Table, relative to the scenario or to the data folder: .csv, .csv.gz, .parquet or .mat."""
     simulate: SimulateSpec | None = None
     """Instead of a file."""
     role: Literal["estimate", "validate"] = "estimate"
-    """Whether it is fitted or only compared."""
+    """estimate: fitted; validate: only compared."""
     columns: dict[Channel, Annotated[ColumnSpec, BeforeValidator(_column)]] = Field(
         default_factory=dict
     )
@@ -197,29 +195,29 @@ class RecordingSpec(Settings):
     window: Interval | None = None
     """s, in the file's time: rows outside it are left out."""
     gaps: GapsSpec | None = None
-    """What happens to empty cells of columns that need a number in every row."""
+    """How empty cells are filled in columns that need a number in every row."""
     resample: ResampleSpec | None = None
-    """What happens to rows that are not even in time, and the rate that is kept."""
+    """How unevenly sampled rows are resampled, and the rate."""
     time_shift: Real = 0.0
     """s: a camera sample written at t belongs to t - time_shift."""
     camera: CameraSpec = CameraSpec()
     """Its pose and delay in this recording."""
     hidden: dict[str, dict[str, Any]] = Field(default_factory=dict)
-    """Effects of a simulated recording that the model does not contain."""
+    """Effects of a simulated recording that are not in the model."""
     mask: dict[Channel, tuple[Interval, ...]] = Field(default_factory=dict)
-    """s, stretches of a channel that do not count."""
+    """s, intervals of a channel that are excluded from the fit."""
     logger_filter: dict[Channel, LoggerFilterSpec] = Field(default_factory=dict)
-    """Channel -> the low-pass that the rig applied to it; the model's output passes the same."""
+    """Channel -> the low-pass that the rig applied; the model's output passes the same filter."""
     theta2: Real | None = None
-    """rad, the working point of a recording made at one."""
+    """rad, the working point, if the recording was made at one."""
     played: Words | None = None
-    """Table of the references that were played, as `flexgui plan` wrote it: the recording is cut
-    to them, and has them where its logger wrote none and started with the playing."""
+    """File with the planned references, written by `flexgui plan`. The recording is cut to them. If
+    it has no references, these are used from its first sample on."""
 
     @model_validator(mode="before")
     @classmethod
     def _lift_hidden(cls, data: Any) -> Any:
-        """`simulate = {..., hidden = {...}}` says the same as `hidden` beside it."""
+        """`simulate = {..., hidden = {...}}` means the same as `hidden` beside it."""
         if not isinstance(data, dict) or not isinstance(data.get("simulate"), dict):
             return data
         if "hidden" not in data["simulate"]:
@@ -231,7 +229,7 @@ class RecordingSpec(Settings):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """All that it reads: none of them is trusted where the scenario is not."""
+        """All files that it reads; a scenario that is not trusted makes none of them trusted."""
         return tuple(name for name in (self.file, self.played) if name is not None)
 
     @model_validator(mode="after")
@@ -241,5 +239,5 @@ class RecordingSpec(Settings):
         if self.hidden and self.file is not None:
             raise ValueError("gives hidden effects; only a simulated recording can have them.")
         if self.played is not None and self.file is None:
-            raise ValueError("gives played without file; what was simulated was not played.")
+            raise ValueError("gives played without file; a simulated recording was not played.")
         return self

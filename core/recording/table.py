@@ -113,7 +113,7 @@ def number(cell: object, comma: bool = False) -> float:
     if cell is None:
         return float("nan")
     if isinstance(cell, bool | np.bool_):
-        raise TypeError("a truth value is no measurement")
+        raise TypeError("a truth value is not a measurement")
     if not isinstance(cell, str):
         return float(cell)  # type: ignore[arg-type]
     text = cell.strip().replace(",", ".") if comma else cell.strip()
@@ -271,11 +271,11 @@ def as_vectors(
             as_vectors(f"{name}/{part}", values[part], columns, unusable)
         return
     if values.dtype.kind not in "iuf":
-        unusable[header] = "is no array of real numbers"
+        unusable[header] = "is not an array of real numbers"
         return
     values = np.squeeze(values)
     if values.ndim == 0:
-        unusable[header] = "is one number and no vector"
+        unusable[header] = "is a single number, not a vector"
     elif values.ndim == 1:
         columns[header] = values.astype(float) if values.dtype.kind == "f" else values
     elif values.ndim == 2 and min(values.shape) <= WIDEST:
@@ -284,4 +284,4 @@ def as_vectors(
             end = f"{name}{k + 1}"
             columns[f"{end} [{unit}]" if unit else end] = rows[:, k].astype(float)
     else:
-        unusable[header] = f"is no vector but has {values.ndim} dimensions"
+        unusable[header] = f"is not a vector but has {values.ndim} dimensions"

@@ -45,8 +45,8 @@ def give_again(index: int, waiting: deque[int], losses: Counter[int]) -> None:
     losses[index] += 1
     if losses[index] >= MOST_LOSSES:
         raise InputError(
-            f"{MOST_LOSSES} workers ended one after the other over the same piece of work; check "
-            f"the memory that is free and start again: what is finished is kept."
+            f"{MOST_LOSSES} workers stopped on the same task; check the free memory and start "
+            f"again. Finished tasks are kept."
         )
     waiting.appendleft(index)
 
@@ -283,4 +283,4 @@ def _result(future: Any) -> str:
     if isinstance(error, InputError):
         raise error
     kind = type(error).__name__
-    raise InputError(f"The cluster gave up on a piece of work ({kind}: {error}).") from error
+    raise InputError(f"The cluster gave up a task ({kind}: {error}).") from error

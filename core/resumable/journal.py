@@ -58,7 +58,7 @@ class Journal:
         head = next((r["study"] for r in found if "study" in r), None)
         if text and (head != self.identity or not text.startswith("{")):
             raise InputError(
-                f"{self.path} holds something else, perhaps the results of another study; choose "
+                f"{self.path} has other content, perhaps the results of another study; choose "
                 f"another --out or remove the file."
             )
         return {r["key"]: r for r in found if "key" in r}

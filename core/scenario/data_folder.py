@@ -60,8 +60,8 @@ def check_plain(file: str) -> None:
     """InputError where a name could lead out of a folder, on any system."""
     if not _PLAIN.fullmatch(file) or is_device(file):
         raise InputError(
-            f"The recording {quoted(file)} is no plain name of a file; upload the recording "
-            f"beside its scenario in one zip, and write its name without folders."
+            f"The recording {quoted(file)} is not a plain file name; upload it in one zip with its "
+            f"scenario, and write its name without folders."
         )
 
 
@@ -105,7 +105,7 @@ def refuse_special(path: Path) -> None:
     """InputError for a device, a pipe or a socket, which may never end."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise InputError(
-            one_line(f"{path} is a device or a pipe; copy what it gives into a file first.")
+            one_line(f"{path} is a device or a pipe; copy its data into a file first.")
         )
 
 

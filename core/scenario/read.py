@@ -57,8 +57,8 @@ def parse_scenario(text: str, source: str) -> Scenario:
     """The scenario in a TOML text; `source` is how messages name where it comes from."""
     if len(text) > LONGEST:
         raise InputError(
-            f"{source} has more than {LONGEST:,} characters; a scenario names its recordings' "
-            f"files and does not hold them."
+            f"{source} has more than {LONGEST:,} characters; store recordings in files of their "
+            f"own and write their names."
         )
     _check_extent(text, source)
     try:
@@ -66,7 +66,9 @@ def parse_scenario(text: str, source: str) -> Scenario:
     except tomllib.TOMLDecodeError as error:
         raise InputError(one_line(f"{source} is not valid TOML: {error}.")) from error
     except (RecursionError, ValueError) as error:
-        raise InputError(f"{source} is not valid TOML; it nests too deeply or too long.") from error
+        raise InputError(
+            f"{source} is not valid TOML; it is nested too deeply or is too long."
+        ) from error
     return check_scenario(document, source)
 
 
@@ -81,11 +83,11 @@ def _check_extent(text: str, source: str) -> None:
         depth += (one in "[{") - (one in "]}")
         parts = parts + 1 if one == "." else 0 if one in "=,[]{}\n" else parts
         if parts > MOST_PARTS or depth > DEEPEST:
-            raise InputError(f"{source} is not valid TOML; it nests too deeply or too long.")
+            raise InputError(f"{source} is not valid TOML; it is nested too deeply or is too long.")
         if values > MOST_VALUES:
             raise InputError(
-                f"{source} has more than {MOST_VALUES:,} values; a scenario names its recordings' "
-                f"files and does not hold them."
+                f"{source} has more than {MOST_VALUES:,} values; store recordings in files of "
+                f"their own and write their names."
             )
 
 

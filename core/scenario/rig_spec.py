@@ -18,16 +18,16 @@ from ..sensors import sensors
 from ..validation import gathered
 
 MOST_OWN = 20
-"""Formulas of a scenario; each is derived and compiled, which takes a second at its first use."""
+"""Formulas of a scenario; deriving and compiling one takes a second at its first use."""
 
 
 class DriveSpec(Settings):
-    """`[drive]`: the kind, and whatever that kind of drive wants to know."""
+    """`[drive]`: the kind of drive and its settings."""
 
     kind: Words = "velocity_loop"
     """Id of a drive."""
     options: dict[str, Any] = Field(default_factory=dict)
-    """In the file these stand in `[drive]` itself, beside `kind`."""
+    """In the file they are keys of `[drive]` itself, beside `kind`."""
 
     @model_validator(mode="before")
     @classmethod
@@ -40,7 +40,7 @@ class DriveSpec(Settings):
 
 
 class PriorSpec(Settings):
-    """What is believed of a parameter beforehand: a value (else its start) and a deviation."""
+    """Prior knowledge of a parameter: a value (else its start) and a standard deviation."""
 
     std: Positive
     """Standard deviation, in the parameter's SI unit."""
@@ -89,7 +89,7 @@ class EffectParameterSpec(Settings):
 
 
 class OwnParameterSpec(EffectParameterSpec):
-    """A parameter of an own effect, which nobody else can give a start or a unit."""
+    """A parameter of an own effect; it needs a start."""
 
     start: Real
     """In `unit`."""
@@ -98,7 +98,7 @@ class OwnParameterSpec(EffectParameterSpec):
 
 
 class EffectSpec(Settings):
-    """One entry of `[model] effects`: its id and, beside it, what is said of its parameters."""
+    """One entry of `[model] effects`: its id and, beside it, its parameters."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
     __pydantic_extra__: dict[
@@ -106,22 +106,22 @@ class EffectSpec(Settings):
     ] = Field(init=False)
 
     id: Words
-    """Of an effect in the catalogue; its parameters stand beside it, as a number (the start) or as
-    a table."""
+    """Of an effect in the catalogue. Its parameters are keys beside it: a number (the start) or a
+    table."""
 
     @property
     def parameters(self) -> dict[str, EffectParameterSpec]:
-        """What is said of each parameter, by its name."""
+        """Name of a parameter -> its settings."""
         return dict(self.__pydantic_extra__)
 
     @classmethod
     def known_settings(cls) -> list[str]:
-        """What may stand in the table of a parameter; beside the id any name may."""
+        """Keys of a parameter's table; beside the id any key is allowed."""
         return list(EffectParameterSpec.model_fields)
 
 
 class OwnSpec(Settings):
-    """One `[[model.own]]`: a formula that pushes a joint or the tip."""
+    """One `[[model.own]]`: a formula for a joint torque or a tip force."""
 
     target: Words
     """joint1, joint2, ... in N m (N on a slide), or tip1, tip2: a component in N."""
@@ -141,10 +141,10 @@ class ModelSpec(Settings):
     """`[model]`: its level, the effects in it, and effects that the user wrote."""
 
     level: Literal["auto", "lpv", "nonlinear"] = "auto"
-    """auto: the linear model where it is as good as the full equations on the recordings' motions,
-    else the full equations."""
+    """auto: the linear model where it is as accurate as the full equations on the recordings'
+    motions, else the full equations."""
     effects: Annotated[tuple[EffectSpec, ...], Field(max_length=50)] = ()
-    """Each with an id and its parameters; fifty at most, twice what the catalogue has."""
+    """Each with an id and its parameters; 50 at most."""
     own: Annotated[tuple[OwnSpec, ...], Field(max_length=MOST_OWN)] = ()
     """Effects as formulas."""
 
@@ -165,8 +165,8 @@ class SensorsSpec(Settings):
     camera_rate: Positive | None = None
     """Hz; the rig's own rate where not stated."""
     further: dict[str, NonNegative] = Field(default_factory=dict)
-    """Of sensors beyond these, under the setting that the sensor's class names; in the file they
-    stand beside the others."""
+    """Noise of further sensors, under the key that the sensor's class names; in the file they
+    are keys beside the others."""
 
     @model_validator(mode="before")
     @classmethod
@@ -181,7 +181,7 @@ class SensorsSpec(Settings):
 
     @classmethod
     def known_settings(cls) -> list[str]:
-        """What may stand in `[sensors]`."""
+        """Keys of `[sensors]`."""
         named = sorted({one.noise for one in sensors().values()} - {"", *cls.model_fields})
         return [name for name in cls.model_fields if name != "further"] + named
 
@@ -209,10 +209,10 @@ Ranges = Annotated[tuple[Interval, ...], BeforeValidator(_pair_as_list)]
 
 
 class LimitsSpec(Settings):
-    """`[limits]`: what an experiment that is planned may ask of the rig.
+    """`[limits]`: the largest values in a planned experiment.
 
-    Each is one value for all joints or a list with one per joint. What is not stated is what the
-    model does on the estimation recordings: nobody has said that the rig can do more.
+    Each is one value for all joints or a list with one per joint. Default: the largest value of
+    the model's motion on the estimation data.
     """
 
     position: Ranges | None = None
@@ -222,27 +222,27 @@ class LimitsSpec(Settings):
     torque: PerJoint | None = None
     """N m (N on a slide), per joint."""
     reach: tuple[Interval, Interval] | None = None
-    """m, [low, high] of z1 and of z2 for the tip; left out: wherever the joints may take it."""
+    """m, [low, high] of z1 and of z2 for the tip; None: not limited beyond the joints."""
 
 
 class RigSpec(Settings):
-    """`[rig]`: what is known of the rig beforehand. What cannot be by it is not sought by a
-    diagnosis, and the verdict says so.
+    """`[rig]`: prior knowledge of the rig. A diagnosis does not try effects that it excludes, and
+    the verdict names them.
     """
 
     level: Annotated[Switch, Field(title="the rig is level")] = False
     """The arm moves in a level plane: no tilted base plate."""
-    rigid_base: Annotated[Switch, Field(title="the base is bolted to rock")] = False
-    """The base is bolted to rock, or to what gives way as little: no soft base."""
+    rigid_base: Annotated[Switch, Field(title="the base is rigid")] = False
+    """The base does not move: no soft base."""
     direct_drive: Annotated[Switch, Field(title="the joints have no gears")] = False
-    """No elastic joint, no backlash and no friction of a gear under load; a rotor turns with the
-    link that carries it."""
+    """No elastic joint, no backlash, no load-dependent friction. A rotor turns with the link that
+    carries it."""
     gear_ratio: Annotated[PerJoint | None, Field(title="the joints have gears")] = None
-    """Turns of each joint's motor for one of the joint. Where all are above 1 no rotor turns with
-    the link that carries it; all 1 says the same as direct_drive. It converts no signal: drives
-    have constants of their own."""
+    """Turns of the motor per turn of the joint. If all are above 1, no rotor turns with the link
+    that carries it; if all are 1, this equals direct_drive. It converts no signal: drives have
+    constants of their own."""
     camera_synchronised: Annotated[Switch, Field(title="the camera is synchronised")] = False
-    """Its pictures are as old as their time stamps say: no delay of the camera."""
+    """Its timestamps are right: no camera delay."""
     gauges_calibrated: Annotated[Switch, Field(title="the strain gauges are calibrated")] = False
     """The scale of their signals is right."""
     encoders_calibrated: Annotated[Switch, Field(title="the encoders are calibrated")] = False
@@ -251,17 +251,17 @@ class RigSpec(Settings):
     @model_validator(mode="after")
     def _one_kind_of_drive(self) -> RigSpec:
         if self.direct_drive and max(self.gear_ratio or (1.0,)) > 1.0:
-            raise ValueError("states direct_drive and a gear_ratio above 1; take one back.")
+            raise ValueError("states direct_drive and a gear_ratio above 1; remove one.")
         return self
 
     @classmethod
     def words(cls) -> dict[str, str]:
-        """Every statement that can be made -> in words."""
+        """Key of each statement -> its text."""
         return {name: str(field.title) for name, field in cls.model_fields.items()}
 
     @property
     def statements(self) -> dict[str, str]:
-        """Those that hold."""
+        """The statements that are made: key -> text."""
         ratios = self.gear_ratio or ()
         holds = dict(self) | {
             "direct_drive": self.direct_drive or set(ratios) == {1.0},

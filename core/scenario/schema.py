@@ -1,4 +1,4 @@
-"""What a scenario may say: one frozen table of settings per TOML table."""
+"""The settings of a scenario: one frozen class per TOML table."""
 
 from __future__ import annotations
 
@@ -60,17 +60,16 @@ class IdentifySpec(Settings):
     method: Literal["glocal", "local"] = "glocal"
     """glocal: one fit over all recordings; local: one per recording."""
     parameters: tuple[Words, ...] = ()
-    """Names of what is estimated."""
+    """Names of the estimated parameters."""
     output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
-    """Ids of the sensors that are compared; None: what suits level and recordings."""
+    """Ids of the compared sensors; None: chosen from level and recordings."""
     filter: ZeroPhaseLowPass | Literal[False] | None = None
-    """Low-pass of measurement and model alike. Where torques along recorded motions are compared
-    and no filter is stated, they pass one at the end of the band in which the encoders show a
-    motion above their noise; false: none."""
+    """Low-pass of measurement and model. If torques along recorded motions are compared, the
+    default cuts off where the encoders' motion falls below their noise; false: no filter."""
     output_filter: ZeroPhaseLowPass | None = None
-    """A further low-pass of the compared outputs, measured and modelled alike."""
+    """A further low-pass of the compared outputs, measured and modelled."""
     decimate: Annotated[Whole, Field(ge=1)] = 1
-    """Keep one sample of so many, after filtering."""
+    """After filtering, keep every n-th sample."""
     bounds: dict[str, Interval] = Field(default_factory=dict)
     """Parameter -> [lower, upper], SI."""
     prior: dict[str, Prior] = Field(default_factory=dict)
@@ -78,25 +77,25 @@ class IdentifySpec(Settings):
     per_recording: tuple[Words, ...] = ()
     """Parameters with a value of their own in each recording."""
     start: dict[str, Real] = Field(default_factory=dict)
-    """Parameter -> where it starts, SI; one that is not estimated is held there."""
+    """Parameter -> start value, SI; a parameter that is not estimated keeps it."""
     initial_state: Switch | None = None
-    """Whether the state in which each recording begins is estimated too; None: where recordings
-    from files begin in motion."""
+    """Whether each recording's initial state is estimated; None: where a recording from a file
+    begins in motion."""
     offsets: tuple[Channel, ...] = ()
     """Channels whose constant offset is estimated for each recording."""
     servo_hz: Positive | None = None
-    """Hz, of the virtual servo that holds the joints on the encoders; None: 60 where one is
-    needed."""
+    """Hz, bandwidth of the virtual servo that moves the joints along the encoders; None: 60 where
+    one is needed."""
     seed: Whole = 1
-    """Of the first population."""
+    """Of the random numbers of the first population."""
     population: Annotated[Whole, Field(ge=5, le=10_000)] = 30
     """Members of the differential evolution."""
     generations: Annotated[Whole, Field(le=1_000_000)] = 60
     """0: refinement only."""
     weights: dict[str, Positive] = Field(default_factory=dict)
-    """Channel -> weight of its residual beside the others'."""
+    """Channel -> weight of its residual relative to the others'."""
     refine: Switch = True
-    """Whether a local descent follows the evolution."""
+    """Whether a local optimisation follows the evolution."""
 
     @field_validator("parameters", "per_recording", "offsets", "output")
     @classmethod
@@ -129,18 +128,18 @@ class IdentifySpec(Settings):
 
 
 class DiagnoseSpec(Settings):
-    """`[diagnose]`: how many missing effects to look for, and among which."""
+    """`[diagnose]`: how many missing effects to add at most, and the candidates."""
 
     max_effects: Whole = 0
-    """0: none."""
+    """Largest number of added effects; 0: no diagnosis."""
     candidates: tuple[Words, ...] | None = None
     """Ids of effects; None: all that the rig can show."""
     fidelity: NonNegative = 0.001
-    """Modelling tolerance: the share of a channel's spread that no model has to explain."""
+    """Relative modelling tolerance: a share of each channel's spread."""
     output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
-    """What the diagnosis looks at where that is not what [identify] fits."""
+    """Outputs of the diagnosis; None: those of `[identify]`."""
     per_recording: tuple[Words, ...] = ()
-    """Ids of effects whose sizes belong to a rig and are estimated anew on validation data."""
+    """Ids of effects whose parameters belong to a rig: estimated again on validation data."""
 
 
 class CompareSpec(Settings):
@@ -149,11 +148,11 @@ class CompareSpec(Settings):
     title: Words
     """Of the row in the table."""
     arm: ArmSpec | None = None
-    """What differs from the scenario's arm, or an arm of its own (preset)."""
+    """Differences from the scenario's arm, or another arm (preset)."""
     identify: Switch = True
-    """Whether it is fitted; else its stated values count."""
+    """Whether it is fitted; if false, its stated values are used."""
     parameters: tuple[Words, ...] | None = None
-    """What is estimated of it; None: as `[identify]` says."""
+    """Its estimated parameters; None: those of `[identify]`."""
     drop_logger_filters: Switch = False
     """Whether the recordings' `logger_filter` is left out."""
 
@@ -182,7 +181,8 @@ class Scenario(Settings):
         samples = sum(spec.simulate.samples for spec in given if spec.simulate is not None)
         if samples > MOST_SAMPLES:
             raise ValueError(
-                f"ask for {samples:,} simulated samples in all; they may have {MOST_SAMPLES:,}."
+                f"ask for {samples:,} simulated samples in total; at most {MOST_SAMPLES:,} are "
+                f"allowed."
             )
         return given
 

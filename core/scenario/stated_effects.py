@@ -48,8 +48,8 @@ def _check_rig(scenario: Scenario, joints: int) -> None:
         one = catalogue().get(entry.id)
         if one is not None and one.ruled_out_by in stated:
             raise InputError(
-                f"{WHERE} lists {entry.id!r}, but [rig] says that {stated[one.ruled_out_by]}; take "
-                "one of the two back."
+                f"{WHERE} lists {entry.id!r}, but [rig] says that {stated[one.ruled_out_by]}; "
+                f"remove one of the two."
             )
 
 
@@ -202,7 +202,9 @@ def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
     where = f"[[model.own]] {number}"
     kind = spec.id or f"own_{number}"
     if kind in catalogue():
-        raise InputError(f"{where} id {kind!r} is that of a listed effect; choose another.")
+        raise InputError(
+            f"{where} id {kind!r} is the id of an effect in the catalogue; choose another."
+        )
     parameters = tuple(
         own_parameter(name, quantity.start, quantity.unit, quantity.lower, quantity.upper)
         for name, quantity in spec.parameters.items()
@@ -300,8 +302,8 @@ def _check_present(
             and any(each.parameters.get(n, EffectParameterSpec()).vary for n in sizes)
         ):
             raise InputError(
-                f"{each.where} starts where it vanishes; start at least one of "
-                f"{', '.join(sizes)} elsewhere."
+                f"{each.where} starts at its neutral value, where it vanishes; give another start "
+                f"to at least one of {', '.join(sizes)}."
             )
 
 

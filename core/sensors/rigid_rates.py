@@ -165,8 +165,8 @@ def require_two_revolute(arm: Arm) -> None:
     """InputError where the fictitious rigid arm is not defined."""
     if not arm.two_revolute:
         raise InputError(
-            f"[identify] output 'y' or 'ydot' is defined for two revolute joints only, and arm "
-            f'{arm.name!r} is not such an arm; choose output = "z" instead.'
+            f"[identify] output 'y' or 'ydot' needs an arm with two revolute joints, and arm "
+            f'{arm.name!r} has others; choose output = "z" instead.'
         )
 
 

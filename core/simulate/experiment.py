@@ -47,7 +47,7 @@ def simulate_recording(
     if not model.drive.torque_known:
         raise InputError(
             f"Recording {name}: [drive] kind {model.drive.kind!r} needs recorded joints to follow; "
-            f"simulate with the loop that the rig has, such as velocity_loop."
+            f"simulate with the control loop of the rig, such as velocity_loop."
         )
     task, theta2 = make_task(model, spec, name)
     numbers = model.numbers()

@@ -212,9 +212,9 @@ def scenario(target: str, formula: str, parameters: str, more: str = "") -> str:
         ("joint1", "-m1*dtheta1", "m1 = 1.0", "'m1' is a parameter of the arm or the drive"),
         ("joint1", "-theta1*dtheta1", "theta1 = 1.0", "'theta1' is the name of a state"),
         ("joint1", "-sin*dtheta1", "sin = 1.0", "'sin' is the name of a function"),
-        ("joint1", "-a*dtheta1", '"a b" = 1.0', "'a b' is no name"),
+        ("joint1", "-a*dtheta1", '"a b" = 1.0', "'a b' is not a valid name"),
         ("joint1", "-a*dtheta1", "a = {unit = 'N m'}", "parameters.a.start entry 1 is missing"),
-        ("joint1", "-a*dtheta1", "a = 0.0", "starts where it vanishes"),
+        ("joint1", "-a*dtheta1", "a = 0.0", "where it vanishes"),
         ("joint1", "a - a", "a = 1.0", "always zero"),
         ("joint1", "1 + a*theta1", "a = 1.0", "does not become zero when its parameters do"),
         ("joint1", "a/theta1", "a = 1.0", "is not finite where the arm is stretched"),
@@ -233,7 +233,7 @@ def test_what_is_wrong_with_an_own_effect_is_told(target, formula, parameters, w
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ('id = "air_drag"', "'air_drag' is that of a listed effect"),
+        ('id = "air_drag"', "'air_drag' is the id of an effect in the catalogue"),
         ('[[model.own]]\ntarget = "joint2"\nformula = "-a*theta2"\nparameters = {a = 1.0}',
          "[[model.own]] 2 parameters: 'a' is a parameter of own_1 already"),
         ('[[model.own]]\ntarget = "joint2"\nid = "own_1"\nformula = "-b*theta2"\n'

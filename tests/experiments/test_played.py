@@ -58,12 +58,12 @@ def test_a_faster_logger_sees_each_sample_held() -> None:
 def test_another_experiment_is_refused() -> None:
     other = logged(10, 10)
     turned = {n: -x for n, x in other.channels.items()}
-    with pytest.raises(InputError, match="is no recording of play1.csv"):
+    with pytest.raises(InputError, match="does not match play1.csv"):
         as_played(replace(other, channels=turned), PLAY)
 
 
 def test_half_an_experiment_is_refused() -> None:
     whole = logged(0, 0)
     half = {n: x[:500] for n, x in whole.channels.items()}
-    with pytest.raises(InputError, match=r"is shorter than play1.csv, .* .1 s of 2 s"):
+    with pytest.raises(InputError, match=r"is shorter than .* play1.csv .1 s of 2 s"):
         as_played(replace(whole, time=whole.time[:500], channels=half), PLAY)

@@ -127,7 +127,7 @@ def test_a_slip_is_told_before_what_computes_is_imported(tmp_path: Path) -> None
     assert done.stdout.strip() == "[]"
     assert done.stderr.count("did you mean 'teaching/friction'") == 3
     assert done.stderr.count("did you mean 'hidden_friction'") == 5
-    assert done.stderr.count("'EI9' is not one of this arm's") == 3
+    assert done.stderr.count("'EI9' is not a parameter of this arm") == 3
 
 
 def test_help_imports_nothing_heavy() -> None:

@@ -253,7 +253,7 @@ def test_missing_file_folder_and_unknown_kind_are_told_apart(tmp_path):
     for file, words in (
         ("gone.csv", "does not exist"),
         ("folder.csv", "is a folder"),
-        ("th1.xlsx", "of no kind that can be read"),
+        ("th1.xlsx", "has a file type that cannot be read"),
     ):
         with pytest.raises(InputError, match=words) as caught:
             load_recording(tmp_path / file, RecordingSpec(file=file))
@@ -270,7 +270,7 @@ def test_a_text_that_is_no_table_is_not_quoted(lines: int) -> None:
     text = "Dear diary, today\n" + "nothing happened, really\n" * lines
     for file in ("notes.txt", "notes.csv"):
         said = sentence(text, file)
-        assert "no table" in said and "diary" not in said and "happened" not in said
+        assert "not a table" in said and "diary" not in said and "happened" not in said
 
 
 def test_a_second_heading_of_words_is_a_slip_and_no_text() -> None:

@@ -35,7 +35,7 @@ def spec(**gaps: object) -> RecordingSpec:
 
 
 def test_without_a_word_on_gaps_they_are_refused(file: Path) -> None:
-    with pytest.raises(InputError, match=r"theta1 is empty in data row 51 .*say what to do"):
+    with pytest.raises(InputError, match=r"theta1 is empty in data row 51 .*state what happens"):
         load_recording(file, spec())
 
 

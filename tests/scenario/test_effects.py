@@ -191,7 +191,7 @@ def refusal(*parts: str) -> str:
             '{id = "coulomb_friction", fc1 = {lower = 1.0, upper = 0.5}}',
             "[1, 0.5]; the lower must be less",
         ),
-        ('{id = "coulomb_friction", fc1 = 0.0, fc2 = 0.0}', "starts where it vanishes"),
+        ('{id = "coulomb_friction", fc1 = 0.0, fc2 = 0.0}', "where it vanishes"),
         ('{id = "coulomb_friction"}, {id = "coulomb_friction"}', "'coulomb_friction' twice"),
         ("{fc1 = 1.0}", "[model] effects.id entry 1 is missing; add it."),
     ],

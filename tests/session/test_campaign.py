@@ -117,7 +117,7 @@ def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(
     for name, table in (("a.csv", good), ("b.csv", bad)):
         session.recordings.upload(name, content(table)).result()
     assert session.recordings.read_waiting().result() and session.recordings.waiting is None
-    assert session.message.bad and session.message.text.startswith("b.csv: column clock falls back")
+    assert session.message.bad and session.message.text.startswith("b.csv: column clock decreases")
     assert [spec.file for spec in session.document.scenario.recordings] == ["a.csv"]
 
 

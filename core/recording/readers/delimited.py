@@ -106,8 +106,8 @@ def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading)
         end = _whole_lines(rest)
         if len(rest) - end > LONGEST_LINE:
             raise InputError(
-                f"{path.name} has a line of more than {LONGEST_LINE:,} characters; it is no table "
-                f"with one sample per line."
+                f"{path.name} has a line of more than {LONGEST_LINE:,} characters; it is not a "
+                f"table with one sample per line."
             )
         if end:
             yield rest[:end]

@@ -174,9 +174,9 @@ def _header(name: str, units: Any) -> str:
 
 def _fault(value: Any, rows: int) -> str:
     if not isinstance(value, np.ndarray):
-        return "is no array of real numbers"
+        return "is not an array of real numbers"
     if value.ndim != 1:
-        return f"is no vector but has {value.ndim} dimensions"
+        return f"is not a vector but has {value.ndim} dimensions"
     if value.size != rows:
         return f"has {value.size} values where the longest vector has {rows}"
     return ""

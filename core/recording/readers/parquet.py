@@ -159,7 +159,7 @@ def _named(
         if values.ndim == 1:
             made[feature] = values.astype(float)
         elif values.shape[1] == 0:
-            unusable[feature] = "is no array of real numbers"
+            unusable[feature] = "is not an array of real numbers"
         else:
             names = _parts(info, feature, values.shape[1])
             made |= {f"{feature}/{n}": values[:, k].astype(float) for k, n in enumerate(names)}

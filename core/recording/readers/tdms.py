@@ -43,7 +43,7 @@ def _groups(file: TdmsFile, reading: Reading, unusable: dict[str, str]) -> list[
             reading.grew(8 * len(channel))
             name = f"{group.name}/{channel.name}"
             if channel.dtype.kind not in "iuf":
-                unusable[name] = "is no array of real numbers"
+                unusable[name] = "is not an array of real numbers"
                 continue
             values = np.asarray(channel[:])
             unit = str(channel.properties.get("unit_string", ""))
