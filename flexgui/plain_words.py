@@ -64,9 +64,9 @@ def _refused_place(error: Exception) -> str:
 def _internal(error: Exception) -> str:
     """For errors that no part of the program has put into words."""
     if isinstance(error, MemoryError):
-        return "There is not enough memory for this; cut the recordings or simulate fewer samples."
+        return "There is not enough memory. Cut the recordings, or simulate fewer samples."
     text = " ".join(f"{type(error).__name__}: {error}".split()).rstrip(".: ")
-    return f"Internal error, a fault of FlexGUI and not of your input ({text})."
+    return f"Internal error in FlexGUI, not in your input ({text})."
 
 
 def _kept_traceback(error: Exception) -> str:

@@ -44,7 +44,7 @@ RETIRED = (
 )  # fmt: skip
 """Labels and sentences that were replaced."""
 
-FORBIDDEN = {**TERMS, **{re.escape(text): "its replacement" for text in RETIRED}}
+FORBIDDEN = {**TERMS, **{rf"{re.escape(text)}\b": "its replacement" for text in RETIRED}}
 
 NO_SENTENCES = {
     "flexgui/export/tables.py": "column names of CSV files",

@@ -112,7 +112,7 @@ def board_table(entries: Sequence[Entry], waiting: int) -> Table:
     used = {mark for e in entries for mark in _marks(e)}
     notes = [f"{mark} {meaning}." for mark, meaning in MARKS.items() if mark in used]
     if waiting:
-        notes.append(f"{waiting} more committed to a guess and have not revealed it yet.")
+        notes.append(f"{waiting} more guessed and have not revealed yet.")
     return Table(columns, rows, " ".join(notes))
 
 

@@ -13,7 +13,9 @@ Place = Annotated[Path, typer.Argument(help="Folder or zip of a challenge.")]
 
 
 def challenge(
-    seed: Annotated[int, typer.Option(help="Which challenge; the same seed, the same data.")],
+    seed: Annotated[
+        int, typer.Option(help="Number of the challenge; the same seed gives the same data.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder to write, or one file that ends in .zip.")],
     level: Annotated[str, typer.Option(help="easy: one hidden effect; hard: two.")] = "easy",
 ) -> None:
@@ -23,7 +25,7 @@ def challenge(
 
     check_writable(out.parent if out.suffix.lower() == ".zip" else out)
     write_challenge(make_challenge(seed, level), out)
-    typer.echo(f"The challenge is in {out}. Name what is missing, then: flexgui reveal {out}")
+    typer.echo(f"The challenge is in {out}. Find the missing effect, then: flexgui reveal {out}")
 
 
 def reveal(
@@ -39,7 +41,10 @@ def hand_in(
     place: Place,
     guess: Annotated[
         list[str],
-        typer.Option(help="Id of an effect, with a size after a colon; twice where two hide."),
+        typer.Option(
+            help="Id of an effect, with its size after a colon; give it twice for two "
+            "hidden effects."
+        ),
     ],
     name: Annotated[str, typer.Option(help="Whose guess it is.")] = "",
     out: Annotated[Path | None, typer.Option(help="File to write, here by default.")] = None,
@@ -53,8 +58,8 @@ def hand_in(
     obfuscated = obfuscated_truth(place)
     if len(guess) > most_guesses(obfuscated):
         raise InputError(
-            f"{len(guess)} guesses are too many: this challenge hides "
-            f"{most_guesses(obfuscated)}; give that many --guess."
+            f"{len(guess)} guesses are too many: this challenge hides {most_guesses(obfuscated)}. "
+            f"Give at most that many --guess."
         )
     given = HandIn(name, tuple(stated_guess(text) for text in guess), obfuscated)
     target = out or Path(given.filename)

@@ -68,7 +68,7 @@ def read_hand_in(path: Path) -> HandIn:
     try:
         read = msgspec.json.decode(opened(text, path.name, HEAD), type=_Content)
     except msgspec.DecodeError as error:
-        raise InputError(f"{path.name} is no hand-in of this program.") from error
+        raise InputError(f"{path.name} is not a hand-in of FlexGUI.") from error
     guesses = tuple(Guess(kind, size) for kind, size in read.guesses)
     return HandIn(plain_name(read.name), guesses, read.obfuscated, read.asked, read.changed)
 
@@ -86,7 +86,7 @@ def stated_guess(text: str) -> Guess:
     kind, _, size = (part.strip() for part in text.partition(":"))
     known = (*catalogue(), NONE_GUESSED)
     if kind not in known:
-        raise InputError(f"--guess {kind!r} is no effect; {did_you_mean(kind, known)}")
+        raise InputError(f"--guess {kind!r} is not an effect; {did_you_mean(kind, known)}")
     return Guess(kind, size)
 
 
@@ -125,12 +125,12 @@ class Grade:
 def grades(folder: Path) -> tuple[Grade, ...]:
     """One row per hand-in below a folder, by path; InputError where there is none."""
     if not folder.is_dir():
-        raise InputError(f"{folder} is no folder; give the one that holds the hand-ins.")
+        raise InputError(f"{folder} is not a folder; name the folder of the hand-ins.")
     paths = sorted(path for path in folder.rglob(f"*{ENDING}") if path.is_file())
     if not paths:
         raise InputError(
-            f"{folder} holds no hand-in; their names end in {ENDING}, and “Hand in” on the page "
-            "or flexgui hand-in writes them."
+            f"{folder} holds no hand-in (*{ENDING}). “Hand in” on the page or flexgui hand-in "
+            f"writes one."
         )
     return tuple(_graded(path, path.relative_to(folder).as_posix()) for path in paths)
 

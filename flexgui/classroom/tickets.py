@@ -67,8 +67,8 @@ ADDRESSES = 10_000
 TICKET_DAYS = 0.5
 """A day of lessons."""
 WHICH = "Which class do you want to join?"
-WRONG = "That code is not right; look at the board."
-TOO_MANY = "Many wrong codes came from here. The right one is on the board; it opens at any time."
+WRONG = "Wrong code. Look at the board."
+TOO_MANY = "Too many wrong codes from here. The right code is on the board; it always opens."
 
 
 class Tickets:
@@ -152,11 +152,9 @@ class Tickets:
             if sys.stdout.isatty():
                 print_line(qr_text(for_class))
         else:
-            print_line("No network was found: the page can be reached from this machine only.")
+            print_line("No network found: only this machine can open the page.")
         print_line(f"Join code: {self.words[CODE]}")
-        print_line(
-            "Open: to everybody in this network who has the code, without encryption (http)."
-        )
+        print_line("Open to everybody in this network who has the code; not encrypted (http).")
         print_line("Pages that may connect: " + ", ".join(origins))
         print_line(f"Your own: {self.own_address(home)}")
 

@@ -49,8 +49,8 @@ def export_outcome(
         reason = (error.strerror or str(error)).lower()
         place = f"{Path(error.filename).name}: " if isinstance(error.filename, str) else ""
         raise InputError(
-            f"The export into {out} failed ({place}{reason}) and what was there before is "
-            "unchanged; free some space or choose another folder with --out."
+            f"The export into {out} failed ({place}{reason}). The earlier files there are "
+            f"unchanged. Free some space, or choose another folder with --out."
         ) from error
 
 

@@ -18,10 +18,10 @@ WIDTH = 92
 """Characters in a line of a header."""
 
 LINEAR_LIMITS = (
-    "It is the linear model of small motion about a posture, with the drive's loop closed; the "
-    "posture is scheduled.",
-    "Without a place in it: sensor noise, the tip camera's own outputs z1 and z2, which are not "
-    "linear in the joint angles, and limits of the drives.",
+    "Linear model of small motion about a posture, with the drive's loop closed. The posture is "
+    "scheduled.",
+    "Not in this file: sensor noise, limits of the drives, and the camera outputs z1 and z2, "
+    "which are not linear in the joint angles.",
 )
 """Of every format that holds the matrices."""
 
@@ -68,7 +68,9 @@ def header(
     if inside:
         texts.append(f"Found and in this file: {_listed(inside)}.")
     if outside:
-        texts.append(f"Found, and NOT in this file, which has no place for it: {_listed(outside)}.")
+        texts.append(
+            f"Found, but NOT in this file, because its format cannot hold it: {_listed(outside)}."
+        )
     texts += limits
     return [line for text in texts for line in textwrap.wrap(text, WIDTH)]
 

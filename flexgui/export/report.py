@@ -39,8 +39,8 @@ from flexgui.views.table import Column, Row, Table, affine, mathml, matrices
 LARGEST = 4_000_000
 """Bytes: a mail takes such a report, and a browser opens it at once."""
 LEFT_OUT = (
-    "The motion in 3-D would make this report larger than 4 MB. The page saves it as a file of its "
-    "own: Export, 3-D playback."
+    "The 3-D motion would make this report larger than 4 MB. The page saves it as a separate "
+    "file: Export, 3-D playback."
 )
 
 SIGNALS = 130_000
@@ -113,7 +113,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-FIRST_FIT = "Of the identification: the first fit, of the model as given."
+FIRST_FIT = "First fit: identification of the model as given."
 
 
 def _recordings(
@@ -141,9 +141,9 @@ def _drawn(
     """Its figures, those of outputs that were not fitted apart, and how far the tip was missed."""
     about = [ROLES.get(recording.role, recording.role)]
     if recording.tip_rms is not None:
-        about.append(f"tip missed by {quantity(recording.tip_rms, 'm')} rms")
+        about.append(f"tip error {quantity(recording.tip_rms, 'm')} rms")
     if before is not None and before.tip_rms is not None:
-        about.append(f"as given by {quantity(before.tip_rms, 'm')}")
+        about.append(f"model as given {quantity(before.tip_rms, 'm')}")
     found: dict[str, Any] = {"about": ", ".join(about)}
     for name, fitted in (("fitted", True), ("others", False)):
         chosen = [c for c in recording.channels if c.fitted is fitted]

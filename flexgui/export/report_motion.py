@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 NO_PLAYER = (
-    "The motion in 3-D is left out: it needs viser; install it with pip install 'flexgui[page]' "
-    "and export again."
+    "The 3-D motion is left out, because viser is missing. Run pip install 'flexgui[page]' and "
+    "export again."
 )
 
 
@@ -56,7 +56,7 @@ def report_motion(
         shown = _shown(scenario, outcome, recording)
         page = playback_html(shown.motion, shown.ghost, shown.exaggeration)
     except (InputError, OSError) as error:
-        return Motion(Markup(""), f"The motion in 3-D is left out: {error}")
+        return Motion(Markup(""), f"The 3-D motion is left out: {error}")
     title = f"Motion of {shown.recording}"
     ghost = "" if shown.ghost is None else " The translucent arm is the measured one."
     note = f"{shown.recording}: {playback_note(shown.motion, shown.exaggeration)}{ghost}"

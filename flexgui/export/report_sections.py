@@ -84,8 +84,8 @@ def _planned(experiments: tuple[PlannedExperiment, ...]) -> Table | None:
     columns = (Column("Experiment"), Column("Expected score", numeric=True))
     rows = tuple(Row((experiment_title(e), format_number(e.score, 3))) for e in experiments)
     text = (
-        "Expected score: by how much the squared error of the wrong effect, in squared noise "
-        "floors, would be larger after refitting it; above 10 decides."
+        "Expected score: increase of the squared error, in squared noise floors, if the wrong "
+        "effect is refitted. Above 10 decides."
     )
     return Table(columns, rows, text) if rows else None
 

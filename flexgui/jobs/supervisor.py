@@ -329,8 +329,5 @@ def _lost(job: Job, worker: WorkerProcess) -> Ended:
         return Stopped()
     why = f"was lost with its worker process ({worker.ending})"
     if worker.hangs:
-        why = (
-            f"hangs: its worker process has shown no sign of life for {worker.silent:.0f} s and "
-            "is replaced"
-        )
+        why = f"stopped responding for {worker.silent:.0f} s"
     return WorkerLost(f"{job.task.title} {why}; start it again.")

@@ -1,4 +1,4 @@
-"""What is said of experiments that were not made yet: one that would decide, and a whole plan."""
+"""Sentences about planned experiments: one that distinguishes two effects, and a whole plan."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from flexgui.sentences.written import format_number, quantity
 if TYPE_CHECKING:
     from flexgui.core.experiments.design import Candidate, Design, Deviation
 
-SCORE = "an expected score of {}, where above {:g} decides"
+SCORE = "expected score {} (above {:g} decides)"
 
 LITTLE = 0.95
-"""Share of the deviation before from which on an experiment is not worth its time for it."""
+"""A standard deviation above this share of the one before counts as not improved."""
 
 
-def experiment_title(one: PlannedExperiment) -> str:
+def experiment_title(experiment: PlannedExperiment) -> str:
     """'3 s at θ₂ = 90° with ±0.6 rad/s, each level held for 0.1 s'."""
-    spec = SimulateSpec.model_validate(one.simulate)
+    spec = SimulateSpec.model_validate(experiment.simulate)
     return (
         f"{_long_at(spec.seconds, spec.theta2)} with ±{format_number(spec.amplitude, 2)} "
-        f"{one.unit}, each level held for {format_number(spec.hold, 2)} s"
+        f"{experiment.unit}, each level held for {format_number(spec.hold, 2)} s"
     )
 
 
@@ -36,17 +36,17 @@ def _long_at(seconds: float, theta2: float | None) -> str:
     return f"{format_number(seconds, 3)} s{place}"
 
 
-def experiment_sentence(one: PlannedExperiment) -> str:
-    """What it would decide."""
-    text, names, score = experiment_title(one), listed(one.between), format_number(one.score, 2)
-    if one.score < VERY_STRONG:
+def experiment_sentence(experiment: PlannedExperiment) -> str:
+    """Whether it would distinguish two effects."""
+    text, names = experiment_title(experiment), listed(experiment.between)
+    score = format_number(experiment.score, 2)
+    if experiment.score < VERY_STRONG:
         return f"{text} would not distinguish {names} (expected score {score})."
-    decides = SCORE.format(score, VERY_STRONG)
-    return f"To distinguish {names}, record {text}: the wrong one would then be worse by {decides}."
+    return f"To distinguish {names}, record {text}: {SCORE.format(score, VERY_STRONG)}."
 
 
 def plan_paragraphs(design: Design) -> tuple[str, ...]:
-    """One paragraph each: what to play, what it tells, what it decides."""
+    """One paragraph each: the references, the standard deviations, the effects distinguished."""
     from flexgui.core.experiments.trial import KEPT
 
     count = len(design.chosen)
@@ -55,14 +55,14 @@ def plan_paragraphs(design: Design) -> tuple[str, ...]:
     seconds = sum(c.trial.seconds for c in design.chosen)
     opening = (
         f"Record {count} experiment{'s' if count > 1 else ''}, {format_number(seconds, 3)} s in "
-        f"all. By the fitted model each uses at most {100 * KEPT:.0f} % of every limit."
+        f"total. By the fitted model each uses at most {100 * KEPT:.0f} % of every limit."
     )
-    lines = [_line(n, c, design) for n, c in enumerate(design.chosen, start=1)]
-    return (opening, *lines, _narrowed(design.deviations), *_decided(design))
+    lines = [_references(n, c, design) for n, c in enumerate(design.chosen, start=1)]
+    return (opening, *lines, _improved(design.deviations), *_distinguished(design))
 
 
-def _line(number: int, c: Candidate, design: Design) -> str:
-    trial, model = c.trial, design.fitted.model
+def _references(number: int, candidate: Candidate, design: Design) -> str:
+    trial, model = candidate.trial, design.fitted.model
     starts = listed(
         [f"θ{chr(0x2081 + k)} = {format_number(x, 4)}" for k, x in enumerate(trial.start)]
     )
@@ -75,28 +75,28 @@ def _line(number: int, c: Candidate, design: Design) -> str:
     )
 
 
-def _narrowed(deviations: Sequence[Deviation]) -> str:
-    narrowed = [d for d in deviations if d.after < LITTLE * d.before]
-    if not narrowed:
-        return "No parameter becomes known better by these experiments."
+def _improved(deviations: Sequence[Deviation]) -> str:
+    improved = [d for d in deviations if d.after < LITTLE * d.before]
+    if not improved:
+        return "These experiments improve no estimate."
     parts = [
         f"{d.estimate.name} {quantity(d.before, d.estimate.unit, 2)} to "
         f"{quantity(d.after, d.estimate.unit, 2)}"
-        for d in narrowed
+        for d in improved
     ]
-    rest = [d.estimate.name for d in deviations if d not in narrowed]
-    more = f" Not narrowed: {listed(rest)}." if rest else ""
+    rest = [d.estimate.name for d in deviations if d not in improved]
+    more = f" Not improved: {listed(rest)}." if rest else ""
     return (
-        "Expected standard deviations, before and after, of a fit to all channels as a diagnosis "
-        f"makes it: {listed(parts)}.{more}"
+        "Expected standard deviations, before and after, in a fit to all channels: "
+        f"{listed(parts)}.{more}"
     )
 
 
-def _decided(design: Design) -> tuple[str, ...]:
+def _distinguished(design: Design) -> tuple[str, ...]:
     if not design.competing:
         return ()
     names = listed(list(design.competing))
-    decides = SCORE.format(format_number(design.score, 2), VERY_STRONG)
+    score = SCORE.format(format_number(design.score, 2), VERY_STRONG)
     if design.decides:
-        return (f"Between {names}, the wrong one would be worse by {decides}.",)
-    return (f"These limits leave no experiment that tells {names} apart: {decides}.",)
+        return (f"They distinguish {names}: {score}.",)
+    return (f"No experiment within these limits distinguishes {names}: {score}.",)

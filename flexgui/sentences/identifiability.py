@@ -1,5 +1,4 @@
-"""What a person should know before using the estimates of a fit: what the data leave free, and
-what was noted on the way."""
+"""What the data do not determine, how well estimates repeat, and which model level was chosen."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ EXPONENT_TOLERANCE = 0.02
 
 GREEK = {"epsilon": "ε", "tau": "τ", "lambda": "λ"}
 
-STARTS_FREE = "The data do not determine all of the state in which each recording begins."
+STARTS_FREE = "The data do not fully determine the initial state of each recording."
 
 
 def sentences_of_fits(fits: Sequence[Fit]) -> tuple[str, ...]:
@@ -32,30 +31,30 @@ def sentences_of_fits(fits: Sequence[Fit]) -> tuple[str, ...]:
 
 
 def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
-    """What the data say nothing of, what they determine together only, and what hardly."""
-    found = fit.identifiability
-    if not found.names:
+    """What the data do not determine, what they determine only together, and what poorly."""
+    result = fit.identifiability
+    if not result.names:
         return ("Nothing was estimated.",)
-    labels, null = [_written(name) for name in found.names], found.null_directions
-    # Of the states in which recordings begin, dozens of numbers, nobody wants to know each.
-    own = np.array([not name.startswith(START) for name in found.names])
-    seen = identified(null, len(labels))
-    lines = [_about(d, labels) for d in null if np.any((np.abs(d) >= INVOLVED) & own)]
+    labels, null = [_symbols(name) for name in result.names], result.null_directions
+    # Initial states are dozens of numbers: a reader does not want a line for each.
+    own = np.array([not name.startswith(START) for name in result.names])
+    determined = identified(null, len(labels))
+    lines = [_undetermined(d, labels) for d in null if np.any((np.abs(d) >= INVOLVED) & own)]
     poorly = []
     together = np.tril(np.abs(fit.correlation) > TOGETHER, -1)
-    together &= np.outer(seen, seen) & (own[:, None] | own[None, :])
+    together &= np.outer(determined, determined) & (own[:, None] | own[None, :])
     for i, j in np.argwhere(together):
         pair, rho = f"{labels[j]} and {labels[i]}", float(fit.correlation[i, j])
         if abs(rho) > ALIKE:
             lines.append(
-                f"The data do not determine {pair} separately (correlation {rho:+.5f}): fix one "
-                f"of them to get the other."
+                f"The data do not determine {pair} separately (correlation {rho:+.5f}). Fix one "
+                "of them to get the other."
             )
         else:
             poorly.append(f"{pair} are poorly distinguishable (correlation {rho:+.3f}).")
     lines += [
         f"The data hardly determine {labels[i]}: its standard deviation exceeds its value."
-        for i in found.unsure if own[i] and seen[i]
+        for i in result.unsure if own[i] and determined[i]
     ]  # fmt: skip
     if not lines:
         lines = ["All estimated parameters are identifiable."]
@@ -63,7 +62,7 @@ def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
     return (*lines, *poorly)
 
 
-def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
+def _undetermined(direction: np.ndarray, labels: Sequence[str]) -> str:
     involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
     names, relative = [labels[int(i)] for i in involved], direction[involved]
     if len(names) == 1:
@@ -71,19 +70,19 @@ def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
     if len(names) == 2:
         return (
             f"The data determine {product(relative, names)}, not {names[0]} and {names[1]} "
-            "separately: fix one of them to get the other."
+            "separately. Fix one of them to get the other."
         )
     relative = relative / np.abs(direction).max()
     changes = ", ".join(f"{name} {x:+.2f} %" for name, x in zip(names, relative, strict=True))
     return (
-        f"The data do not distinguish {listed(names)}: changing them together ({changes}) changes "
-        f"nothing that is measured; fix one of them."
+        f"The data do not distinguish {listed(names)}. Changing them together ({changes}) changes "
+        "no measured signal. Fix one of them."
     )
 
 
 def invariant(valley: Valley) -> str:
     """What is constant along it, such as 'ε d⁴'."""
-    return product(valley.direction, [_written(name) for name in valley.names])
+    return product(valley.direction, [_symbols(name) for name in valley.names])
 
 
 def product(direction: np.ndarray, names: Sequence[str]) -> str:
@@ -103,8 +102,8 @@ def _power(name: str, exponent: float) -> str:
     return name + (text.translate(SUPERSCRIPTS) if text.lstrip("-").isdigit() else f"^({text})")
 
 
-def _written(label: str) -> str:
-    """A label as a person writes it: 'epsilon1@bench' -> 'ε1 (bench)'."""
+def _symbols(label: str) -> str:
+    """A label with Greek letters: 'epsilon1@bench' -> 'ε1 (bench)'."""
     name, _, recording = label.partition(MARK)
     stem = name.rstrip("0123456789")
     text = GREEK.get(stem, stem) + name[len(stem) :]
@@ -121,8 +120,8 @@ def _level(chosen: LevelChoice) -> str:
     number = format_number(chosen.ratio, 2)
     if chosen.level == "lpv":
         return (
-            f"Model level: linear parameter-varying; on these motions it is within {number} times "
-            f"the noise floor of the full equations."
+            f"Model level: linear parameter-varying; on these motions it differs from the full "
+            f"equations by at most {number} times the noise floor."
         )
     if not chosen.channel:
         return "Model level: full equations, which this rig needs."
@@ -132,19 +131,19 @@ def _level(chosen: LevelChoice) -> str:
     )
 
 
-def _repeats(found: tuple[Repeated, ...]) -> tuple[str, ...]:
+def _repeats(repeated: tuple[Repeated, ...]) -> tuple[str, ...]:
     """How well each parameter repeats, then the runs that disagree."""
     return (
         *(
-            f"{one.name} repeats to {_percent(one.between, one.mean)} between runs; one run knows "
-            f"it to {_percent(one.within, one.mean)}."
-            for one in found
+            f"{r.name}: standard deviation {_percent(r.between, r.mean)} between runs, "
+            f"{_percent(r.within, r.mean)} within a run."
+            for r in repeated
         ),
         *(
-            f"Run {each.run} differs in {one.name} by {100.0 * each.share:+.2g} %: temperature, "
-            f"load or gain."
-            for one in found
-            for each in one.disagreeing
+            f"Run {run.run} differs in {r.name} by {100.0 * run.share:+.2g} %. Check temperature, "
+            "load and gain."
+            for r in repeated
+            for run in r.disagreeing
         ),
     )
 

@@ -1,4 +1,4 @@
-"""What is said of ranked effects: their order, how they are related, why others were not named."""
+"""Sentences about ranked effects: their order, how they are related, why others were not named."""
 
 from __future__ import annotations
 
@@ -32,35 +32,35 @@ NO_MORE = 0.5
 """Per cent of the error: by less an effect that contains another explains no more than it."""
 
 ORDER = (
-    "Order: what was added or is named as missing, then by what is explained after refitting, then "
-    "by the estimate; last what cannot be distinguished from the model's own parameters."
+    "Order: effects added or named as missing; then by the share after refitting; then by the "
+    "estimate. Effects that cannot be distinguished from the model's own parameters come last."
 )
 
 
 def in_order(ranking: Sequence[RankedEffect], named: str | None = None) -> tuple[RankedEffect, ...]:
-    """As a reader is shown them, in the ORDER that is stated beside the list."""
+    """Effects as a list shows them, in the ORDER that is stated beside it."""
     return tuple(
         sorted(
             ranking,
-            key=lambda one: (
-                one.effect != named,
-                bool(one.tied_to),
-                one.refit_drop_percent is None,
-                -explained_share(one),
+            key=lambda effect: (
+                effect.effect != named,
+                bool(effect.tied_to),
+                effect.refit_drop_percent is None,
+                -explained_share(effect),
             ),
         )
     )
 
 
 def explained_share(ranked: RankedEffect) -> float:
-    """Per cent that an effect explains: by its refit, or what the screen expects."""
+    """Per cent that an effect explains: by its refit, else by the estimate before it."""
     refitted = ranked.refit_drop_percent
     return ranked.expected_drop_percent if refitted is None else refitted
 
 
 def worth_listing(ranking: Sequence[RankedEffect]) -> list[RankedEffect]:
-    """Without those that explain nothing, and without those that vanished when refitted: what
-    these seem to explain is something else that moved meanwhile."""
+    """Without effects that explain nothing, and without those whose size is zero after the refit:
+    there other parameters that were refitted with them explain the error."""
     return [r for r in ranking if explained_share(r) >= LEAST_SHARE and not _vanished(r.parameters)]
 
 
@@ -72,10 +72,10 @@ def _vanished(sizes: Sequence[Estimate]) -> bool:
 
 
 def tie(ranked: RankedEffect) -> str:
-    """'cannot be distinguished from m1, which would go from 95 kg to 190.0 ± 0.2 kg'; empty where
-    it can."""
+    """'cannot be distinguished from m1, which would change from 95 kg to 190.0 ± 0.2 kg'; empty
+    where it can."""
     moved = [
-        f"{e.name}, which would go from {quantity(e.start, e.unit, 4)} to {estimate_text(e)}"
+        f"{e.name}, which would change from {quantity(e.start, e.unit, 4)} to {estimate_text(e)}"
         for e in ranked.tied_to
     ]
     return f"cannot be distinguished from {listed(moved)}" if moved else ""
@@ -83,39 +83,40 @@ def tie(ranked: RankedEffect) -> str:
 
 def _contains(kind: str, other: str) -> bool:
     """Whether the effect `kind` has the effect `other` in it."""
-    one = catalogue().get(kind)
-    return one is not None and other in one.includes
+    effect = catalogue().get(kind)
+    return effect is not None and other in effect.includes
 
 
 def nesting(kind: str, best: str) -> str:
-    """'contains Coulomb friction', 'part of Stribeck friction', said of `kind`; empty where the
-    two are different explanations."""
-    known = catalogue()
+    """How `kind` is related to `best`: 'contains Coulomb friction', 'part of Stribeck friction';
+    empty where the two are different explanations."""
+    effects = catalogue()
     if _contains(kind, best):
-        return f"contains {known[best].title}"
-    return f"part of {known[best].title}" if _contains(best, kind) else ""
+        return f"contains {effects[best].title}"
+    return f"part of {effects[best].title}" if _contains(best, kind) else ""
 
 
-def round_sentence(one: DiagnosisRound) -> str:
-    """The experiment that would decide; else why effects were not added, and which could not be
-    judged at all."""
-    if one.experiments:
-        return experiment_sentence(one.experiments[0])
-    names = ", ".join(one.diverged)
-    lost = f"Could not be simulated at any size that was tried: {names}." if names else ""
-    refused = [f"{title} was not added: {_against(why)}." for title, why in one.refused]
-    return " ".join(s for s in (*refused, lost) if s)
+def round_sentence(searched: DiagnosisRound) -> str:
+    """The experiment that would distinguish the best two; else why effects were not added, and
+    which could not be simulated."""
+    if searched.experiments:
+        return experiment_sentence(searched.experiments[0])
+    names = ", ".join(searched.diverged)
+    diverged = f"Could not be simulated at any size: {names}." if names else ""
+    refused = [f"{title} was not added: {_reason(why)}." for title, why in searched.refused]
+    return " ".join(s for s in (*refused, diverged) if s)
 
 
-def _against(why: Objection) -> str:
-    was, now = (times(rms) for rms in why.unseen)
+def _reason(why: Objection) -> str:
+    was, now = why.unseen
     return {
         Reason.AT_BOUND: f"{why.parameter} ended at {format_number(why.bound, 3)} {why.unit}, the "
-        "bound of what is plausible",
-        Reason.UNSEEN: f"recordings that no fit has seen become worse with it, from {was} to {now} "
-        "the noise floor, so it probably imitates another effect",
-        Reason.UNSETTLED: "simulated with finer steps, the model is worse with it than without it",
-        Reason.INDISTINCT: "its size cannot be distinguished from no effect at all",
+        "bound of its plausible range",
+        Reason.UNSEEN: "it worsens the validation error from "
+        f"{format_number(was, 2, keep_zeros=True)} to {times(now)} the noise floor, so it "
+        "probably imitates another effect",
+        Reason.UNSETTLED: "with finer simulation steps it worsens the fit",
+        Reason.INDISTINCT: "its size cannot be distinguished from zero",
     }[why.reason]
 
 
@@ -131,30 +132,34 @@ class Finding:
 
     @property
     def others(self) -> list[tuple[float, RankedEffect]]:
-        """(per cent explained, effect) of those of which it is known."""
-        known = refitted(self.found_in.ranking)
-        return [(share, r) for share, r in known if r.effect != self.ranked.effect]
+        """(per cent explained, effect) of the other refitted effects of its round."""
+        shares = refitted(self.found_in.ranking)
+        return [(share, r) for share, r in shares if r.effect != self.ranked.effect]
 
 
 def refitted(ranking: Sequence[RankedEffect]) -> list[tuple[float, RankedEffect]]:
-    """(per cent explained, effect) of those of which it is known."""
+    """(per cent explained, effect) of the refitted effects."""
     shares = [(r.refit_drop_percent, r) for r in worth_listing(ranking)]
     return [(share, r) for share, r in shares if share is not None]
 
 
 def what_else(f: Finding) -> str:
-    """What else could explain it and why it was not named, and which experiment would decide."""
-    parts = (_larger(f), _smaller(f), _competing(f) if f.ranked.confused_with else _next_best(f))
+    """Other explanations, why they were not named, and which experiment would distinguish them."""
+    parts = (
+        _larger(f),
+        _smaller(f),
+        _indistinguishable(f) if f.ranked.confused_with else _next_best(f),
+    )
     return " ".join(p for p in parts if p)
 
 
-def _named(titles: list[str], one: str, several: str) -> str:
-    """'A contains', 'A and B contain': the titles with the verb for one or for several."""
-    return f"{listed(titles)} {one if len(titles) == 1 else several}"
+def _with_verb(titles: list[str], singular: str, plural: str) -> str:
+    """'A contains', 'A and B contain': the titles with the verb in the right number."""
+    return f"{listed(titles)} {singular if len(titles) == 1 else plural}"
 
 
 def _larger(f: Finding) -> str:
-    """Effects that are this one and more."""
+    """Effects that contain this one."""
     own, title = f.ranked.refit_drop_percent or 0.0, f.ranked.title
     larger = [(share, r) for share, r in f.others if _contains(r.effect, f.ranked.effect)]
     same = [r.title for share, r in larger if share < own + NO_MORE]
@@ -162,60 +167,58 @@ def _larger(f: Finding) -> str:
     texts = []
     if same:
         rest = ("explains no more: its", "explain no more: their")[len(same) > 1]
-        texts.append(
-            f"{_named(same, 'contains', 'contain')} {title} and {rest} additional parameters are "
-            "not needed."
-        )
+        verb = _with_verb(same, "contains", "contain")
+        texts.append(f"{verb} {title} and {rest} additional parameters are not needed.")
     if more:
-        verbs = _named(more, "contains", "contain")
+        verbs = _with_verb(more, "contains", "contain")
         texts.append(f"{verbs} {title}; the gain does not justify the additional parameters.")
     return " ".join(texts)
 
 
 def _smaller(f: Finding) -> str:
     """Effects that are a part of this one."""
-    known = [(share, r) for share, r in f.others if _contains(f.ranked.effect, r.effect)]
-    parts = [f"{r.title} ({percent(share)})" for share, r in known]
+    smaller = [(share, r) for share, r in f.others if _contains(f.ranked.effect, r.effect)]
+    parts = [f"{r.title} ({percent(share)})" for share, r in smaller]
     if not parts:
         return ""
-    weaker = ("by itself it is the weaker explanation", "by themselves they are weaker")
-    return f"{_named(parts, 'is', 'are')} part of {f.ranked.title}; {weaker[len(parts) > 1]}."
+    weaker = ("alone it explains less", "alone they explain less")
+    return f"{_with_verb(parts, 'is', 'are')} part of {f.ranked.title}; {weaker[len(parts) > 1]}."
 
 
-def _competing(f: Finding) -> str:
+def _indistinguishable(f: Finding) -> str:
     titles = {r.effect: r.title for r in f.found_in.ranking}
     titled = listed([titles.get(kind, kind) for kind in f.ranked.confused_with], "or")
     text = (
-        f"These recordings cannot distinguish {f.ranked.title} from {titled}: refitted, each "
-        "explains the same within the noise."
+        f"These recordings cannot distinguish {f.ranked.title} from {titled}: after refitting, "
+        "each explains the same within the noise."
     )
     return f"{text} {round_sentence(f.found_in)}".strip()
 
 
 def _next_best(f: Finding) -> str:
-    """The most that a different effect explains; no higher figure of the list goes unsaid."""
+    """The different effect that explains most, and all with a higher estimate."""
     different = [(s, r) for s, r in f.others if not nesting(r.effect, f.ranked.effect)]
     if not different:
         return ""
-    share, second = max(different, key=lambda one: one[0])
+    share, second = max(different, key=lambda pair: pair[0])
     which = "different" if len(different) < len(f.others) else "best"
     text = f"The next {which} explanation, {second.title}, reaches {percent(share)}"
-    return f"{text}{_against_second(share, second, f.ranked)}. {_promised(f, share)}".strip()
+    return f"{text}{_why_not(share, second, f.ranked)}. {_not_refitted(f, share)}".strip()
 
 
-def _against_second(share: float, second: RankedEffect, best: RankedEffect) -> str:
-    """Why a close second is not the first."""
+def _why_not(share: float, second: RankedEffect, best: RankedEffect) -> str:
+    """Why a second effect that explains nearly as much was not named."""
     own = best.refit_drop_percent or 0.0
     if share < CLOSE_SECOND * own or second.delta_bic is None or best.delta_bic is None:
         return ""
     behind = best.delta_bic - second.delta_bic
     if behind <= 0.0:
-        return ", with more parameters for the same: the simpler one is preferred"
+        return ", but needs more parameters: the simpler one is preferred"
     return f", but the evidence for it is weaker by ΔBIC {evidence(behind)}"
 
 
-def _promised(f: Finding, share: float) -> str:
-    """Of effects that were not refitted and stand in the list with a higher figure."""
+def _not_refitted(f: Finding, share: float) -> str:
+    """Effects that were not refitted and whose estimate is higher than `share`."""
     higher = [
         f"{r.title} (≈ {percent(r.expected_drop_percent)})"
         for r in f.found_in.ranking

@@ -1,4 +1,4 @@
-"""The verdict as a student reads it: what was found, how sure, how big, what else, what remains."""
+"""The verdict in sentences: what was found, how sure, how large, what else, what remains."""
 
 from __future__ import annotations
 
@@ -17,10 +17,8 @@ from flexgui.core.results import (
 )
 from flexgui.core.sentences import first_sentence, listed
 from flexgui.sentences.figures import (
-    BY_CHANNEL,
     COMPLETE,
     FLOOR_IS,
-    MISSES,
     at_bounds,
     by_channel,
     explained,
@@ -30,7 +28,7 @@ from flexgui.sentences.figures import (
     on_validation,
     percent,
     times,
-    unseen_rms,
+    validation_rms,
     vibration,
 )
 from flexgui.sentences.ranked import Finding, refitted, round_sentence, what_else
@@ -56,14 +54,14 @@ def verdict_paragraphs(found: Diagnosis) -> tuple[str, ...]:
     paragraphs = [*opening(found), _ruled_out(found)]
     if found.stopped:
         paragraphs.append(
-            "The search was stopped before it was complete: other effects may explain more than "
+            "The search was stopped before it was complete. Other effects may explain more than "
             "those listed here."
         )
     return tuple(p for p in paragraphs if p)
 
 
 def gist(found: Diagnosis) -> str:
-    """What is missing, where something is: for a card whose title says no more."""
+    """One sentence for a card: what is missing."""
     return STOPPED if found.stopped else first_sentence(verdict_paragraphs(found)[0])
 
 
@@ -71,33 +69,32 @@ def _findings(found: Diagnosis) -> list[Finding]:
     """The effects that are in the model at the end; the best of the ranking where none was to be
     added."""
     if not found.limit:
-        # Of a ranking that was stopped none is the best yet.
-        unknown = found.stopped or not found.ranking
-        best = [] if unknown else [found.ranking[0]]
+        # In a ranking that was stopped the first is not yet the best.
+        best = [] if found.stopped or not found.ranking else [found.ranking[0]]
         return [Finding(ranked, found.rounds[0], found.steps[0], None) for ranked in best]
-    accepted = [one for one in found.rounds if one.accepted is not None]
+    accepted = [r for r in found.rounds if r.accepted is not None]
     added = [(a, b) for a, b in pairwise(found.steps) if b.added is not None]
     named = []
-    for one, (before, after) in zip(accepted, added, strict=True):
-        kind = _at_the_end(one.accepted or "", found.kept)
-        ranked = next((r for r in one.ranking if r.effect == kind), None)
+    for found_in, (before, after) in zip(accepted, added, strict=True):
+        kind = _kept_kind(found_in.accepted or "", found.kept)
+        ranked = next((r for r in found_in.ranking if r.effect == kind), None)
         if ranked is not None:
-            named.append(Finding(ranked, one, before, after))
+            named.append(Finding(ranked, found_in, before, after))
     return named
 
 
-def _at_the_end(kind: str, kept: Sequence[str]) -> str:
-    """What an added effect is in the end: itself, or a simpler one that took its place."""
-    one = catalogue().get(kind)
-    simpler = [] if one is None or kind in kept else [k for k in one.includes if k in kept]
+def _kept_kind(kind: str, kept: Sequence[str]) -> str:
+    """Id of an added effect at the end: its own, or that of a simpler one that replaced it."""
+    effect = catalogue().get(kind)
+    simpler = [] if effect is None or kind in kept else [k for k in effect.includes if k in kept]
     return kind if kind in kept else next(iter(simpler), "")
 
 
 def _sizes(found: Diagnosis, ranked: RankedEffect) -> Sequence[Estimate]:
-    """Of one effect as they stand at the end, with those of what it includes."""
+    """Final parameters of one effect, with those of the effects that it includes."""
     if ranked.effect not in found.kept:
         return ranked.parameters
-    parts = {one.kind for one in with_included([catalogue()[ranked.effect]])}
+    parts = {e.kind for e in with_included([catalogue()[ranked.effect]])}
     return [e for e in found.steps[-1].parameters if found.origins.get(e.name) in parts]
 
 
@@ -107,30 +104,30 @@ def _missing(found: Diagnosis) -> list[str]:
         return _unlisted(found)
     first, *more = [f.ranked.title for f in findings]
     after = f", then {listed(more)}" if more else ""
-    # Without a ladder the model may be one that has grown already.
-    which = "As given, the" if found.limit else "The"
+    # Without a ladder the model may already contain added effects.
+    which = "model as given" if found.limit else "model"
     paragraphs = [
-        f"The first missing effect is {first}{after}. {which} model's error is "
+        f"The first missing effect is {first}{after}. The error of the {which} is "
         f"{times(found.error_given.rms)} {FLOOR}"
     ]
     for f in findings:
-        paragraphs += [_found(f, _sizes(found, f.ranked)), what_else(f)]
+        paragraphs += [_described(f, _sizes(found, f.ranked)), what_else(f)]
     complete = COMPLETE if any(_sizes(found, f.ranked) for f in findings) else ""
-    needless = ""
+    removed = ""
     if found.needless:
         them = "it" if len(found.needless) == 1 else "them"
-        needless = (
-            f"{listed(found.needless)} seemed to be missing at first, but with what was added "
-            f"later the error is as small without {them}."
+        removed = (
+            f"{listed(found.needless)} seemed to be missing at first. With the later effects the "
+            f"error is as small without {them}."
         )
-    ending = " ".join(p for p in (_stuck(found), complete) if p)
-    return [*paragraphs, needless, _remains(found), ending]
+    ending = " ".join(p for p in (_at_bounds(found), complete) if p)
+    return [*paragraphs, removed, _remains(found), ending]
 
 
-def _stuck(found: Diagnosis) -> str:
-    """Nominal parameters at a bound; of sizes it is said where they stand."""
-    known = catalogue()
-    own = {one.kind for one in with_included([known[kind] for kind in found.kept])}
+def _at_bounds(found: Diagnosis) -> str:
+    """Nominal parameters at a bound; parameters of effects say it beside their value."""
+    effects = catalogue()
+    own = {e.kind for e in with_included([effects[kind] for kind in found.kept])}
     return at_bounds(
         [e for e in found.steps[-1].parameters if found.origins.get(e.name) not in own]
     )
@@ -144,8 +141,8 @@ def _refused(found: Diagnosis) -> str:
     return round_sentence(last)
 
 
-def _found(f: Finding, sizes: Sequence[Estimate]) -> str:
-    """What it is, how big, what it explains, how sure."""
+def _described(f: Finding, sizes: Sequence[Estimate]) -> str:
+    """What it is, how large, what it explains, how sure."""
     gist = first_sentence(catalogue()[f.ranked.effect].story)
     explains = explained(f.ranked, f.before, f.after)
     parts = (f"{f.ranked.title}. {gist}", how_big(sizes), explains, how_sure(f.ranked))
@@ -153,127 +150,133 @@ def _found(f: Finding, sizes: Sequence[Estimate]) -> str:
 
 
 def _remains(found: Diagnosis) -> str:
-    """What is left after the last step, and what to make of it."""
+    """The error after the last step, and what it means."""
     endings = {NOTHING: _at_the_floor, UNLISTED: _unexplained, MISSING: _more}
     ending = endings[found.final_verdict](found) if found.final_verdict else ""
-    parts = (_left(found), on_validation(found.steps[-1].errors), ending, _refused(found))
+    parts = (
+        _error_by_channel(found),
+        on_validation(found.steps[-1].errors),
+        ending,
+        _refused(found),
+    )
     return " ".join(p for p in parts if p)
 
 
 IDEALISED = (
-    "That is more than the noise, and little beside what the effects in the model explain: their "
-    "laws, such as that of dry friction, are idealised and may miss as much."
+    "That is more than the noise, but little compared with what the effects explain. Their laws "
+    "are idealised (dry friction, for example) and may cause an error of this size."
 )
 
 
 def _at_the_floor(found: Diagnosis) -> str:
-    """The end where nothing is left of what was fitted; unseen recordings may hold more."""
-    left, unseen = found.error_left, unseen_rms(found.steps[-1].errors)
-    if left.above_exact_laws:
+    """The fitted recordings are explained; the validation recordings may not be."""
+    remains, validation = found.error_left, validation_rms(found.steps[-1].errors)
+    if remains.above_exact_laws:
         return IDEALISED
-    if left.above_known_floors:
-        factor = format_number(max(left.within.values()), 2)
+    if remains.above_known_floors:
+        factor = format_number(max(remains.within.values()), 2)
         return (
-            f"The noise was estimated, which is good to a factor of {factor}: what remains may be "
-            f"all noise. State the sensors' noise for a sharper verdict."
+            f"The noise is an estimate, good to a factor of {factor}: the residual may be all "
+            "noise. State the sensors' noise for a sharper verdict."
         )
-    if not unseen >= ABOVE_IN_ONE:
-        return "That is the noise floor: these recordings hold nothing more to explain."
+    if not validation >= ABOVE_IN_ONE:
+        return "That is the noise floor: these recordings show nothing more to explain."
     return (
-        "The recordings that were fitted hold nothing more to explain, but the unseen ones do: "
-        "either they are noisier, or they move in a way that the fitted ones hardly show, where "
-        "parameters that are a little off, or an effect, count for more. Fit some of them too, "
-        "and diagnose again."
+        "The fitted recordings are explained; the validation recordings are not. Either these are "
+        "noisier, or their motion shows errors that the fitted recordings hardly show: in a "
+        "parameter, or by an effect. Fit some of them too, and diagnose again."
     )
 
 
-def _left(found: Diagnosis) -> str:
-    """By channel; before anything was added it is no rest but the error itself."""
-    last = found.steps[-1]
+def _error_by_channel(found: Diagnosis) -> str:
+    """Of the last model, by channel."""
+    which = "Error"
     if found.added:
-        return f"What remains: {by_channel(found.error_left, last, BY_CHANNEL)}."
-    without = "Without it the" if found.verdict == MISSING and _findings(found) else "The"
-    return f"{without} model {by_channel(found.error_left, last, MISSES)}."
+        which = "Remaining error"
+    elif found.verdict == MISSING and _findings(found):
+        which = "Error without it"
+    return f"{which}: {by_channel(found.error_left, found.steps[-1])}."
 
 
 def _more(found: Diagnosis) -> str:
-    """What the search would have added after its last step."""
+    """The next effect that the search would have added."""
     ranking = found.rounds[-1].ranking if found.rounds else ()
     if not ranking or ranking[0].refit_drop_percent is None:
         return ""
     share = percent(ranking[0].refit_drop_percent)
     return (
-        f"More can be explained: {ranking[0].title} would take {share} of what remains above the "
-        f"noise floor. The search ended at its limit of {found.limit}; a higher limit continues it."
+        f"More can be explained: {ranking[0].title} would explain {share} of the remaining error "
+        f"above the noise floor. The search ended at its limit of {found.limit}; raise it to "
+        "continue."
     )
 
 
 def _unexplained(found: Diagnosis) -> str:
-    """A rest above the floor."""
+    """An error above the noise floor that no listed effect explains."""
     return (
-        f"An error of {times(found.error_left.rms)} the noise floor remains that no listed effect "
-        f"explains: something else is missing too. {vibration(found.error_left)}"
+        f"The remaining error is {times(found.error_left.rms)} the noise floor, and no listed "
+        f"effect explains it: something else is missing too. {vibration(found.error_left)}"
     ).strip()
 
 
 def _nothing(found: Diagnosis) -> list[str]:
     count = len(found.ranking)
-    tried = f" {count} effects were tried, and none explains enough of the error to count."
+    tried = f" None of the {count} effects tried explains enough of the error."
     first = (
         f"Nothing is missing that these recordings could show. The error of the model is "
         f"{times(found.error_given.rms)} {FLOOR}{tried if count else ''} Effects that these "
         f"motions barely excite may remain undetected."
     )
-    return [first, _not_tried(found), _remains(found), _stuck(found)]
+    return [first, _not_tried(found), _remains(found), _at_bounds(found)]
 
 
 def _unlisted(found: Diagnosis) -> list[str]:
     opening = (
         f"Something is missing that is not in the list of effects. The error of the model is "
-        f"{times(found.error_given.rms)} {FLOOR} None of the {len(found.ranking)} effects that "
-        f"were tried reduces the error enough."
+        f"{times(found.error_given.rms)} {FLOOR} None of the {len(found.ranking)} effects tried "
+        f"reduces the error enough."
     )
-    if best := _most(found.ranking):
-        closest = f"The closest, {best[0]}, explains {best[1]} of the error above the noise floor."
+    if best := _best(found.ranking):
+        closest = f"The best, {best[0]}, explains {best[1]} of the error above the noise floor."
         opening = " ".join(part for part in (opening, closest, _refused(found)) if part)
-    rest = (
-        f"{_left(found)} The error maps show when and where it happens; you can write an "
-        f"effect of your own as a formula."
+    advice = (
+        f"{_error_by_channel(found)} The error maps show when and where it happens. You can write "
+        "your own effect as a formula."
     )
-    return [opening, vibration(found.error_left), _not_tried(found), rest, _stuck(found)]
+    return [opening, vibration(found.error_left), _not_tried(found), advice, _at_bounds(found)]
 
 
-def _most(ranking: Sequence[RankedEffect]) -> tuple[str, str] | None:
-    """(title, share) of what explains most of those of which it is known."""
-    known = [(share, r.title) for share, r in refitted(ranking)]
-    return (max(known)[1], percent(max(known)[0])) if known else None
+def _best(ranking: Sequence[RankedEffect]) -> tuple[str, str] | None:
+    """(title, share) of the refitted effect that explains most."""
+    shares = [(share, r.title) for share, r in refitted(ranking)]
+    return (max(shares)[1], percent(max(shares)[0])) if shares else None
 
 
 def _unfinished(found: Diagnosis) -> list[str]:
-    """A stopped search that named nothing proves nothing about the list."""
-    best = _most(found.rounds[-1].ranking if found.rounds else ())
+    """A stopped search that named no effect says nothing about the listed effects."""
+    best = _best(found.rounds[-1].ranking if found.rounds else ())
     share = "of the error above the noise floor"
-    most = f" So far {best[0]} explains most, {best[1]} {share}." if best else ""
+    most = f" So far {best[0]} explains most: {best[1]} {share}." if best else ""
     return [
         f"Something is missing: the error of the model is {times(found.error_given.rms)} {FLOOR} "
-        f"The cause was not found yet.{most}"
+        f"Its cause is not found yet.{most}"
     ]
 
 
 def _not_tried(found: Diagnosis) -> str:
     """What these recordings cannot show."""
-    known = catalogue()
-    titles = [known[kind].title for kind in found.not_applicable if kind in known]
-    unseen = [title for title in titles if title not in found.ruled_out]
-    return f"Not tried, since these recordings cannot show it: {listed(unseen)}." if unseen else ""
+    effects = catalogue()
+    titles = [effects[kind].title for kind in found.not_applicable if kind in effects]
+    titles = [title for title in titles if title not in found.ruled_out]
+    return f"Not tried, as these recordings cannot show it: {listed(titles)}." if titles else ""
 
 
 def _ruled_out(found: Diagnosis) -> str:
-    """What was not sought, by each statement about the rig."""
+    """Effects that were not tried, by the statement about the rig that excludes them."""
     by: dict[str, list[str]] = {}
     for title, statement in found.ruled_out.items():
         by.setdefault(statement, []).append(title)
     return " ".join(
-        f"Not sought, since it is stated that {statement}: {listed(titles)}."
+        f"Not tried, as it is stated that {statement}: {listed(titles)}."
         for statement, titles in by.items()
     )

@@ -45,7 +45,7 @@ RESTORED = "Your work of {} is restored; start interrupted computations again."
 WITHOUT = "Your work of {} is restored without its results, which are set aside as {}: {}"
 UNREAD = "Your work of {} cannot be read and is set aside as {}: {}"
 UNMOVED = "Your work of {} cannot be put back now and stays where it is ({}); try again."
-NOT_KEPT = "Your work cannot be written to the disk, so it ends with this server: export it."
+NOT_KEPT = "Autosave failed: export now."
 
 log = logging.getLogger(__name__)
 

@@ -52,37 +52,39 @@ DONE = "Done"
 BEGIN, END = "Begin the tour", "End the tour"
 
 TRIED = (
-    "Every known effect is tried on the residual; the list shows how much of the "
-    "error each would explain. Open What is it? to read about one."
+    "Every known effect is tried on the residual. The list shows the share of the error that each "
+    "explains. Open What is it? to read more."
 )
 OFFER = Card(
-    "Find out what your robot model does not know.",
-    "The tour: look, compare, diagnose, add, with recordings of an arm that has an effect which "
-    "its model does not know. Or your own recordings: CSV, Parquet or MAT files.",
+    "Find the physics your model lacks.",
+    "The tour: an arm with one hidden effect. Look, compare, diagnose, add. Or use your own "
+    "recordings: CSV, Parquet or MAT files.",
     BEGIN,
 )
 AT_ARM = Card(LOOK, "This is the arm. Press Next: take measurements to see what was recorded.")
 AT_DATA = Card(
     LOOK,
-    "An effect is in these recordings that the model does not know. Press Play in the time-line "
-    "and watch the arm bend; the plots show its references and what the sensors measured. Then "
-    "press Next: identify, which fits the model as it is.",
+    "These recordings contain an effect that the model lacks. Press Play in the time-line and "
+    "watch the arm bend. The plots show references and measurements. Then press Next: identify "
+    "to fit the model.",
 )
 TO_FIT = Card(
     COMPARE,
-    "Press Start identification: the model is fitted as it is, to see afterwards where it fails.",
+    "Press Start identification: it fits the model's parameters. Then you can see where the model "
+    "fails.",
 )
-FITTING = Card(COMPARE, "The model is fitted as it is, to see afterwards where it fails.")
+FITTING = Card(
+    COMPARE, "The model's parameters are fitted. Then you can see where the model fails."
+)
 FITTED = Card(
     COMPARE,
-    "The model is fitted as well as it can be. Press Next: compare model and measurements to see "
-    "where it fails.",
+    "The model is fitted. Press Next: compare model and measurements to see where it fails.",
 )
-UNFITTED = Card(COMPARE, "The model has to be fitted first: press Identify first.")
+UNFITTED = Card(COMPARE, "The model is not fitted yet. Press Identify first.")
 AT_COMPARE = Card(
     COMPARE,
-    "The worst places are buttons: press one, and plots, time-line and arm go there. Then press "
-    "Next: diagnose, which tries every known effect on the residual.",
+    "Press one of the worst places: plots, time-line and arm jump to it. Then press Next: "
+    "diagnose to try every known effect on the residual.",
 )
 TO_FIND = Card(DIAGNOSE, f"Press Find what is missing. {TRIED}")
 LOOKING = Card(DIAGNOSE, TRIED)

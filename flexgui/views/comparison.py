@@ -40,11 +40,11 @@ def comparison(
         for c in shown
         for part in _parts(c, given.get(c.channel), points, bands.get(c.channel, 0.0))
     ]
-    text = "Residual: measured minus model, over the samples that count."
+    text = "Residual: measured minus model, in the samples that are compared."
     if any(channel.time.size > points for channel in shown):
         text += (
-            f" Long traces are drawn with about {points} points, the least and the greatest value "
-            "of each stretch; the tables hold every sample."
+            f" Long traces show about {points} points: minimum and maximum of each interval. The "
+            f"tables hold every sample."
         )
     height = HEIGHT_OF_FRAME + HEIGHT_PER_CHANNEL * len(shown)
     gap = GAP / max(len(shown), 1)

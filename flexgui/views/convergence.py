@@ -33,9 +33,9 @@ History = Mapping[str, Sequence[Generation]]
 def convergence(fits: Sequence[Fit]) -> Figure | None:
     """Cost over generations on a logarithmic axis; None where no fit evolved."""
     history = {fit.label: fit.convergence for fit in fits if len(fit.convergence) > 1}
-    text = "Line: best member of each generation."
+    text = "Line: best of each generation."
     if len(history) <= BANDS:
-        text += " Dotted: mean of the population. Shaded: from its best to its worst member."
+        text += " Dotted: population mean. Shaded: best to worst member."
     return _costs(history, text, 380) if history else None
 
 

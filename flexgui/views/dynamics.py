@@ -60,7 +60,7 @@ def step(response: StepResponse) -> Figure:
         ),
         axis(clock.label("time"), range=[0.0, float(response.time[-1]) * clock.factor]),
         axis(f"{_outputs(response)} [{per_reference(unit, response.references)}]"),
-        f"Unit step of each reference; shown is the {what}.", **KEPT,
+        f"Unit step of each reference: {what}.", **KEPT,
     )  # fmt: skip
 
 
@@ -80,7 +80,7 @@ def frequency_response(response: FrequencyResponse) -> Figure:
         pair_lines(response.frequency, gain, response, "%{y:.3g}"),
         _frequencies(response),
         axis(title, type="log", range=ends, dtick=1, exponentformat="power"),
-        "Magnitude of the response from each reference to each output.", **KEPT,
+        "Magnitude from each reference to each output.", **KEPT,
     )  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def phase_response(response: FrequencyResponse) -> Figure:
         pair_lines(response.frequency, phase, response, "%{y:.0f}°"),
         _frequencies(response),
         axis(f"arg {_outputs(response)} [deg]", dtick=90),
-        "Phase of the response from each reference to each output.", **KEPT,
+        "Phase from each reference to each output.", **KEPT,
     )  # fmt: skip
 
 
@@ -174,8 +174,8 @@ def poles(values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode
         traces,
         axis("Re s [1/s]", range=[left, -0.12 * left], zeroline=True, zerolinecolor=colours.AXIS),
         axis("Im s [rad/s]", range=[-0.05 * top, top]),
-        "Cross: a pole with the drive closed. Circle: with the joints clamped. The lower half of "
-        "the plane mirrors this one.",
+        "Cross: pole with the drive closed. Circle: with the joints clamped. The lower half-plane "
+        "is a mirror image.",
         annotations=notes, **(KEPT | {"hovermode": "closest"}),
     )  # fmt: skip
 

@@ -51,8 +51,8 @@ def error_map(
     height = int(max(height, LEAST_HEIGHT))
     gap = min(GAP / (height - HEIGHT_OF_FRAME + GAP), 0.9 / max(len(parts) - 1, 1))
     text = (
-        "Root mean square error in multiples of the noise floor: pale cells are at the noise "
-        "floor, dark ones are where the model fails. Empty cells hold no samples."
+        "Rms error in multiples of the noise floor. Pale: at the noise floor. Dark: the model "
+        "fails. Empty: no samples."
     )
     drawn = panes(parts, None, text, height, gap, shapes=outlines)
     if last.axis == "time":

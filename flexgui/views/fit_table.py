@@ -22,7 +22,7 @@ from flexgui.views.pooled import (
 )
 from flexgui.views.table import Row, Table, numbers, texts
 
-FIT_IS = "FIT is 100 % for a perfect match and 0 % for a model no better than a constant."
+FIT_IS = "FIT: 100 % is a perfect match, 0 % is no better than a constant."
 ROLES = {ESTIMATE: "estimation", VALIDATE: "validation"}
 
 OF_ROW = texts("Recording", "Role", "Output")
@@ -65,7 +65,7 @@ def fit_table(
         tuple(rows),
         "r: measured minus model. y: measured. An output marked * was not fitted. "
         "FIT = 100 (1 − ‖r‖ / ‖y − mean‖), not below 0. "
-        "In the rows of all recordings FIT is a mean and the rms error counts all samples alike.",
+        "In rows of all recordings FIT is the mean, and the rms error is over all samples.",
     )
 
 
@@ -132,8 +132,8 @@ def variants(outcome: Outcome) -> Table | None:
     return Table(
         (*OF_ROW, *numbers("this model", *(variant.title for variant in outcome.variants))),
         tuple(rows),
-        "Normalised error ‖measured − model‖ / ‖measured − its mean‖, no unit; the least of each "
-        "row is coloured. Rows of all recordings hold the mean.",
+        "Normalised error ‖measured − model‖ / ‖measured − its mean‖, no unit. The smallest of "
+        "each row is coloured. Rows of all recordings hold the mean.",
     )
 
 

@@ -1,4 +1,4 @@
-"""What stands first: the model as it now stands, and beside it the first fit of it as given."""
+"""The model after the diagnosis, and beside it the first fit of the model as given."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from flexgui.core.results import (
     RecordingComparison,
 )
 from flexgui.core.sentences import listed
-from flexgui.sentences.figures import fell
+from flexgui.sentences.figures import error_change
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.views.pooled import derived_names, overall_estimates
 
 AS_GIVEN = "As given"
-BIASED = "as given; biased, since an effect was missing"
+BIASED = "as given; biased, because an effect was missing"
 COMPLETE = "±\N{NO-BREAK SPACE}values hold only if the model is complete."
-SHORT_OF = "An effect is still missing in it, so that these values are biased too."
+SHORT_OF = "An effect is still missing, so these values are biased too."
 ENDS = {
     MISSING: "something is still missing",
-    NOTHING: "nothing is missing any more",
+    NOTHING: "nothing more is missing",
     UNLISTED: "something is still missing that no listed effect explains",
-    None: "the search for what else is missing was stopped",
+    None: "the search for more effects was stopped",
 }
-"""Verdict after the ladder -> what is said of the model as it now stands."""
+"""Verdict after the ladder -> its words."""
 PLACES = {"arm": "arm", "drive": "drive", "sensor": "sensors"}
 
 
@@ -45,7 +45,7 @@ def verdict_now(found: Diagnosis) -> str:
     if not found.added:
         return next(iter(verdict_paragraphs(found)), "")
     first, last = found.steps[0], found.steps[-1]
-    return f"With {kept(found)} {ENDS[found.final_verdict]}: {fell(first, last)}."
+    return f"With {kept(found)} {ENDS[found.final_verdict]}: {error_change(first, last)}."
 
 
 def kept(found: Diagnosis) -> str:
@@ -98,9 +98,9 @@ def belongs_to(outcome: Outcome, name: str) -> str:
 def belongs_in_words(outcome: Outcome, name: str) -> str:
     """The same for a person: 'arm', 'sensors', 'Coulomb friction'."""
     kind = belongs_to(outcome, name)
-    one = catalogue().get(kind)
+    effect = catalogue().get(kind)
     own = {s.added: s.title for s in outcome.diagnosis.steps} if outcome.diagnosis else {}
-    return PLACES.get(kind) or (own.get(kind, kind) if one is None else one.title)
+    return PLACES.get(kind) or (own.get(kind, kind) if effect is None else effect.title)
 
 
 def follows(outcome: Outcome) -> frozenset[str]:

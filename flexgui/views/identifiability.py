@@ -59,8 +59,8 @@ def valley(fits: Sequence[Fit]) -> Figure | None:
     rise = 100.0 * (float(np.nanmax(found.cost_ratio)) - 1.0)
     change = f"rises by {rise:.2g} % at most" if rise >= VISIBLE else "does not change"
     text = (
-        f"Along the curve {invariant(found)} is constant and the cost {change}: "
-        "the data cannot distinguish its points."
+        f"Along the curve {invariant(found)} is constant and the cost {change}. The data cannot "
+        f"distinguish its points."
     )
     symbols = {e.name: e.symbol for fit in fits for e in fit.estimates}
     x_axis, y_axis = (
@@ -101,10 +101,7 @@ def correlation(fit: Fit) -> Figure | None:
         zmin=-1, zmax=1, texttemplate="%{z:.2f}" if len(names) <= WRITTEN else None,
         hovertemplate="%{z:.4f}<extra></extra>", xgap=2, ygap=2,
     )  # fmt: skip
-    text = (
-        f"Correlations of {fit.label}. Near ±1 the data hardly distinguish the two: "
-        "a change of one nearly compensates the other."
-    )
+    text = f"Correlations of {fit.label}. Near ±1 the data hardly distinguish the two parameters."
     x = named_axis(names, "parameter", automargin=True)
     height = 200 + 44 * min(max(len(names), 3), 12)
     return figure([cells], x, x | {"autorange": "reversed"}, text, height)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from flexgui.core.results import Diagnosis, LadderStep
-from flexgui.sentences.figures import LEFT_BY_ALL, unseen_rms
+from flexgui.sentences.figures import FLOOR_IS, validation_rms
 from flexgui.sentences.written import channel_symbol, estimate_text, format_number, quantity
 from flexgui.views import colours
 from flexgui.views.headline import COMPLETE
@@ -53,13 +53,13 @@ def ladder(steps: Sequence[LadderStep]) -> Figure | None:
     if not steps:
         return None
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
-    validation = [unseen_rms(step.errors) for step in steps]
+    validation = [validation_rms(step.errors) for step in steps]
     highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
     low = float(np.log10(BAND))
     length = (float(np.log10(max(highest, 1.5))) - low) / (1.0 - NUMBERS)
     text = (
-        "Root mean square error over all outputs, each in multiples of its noise floor "
-        f"({LEFT_BY_ALL}). In the band, at 1 and below, nothing remains to be explained."
+        f"Rms error over all outputs, each in multiples of its noise floor. {FLOOR_IS} In the band "
+        "(1 and below) nothing remains to be explained."
     )
     rows: Figure = {
         "range": [len(steps) - 0.5, -0.5], "showgrid": False, "ticks": "", "automargin": True,
@@ -170,7 +170,7 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
             rows.append(Row(cells))
         if step.tip_rms is not None:
             rows.append(Row(("", "tip", quantity(step.tip_rms, "m"), "", "", "", ""), strong=True))
-    return Table(columns, tuple(rows), "Tip: distance between measured and modelled tip, rms.")
+    return Table(columns, tuple(rows), "Tip: rms distance between measured and modelled tip.")
 
 
 def sizes_table(diagnosis: Diagnosis) -> Table | None:

@@ -23,10 +23,7 @@ MARGIN = 0.06
 
 def missing_over_time(torques: Sequence[MissingTorque]) -> Figure:
     """A row per joint: applied and missing torque over time in s."""
-    text = (
-        "Missing: the torque that the drive applies minus the torque that the model needs for the "
-        "same motion."
-    )
+    text = "Missing torque: applied by the drive minus needed by the model for the same motion."
     return panes(
         [_over_time(torque, POINTS, with_applied=True) for torque in torques], axis("time [s]"),
         text, _height(torques), 0.06, hovermode="x unified",
@@ -68,8 +65,8 @@ def missing_over_velocity(torques: Sequence[MissingTorque]) -> Figure:
         )  # fmt: skip
         parts.append(Pane([cloud], axis(unit.label(_what(torque))), _speed_axis(torque, speed)))
     text = (
-        "The shape shows what is missing: a step at zero velocity is Coulomb friction, a slope "
-        "is viscous friction, a cloud without shape is noise."
+        "A step at zero velocity is Coulomb friction. A slope is viscous friction. A cloud "
+        "without shape is noise."
     )
     return panes(parts, None, text, _height(torques), 0.16, hovermode="closest")
 
@@ -164,10 +161,10 @@ def residual_over(found: Sequence[ErrorOver]) -> Figure | None:
         x = axis(across.label(f"{one.quantity} of {part} {one.joint}"))
         parts.append(Pane(traces, y, x))
     text = (
-        "Mean error (measured minus model) in bins of the motion, forwards and backwards apart; "
-        "the band is one standard deviation. A step between the directions points to dry friction, "
-        "a slope over the speed to viscous friction, one over the acceleration to a wrong inertia, "
-        "one over the deflection to a wrong stiffness."
+        "Mean error (measured minus model) in bins of the motion, per direction; band: one "
+        "standard deviation. Step between the directions: dry friction. Slope over speed: "
+        "viscous friction. Slope over acceleration: wrong inertia. Slope over deflection: wrong "
+        "stiffness."
     )
     gap = min(0.12, 0.5 / len(parts))
     height = HEIGHT_OF_FRAME + HEIGHT_PER_ROW * len(parts)

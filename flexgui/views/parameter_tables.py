@@ -44,16 +44,13 @@ COLUMNS = (
 )  # fmt: skip
 
 COLOURED = (
-    "The standard deviation (std) allows for coloured residuals. A parameter is not "
-    "identifiable where the data leave it free (then no deviation is stated), where another "
-    "parameter imitates it, or where its deviation exceeds its value."
+    "The standard deviation (std) allows for coloured residuals. A parameter is not identifiable "
+    "if the data do not determine it (then it has no std), if another parameter imitates it, or "
+    "if its std exceeds its value."
 )
 FOLLOWS = "(follows): computed from the other estimates."
 OF_MEAN = "The mean's std is √(Σ std²)/n for n independent fits."
-STARTS = (
-    "The state in which each recording begins was estimated too; its numbers are in the exported "
-    "parameters.csv."
-)
+STARTS = "The initial states were estimated too; see the exported parameters.csv."
 
 
 def parameters(fits: Sequence[Fit]) -> Table:
@@ -161,10 +158,9 @@ REPEATED_COLUMNS = (
     *numbers("Std between runs", "Std within a run"), *texts("Runs that differ"),
 )  # fmt: skip
 REPEATED_CAPTION = (
-    "Runs of the same experiment, each with estimates of its own. What a next run will give "
-    "scatters by the deviation between runs; the deviation within a run knows nothing of what the "
-    "rig changes from run to run (temperature, load, gain). Runs that differ are left out of mean "
-    "and interval."
+    "Runs of the same experiment, each with its own estimates. Expect the next run to scatter by "
+    "the std between runs. The std within a run does not include changes of the rig between runs "
+    "(temperature, load, gain). Mean and interval leave out runs that differ."
 )
 
 
@@ -237,8 +233,8 @@ def paper_table(fits: Sequence[Fit], points: Sequence[float], noisy: bool) -> Ta
     published = SNR_20 if noisy else SNR_NONE
     rows = [_printed_row(LABELS[k], row, ours.get(k, {})) for k, row in enumerate(published)]
     text = (
-        "Paper: mean ± deviation of 20 runs; its EI follows from the means. Ours: this one run. "
-        "Alone ε and d are not determined, so they may differ along the valley; EI must not."
+        "Paper: mean ± std of 20 runs; its EI follows from the means. Ours: this run. The data "
+        "determine EI, but not ε and d separately: only EI has to agree."
     )
     return Table(PRINTED_COLUMNS, tuple(rows), text)
 

@@ -210,6 +210,4 @@ def lines_applied(lines: Sequence[str]) -> Markup:
     if not lines:
         return Markup("")
     items = Markup("").join(Markup("<li>{}</li>").format(line) for line in lines)
-    return Markup("<p class='soft'>In the scenario by now:</p><ul class='soft'>{}</ul>").format(
-        items
-    )
+    return Markup("<p class='soft'>In the scenario now:</p><ul class='soft'>{}</ul>").format(items)

@@ -55,9 +55,9 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Figu
         "hovertemplate": "%{y}: %{x:.2f} % after refitting<extra></extra>",
     }  # fmt: skip
     text = (
-        "Error: squared, above the noise floor. Pale: a linear estimate before refitting. Full: "
-        "what is explained after the effect and all other parameters are refitted; only the best "
-        "few are refitted."
+        "Share of the squared error above the noise floor. Pale: linear estimate before "
+        "refitting. Full: after refitting the effect and all other parameters; only the best few "
+        "are refitted."
     )
     drawn = figure(
         [expected, refitted], axis("error explained [%]", range=[0, 103]),
@@ -76,12 +76,12 @@ def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -
     shown = worth_listing(ranked)
     rows = tuple(_row(r, titles, accepted, best) for r in shown)
     text = (
-        "Explains: share of the squared error above the noise floor. ΔBIC: gain in evidence with a "
-        "penalty for each parameter; above 10 is very strong. Chance of noise: the probability "
-        f"that noise alone looks like this, corrected for all trials. {ORDER}"
+        "Explains: share of the squared error above the noise floor. ΔBIC: gain in evidence with "
+        f"a penalty for each parameter; above 10 is very strong. Chance of noise: probability of "
+        f"noise alone, corrected for all trials. {ORDER}"
     )
     if len(shown) < len(ranked):
-        text += f" Not listed: {len(ranked) - len(shown)} that explain nothing."
+        text += f" Not listed, as they explain nothing: {len(ranked) - len(shown)}."
     return Table(COLUMNS, rows, text)
 
 

@@ -1,4 +1,4 @@
-"""The words above the figures: what was estimated, how well it fits, and which fit is meant."""
+"""Sentences above the figures: what was estimated, how well it fits, and which fit is shown."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.core.sentences import listed
 from flexgui.sentences.figures import times
 from flexgui.sentences.identifiability import invariant
-from flexgui.sentences.written import channel_symbol, quantity, split_name
+from flexgui.sentences.written import channel_symbol, format_number, quantity, split_name
 from flexgui.views.fit_table import FIT_IS
 from flexgui.views.headline import (
     BIASED,
@@ -33,21 +33,21 @@ from flexgui.views.parameter_tables import equation
 from flexgui.views.pooled import ESTIMATE, VALIDATE, channel_errors, tip_rms, with_role
 
 LEVELS = {"lpv": "the LPV descriptor model", "nonlinear": "the non-linear model"}
-METHODS = {"glocal": "in one fit over all of them", "local": "in a fit for each"}
+METHODS = {"glocal": "fitted together", "local": "fitted one by one"}
 
 
 def summary(outcome: Outcome) -> tuple[str, ...]:
     """Sentences in reading order, without the alarms; symbols are typeset for HTML."""
-    sentences: list[str] = [_what(outcome), _before(outcome)]
+    sentences: list[str] = [_estimates(outcome), _first_fit(outcome)]
     shown, before = final_comparisons(outcome), given_comparisons(outcome)
-    for role, words in ((ESTIMATE, "On the estimation recordings"), (VALIDATE, "On validation")):
+    for role, words in ((ESTIMATE, "Estimation recordings"), (VALIDATE, "Validation recordings")):
         text, was = quality(with_role(shown, role)), _tip(with_role(before, role))
         if text:
-            given_by = f" (as given by {was})" if was else ""
-            sentences.append(f"{words} the model reaches {text}{given_by}.")
+            given_by = f" (model as given: {was})" if was else ""
+            sentences.append(f"{words}: {text}{given_by}.")
     if any("FIT" in each for each in sentences):
         sentences.append(FIT_IS)
-    return (*(s for s in sentences if s), *_sure(outcome))
+    return (*(s for s in sentences if s), *_doubts(outcome))
 
 
 def ending(outcome: Outcome) -> tuple[str, ...]:
@@ -59,25 +59,25 @@ def ending(outcome: Outcome) -> tuple[str, ...]:
         *(Markup("Warning: {}").format(text) for text in alarms(outcome)),
         f"{_basis(outcome)}." if found is None else verdict_now(found),
         Markup("{}.").format(_listed(estimates)) if estimates else "",
-        f"On the estimation recordings the model reaches {reached}." if reached else "",
-        f"It took {sum(outcome.seconds.values()):.1f} s.",
+        f"Estimation recordings: {reached}." if reached else "",
+        f"Time: {sum(outcome.seconds.values()):.1f} s.",
     )
     return plain(line for line in lines if line)
 
 
 def lead(outcome: Outcome) -> tuple[str, ...]:
     """The sentences of `summary` that no table of a report tells."""
-    return f"{_basis(outcome)}.", *_sure(outcome)
+    return f"{_basis(outcome)}.", *_doubts(outcome)
 
 
-NEXT_TO_NOTHING = 10.0
-"""% of FIT below which a model explains next to nothing of an output that it was fitted to."""
+ALMOST_NOTHING = 10.0
+"""FIT in % below which a model explains almost nothing of a fitted output."""
 
 
 def alarms(outcome: Outcome) -> tuple[str, ...]:
     """What is to be read before any number: a result that cannot be right, a value at a bound of
     its search, and what the check of the recordings found."""
-    return (*_unbelievable(outcome), *outcome.findings)
+    return (*_implausible(outcome), *outcome.findings)
 
 
 def plain(sentences: Iterable[str]) -> tuple[str, ...]:
@@ -85,71 +85,71 @@ def plain(sentences: Iterable[str]) -> tuple[str, ...]:
     return tuple(s.striptags() if isinstance(s, Markup) else s for s in sentences)
 
 
-def _unbelievable(outcome: Outcome) -> list[str]:
+def _implausible(outcome: Outcome) -> list[str]:
     fitted = with_role(final_comparisons(outcome), ESTIMATE) if outcome.fits else ()
-    found, distance = list[str](), tip_rms(fitted)
+    warnings, distance = list[str](), tip_rms(fitted)
     reach = sum(link.length for link in outcome.mechanism.links) if outcome.mechanism else np.inf
     if distance is not None and distance > reach:
-        found.append(
-            f"The model misses the measured tip by {quantity(distance, 'm')} rms, more than the "
-            f"arm is long ({quantity(reach, 'm')}): look at the units and signs of the recordings."
+        warnings.append(
+            f"The tip error is {quantity(distance, 'm')} rms, more than the arm's length "
+            f"({quantity(reach, 'm')}). Check the units and signs of the recordings."
         )
     for e in channel_errors(fitted):
-        if e.fitted and e.fit_percent < NEXT_TO_NOTHING:
-            found.append(
-                f"The model explains next to nothing of {channel_symbol(e.channel, e.unit)} (FIT "
-                f"{format_percent(e.fit_percent)} %): look at its unit, its sign and its name."
+        if e.fitted and e.fit_percent < ALMOST_NOTHING:
+            warnings.append(
+                f"The model explains almost nothing of {channel_symbol(e.channel, e.unit)} (FIT "
+                f"{format_percent(e.fit_percent)} %). Check its unit, its sign and its name."
             )
-    stuck = _symbols(e for e in _estimated(outcome) if e.at_bound and e.identifiable)
-    if stuck:
-        found.append(
-            Markup("{} ended at a bound: widen it, or doubt the model.").format(_joined(stuck))
+    at_bounds = _symbols(e for e in _estimated(outcome) if e.at_bound and e.identifiable)
+    if at_bounds:
+        warnings.append(
+            Markup("{} ended at a bound. Widen it, or doubt the model.").format(_joined(at_bounds))
         )
-    return found
+    return warnings
 
 
 def _estimated(outcome: Outcome) -> list[Estimate]:
-    """What was searched for, of the model as it now stands; starts of recordings left out."""
+    """Estimated parameters of the model after the diagnosis, without initial states."""
     if outcome.diagnosis is not None and outcome.diagnosis.parameters:
         derived = follows(outcome)
         return [e for e in standing(outcome) if e.name not in derived and not e.recording]
     return [e for fit in outcome.fits for e in fit.estimates if not is_of_a_start(e)]
 
 
-def _sure(outcome: Outcome) -> tuple[str, ...]:
-    stopped = "The search was stopped early; the numbers are the best until then."
-    sentences = (_doubt(outcome), stopped if any(fit.stopped for fit in outcome.fits) else "")
+def _doubts(outcome: Outcome) -> tuple[str, ...]:
+    stopped = "The search was stopped early. These are the best values found until then."
+    sentences = (_determined(outcome), stopped if any(fit.stopped for fit in outcome.fits) else "")
     return tuple(s for s in sentences if s)
 
 
 def _basis(outcome: Outcome) -> str:
-    """From what, how and with which model, without a full stop."""
+    """Recordings, method and model, without a full stop."""
     names = {name for fit in outcome.fits for name in fit.recordings}
     level = LEVELS.get(outcome.level, outcome.level)
     if not outcome.fits:
         return f"Nothing was estimated: {level} is compared as given"
     count = f"{len(names)} recording{'s' if len(names) != 1 else ''}"
-    how = METHODS.get(outcome.method, outcome.method) if len(names) > 1 else "in one fit"
+    how = f", {METHODS.get(outcome.method, outcome.method)}" if len(names) > 1 else ""
     found = outcome.diagnosis
     if found is not None and grown(outcome):
         return f"From {count}, with the full equations and {kept(found)} in the model"
-    return f"From {count}, {how}, with {level}"
+    return f"From {count}{how}, with {level}"
 
 
-def _what(outcome: Outcome) -> str:
+def _estimates(outcome: Outcome) -> str:
     text = _basis(outcome)
     if not outcome.fits:
         return f"{text}."
-    sure = [e for e in standing(outcome) if e.recording is None and e.identifiable]
-    if not sure:
-        return f"{text}, no parameter could be determined by itself."
+    determined = [e for e in standing(outcome) if e.recording is None and e.identifiable]
+    if not determined:
+        return f"{text}: no parameter could be determined alone."
     several = len(outcome.fits) > 1 and outcome.diagnosis is None
     mean = "on average " if several else ""
-    return Markup("{}: {}{}. {}").format(text, mean, _listed(sure), COMPLETE)
+    return Markup("{}: {}{}. {}").format(text, mean, _listed(determined), COMPLETE)
 
 
-def _before(outcome: Outcome) -> Markup | str:
-    """The first fit, for comparison, with what it is worth."""
+def _first_fit(outcome: Outcome) -> Markup | str:
+    """Estimates of the first fit, for comparison; empty where they are not biased."""
     estimates = [e for e in given(outcome) if e.recording is None and e.identifiable]
     if outcome.diagnosis is None or not (given_biased(outcome) and estimates):
         return ""
@@ -161,30 +161,29 @@ def _listed(estimates: Sequence[Estimate]) -> Markup:
 
 
 def quality(comparisons: Sequence[RecordingComparison]) -> str:
-    """Mean FIT of what was fitted and rms of the tip; empty where there is neither."""
+    """Mean FIT of the fitted outputs and tip error; empty where there is neither."""
     errors = [e for e in channel_errors(comparisons) if e.fitted and np.isfinite(e.fit_percent)]
     parts = [
         f"{format_percent(e.fit_percent)} % in {channel_symbol(e.channel, e.unit)}" for e in errors
     ]
-    text = f"a mean FIT of {_joined(parts)}" if parts else ""
+    text = f"mean FIT {_joined(parts)}" if parts else ""
     if distance := _tip(comparisons):
-        tip = f"misses the measured tip by {distance} rms"
-        text = f"{text} and {tip}" if text else f"an end point that {tip}"
+        text = ", ".join(part for part in (text, f"tip error {distance} rms") if part)
     return text
 
 
 def _tip(comparisons: Sequence[RecordingComparison]) -> str:
-    """Rms distance between measured and modelled tip; empty where it is not known."""
+    """Tip error in rms; empty without a measured tip."""
     distance = tip_rms(comparisons)
     return "" if distance is None or not np.isfinite(distance) else quantity(distance, "m")
 
 
-def _doubt(outcome: Outcome) -> str:
+def _determined(outcome: Outcome) -> str:
     if not outcome.fits:
         return ""
     free = _symbols(e for e in _estimated(outcome) if not e.identifiable)
     if not free:
-        return "" if _unbelievable(outcome) else "All parameters are identifiable."
+        return "" if _implausible(outcome) else "All parameters are identifiable."
     valleys = (fit.identifiability.valley for fit in outcome.fits)
     valley = next((found for found in valleys if found), None)
     separately = " separately" if len(free) > 1 else ""
@@ -202,60 +201,57 @@ def _joined(parts: Sequence[str]) -> Markup:
 
 
 MUCH = 3.0
-"""Times the error of the fitted recordings: less is no news."""
+"""A validation error below so many times the estimation error is not mentioned."""
 
 
 def validation_words(estimation: float, validation: float) -> str:
-    """One sentence, '' where there is nothing to say. Both errors in floors, rms."""
+    """Sentences on a large validation error, else empty. Both errors are rms in noise floors."""
     if not validation > MUCH * max(estimation, 1.0):
         return ""
     return (
-        f"On the validation recording the error is {times(validation)} the noise floor, "
-        f"{times(estimation)} on those that the model was fitted to: its motion and "
-        "postures differ, and there a fit cannot compensate for what the model lacks."
+        f"Validation error: {times(validation)} the noise floor; estimation error: "
+        f"{times(estimation)}. In other motions and postures a fit cannot compensate for missing "
+        "effects."
     )
 
 
 DOUBTFUL = 2.0
-"""Times the noise floor: above it most of the error is not noise, so that what rests on the model's
-completeness (the verdict, the floor, ± values) says so in red."""
+"""Times the noise floor: above it most of the error is not noise. Verdict, noise floor and ± values
+assume a complete model, so a warning in red stands beside them."""
 
 
 def doubt(error: float) -> str:
-    """Of a model whose error is so many times the noise floor; empty where it is near it."""
+    """Warning for a model with this error in noise floors; empty where it is near 1."""
     if not error > DOUBTFUL:
         return ""
     return (
-        "Verdict, noise floor and ± values hold only if the model is complete; its error is "
-        f"{times(error)} the noise floor."
+        f"Provisional: error is {format_number(error, 2, keep_zeros=True)}× noise floor. Verdict, "
+        "noise floor and ± values assume a complete model."
     )
 
 
-HELD = "takes the initial state of each recording from the first encoder sample"
-FREE = ", and it also fits the initial state of each recording"
-OWN = "the diagnosis' own fit: it compares {}, each in multiples of its noise floor{}"
+HELD = " It takes the initial state of each recording from the first encoder sample."
+FREE = " It also fits the initial state of each recording."
+OWN = "Diagnosis fit: it compares {}, each in multiples of its noise floor.{}"
 
 
 def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
-    """Whether they show the fit that a diagnosis looks at."""
+    """Whether they show the diagnosis fit."""
     return any(c.fit_label == DIAGNOSIS_FIT for c in comparisons)
 
 
 def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -> str:
-    """For the place where the errors are shown; `fits` of the identification."""
+    """Which fit the shown errors are of; `fits` of the identification."""
     seen = {k.channel: k.unit for c in comparisons for k in c.channels if k.fitted}
     outputs = listed([channel_symbol(name, unit) for name, unit in seen.items()])
     starts = starts_freed(list(seen), fits)
     if not of_diagnosis(comparisons):
         return (
-            f"Of the identification's fit: it compares {outputs}{f' and {HELD}' * starts}. After "
-            f"Find what is missing the diagnosis' own fit is shown here, whose errors are a little "
-            f"different."
+            f"Identification fit: it compares {outputs}.{HELD * starts} After Find what is missing "
+            "this shows the diagnosis fit, whose errors differ slightly."
         )
-    return (
-        f"Of {OWN.format(outputs, FREE if starts else '')}. Therefore these errors differ from "
-        f"those of the identification{f', which {HELD}' if starts else ''}."
-    )
+    own = OWN.format(outputs, FREE * starts)
+    return f"{own} So these errors differ from those of the identification fit."
 
 
 def distinguishable(outcome: Outcome) -> Markup:
@@ -266,17 +262,16 @@ def distinguishable(outcome: Outcome) -> Markup:
     compared = found.steps[0].errors
     outputs = listed([channel_symbol(e.channel, e.unit) for e in compared])
     starts = starts_freed([e.channel for e in compared], outcome.fits)
-    own = OWN.format(outputs, FREE if starts else "")
-    held = f" and {HELD}" if starts else ""
-    first = f"the identification, which compares the selected outputs{held}"
+    own = OWN.format(outputs, FREE * starts)
+    first = f"Identification fit: it compares the selected outputs.{HELD * starts}"
     if not found.parameters:
-        text = f"The estimates above are of {first}. The missing effects follow from {own}."
+        text = f"The estimates above are of the identification fit. {first} {own}"
     else:
-        text = f"The estimates above are of {own}. The first fit is that of {first}."
+        text = f"The estimates above are of the diagnosis fit. {own} {first}"
     if of_diagnosis(final_comparisons(outcome)):
-        text += " The FIT and the tip's error above are of the diagnosis' fit too."
+        text += " FIT and tip error above are of the diagnosis fit too."
     elif found.parameters:
-        text += " The FIT and the tip's error above are of the first fit."
+        text += " FIT and tip error above are of the identification fit."
     return Markup("{}").format(text)
 
 

@@ -199,7 +199,7 @@ def test_a_place_that_the_system_refuses_is_named(command, failing) -> None:  # 
         (FileNotFoundError(2, "No such file", "template.html"), "Internal error"),
         (FloatingPointError("overflow"), "Internal error"),
         (ValueError("operands could not be broadcast together"), "could not be broadcast"),
-        (IndexError("index 3 is out of bounds"), "not of your input"),
+        (IndexError("index 3 is out of bounds"), "not in your input"),
         (RecursionError(), "RecursionError"),
     ],
 )

@@ -117,7 +117,7 @@ PAIR = ("coulomb_friction", "viscous_friction")
 def test_the_experiment_that_tells_two_effects_apart_is_chosen() -> None:
     apart = planned(Wish(seconds=1.0, between=PAIR), hidden=True)
     assert apart.decides and apart.chosen[0].score > TIE
-    assert "the wrong one would be worse" in " ".join(plan_paragraphs(apart))
+    assert "They distinguish " in " ".join(plan_paragraphs(apart))
 
 
 @pytest.mark.long

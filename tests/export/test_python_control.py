@@ -71,7 +71,7 @@ def test_what_was_found_is_listed_inside_or_outside() -> None:
         {"mt2": 0.4, "fc1": 0.5, "fc2": 0.2, "td": 0.004, "tl": 0.002},
     )
     said = " ".join(script(outcome_of(model)).split('"""')[1].split())
-    inside, outside = said.split("Found, and NOT in this file")
+    inside, outside = said.split("Found, but NOT in this file")
     assert "mt2 = 0.4 kg" in inside
     assert "tl = 0.002 s" in inside
     assert "fc1 = 0.5 N m" in outside

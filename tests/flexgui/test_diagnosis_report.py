@@ -129,7 +129,7 @@ def test_the_report_tells_verdict_ladder_ranking_and_maps(out: Path) -> None:
     text = (out / "report.html").read_text("utf-8")
     section = text.split('<section id="diagnosis">')[1].split("</section>")[0]
     assert "What remains: nothing." in section
-    for heading in ("How the error falls", "Candidate effects", "Where the model as given fails"):
+    for heading in ("Error after each step", "Candidate effects", "Where the model as given fails"):
         assert f"<h3>{heading}</h3>" in section
     for figure in ("Candidates and what they explain",
                    "Error by recording and frequency", "Error by recording and time",
@@ -137,7 +137,7 @@ def test_the_report_tells_verdict_ladder_ranking_and_maps(out: Path) -> None:
         assert f'aria-label="{figure}' in section
     assert "To distinguish Friction and Damping, record" in section
     assert "non-linear already" in section
-    assert section.index("What remains") < section.index("How the error falls")
+    assert section.index("What remains") < section.index("Error after each step")
 
 
 MOST_PAGES = 10
@@ -230,26 +230,26 @@ def test_steps_with_the_same_effect_have_labels_of_their_own() -> None:
 
 def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> None:
     told = distinguishable(diagnosed)
-    assert "The estimates above are of the identification" in told
+    assert "The estimates above are of the identification fit." in told
     assert (
-        ", each in multiples of its noise floor, and it also fits the initial state of each "
-        "recording." in told
+        ", each in multiples of its noise floor. It also fits the initial state of each recording."
+        in told
     )
     assert "FIT" not in told, "the comparisons are the identification's here"
     last = replace(FOUND, parameters=(RANKING[0].parameters[0],))
     told = distinguishable(replace(diagnosed, diagnosis=last)).unescape()
-    assert "The estimates above are of the diagnosis' own fit" in told
-    assert "The first fit is that of the identification" in told
+    assert "The estimates above are of the diagnosis fit." in told
+    assert "Identification fit: it compares the selected outputs." in told
     theirs = tuple(replace(c, fit_label=DIAGNOSIS_FIT) for c in diagnosed.comparisons)
     theirs_too = distinguishable(replace(diagnosed, comparisons=theirs)).unescape()
-    assert "The FIT and the tip's error above are of the diagnosis' fit too." in theirs_too
+    assert "FIT and tip error above are of the diagnosis fit too." in theirs_too
     assert not distinguishable(replace(diagnosed, diagnosis=None))
 
 
 def test_errors_say_on_the_spot_which_fit_they_are_of(diagnosed: Outcome) -> None:
-    assert which_fit(diagnosed.comparisons, diagnosed.fits).startswith("Of the identification's")
+    assert which_fit(diagnosed.comparisons, diagnosed.fits).startswith("Identification fit: ")
     theirs = [replace(c, fit_label=DIAGNOSIS_FIT) for c in diagnosed.comparisons]
-    assert which_fit(theirs, diagnosed.fits).startswith("Of the diagnosis' own fit")
+    assert which_fit(theirs, diagnosed.fits).startswith("Diagnosis fit: ")
     assert "also fits the initial state of each recording" in which_fit(theirs, diagnosed.fits)
 
 
@@ -330,7 +330,7 @@ def test_what_explains_nothing_is_in_no_list() -> None:
         "Coulomb friction",
         "Tip payload",
     ]
-    assert "Not listed: 1 that explain nothing." in ranking_table(shown).caption
+    assert "Not listed, as they explain nothing: 1." in ranking_table(shown).caption
     figure = ranking(shown)
     assert figure is not None and none.title not in figure["data"][0]["y"]
     assert ranking((none,)) is None

@@ -134,7 +134,7 @@ def test_the_diagnosed_scenario_lies_beside_and_is_listed(out: Path, result: dic
 def test_the_report_shows_the_final_values_and_marks_the_first(out: Path) -> None:
     text = unglued((out / "report.html").read_text("utf-8"))
     section = text.split('<section id="parameters">')[1].split("</section>")[0]
-    assert section.index("520.1 ± 0.2") < section.index("The first fit")
+    assert section.index("520.1 ± 0.2") < section.index("First fit")
     assert "Coulomb friction" in section and unglued(COMPLETE) in section
     assert f"{BIASED[0].upper()}{BIASED[1:]}" in section
     assert "FIT as given" in text.split('<section id="fit">')[1]
@@ -145,7 +145,7 @@ def test_the_summary_begins_with_the_model_as_it_now_stands(after: Outcome) -> N
     told = " ".join(str(s) for s in summary(after))
     assert "with the full equations and Coulomb friction in the model" in told
     assert told.index("520.1") < told.index("520.83") < told.index(BIASED)
-    assert COMPLETE in told and "(as given by" in told
+    assert COMPLETE in told and "(model as given: " in told
 
 
 def test_values_of_a_model_that_still_lacks_something_are_said_to_be_biased(

@@ -137,7 +137,7 @@ def test_the_summary_says_what_was_found_and_what_cannot_be_told(glocal: Outcome
     text = " ".join(summary(glocal))
     assert "EI = 520.83 ± 0.02" in text
     assert "do not determine ε and d separately, only ε d⁴" in text
-    assert "On validation" in text
+    assert "Validation recordings: mean FIT" in text
 
 
 def test_a_value_at_its_bound_and_a_model_that_explains_nothing_raise_an_alarm(
@@ -152,7 +152,7 @@ def test_a_value_at_its_bound_and_a_model_that_explains_nothing_raise_an_alarm(
     fits = (replace(fit, estimates=stuck),)
     found = alarms(replace(glocal, fits=fits, comparisons=flat, findings=("th1, z1: late.",)))
     assert any("λ₁ ended at a bound" in text for text in found)
-    assert any("explains next to nothing of" in text for text in found)
+    assert any("explains almost nothing of" in text for text in found)
     assert found[-1] == "th1, z1: late."
 
 

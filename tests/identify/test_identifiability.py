@@ -86,7 +86,7 @@ def test_data_that_show_nothing_say_so_of_each():
 def test_a_pair_is_given_as_a_product_of_powers():
     told = said(noisy_fit("epsilon", "d", "lambda1"))
     assert told[0] == (
-        "The data determine ε d⁴, not ε and d separately: fix one of them to get the other."
+        "The data determine ε d⁴, not ε and d separately. Fix one of them to get the other."
     )
 
 

@@ -60,7 +60,7 @@ def test_scenarios_are_listed_and_run(library: Path, elsewhere: Path) -> None:
     assert set(said(library, elsewhere, "-c", code).split()) == shipped
     command = ["-m", "flexgui", "export", "mujoco/nothing", "--out", "out", "--quiet"]
     said(library, elsewhere, *command)
-    assert "needs viser" in (elsewhere / "out" / "report.html").read_text(encoding="utf-8")
+    assert "viser is missing" in (elsewhere / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_nothing_but_flexgui_is_added(library: Path, elsewhere: Path) -> None:

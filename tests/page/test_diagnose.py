@@ -216,11 +216,11 @@ def test_guess_and_reveal(page: Any, session: Session) -> None:
     }  # fmt: skip
     session.challenge.state = Challenge(4, "easy", obfuscate(json.dumps(truth), "4 easy"))
     press(page, "Challenge")
-    sees(page, "before you commit puts a * on the board")
+    sees(page, "the board marks your line with *")
     press(page, "Compare")
     sees(page, "Nothing was identified yet.")
     press(page, "Challenge")
-    sees(page, "before you commit puts a * on the board")
+    sees(page, "the board marks your line with *")
     assert "0.1823" not in page.content(), "the truth is not in the browser"
     press(page, "Commit to this guess")
     sees(page, "Your guess: nothing is hidden.")
@@ -314,10 +314,10 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     stands(page, "Hide an effect")
     press(page, "Hide an effect")
     known = hidden_in(session, page, desktop)
-    sees(page, "something is hidden in these recordings")
+    sees(page, "these recordings hide an effect")
     hidden = json.loads(opened(known.sealed, "-"))["effects"]
     answer(page, hidden[0])
-    told = re.compile(r"\(used only now\)|It is examining the recordings now\.")
+    told = re.compile(r"\(used only now\)|It is examining the recordings\.")
     page.get_by_text(told).first.wait_for()
     session.run.stop()
 

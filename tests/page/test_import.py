@@ -89,7 +89,7 @@ def test_a_foreign_file_is_fitted_right(page: Any, session: Session, foreign: Pa
     hand = Clicks(page)
     hand.upload(foreign, "Open my recordings")
     sees(page, "All required signals are assigned.")
-    sees(page, "Exchanged: the others fit only so.")
+    sees(page, "Swapped; only this matches.")
     sees(page, "Empty cells: 6 in enc_1; the longest gap lasts 0.006 s.")
     shot(page, "table")
     hand.press("Read the file")
@@ -147,8 +147,8 @@ def test_a_finding_is_shown_and_mended_with_one_click(
     sees(page, "Wrong sign")
     shot(page, "finding")
     hand.press("Mend z1")
-    sees(page, "The check finds nothing wrong with this recording.")
-    sees(page, "In the scenario by now:")
+    sees(page, "The check found nothing wrong.")
+    sees(page, "In the scenario now:")
     shot(page, "mended")
     assert session.document.scenario.recordings[0].columns["z1"].sign == -1
 

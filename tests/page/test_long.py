@@ -48,7 +48,7 @@ def walk(page: Any, session: Session, right: str) -> None:
     expected = headless(session)
     given = ladder_steps(session.diagnosis.versions)
     press(page, f"Add {title}")
-    page.get_by_text(f"{title}: the error went from").wait_for(timeout=SLOW)
+    page.get_by_text(f"{title}: error from").wait_for(timeout=SLOW)
     first, second = ladder_steps(session.diagnosis.versions)
     assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)
     assert second.cost_per_sample < 0.5 * first.cost_per_sample
@@ -83,7 +83,7 @@ def test_on_a_real_bench(page: Any, session: Session) -> None:
 def test_on_a_challenge(page: Any, session: Session) -> None:
     press(page, "Challenge")
     press(page, "Hide an effect")
-    page.get_by_text("something is hidden in these recordings").wait_for(timeout=SLOW)
+    page.get_by_text("these recordings hide an effect").wait_for(timeout=SLOW)
     known = session.challenge.state
     assert known is not None
     kind = json.loads(opened(known.sealed, "-"))["effects"][0]

@@ -90,7 +90,7 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     sees(page, "The paper's table beside ours")
     until(lambda: "population" in plots(page))
     press(page, "Next: compare model and measurements")
-    sees(page, "The model misses the measured tip by")
+    sees(page, "Tip error: ")
     until(lambda: "residual" in plots(page))
     session.playback.move(recording="sweep")
     sees(page, "Recording sweep, validation")
@@ -220,7 +220,7 @@ def test_the_next_experiment_is_planned_and_taken_away(
     enter(page, "Time (s)", "4")
     field(page, "Speed limits").fill("fast")
     press(page, "Plan and download (zip)")
-    sees(page, "Speed limits: write a number per joint, by commas")
+    sees(page, "Speed limits: write one number per joint, separated by commas")
     field(page, "Speed limits").fill("0.3, 0.5")
     with page.expect_download() as download:
         press(page, "Plan and download (zip)")

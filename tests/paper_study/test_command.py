@@ -64,5 +64,5 @@ def test_ctrl_c_stops_cleanly_and_says_how_to_go_on(tmp_path: Path) -> None:
     os.killpg(process.pid, signal.SIGINT)
     text, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
-    assert "continues from here" in text and "Traceback" not in text
+    assert "to continue; finished cases are kept" in text and "Traceback" not in text
     assert (out / "study.html").exists()

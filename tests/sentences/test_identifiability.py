@@ -42,7 +42,7 @@ def test_a_parameter_that_a_first_state_imitates_is_said():
 def test_a_pair_of_one_law_and_a_wide_deviation_are_said() -> None:
     alike = np.array([[1.0, 0.99999, 0.0], [0.99999, 1.0, 0.0], [0.0, 0.0, 1.0]])
     assert sentences("abc", alike, unsure=(2,)) == (
-        "The data do not determine a and b separately (correlation +0.99999): fix one of them to "
+        "The data do not determine a and b separately (correlation +0.99999). Fix one of them to "
         "get the other.",
         "The data hardly determine c: its standard deviation exceeds its value.",
     )

@@ -46,9 +46,7 @@ def test_a_part_of_the_effect_is_told_as_that_and_not_as_a_rival() -> None:
     rounds = (DiagnosisRound((first, ranked(FRICTION, 80.0, 900.0)), "stribeck_friction"),)
     steps = (GIVEN, replace(AFTER, added="stribeck_friction"))
     said = text(replace(FOUND, rounds=rounds, steps=steps, kept=("stribeck_friction",)))
-    assert (
-        "Coulomb friction (80 %) is part of Stribeck friction; by itself it is the weaker" in said
-    )
+    assert "Coulomb friction (80 %) is part of Stribeck friction; alone it explains less." in said
     assert "next" not in said
 
 
@@ -81,10 +79,10 @@ def test_why_effects_were_not_added_is_told_with_its_figures() -> None:
         ("C", Objection(Reason.INDISTINCT)),
     )
     assert round_sentence(DiagnosisRound((), None, refused, ("Play",))) == (
-        "A was not added: The friction ended at 5.5 N m s/rad, the bound of what is plausible. "
-        "B was not added: simulated with finer steps, the model is worse with it than without it. "
-        "C was not added: its size cannot be distinguished from no effect at all. "
-        "Could not be simulated at any size that was tried: Play."
+        "A was not added: The friction ended at 5.5 N m s/rad, the bound of its plausible range. "
+        "B was not added: with finer simulation steps it worsens the fit. "
+        "C was not added: its size cannot be distinguished from zero. "
+        "Could not be simulated at any size: Play."
     )
 
 

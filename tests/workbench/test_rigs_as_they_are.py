@@ -238,7 +238,7 @@ def test_a_scale_that_the_mass_imitates_is_said_to_and_stands_last(slide_rig: Pa
     assert found is not None
     *_, last = in_order(found.ranking[::-1])
     assert last.effect == "sensor_gain" and [e.name for e in last.tied_to] == ["m1"]
-    assert tie(last).startswith("cannot be distinguished from m1, which would go from 91.4")
+    assert tie(last).startswith("cannot be distinguished from m1, which would change from 91.4")
     seen = replace(last, refit_drop_percent=1.0)
     assert "cannot be distinguished from m1" in ranking_table((seen,)).rows[0].cells[5]
     looked = ModelFindings(found.steps[0], (), (), (), (), (last,), diagnosis=found)

@@ -22,10 +22,7 @@ from flexgui.export.model_format import ModelFormat, linear_header, plain, sched
 from flexgui.export.template import program, xml
 
 IDENTIFIER = "flexmodel"
-NO_LIBRARY = (
-    "It holds sources only: there was no C compiler where it was written. Tools that compile FMUs "
-    "can use it."
-)
+NO_LIBRARY = "Sources only, because there was no C compiler. Tools that compile FMUs can use it."
 
 
 class Fmu(ModelFormat):
@@ -33,7 +30,7 @@ class Fmu(ModelFormat):
 
     kind = "fmu"
     label = "Model as FMU 3.0 (.fmu)"
-    hint = "Co-simulation, with C sources and, where a compiler is, a library of this platform."
+    hint = "Co-simulation: C sources and, with a compiler, a library for this platform."
 
     def files(self, outcome: Outcome) -> dict[str, bytes]:
         return {"model.fmu": fmu(outcome)}

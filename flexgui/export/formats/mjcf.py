@@ -37,10 +37,10 @@ POINT = 1e-9
 
 LIMITS = (
     "Joints motor1, motor2, ...; site tip; sensors theta1, dtheta1, u1, deflection1, ... and z of "
-    "the tip. Without a place in it: noise and delays of sensors, references and controllers "
-    "beyond a velocity loop, foreshortening beyond what a chain has.",
-    "Dry friction is one level at any speed (frictionloss). MuJoCo makes it a soft constraint, so "
-    "that a joint creeps a little where it should stick.",
+    "the tip. Not in this file: noise and delays of sensors, controllers other than a velocity "
+    "loop, references, and foreshortening beyond that of a chain.",
+    "Dry friction has one level at any speed (frictionloss). MuJoCo makes it a soft constraint: a "
+    "joint that should stick creeps a little.",
 )
 
 
@@ -53,7 +53,7 @@ class Mjcf(ModelFormat):
 
     def unable(self, outcome: Outcome) -> str:
         if outcome.mechanism is None:
-            return "The arm of this result is not known; identify again."
+            return "This result has no arm; identify again."
         return ""
 
     def files(self, outcome: Outcome) -> dict[str, bytes]:

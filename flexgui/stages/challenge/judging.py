@@ -163,7 +163,7 @@ def _one(
     for name, value, unit in stated:
         known = [p for p in quantities[guess.kind] if p.name in values and name in ("", p.name)]
         if not known:
-            phrases.append(f"{name} is no size of it")
+            phrases.append(f"{name} is not a parameter of this effect")
             continue
         phrase, ratio = min((_compared(p, value, unit, values[p.name]) for p in known), key=_off)
         phrases.append(phrase)
@@ -185,7 +185,7 @@ def _compared(p: Parameter, value: float, unit: str, true: float) -> tuple[str, 
     shown = shown_unit(true, p.unit)
     numbers = [f"{format_number(v * shown.factor, 3)} {shown.name}".strip() for v in (value, true)]
     ratio = value / true if true else math.inf
-    return f"{p.name}: you {numbers[0]}, true {numbers[1]}, {_words(ratio)}", ratio
+    return f"{p.name}: your guess {numbers[0]}, truth {numbers[1]}, {_words(ratio)}", ratio
 
 
 def _off(found: tuple[str, float]) -> float:
@@ -274,8 +274,8 @@ def truth_in_words(text: str, names: bool = True) -> str:
         lines.append(f"- {title}{': ' if sizes else ''}{'; '.join(sizes)}.")
         if one.kind in shown:
             lines.append(
-                f"  Beyond what nominal parameters can absorb it shows {shown[one.kind]:.1f} times "
-                f"the noise."
+                f"  After refitting the nominal parameters, {shown[one.kind]:.1f} times the noise "
+                f"remains visible."
             )
     lines.append(
         f"The true bending stiffness is EI = {truth['EI']:.2f} N m² (nominal {nominal:.2f} N m²)."

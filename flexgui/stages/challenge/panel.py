@@ -11,7 +11,7 @@ from flexgui.core.study.challenge import LEVELS
 from flexgui.export.template import environment
 from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.widgets import Words, button, color, paragraph, react
-from flexgui.sentences.figures import unseen_rms
+from flexgui.sentences.figures import validation_rms
 from flexgui.session.state import Topic
 from flexgui.stages.challenge.judging import (
     NONE_GUESSED,
@@ -33,14 +33,14 @@ SEED = 30
 """Easy to begin with: one effect that shows well, another one than the tour's."""
 
 EXPLANATION = (
-    "The program hides an effect in an arm and records it; the same seed gives everybody the same "
-    "data. Look, compare, and commit to a guess; then use the tool, and reveal. Using the tool "
-    "before guessing is marked on the board."
+    "The program hides an effect in an arm and records it. The same seed gives everybody the same "
+    "data. Look, compare, commit to a guess, use the tool, reveal. The board marks who used the "
+    "tool before guessing."
 )
-AFTER = "Once it is revealed, the hidden effect is shown here at work on the recordings."
+AFTER = "After you reveal it, the hidden effect is shown here on the recordings."
 NAME_IT = (
-    "What is your name, or a nickname? The class's board lists your guess under it, without one as "
-    "somebody's."
+    "Your name or a nickname? The class's board shows it beside your guess; without one it shows "
+    "“somebody”."
 )
 NO_SECOND = "no second effect"
 
@@ -82,11 +82,11 @@ class ChallengePanel(Panel):
         self._commit = button(context, "Commit to this guess", self._guessed, prominent=True)
         self._reveal = button(context, "Reveal", self._revealed, prominent=True)
         self._change = button(
-            context, "Change my guess (it will be noted)", self.session.challenge.change_guess
+            context, "Change my guess (it is marked)", self.session.challenge.change_guess
         )
         self._take = button(
             context, "Hand in (file)", self._handed_in,
-            hint="Your guess, sealed, for whoever grades; it stays the same after Reveal.",
+            hint="Your guess as a file for grading. Reveal does not change it.",
         )  # fmt: skip
         self._truth, self._board = Words(gui), Words(gui)
 
@@ -146,7 +146,7 @@ class ChallengePanel(Panel):
         session, words = self.session, _words()
         version, tool, improvement = session.diagnosis.newest, session.challenge.tool_answer, ""
         if version is not None and version.found is not None:
-            improvement = validation_words(version.error, unseen_rms(version.found.step.errors))
+            improvement = validation_words(version.error, validation_rms(version.found.step.errors))
         self._state.show(words.state(known, session.challenge.tool_asked, improvement))
         found = known.revealed
         self._truth.show(words.end(found, _verdict(found, tool, session.run.busy)) if found else "")
@@ -185,7 +185,7 @@ def _words() -> Any:
 def _verdict(found: Revealed, tool: ToolAnswer | None, busy: bool) -> str:
     """The tool's, judged the same way as a person's."""
     if busy and (tool is None or not tool.whole):
-        return "It is examining the recordings now."
+        return "It is examining the recordings."
     if tool is None:
         return "It was not used."
     late = "" if found.asked else " (used only now)"
@@ -208,7 +208,7 @@ class GuessFields(Piece):
         self._kinds = {e.title: kind for kind, e in catalogue().items()}
         self._kind: Any = gui.add_dropdown(label, (none, *sorted(self._kinds)))
         self._of: Any = gui.add_dropdown("Size of", ("–",), hint="Choose one of its parameters.")
-        self._size: Any = gui.add_text("is", "", hint="A number in this unit; may stay empty.")
+        self._size: Any = gui.add_text("is", "", hint="A number in this unit, or empty.")
         self._refused, self._story = Words(gui), Words(gui)
         self._shown = True
         react(context, self._kind, self._chosen)

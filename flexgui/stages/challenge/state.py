@@ -141,7 +141,7 @@ class Challenges:
         self._subscribe()
         self._session.notify(Topic.CHALLENGE, Topic.RUN)
         self._session.show_message(
-            f"Challenge {made.seed} ({made.level}): something is hidden in these recordings."
+            f"Challenge {made.seed} ({made.level}): these recordings hide an effect."
         )
 
     def _subscribe(self) -> None:
@@ -174,10 +174,10 @@ class Challenges:
         """Commits to an answer, which stands until `change_guess`."""
         known = self.state
         if known is None or known.revealed is not None:
-            return self._session.refuse("There is no challenge to guess at; hide an effect first.")
+            return self._session.refuse("There is no challenge yet; hide an effect first.")
         if known.guesses and not known.changing:
             return self._session.refuse(
-                "Your guess is recorded; press Change my guess first, which is marked."
+                "Your guess is recorded. Press Change my guess first; the board marks a change."
             )
         short = tuple(replace(one, size=one.size.strip()[:LONGEST_SIZE]) for one in guesses)
         unique = tuple({one.kind: one for one in short}.values())
@@ -210,7 +210,7 @@ class Challenges:
 
         known = self.state
         if known is None or not known.guesses or known.changing:
-            return self._session.refuse("Guess first: the truth cannot be hidden again.")
+            return self._session.refuse("Guess first: you cannot hide the truth again.")
         if known.revealed is not None:
             return False
         try:

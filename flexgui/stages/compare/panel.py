@@ -74,7 +74,7 @@ class ComparePanel(Panel):
         self._output = choice(context, "Output", (WORST,), self._output_name, self._choose_output)
         self._show = choice(
             context, "Show", shown_titles(), lambda: self._wanted, self._choose,
-            "The maps show where the error exceeds the noise floor.",
+            "The maps show where the error is above the noise floor.",
         )  # fmt: skip
         self._worst, self._table = Words(self.gui), Words(self.gui)
         context.actions.register("worst place", self._go_to)

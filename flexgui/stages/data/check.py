@@ -73,7 +73,7 @@ class Check:
         try:
             line = tomllib.loads(one.mend)
         except tomllib.TOMLDecodeError:
-            return self._session.refuse(f"{one.recording}: this cannot be mended by a button.")
+            return self._session.refuse(f"{one.recording}: no button can fix this.")
         if not self._session.document.change(_laid_over(names.index(one.recording), line)):
             return False
         with self._session.lock:

@@ -304,7 +304,7 @@ def _least_contradicted(
         after = file.findings(tried)
         if _contradictions(after) < least:
             best, found, least = tried, after, _contradictions(after)
-            changed = dict.fromkeys((a, b), "Exchanged: the others fit only so.")
+            changed = dict.fromkeys((a, b), "Swapped; only this matches.")
     if best is not columns:
         taken_in |= changed
     return best, found

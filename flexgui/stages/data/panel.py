@@ -101,7 +101,7 @@ class DataPanel(Panel):
         self._field("Seed", "seed", 0, 10000, 1)
         switch(
             context, "With a sweep", lambda: self._wanted.sweep, lambda v: self._want(sweep=v),
-            "A validation recording in which θ2 moves over the whole range.",
+            "A validation recording: θ2 moves over the whole range.",
         )  # fmt: skip
         button(context, "Simulate these experiments", self._simulate)
 

@@ -113,7 +113,7 @@ class ColumnChoice(Piece):
     def _put(self) -> None:
         gain = float(self._gain.value)
         if not math.isfinite(gain) or gain == 0.0:
-            self.session.refuse("The scale factor must not be zero; change it.")
+            self.session.refuse("The scale factor must not be zero.")
             return
         sign = -1 if self._negative.value else 1
         column, unit = str(self._column.value), str(self._unit.value)
@@ -178,12 +178,12 @@ def _judged(waiting: Waiting, channel: str) -> tuple[str, str, str]:
 GAPS = {
     "Split into recordings": SPLIT,
     "Interpolate": "interpolate",
-    "Interpolate, without counting them": "mask",
+    "Fill, but exclude from fit": "mask",
     "Keep the longest part without gaps": "cut",
 }
 CLOCK = {
     "Interpolate to an even clock": "interpolate",
-    "Rows are even, their times are not": "count",
+    "Ignore timestamps": "count",
 }
 AS_RECORDED = "As recorded"
 FAST = 2000.0

@@ -20,8 +20,8 @@ TOP = -1.0
 """Order of what stands above all else in the panel: a question waits. viser counts from 0."""
 MEGA = 1e6
 FORMATS = (
-    "CSV, Parquet, MAT, HDF5, TDMS, MDF4, MCAP, ROS 2 db3 or NPZ, several at once; or a scenario "
-    "(TOML, or its zip). At most {:.0f} MB each."
+    "CSV, Parquet, MAT, HDF5, TDMS, MDF4, MCAP, ROS 2 db3 or NPZ, several at once. Or a scenario "
+    "(TOML or zip). At most {:.0f} MB each."
 )
 
 

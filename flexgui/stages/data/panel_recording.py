@@ -37,7 +37,7 @@ class OneRecording(Piece):
         self._shift = number(
             context, "Camera delay [ms]", (-1000.0, 1000.0, 0.1),
             *self._setting("time_shift", unit=1e-3),
-            "Time offset of this recording: how much too late its samples are recorded.",
+            "Camera latency.",
         )  # fmt: skip
         self._touched = Words(gui)
         with gui.add_folder("Exclude a time range", expand_by_default=False):

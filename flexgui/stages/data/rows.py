@@ -139,8 +139,8 @@ def _clock(time: np.ndarray) -> tuple[float, str, float]:
         return usual, "", 0.0
     wide = np.sort(good)[1:] - np.sort(good)[:-1]
     irregularities = [f"{off} of {len(steps)} steps differ from {1e3 * usual:.4g} ms"]
-    irregularities += [f"{repeated} rows repeat a time or fall back"] if repeated else []
-    irregularities += [f"{lost} rows have none"] if lost else []
+    irregularities += [f"{repeated} non-increasing timestamps"] if repeated else []
+    irregularities += [f"{lost} rows without a time"] if lost else []
     longest = float(wide.max())
     missing = longest > GAP * usual and np.mean(wide > GAP * usual) < 0.5 / GAP
     irregularities += [f"the longest takes {longest:.3g} s"] if missing else []

@@ -56,11 +56,11 @@ def keep_upload(folder: Path, name: str, content: bytes, limit: int) -> Path:
     shown = safe_name(name)
     if len(content) > limit:
         raise InputError(
-            f"{shown} has {len(content) / MEGA:.0f} MB; uploads may have {limit / MEGA:.0f} MB, "
-            f"cut the recording or keep fewer columns."
+            f"{shown} has {len(content) / MEGA:.0f} MB; the limit is {limit / MEGA:.0f} MB. Cut "
+            f"the recording or keep fewer columns."
         )
     if not content:
-        raise InputError(f"{shown} is empty; choose a file with a recording in it.")
+        raise InputError(f"{shown} is empty; choose a file with a recording.")
     path = free_path(folder, shown)
     with replacing(path) as temporary:
         temporary.write_bytes(content)

@@ -163,7 +163,7 @@ class Waiting:
         other = next((c for c, h in self.headers_of.items() if h == header and c != channel), None)
         if other is not None:
             raise InputError(
-                f"Column {header} is {self.words(other)} already; choose another one, or start "
+                f"Column {header} is already {self.words(other)}. Choose another column, or start "
                 f"over."
             )
         name, stated = parse_header(header)

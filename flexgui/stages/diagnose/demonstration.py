@@ -53,7 +53,7 @@ class Demonstrations:
         scenario = self._session.document.scenario
         names = [spec.name for spec in scenario.recordings]
         if not names:
-            return self._cannot(kind, "There is no recording to show it on.")
+            return self._cannot(kind, "There is no recording to show the effect on.")
         cursor = self._session.playback.cursor
         name = cursor.recording if cursor.recording in names else names[0]
         fitted = self._session.identification.current
@@ -159,7 +159,7 @@ def demonstrate(
     plain, more = (_compared(model, data, setup, values) for model in (bare, grown))
     place = _place(plain, more, data, floors)
     if place is None:
-        raise InputError(f"{one.title} changes none of the outputs of {recording} at that size.")
+        raise InputError(f"{one.title} of this size changes no output of {recording}.")
     k, rows = place
     without, with_it = plain.channels[k], more.channels[k]
     return Demonstration(

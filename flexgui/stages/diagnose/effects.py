@@ -64,8 +64,8 @@ def own_parameters(text: str) -> dict[str, dict[str, Any]]:
             start = None
         if match is None or start is None:
             raise InputError(
-                f"The parameter {part.strip()!r} cannot be read; write name = start [unit], with "
-                f"commas between them, such as b = 0.5 [N m]."
+                f"The parameter {part.strip()!r} cannot be read. Write name = start [unit], "
+                f"separated by commas: b = 0.5 [N m]."
             )
         found[match[1]] = {"start": start, "unit": (match[3] or match[4] or "").strip()}
     return found

@@ -23,7 +23,7 @@ from flexgui.core.results import (
     RecordingComparison,
 )
 from flexgui.core.scenario.schema import Scenario
-from flexgui.sentences.figures import fell, times
+from flexgui.sentences.figures import error_change, times
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.views.over_speed import OverSpeed
@@ -110,7 +110,7 @@ def combined_diagnosis(versions: Sequence[ModelVersion]) -> Diagnosis | None:
         steps=steps,
         words=(
             *verdict_paragraphs(stands),
-            *(f"{b.title}: {fell(a, b)}." for a, b in pairwise(steps)),
+            *(f"{b.title}: {error_change(a, b)}." for a, b in pairwise(steps)),
         ),
         effects=tuple(e.model_dump() for e in last.scenario.model.effects),
         floors={e.channel: e.floor for e in steps[-1].errors},
@@ -123,7 +123,7 @@ def _unseen(before: Diagnosis, step: LadderStep) -> Diagnosis:
     """Of a model of which no more than its fit is known; the rest is of the one before it."""
     values = {e.name: e.value for e in step.parameters}
     return replace(
-        before, words=(UNSEEN,), parameters=step.parameters, values=values, stopped=False
+        before, words=(INCOMPLETE,), parameters=step.parameters, values=values, stopped=False
     )
 
 
@@ -138,7 +138,7 @@ def _rounds(versions: Sequence[ModelVersion]) -> tuple[DiagnosisRound, ...]:
     )
 
 
-UNSEEN = "What else is missing was not looked for to the end."
+INCOMPLETE = "The search for more missing effects was not complete."
 
 FELL = 0.99
 """Share of the error: what falls by less is not seen in its two figures."""

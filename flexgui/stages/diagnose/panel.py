@@ -172,7 +172,7 @@ class DiagnosePanel(Panel):
             count = sum(r.role == "estimate" for r in recordings)
             return f"{count} recordings to diagnose. What does the model lack?"
         if self._old(version):
-            return "The settings have changed since; repeat the diagnosis."
+            return "The settings have changed; repeat the diagnosis."
         return ""
 
     def _old(self, version: ModelVersion | None) -> bool:

@@ -12,7 +12,7 @@ from flexgui.page.widgets import Words, bind, joined
 from flexgui.session.edit import put
 
 GEARS = "gear_ratio"
-HINT = "Turns of each joint's motor for one turn of the joint, such as 50, 100."
+HINT = "Motor turns per joint turn, for each joint: 50, 100."
 TICK = Markup(
     "<button type='button' class='tick' role='checkbox' aria-checked='{}' "
     "data-action='known' data-value='{}'{}>{}</button>"

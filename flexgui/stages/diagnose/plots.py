@@ -65,7 +65,7 @@ def demonstration_summary(shown: Demonstration) -> Markup:
         texts.append(Markup("{} = {}").format(typeset(p.symbol, p.name), number))
     size = Markup("With {}").format(Markup(", ").join(texts)) if texts else "With it"
     output = output_title(shown.channel, shown.unit)
-    return Markup("{}: {} in recording {}, where it changes most.").format(
+    return Markup("{}: {} in {}, the recording with the largest change.").format(
         size, output, shown.recording
     )
 

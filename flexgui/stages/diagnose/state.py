@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from flexgui.session.session import Session
 
 COMPARED_BY = (
-    "Measurement and model are compared as in the diagnosis: the initial state of each recording "
-    "is fitted too, so that all figures agree with the error ladder."
+    "Compared as in the diagnosis: the initial state of each recording is fitted too. So all "
+    "figures agree with the error ladder."
 )
-BUSY = "Something is being computed already; stop it or wait."
+BUSY = "A computation is running; stop it or wait."
 
 
 class Diagnosis:
@@ -308,11 +308,11 @@ class Diagnosis:
         """How the error changed in the last step."""
         last, change = self.versions[-1], last_change(self.versions)
         if change is None:
-            return f"{last.title}: the error is {times(last.error)} the noise floor."
-        return f"{last.title}: the error went {change.words}."
+            return f"{last.title}: error {times(last.error)} the noise floor."
+        return f"{last.title}: error {change.words}."
 
 
 def _stopped(kept: bool, any_left: bool) -> str:
     if kept:
-        return "Stopped; what was found so far is shown."
+        return "Stopped; this is the result so far."
     return "Stopped; the last complete result is kept." if any_left else "Stopped."

@@ -110,7 +110,7 @@ def _asked(
     progress.stage("Reading the recordings", len(scenario.recordings))
     recordings = list(load_recordings(scenario, model, where, None, progress))
     if not any(r.role == "estimate" for r in recordings):
-        raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
+        raise InputError('No recording has role = "estimate"; the diagnosis needs at least one.')
     setup = make_setup(model, spec, recordings)
     options = Options(
         max_effects=0,

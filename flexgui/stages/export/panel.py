@@ -31,8 +31,8 @@ from flexgui.views.table import html_equations
 
 WORDS = words_of("export", press=press)
 EVERYTHING = (
-    "Report, tables, model and your recordings; simulated ones lie in the tables only. The 3-D "
-    "playback is in the report where it stays below 4 MB."
+    "Report, tables, model and your recordings; simulated ones are in the tables only. The report "
+    "includes the 3-D playback if that is below 4 MB."
 )
 
 
@@ -57,7 +57,7 @@ class ExportPanel(Panel):
             "Report": (
                 Offer("Report (HTML)", "One page, opens offline.",
                       partial(self.send_export, "report.html")),
-                Offer("3-D playback (HTML)", "Recording under the cursor.", self._save_playback),
+                Offer("3-D playback (HTML)", "The recording at the cursor.", self._save_playback),
                 Offer("Everything (zip)", EVERYTHING, partial(self.send_export, "")),
             ),
             "Scenario": (
@@ -108,7 +108,7 @@ class ExportPanel(Panel):
         session = self.session
         outcome, scenario = session.diagnosis.whole, session.identification.outcome_of
         if outcome is None or outcome.diagnosis is None or scenario is None:
-            session.refuse("Nothing was found yet: diagnose first.")
+            session.refuse("There is no diagnosis yet; diagnose first.")
             return
         try:
             self.send(*diagnosed_file(scenario, outcome.diagnosis, session.folder))
@@ -171,8 +171,8 @@ def recordings_of_session(session: Session) -> tuple[dict[str, bytes], str]:
 TITLE = "Next experiment"
 SECONDS = (1.0, 3600.0, None)
 LIMITS = {
-    "speed": ("Speed limits", "Per joint, by commas: 0.5, 0.8 rad/s (m/s on a slide)."),
-    "torque": ("Torque limits", "Per joint, by commas: 40, 20 N m (N on a slide)."),
+    "speed": ("Speed limits", "One per joint: 0.5, 0.8 rad/s (m/s on a slide)."),
+    "torque": ("Torque limits", "One per joint: 40, 20 N m (N on a slide)."),
 }
 
 
@@ -186,7 +186,7 @@ class NextExperiment(Piece):
             Words(self.gui, WORDS.next_experiment())
             number(
                 context, "Time (s)", SECONDS, lambda: self._seconds, self._wait,
-                "That you have, for all experiments together.",
+                "Total time available.",
             )  # fmt: skip
             self._fields: dict[str, Any] = {
                 key: self.gui.add_text(label, "", hint=hint)
@@ -222,5 +222,5 @@ def _numbers(label: str, text: str) -> list[float]:
     try:
         return [float(part) for part in text.replace(";", ",").split(",") if part.strip()]
     except ValueError:
-        message = f"{label}: write a number per joint, by commas: 0.5, 0.8."
+        message = f"{label}: write one number per joint, separated by commas: 0.5, 0.8."
         raise InputError(message) from None

@@ -59,7 +59,7 @@ METHODS = {
     "glocal": "All recordings together (glocal)",
     "local": "Each recording by itself (local)",
 }
-AUTOMATIC = "What suits the recordings"
+AUTOMATIC = "Automatic"
 WHOLE_NUMBERS = (
     ("Population", "population", (4, 300, 1)),
     ("Generations", "generations", (0, 10_000, 1)),
@@ -109,7 +109,7 @@ class IdentifyPanel(Panel):
                 number(context, label, limits, partial(self._get, name), partial(self._put, name))
             switch(
                 context, "Refine", partial(self._get, "refine"), partial(self._put, "refine"),
-                "Follow the search with a least-squares refinement.",
+                "Refine the result of the search by least squares.",
             )  # fmt: skip
 
     def _outputs(self) -> dict[str, list[str] | None]:

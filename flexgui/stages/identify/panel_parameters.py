@@ -72,7 +72,7 @@ class ChosenParameters(Piece):
             context, f"± {symbol}, known", (0.0, math.inf, None),
             lambda: self._prior(name) * unit.factor,
             lambda v: self._put("prior", name, v / unit.factor or None),
-            "Standard deviation of the prior knowledge; 0: none.",
+            "Standard deviation of the prior; 0: no prior.",
         )  # fmt: skip
         Words(self.gui, press(f"Do not estimate {symbol}", "hold", name, "link"))
 

@@ -88,7 +88,7 @@ class Identification:
         self.take(found, scenario)
         self._session.notify(Topic.OUTCOME)
         if isinstance(event, Stopped):
-            self._session.show_message("Stopped; the best found so far is shown.")
+            self._session.show_message("Stopped; this is the best result so far.")
         self._session.playback.refresh()
 
 

@@ -63,9 +63,7 @@ def study(
         whole = False
     _write(settings, folder)
     if not whole:
-        typer.echo(
-            "Stopped. The same command continues from here and repeats nothing that is finished."
-        )
+        typer.echo("Stopped. Repeat the command to continue; finished cases are kept.")
         raise typer.Exit(INTERRUPTED)
 
 

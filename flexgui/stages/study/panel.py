@@ -45,8 +45,8 @@ START, GO_ON = "Start the study", "Go on with the study"
 
 OPEN = "Open the paper's arm and experiments"
 SAVED = (
-    "A page with all figures, tables as CSV, result.json, and what `flexgui study` needs to "
-    "continue from here."
+    "All figures as a page, tables as CSV, result.json, and the files to continue with `flexgui "
+    "study`."
 )
 
 
@@ -76,7 +76,7 @@ class StudyPanel(Panel):
         number(
             context, "Runs", (1, MOST_RUNS, 1), lambda: study.choice.runs,
             lambda v: study.choose(runs=v),
-            "Each with fresh noise and a fresh first population; the paper has 20.",
+            "Each with new noise and a new first population; the paper has 20.",
         )  # fmt: skip
         for part in parts().values():
             switch(
@@ -86,7 +86,7 @@ class StudyPanel(Panel):
         number(
             context, "Parallel cases", (1, MOST_AT_ONCE, 1), lambda: study.choice.at_once,
             lambda v: study.choose(at_once=v),
-            "Cases that run at the same time; other users of this server run in between.",
+            "Cases computed at the same time. Other users of this server share the processors.",
         )  # fmt: skip
         button(context, "All of it, as in the paper", self._choose_whole)
 

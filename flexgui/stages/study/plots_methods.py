@@ -47,9 +47,9 @@ def baseline_table(rows: Sequence[BaselineRow]) -> Table:
         cells = (str(r.points), snr(r.snr_db), r.method, *fits, *effort, result_words(r))
         shown.append(Row(cells, strong=r.method == GLOCAL))
     text = (
-        "FIT on noise-free recordings that no method has seen, mean over recordings and both "
-        "velocities. Pole error: mean relative distance of the poles below 1000 rad/s from the "
-        "true ones over the range of θ₂. Numbers: entries that were estimated from data."
+        "FIT on noise-free validation recordings, mean over recordings and both "
+        "velocities. Pole error: mean relative distance from the true poles, below 1000 rad/s and "
+        "over the range of θ₂. Numbers: entries estimated from data."
     )
     return Table(columns, tuple(shown), text)
 
@@ -183,8 +183,8 @@ def bias_figure(
             if y:
                 traces.append(line(names, y, name, colour, "%{y:+.2f} %", dash=dash, **MARKED))
     text = (
-        "Lines: bias of the mean EI. Bars: ± the root mean square bias of noise-free fits over "
-        "many draws of the excitation."
+        "Lines: bias of the mean EI. Bars: ± rms bias of noise-free fits over many draws of the "
+        "excitation."
     )
     x = axis("working point θ₂", type="category")
     return figure(traces, x, axis("bias of EI [%]"), text, 420, barmode="overlay")
@@ -247,8 +247,8 @@ def candidate_table(plan: Planning) -> Table:
         place = (e.name, f"{np.degrees(e.theta2):.0f}", f"{e.seconds:g}")
         rows.append(Row((*place, *expected, "yes" if chosen else ""), strong=chosen))
     text = (
-        "Best first by the root of deviation² + bias². The bias is the linear model's own error on "
-        "that motion; more seconds do not lower it."
+        "Best first, by √(std² + bias²). The bias comes from the linear model on that motion; "
+        "longer recordings do not reduce it."
     )
     return Table(columns, tuple(rows), text)
 

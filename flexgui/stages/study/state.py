@@ -79,7 +79,7 @@ FEW, PAPER = 5, 20
 
 MOST_RUNS, MOST_AT_ONCE = 500, 4
 
-NOTHING_TO_DO = "The chosen parts have nothing to do in this scenario; choose Estimates as well."
+NOTHING_TO_DO = "The chosen parts have nothing to compute here; choose Estimates as well."
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,7 @@ class Study:
         """A run that is not started, and the one before it, which may still write."""
         with self._session.lock:
             if self.state.busy:
-                raise InputError("The study is under way already; stop it or wait.")
+                raise InputError("The study is running; stop it or wait.")
             settings = asked(scenario, self.choice)
             known = self.state.settings
             same = known is not None and known.identity == settings.identity
@@ -157,7 +157,7 @@ class Study:
         """Writes the report of what there is, in the pool; `done` gets its folder."""
         run = self.run
         if run is None or not run.records:
-            return self._session.refuse("There are no results of a study yet; start one first.")
+            return self._session.refuse("The study has no results yet; start it first.")
         task = Task.of(
             study_report, "The report of the study", settings=run.settings.model_dump_json(),
             folder=str(run.folder),
@@ -175,7 +175,7 @@ class Study:
         if run.state.phase == FAILED:
             self._session.refuse(run.state.sentence)
         elif run.state.phase == STOPPED:
-            self._session.show_message("The study was stopped; what is finished is kept.")
+            self._session.show_message("The study was stopped; finished cases are kept.")
 
     def _show(self, run: StudyRun) -> bool:
         """False where another one, or none, is shown."""

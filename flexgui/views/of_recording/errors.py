@@ -36,8 +36,8 @@ class ErrorOverMotion(RecordingView):
 
     kind = "error_over_motion"
     title = "error over the motion"
-    about = "Measured minus model over the motion; both directions apart."
-    nothing = "The error follows neither speed, place, acceleration nor deflection."
+    about = "Measured minus model over the motion, per direction."
+    nothing = "The error depends on neither speed, position, acceleration nor deflection."
     place = 3
 
     def draw(self, seen: Seen) -> Figure | None:
