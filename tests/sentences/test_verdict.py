@@ -43,7 +43,7 @@ from tests.sentences.findings import (
 def test_a_found_effect_is_named_with_what_it_is() -> None:
     said = text(FOUND)
     assert "first missing effect is Coulomb friction" in verdict_paragraphs(FOUND)[0]
-    assert "Two dry surfaces rub: the friction has the same level at every speed" in said
+    assert "Coulomb friction. Two dry surfaces rub." in said
 
 
 def test_its_size_is_told_in_si_units_rounded_to_its_deviation() -> None:
