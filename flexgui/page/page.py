@@ -22,7 +22,7 @@ from flexgui.page.timeline import TimeLine
 from flexgui.page.tour import Offer, Tour
 from flexgui.page.widgets import Words, grey, paragraph
 from flexgui.session.session import Session
-from flexgui.session.state import OURS, STAGES, WORK, Part, Topic
+from flexgui.session.state import INTERNAL_FAULT, STAGES, WORK_STAGES, PagePart, Topic
 
 CURSOR_INTERVAL = 0.12
 """s: a plot is sent whole each time."""
@@ -71,7 +71,7 @@ class Page(Piece):
         self._end = session.subscribe(self._painter.mark)
         for topic in Topic:
             self._painter.mark(topic)
-        if session.document.view is None:
+        if session.document.live_model is None:
             session.document.refresh()
         if session.playback.motion is None:
             session.playback.refresh()
@@ -122,26 +122,26 @@ class Page(Piece):
             for part, draw in self._due(topics):
                 with self.context.faults.watch(part):
                     draw()
-        if self._behind_curtain and self.session.document.view is not None:
+        if self._behind_curtain and self.session.document.live_model is not None:
             self._behind_curtain = False
             lift(self.context.client)
         # Not at the next sixtieth of a second: a hand on a slider feels it.
         self.context.client.flush()
 
-    def _due(self, topics: frozenset[Topic]) -> Iterator[tuple[Part, Callable[[], object]]]:
+    def _due(self, topics: frozenset[Topic]) -> Iterator[tuple[PagePart, Callable[[], object]]]:
         """What is to be drawn, each by itself: one that fails keeps no other from being drawn."""
         shown = self._panels[self.session.stage]
         around = (*self.context.syncs, self._timeline.refresh)
-        yield Part.FRAME, partial(self._draw_frame, topics)
-        yield Part.ARM, partial(self._scene.draw, topics)
+        yield PagePart.FRAME, partial(self._draw_frame, topics)
+        yield PagePart.ARM, partial(self._scene.draw, topics)
         if Topic.STAGE in topics or topics & shown.topics:
-            yield Part.PLOTS, shown.refresh
+            yield PagePart.PLOTS, shown.refresh
         if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
-            yield Part.CURSOR, partial(_each, *around, shown.move_cursor)
+            yield PagePart.CURSOR, partial(_each, *around, shown.move_cursor)
         elif Topic.STAGE in topics:
-            yield Part.CURSOR, partial(_each, *around)
+            yield PagePart.CURSOR, partial(_each, *around)
         if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
-            yield Part.INPUTS, partial(_each, *self._syncs[self.session.stage])
+            yield PagePart.INPUTS, partial(_each, *self._syncs[self.session.stage])
 
     def _draw_frame(self, topics: frozenset[Topic]) -> None:
         if Topic.STAGE in topics:
@@ -156,7 +156,7 @@ class Page(Piece):
 
     def _settle(self) -> None:
         """Nothing has moved for a moment."""
-        with self.context.client.atomic(), self.context.faults.watch(Part.LATE_PLOTS):
+        with self.context.client.atomic(), self.context.faults.watch(PagePart.LATE_PLOTS):
             self._panels[self.session.stage].settle()
 
 
@@ -186,7 +186,13 @@ STEP = Markup(
     "<button type='button' data-action='stage' data-value='{0}' class='{1}'{2}>{0}</button>"
 )
 OLD_FIGURES = Markup("<span class='fx-old'></span>")
-IN_FIGURES = {Part.MODEL, Part.PLAYBACK, Part.STUDY, Part.PLOTS, Part.LATE_PLOTS}
+IN_FIGURES = {
+    PagePart.MODEL,
+    PagePart.PLAYBACK,
+    PagePart.STUDY,
+    PagePart.PLOTS,
+    PagePart.LATE_PLOTS,
+}
 
 
 class Steps(Piece):
@@ -209,11 +215,12 @@ class Steps(Piece):
         self._steps.show(self._written())
         message = self.session.message
         self._message.show(paragraph(message.text, "bad" if message.bad else "good"))
-        self._old.show(*not_updated(self.session.faults.old | self.context.faults.old))
+        self._old.show(*not_updated(self.session.faults.outdated | self.context.faults.outdated))
 
     def _written(self) -> Markup:
         steps, beside = (
-            Markup("").join(map(self._step, some)) for some in (WORK, STAGES[len(WORK) :])
+            Markup("").join(map(self._step, some))
+            for some in (WORK_STAGES, STAGES[len(WORK_STAGES) :])
         )
         way = self._way()
         tour = press(way, "tour", kind="link") if way else ""
@@ -225,12 +232,14 @@ class Steps(Piece):
         return STEP.format(stage, "done" if self._panels[stage].done else "", marked)
 
 
-def not_updated(parts: frozenset[Part]) -> list[Markup]:
+def not_updated(parts: frozenset[PagePart]) -> list[Markup]:
     """Says which parts of the page show an older state, and marks its figures where they do."""
     if not parts:
         return []
     words = ", ".join(sorted(part.value for part in parts))
-    sentence = f"{words[0].upper()}{words[1:]} could not be updated and may be old: {OURS}."
+    sentence = (
+        f"{words[0].upper()}{words[1:]} could not be updated and may be old: {INTERNAL_FAULT}."
+    )
     return [paragraph(sentence, "bad"), *([OLD_FIGURES] if parts & IN_FIGURES else [])]
 
 

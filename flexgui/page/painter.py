@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from flexgui.jobs.inbox import Inbox
-from flexgui.session.latest import TURNS
+from flexgui.session.scheduling import CPU_LOCK
 from flexgui.session.state import Topic
 
 STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY, Topic.SCENARIO})
@@ -49,7 +49,7 @@ class Painter:
         if topics & STREAMED:
             self._since = now if now - self._streamed > 2.0 * SLOWEST else self._since
             self._streamed = now
-        with TURNS.end():
+        with CPU_LOCK.for_drawing():
             if topics:
                 self._draw(topics)
             elif self._at_rest():

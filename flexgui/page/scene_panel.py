@@ -17,7 +17,7 @@ from flexgui.scene.paint import HOME, lowered
 from flexgui.scene.recorded import Playback
 from flexgui.scene.scene import Stage
 from flexgui.session.session import Session
-from flexgui.session.state import Live, Topic
+from flexgui.session.state import LiveSettings, Topic
 from flexgui.stages.arm.live import LiveModel
 from flexgui.stages.compare.state import WhereItFails
 
@@ -71,7 +71,7 @@ class Scene(Piece):
     def draw(self, topics: frozenset[Topic]) -> None:
         """Shows what the session says now."""
         session = self.session
-        view, motion = session.document.view, session.playback.motion
+        view, motion = session.document.live_model, session.playback.motion
         if view is None or not topics & DRAWN:
             return
         with self._lock:
@@ -258,7 +258,7 @@ class ErrorsInScene(Piece):
         session.playback.move(recording=board.recordings[row], time=middle, playing=False)
 
 
-BEFORE = Live().exaggeration
+BEFORE = LiveSettings().exaggeration
 """Where the slider stands until somebody moves it."""
 
 

@@ -16,16 +16,16 @@ from flexgui.page.widgets import Words, button, color, paragraph
 from flexgui.session.tour import (
     AT,
     BEGIN,
-    BEGUN,
     END,
     FIRST_STAGE,
     OFFERED,
+    STARTED,
     Card,
     card,
-    due_stage,
     is_on_tour,
-    is_to_be_fitted,
-    is_to_be_searched,
+    needs_fit,
+    needs_search,
+    next_stage,
 )
 from flexgui.stages.data.panel_own import upload_button
 
@@ -57,21 +57,21 @@ class Tour(Piece):
         """The card's own button: begins the tour, or ends it."""
         session = self.session
         if session.tour.step != OFFERED:
-            session.tour.go_on(None)
+            session.tour.set_step(None)
         elif session.choose(HIDDEN):
-            session.tour.go_on(BEGUN)
+            session.tour.set_step(STARTED)
             session.show("Data")
 
     def _left_or_back(self) -> None:
         session = self.session
         if self._shown() is not None:
-            session.tour.go_on(None)
+            session.tour.set_step(None)
         elif is_of_tour(session.document.scenario):
-            session.tour.go_on(BEGUN)
+            session.tour.set_step(STARTED)
             if session.stage not in AT:
-                session.show(due_stage(session))
+                session.show(next_stage(session))
         else:
-            session.tour.go_on(OFFERED)
+            session.tour.set_step(OFFERED)
             session.show(FIRST_STAGE)
 
     def refresh(self) -> None:
@@ -113,7 +113,7 @@ class Offer(Piece):
             return
         self._folder = self.gui.add_folder(None, order=ON_TOP)
         with self._folder:
-            Words(self.gui, paragraph(f"Restore your work of {store.earlier.words}?", "lead"))
+            Words(self.gui, paragraph(f"Restore your work of {store.earlier.date}?", "lead"))
             button(context, "Restore it", store.restore, prominent=True)
             button(context, "Not now", store.decline)
 
@@ -127,7 +127,7 @@ def to_identification(context: PageContext) -> None:
     """Shows *Identify*; on the tour the fit starts as it stands."""
     session = context.session
     session.show("Identify")
-    if is_on_tour(session) and is_to_be_fitted(session):
+    if is_on_tour(session) and needs_fit(session):
         session.identification.start()
 
 
@@ -135,5 +135,5 @@ def to_diagnosis(context: PageContext) -> None:
     """Shows *Diagnose*; on the tour the search for what is missing starts."""
     session = context.session
     session.show("Diagnose")
-    if is_on_tour(session) and is_to_be_searched(session):
+    if is_on_tour(session) and needs_search(session):
         session.diagnosis.search()

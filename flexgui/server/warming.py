@@ -115,10 +115,10 @@ class Warming(Silent):
 def _load() -> None:
     import flexgui.page.page  # noqa: F401  (two seconds of imports)
     from flexgui.library.shipped import demo_scenario
-    from flexgui.session.state import Live
+    from flexgui.session.state import LiveSettings
     from flexgui.stages.arm.live import live_model, prepare
 
-    live_model(prepare(demo_scenario(), None), Live())
+    live_model(prepare(demo_scenario(), None), LiveSettings())
     # Modules and equations stay for ever: the collector need not look at them every time.
     gc.collect()
     gc.freeze()

@@ -15,8 +15,8 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.messages import Task
 from flexgui.scene import recorded
-from flexgui.session.latest import LatestWins
-from flexgui.session.state import STAGES, Cursor, Part, Topic
+from flexgui.session.scheduling import LatestRequest
+from flexgui.session.state import STAGES, Cursor, PagePart, Topic
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -37,13 +37,13 @@ class Playback:
         """The one under the cursor, as the scenario states it now."""
         self.motion: recorded.Playback | None = None
         self._recording_key: tuple[str, Scenario] | None = None
-        self._worker = LatestWins(session.faults, Part.PLAYBACK)
+        self._worker = LatestRequest(session.faults, PagePart.PLAYBACK)
         self._waits = False
         """Whether the motion is computed once another stage is shown."""
         self._moving = False
         """Whether a thread moves the cursor."""
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Plays nothing: another scenario follows."""
         self.recording, self.motion, self.cursor = None, None, Cursor()
 
@@ -75,7 +75,7 @@ class Playback:
                 if not cursor.playing or self._session.closed:
                     self._moving = False
                     return
-            with self._session.faults.watch(Part.CURSOR):
+            with self._session.faults.watch(PagePart.CURSOR):
                 self.advance((now - last) * cursor.speed)
             last = now
 
@@ -104,7 +104,7 @@ class Playback:
     def refresh(self) -> None:
         """Makes or reads the recording under the cursor and computes its motion, soon."""
         self._waits = False
-        self._worker.ask(self._compute)
+        self._worker.request(self._compute)
 
     def wait_idle(self, timeout: float) -> bool:
         """Whether the motion is that of the cursor's recording within `timeout` s."""

@@ -15,11 +15,11 @@ from flexgui.core.sentences import brief
 from flexgui.jobs.inputs import leave
 from flexgui.library.shipped import EMBEDDED, scenario_choices
 from flexgui.places import is_kept, without_places
-from flexgui.session.document import Document
 from flexgui.session.playback import Playback
-from flexgui.session.run import Run
-from flexgui.session.state import STAGES, Faults, Message, Part, Services, Subscriber, Topic
-from flexgui.session.store import Store
+from flexgui.session.running_job import RunningJob
+from flexgui.session.saved_work import WorkStore
+from flexgui.session.scenario_document import ScenarioDocument
+from flexgui.session.state import STAGES, Faults, Message, PagePart, Services, Subscriber, Topic
 from flexgui.session.tour import Tour
 from flexgui.stages.challenge.state import Challenges
 from flexgui.stages.compare.state import Comparison
@@ -47,9 +47,9 @@ class Session:
         self.message = Message("")
         self.faults = Faults(lambda: self.notify(Topic.MESSAGE))
         self._subscribers: list[Subscriber] = []
-        self.document = Document(self)
+        self.document = ScenarioDocument(self)
         self.playback = Playback(self)
-        self.run = Run(self)
+        self.run = RunningJob(self)
         self.recordings, self.check = Recordings(self), Check(self)
         self.identification = Identification(self)
         self.comparison = Comparison(self)
@@ -57,7 +57,7 @@ class Session:
         self.export = Export(self)
         self.study = Study(self)
         self.challenge, self.tour = Challenges(self), Tour(self)
-        self.store = Store(self)
+        self.store = WorkStore(self)
 
     def subscribe(self, callback: Subscriber) -> Callable[[], None]:
         """Calls back with each topic that changes, from any thread; returns how to end that."""
@@ -81,7 +81,7 @@ class Session:
                 try:
                     subscriber(topic)
                 except Exception:
-                    self.faults.fail(Part.PAGE)
+                    self.faults.fail(PagePart.PAGE)
 
     def show_message(self, text: str, bad: bool = False) -> None:
         """A sentence for the person, which does not say where the server keeps what."""
@@ -123,16 +123,16 @@ class Session:
     def open(self, scenario: Scenario) -> bool:
         """Starts over with a scenario; its files must lie in the session's folder."""
         try:
-            self.begin_with(scenario)
+            self.start_with(scenario)
         except InputError as error:
             return self.refuse(error)
         return True
 
-    def begin_with(self, scenario: Scenario) -> None:
+    def start_with(self, scenario: Scenario) -> None:
         """As `open`, but InputError where the scenario is none for this session."""
         check_suits(scenario)
-        self.run.forget()
-        self.study.forget()
+        self.run.reset()
+        self.study.reset()
         self.demonstration.end()
         self.recordings.leave_waiting()
         with self.lock:
@@ -141,7 +141,7 @@ class Session:
                 self.playback, self.identification, self.export, self.diagnosis, self.challenge,
                 self.check,
             ):  # fmt: skip
-                part.forget()
+                part.reset()
         self.notify(Topic.SCENARIO, Topic.RECORDINGS, Topic.RUN, Topic.OUTCOME, Topic.CURSOR)
         self.notify(Topic.DIAGNOSIS, Topic.CHALLENGE)
         self.document.refresh()
@@ -159,7 +159,7 @@ class Session:
     def close(self) -> None:
         """Ends its threads and its job, and removes its folder where no work is kept in it."""
         self.closed = True
-        self.challenge.forget()
+        self.challenge.reset()
         self.demonstration.end()
         self.study.close()
         self.check.close()

@@ -1,5 +1,5 @@
-"""What a person looks at, what of a session can change, and how its subscribers learn of it: they
-hear the topic and read the session."""
+"""Small state records of a session, the topics that notify of changes, and which parts of the page
+are outdated by a fault. Subscribers get a topic and read the session."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from flexgui.jobs import JobPool
 
 
-WORK = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export")
-"""The stages of the work, in order."""
-STAGES = (*WORK, "Study", "Challenge")
-"""With what stands beside them."""
+WORK_STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export")
+"""The main stages, in order."""
+STAGES = (*WORK_STAGES, "Study", "Challenge")
+"""With the two stages beside them."""
 
 
 @dataclass(frozen=True)
-class Live:
-    """The sliders that belong to no scenario."""
+class LiveSettings:
+    """Slider values that are not part of a scenario."""
 
     theta2: float = math.pi / 3.0
     """rad, the working point of the live model."""
@@ -40,7 +40,7 @@ class Live:
 
 @dataclass(frozen=True)
 class Cursor:
-    """The time-line: one cursor for plots and arm."""
+    """The cursor of the time-line, for plots and arm."""
 
     recording: str = ""
     time: float = 0.0
@@ -53,7 +53,7 @@ class Cursor:
 
 @dataclass(frozen=True)
 class Message:
-    """A sentence for the person; the newest is shown."""
+    """A sentence for the person; only the newest is shown."""
 
     text: str
     bad: bool = False
@@ -85,8 +85,8 @@ class Topic(Enum):
     MESSAGE = "message"
 
 
-class Part(Enum):
-    """What is brought up to date by itself, as a person calls it."""
+class PagePart(Enum):
+    """Parts of the page that are updated separately, named for messages."""
 
     MODEL = "the model of the sliders"
     PLAYBACK = "the playback"
@@ -104,22 +104,22 @@ class Part(Enum):
 
 Subscriber = Callable[[Topic], None]
 log = logging.getLogger(__name__)
-OURS = "a fault of FlexGUI, not of what you did; its log has the details"
+INTERNAL_FAULT = "a fault of FlexGUI, not of what you did; its log has the details"
 
 
 class Faults:
-    """The parts that could not be updated by the program's own fault: they show an older state."""
+    """The parts that an internal fault kept from being updated: they show an older state."""
 
     def __init__(self, changed: Callable[[], None]) -> None:
-        self.old: frozenset[Part] = frozenset()
+        self.outdated: frozenset[PagePart] = frozenset()
         self.closed = False
-        """Whether nobody looks any more, so that failing is no fault."""
+        """Whether the page is gone, so that a failure does not matter."""
         self._changed = changed
         self._lock = threading.Lock()
 
     @contextmanager
-    def watch(self, part: Part) -> Iterator[None]:
-        """Nothing that fails inside goes on: the part is old until it succeeds."""
+    def watch(self, part: PagePart) -> Iterator[None]:
+        """Catches every error inside: the part is outdated until the block succeeds."""
         try:
             yield
         except Exception:
@@ -127,16 +127,16 @@ class Faults:
         else:
             self._note(part, failed=False)
 
-    def fail(self, part: Part) -> None:
-        """In an `except`: the part is old from now on."""
-        again = self.closed or part in self.old
+    def fail(self, part: PagePart) -> None:
+        """Called in an `except`: marks the part as outdated."""
+        again = self.closed or part in self.outdated
         log.log(logging.DEBUG if again else logging.ERROR, "%s: failed", part.value, exc_info=True)
         self._note(part, failed=True)
 
-    def _note(self, part: Part, failed: bool) -> None:
+    def _note(self, part: PagePart, failed: bool) -> None:
         with self._lock:
-            changed = failed != (part in self.old)
-            self.old = self.old | {part} if failed else self.old - {part}
+            changed = failed != (part in self.outdated)
+            self.outdated = self.outdated | {part} if failed else self.outdated - {part}
         if changed:
             self._changed()
 
@@ -146,11 +146,11 @@ class Services(Protocol):
 
     @property
     def pool(self) -> JobPool:
-        """Where long work is done."""
+        """The worker processes."""
 
     @property
     def data_folder(self) -> Path | None:
-        """Where the recordings of ready-made scenarios lie; None where nobody said."""
+        """Folder of the recordings of supplied scenarios; None if not given."""
 
     @property
     def upload_limit_bytes(self) -> int:
@@ -158,4 +158,4 @@ class Services(Protocol):
 
     @property
     def board(self) -> Board:
-        """Who found what in the challenges of this server."""
+        """The results of this server's challenges."""

@@ -1,4 +1,4 @@
-"""What the card of the tour says: it follows from what has been done and from the stage shown."""
+"""The guided tour: which card it shows, from the work done so far and the stage that is shown."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from flexgui.stages.diagnose.model_versions import ModelVersion, error_stayed, l
 if TYPE_CHECKING:
     from flexgui.session.session import Session
 
-OFFERED, BEGUN = 0, 1
+OFFERED, STARTED = 0, 1
 """Values of a session's `tour`; None: dismissed."""
 
 FIRST_STAGE = "Arm"
-"""Where the tour is offered: who walks on by the stages has begun by themselves."""
+"""The stage where the tour is offered: on later stages the person works without it."""
 
 
 class Tour:
-    """How far the first visit's tour is."""
+    """The state of the tour: offered, started or dismissed."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self.step: int | None = OFFERED
         """None where it was dismissed."""
 
-    def go_on(self, step: int | None) -> None:
-        """Offers or begins the tour; None dismisses it."""
+    def set_step(self, step: int | None) -> None:
+        """Sets OFFERED or STARTED; None dismisses the tour."""
         with self._session.lock:
             self.step = step
         self._session.notify(Topic.TOUR)
@@ -38,7 +38,7 @@ class Tour:
 
 @dataclass(frozen=True)
 class Card:
-    """The way on is a button of the stage, which the text names; else the card's own `button`."""
+    """Title and text; the text names a button of the stage, else the card has its own `button`."""
 
     title: str
     text: str
@@ -91,7 +91,7 @@ LOOKING = Card(DIAGNOSE, TRIED)
 
 
 def card(session: Session) -> Card | None:
-    """The card to show; None where there is nothing to be said."""
+    """The card to show; None if there is none."""
     if session.tour.step == OFFERED:
         return OFFER if session.stage == FIRST_STAGE else None
     if not is_on_tour(session):
@@ -100,12 +100,12 @@ def card(session: Session) -> Card | None:
 
 
 def is_on_tour(session: Session) -> bool:
-    """Whether the card goes along with the person."""
-    return session.tour.step == BEGUN and is_of_tour(session.document.scenario)
+    """Whether the tour has started on its own scenario."""
+    return session.tour.step == STARTED and is_of_tour(session.document.scenario)
 
 
-def is_to_be_fitted(session: Session) -> bool:
-    """Whether the model has no fit at its present settings, and nothing is being computed."""
+def needs_fit(session: Session) -> bool:
+    """Whether the model has no fit at its present settings and no job runs."""
     fresh = (
         session.identification.outcome is not None
         and session.identification.outcome_of == session.document.scenario
@@ -113,22 +113,22 @@ def is_to_be_fitted(session: Session) -> bool:
     return not (fresh or session.run.busy)
 
 
-def is_to_be_searched(session: Session) -> bool:
-    """Whether nobody has looked yet for what the present model lacks."""
+def needs_search(session: Session) -> bool:
+    """Whether the present model was not diagnosed yet and no job runs."""
     return not (
         session.run.busy
         or any(k.scenario == session.document.scenario for k in session.diagnosis.versions)
     )
 
 
-def holds_way_on(session: Session) -> bool:
-    """Whether the card's own button is the next thing to press, so that no other one invites."""
+def has_own_button(session: Session) -> bool:
+    """Whether the card's own button is the next to press, so that no other one is highlighted."""
     shown = card(session)
     return shown is not None and bool(shown.button)
 
 
-def due_stage(session: Session) -> str:
-    """Where the next thing is to be done."""
+def next_stage(session: Session) -> str:
+    """The stage where the tour continues."""
     if session.diagnosis.shown_versions:
         return "Diagnose"
     return "Identify" if session.identification.outcome is None else "Compare"
@@ -176,7 +176,7 @@ def _diagnose(session: Session) -> Card:
 
 
 def _looking(pending: ModelVersion) -> Card:
-    """While effects are tried: the first one of the list can be added before the end."""
+    """While effects are tried: the first of the list can be added before the end."""
     if not pending.ranking:
         return LOOKING
     first = pending.ranking[0].title
@@ -235,11 +235,11 @@ def _added(session: Session, version: ModelVersion) -> Card:
 
 
 def _elsewhere(session: Session) -> Card | None:
-    """At a stage of which the tour does not speak; once it is through it holds nobody."""
+    """At a stage without a card of its own; None once the tour is finished."""
     shown = _diagnose(session)
     if shown.button:
         return None
-    stage = due_stage(session)
+    stage = next_stage(session)
     title = shown.title if stage == "Diagnose" else COMPARE
     return Card(title, f"The tour continues at {stage}, in the row of stages above.")
 
@@ -251,4 +251,4 @@ AT: dict[str, Callable[[Session], Card | None]] = {
     "Compare": _compare,
     "Diagnose": _diagnose,
 }
-"""Stage -> what its card says."""
+"""Stage -> function that makes its card."""

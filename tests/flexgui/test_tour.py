@@ -26,23 +26,23 @@ from flexgui.library.shipped import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.page.busy import how_it_stands
 from flexgui.page.panel import PageContext
 from flexgui.page.tour import to_diagnosis, to_identification
-from flexgui.session.edit import edited
+from flexgui.session.scenario_edits import apply_edits
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES
 from flexgui.session.tour import (
     ADD,
     BEGIN,
-    BEGUN,
     COMPARE,
     DIAGNOSE,
     DONE,
     END,
     LOOK,
     OFFERED,
+    STARTED,
     Card,
     card,
-    due_stage,
-    holds_way_on,
+    has_own_button,
+    next_stage,
 )
 from flexgui.stages.diagnose.effects import with_effect
 from flexgui.stages.diagnose.model_versions import (
@@ -56,7 +56,7 @@ from flexgui.stages.diagnose.model_versions import (
 from tests.session.helpers import alone
 
 FRICTION, JOINT = "Coulomb friction", "Elastic joint"
-WITH_FRICTION = edited(hidden_scenario(), with_effect("coulomb_friction", None))
+WITH_FRICTION = apply_edits(hidden_scenario(), with_effect("coulomb_friction", None))
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def session(tmp_path: Path) -> Iterator[Session]:
     (tmp_path / "own").mkdir()
     made = alone("a-person", tmp_path / "own")
     made.document.scenario = hidden_scenario()
-    made.tour.step = BEGUN
+    made.tour.step = STARTED
     yield made
     made.close()
 
@@ -247,7 +247,7 @@ def test_elsewhere_the_card_says_where_the_tour_goes_on(session: Session) -> Non
         outcome(),
         session.document.scenario,
     )
-    assert due_stage(session) == "Compare"
+    assert next_stage(session) == "Compare"
     go(session, LACKING)
     assert "continues at Diagnose" in at(session, "Export").text
 
@@ -263,7 +263,7 @@ def test_the_card_has_a_button_only_at_its_ends(session: Session) -> None:
         go(session, *versions)
         for stage in STAGES:
             session.stage = stage
-            assert holds_way_on(session) == (len(versions) == 2 and stage == "Diagnose")
+            assert has_own_button(session) == (len(versions) == 2 and stage == "Diagnose")
 
 
 def test_a_change_that_figures_do_not_show_is_none() -> None:
@@ -311,7 +311,7 @@ def test_on_the_tour_the_way_on_begins_what_is_done_there(
     begun: list[str] = []
     monkeypatch.setattr(session.identification, "start", lambda: begun.append("fit"))
     monkeypatch.setattr(session.diagnosis, "search", lambda: begun.append("search"))
-    session.tour.step = BEGUN if tours else None
+    session.tour.step = STARTED if tours else None
     context = cast(PageContext, SimpleNamespace(session=session, services=None))
     to_identification(context)
     assert session.stage == "Identify"

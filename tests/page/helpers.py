@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from flexgui.session.edit import Document, put
+from flexgui.session.scenario_edits import ScenarioDict, set_value
 from flexgui.session.session import Session
 from tests.session.helpers import until
 
@@ -65,11 +65,11 @@ def sees(page: Any, text: str) -> None:
 def small(session: Session) -> None:
     """Two short recordings and a validation: an identification takes a moment."""
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         document["recordings"] = [document["recordings"][k] for k in (1, 2, 7)]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
 
     assert session.document.change(
-        edit, put(("identify", "population"), 8), put(("identify", "generations"), 6)
+        edit, set_value(("identify", "population"), 8), set_value(("identify", "generations"), 6)
     )

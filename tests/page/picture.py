@@ -85,7 +85,7 @@ def main() -> None:
         desk = Served(Offered(pool))
         session = desk.session = Session("picture", folder / "own", desk.services)
         few(session)
-        session.tour.go_on(None)
+        session.tour.set_step(None)
         session.identification.start()
         wait(session)
         session.diagnosis.search()

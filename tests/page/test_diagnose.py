@@ -13,7 +13,7 @@ import pytest
 
 from flexgui.core.study.challenge import opened
 from flexgui.jobs.messages import DEFAULT
-from flexgui.session.edit import Document, put
+from flexgui.session.scenario_edits import ScenarioDict, set_value
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.diagnose.effects import present, titled
@@ -40,14 +40,14 @@ def apart(page: Any) -> Iterator[None]:
 def few(session: Session) -> None:
     """Two short recordings with hidden friction, a validation, and four candidates."""
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         document["recordings"] = [document["recordings"][k] for k in (0, 1, 3)]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
 
     kinds = ["coulomb_friction", "viscous_friction", "rotor_inertia", "tip_payload"]
     assert session.choose("something hidden")
-    assert session.document.change(edit, put(("diagnose", "candidates"), kinds))
+    assert session.document.change(edit, set_value(("diagnose", "candidates"), kinds))
 
 
 def bars(page: Any) -> list[str]:

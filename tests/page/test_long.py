@@ -12,7 +12,7 @@ import pytest
 
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.study.challenge import opened
-from flexgui.session.edit import put
+from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import fetch_files
 from flexgui.stages.diagnose.effects import present, titled
@@ -65,7 +65,7 @@ def test_on_recordings_of_an_independent_engine(page: Any, session: Session) -> 
     scenario = fetch_files(scenario, path.parent, None, session.folder)
     assert session.open(scenario)
     kinds = ["tip_payload", "coulomb_friction", "viscous_friction", "camera_delay"]
-    assert session.document.change(put(("diagnose", "candidates"), kinds))
+    assert session.document.change(set_value(("diagnose", "candidates"), kinds))
     walk(page, session, "tip_payload")
 
 
@@ -76,7 +76,7 @@ def test_on_a_real_bench(page: Any, session: Session) -> None:
     scenario = fetch_files(scenario, path.parent, folder, session.folder)
     assert session.open(scenario)
     kinds = ["coulomb_friction", "viscous_friction", "presliding_friction", "gravity_tilt"]
-    assert session.document.change(put(("diagnose", "candidates"), kinds))
+    assert session.document.change(set_value(("diagnose", "candidates"), kinds))
     walk(page, session, "presliding_friction")
 
 

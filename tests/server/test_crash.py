@@ -9,7 +9,7 @@ from random import Random
 import pytest
 
 from flexgui.core.scenario.read import scenario_toml
-from flexgui.session.edit import Document, put
+from flexgui.session.scenario_edits import ScenarioDict, set_value
 from tests.server.helpers import Browser, action, announcement, part
 from tests.server.served import Served, sees, served, show, texts, until, widget
 from tests.session.helpers import alone, good_csv
@@ -126,7 +126,7 @@ def test_upload_edit_and_fit_survive_a_kill(tmp_path: Path, recording: bytes) ->
 def hidden(tmp_path: Path) -> bytes:
     """Two short recordings with hidden friction, and two candidates."""
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         document["recordings"] = document["recordings"][:2]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
@@ -135,7 +135,7 @@ def hidden(tmp_path: Path) -> bytes:
     folder.mkdir()
     session = alone("maker", folder)
     assert session.choose("something hidden")
-    kinds = put(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"])
+    kinds = set_value(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"])
     assert session.document.change(edit, kinds)
     content = scenario_toml(session.document.scenario).encode()
     session.close()

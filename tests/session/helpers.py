@@ -10,7 +10,7 @@ from typing import Any
 
 from flexgui.cli import run
 from flexgui.jobs import JobPool
-from flexgui.session.edit import Document, put
+from flexgui.session.scenario_edits import ScenarioDict, set_value
 from flexgui.session.session import Session
 from flexgui.session.state import Services
 from tests.session.conftest import Offered
@@ -27,15 +27,15 @@ def alone(key: str, folder: Path) -> Session:
 def small(session: Session, generations: int = 4) -> None:
     """Two short recordings and a small population: an identification takes a moment."""
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         document["recordings"] = document["recordings"][1:3]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 0.5
 
     assert session.document.change(
         edit,
-        put(("identify", "population"), 8),
-        put(("identify", "generations"), generations),
+        set_value(("identify", "population"), 8),
+        set_value(("identify", "generations"), generations),
     )
 
 

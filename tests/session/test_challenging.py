@@ -222,5 +222,5 @@ def test_a_wrong_level_and_another_scenario(session: Session, services: Offered)
 
 def test_the_tour_can_be_dismissed(session: Session) -> None:
     assert session.tour.step == 0
-    session.tour.go_on(None)
+    session.tour.set_step(None)
     assert session.tour.step is None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexgui.core.results import LadderStep, MissingTorque, RecordingComparison
-from flexgui.session.edit import Document
+from flexgui.session.scenario_edits import ScenarioDict
 from flexgui.session.session import Session
 from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 from flexgui.stages.diagnose.plots import demonstration, demonstration_summary
@@ -15,7 +15,7 @@ from tests.session.helpers import until
 
 
 def short(session: Session) -> None:
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         document["recordings"] = document["recordings"][:1]
         document["recordings"][0]["simulate"]["seconds"] = 1.0
 

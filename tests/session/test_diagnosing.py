@@ -19,7 +19,7 @@ from flexgui.jobs import JobPool
 from flexgui.jobs.job import DONE, FAILED
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
-from flexgui.session.edit import Document, put
+from flexgui.session.scenario_edits import ScenarioDict, set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import diagnosed_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
@@ -45,12 +45,12 @@ def friction(session: Session) -> Session:
     """Two short recordings with Coulomb friction that the model lacks."""
     session.choose("something hidden")
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         document["recordings"] = [document["recordings"][k] for k in (0, 1, 3)]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
 
-    assert session.document.change(edit, put(("diagnose", "candidates"), CANDIDATES))
+    assert session.document.change(edit, set_value(("diagnose", "candidates"), CANDIDATES))
     return session
 
 
@@ -253,7 +253,7 @@ def test_a_stop_and_a_failure_leave_the_last_result(friction: Session, services:
     friction.run.stop()
     over(friction)
     assert friction.diagnosis.versions == complete and friction.document.scenario == given
-    friction.document.change(put(("identify", "parameters"), ["nobody"]))
+    friction.document.change(set_value(("identify", "parameters"), ["nobody"]))
     assert friction.diagnosis.search()
     over(friction)
     assert friction.run.state.phase == FAILED and friction.message.bad

@@ -13,7 +13,7 @@ import pytest
 
 from flexgui.jobs import JobPool, inputs
 from flexgui.server.viser_patches import CALLBACK_THREADS
-from flexgui.session.edit import put
+from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from tests.recording.test_large_files import long_csv, mat_of_zeros
@@ -97,7 +97,7 @@ def test_how_far_a_long_file_is_read_is_said_meanwhile(
 
 def test_a_long_simulation_is_made_elsewhere_and_shown(session: Session) -> None:
     told: list[Topic] = []
-    assert session.document.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
+    assert session.document.change(set_value(("recordings", 0, "simulate", "seconds"), 31.0))
     session.subscribe(told.append)
     session.playback.refresh()
     until(

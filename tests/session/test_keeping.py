@@ -26,12 +26,12 @@ from flexgui.library.shipped import demo_scenario, hidden_scenario, shipped_fold
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server import sessions
 from flexgui.server.sessions import KeptWork
-from flexgui.session import store
-from flexgui.session.edit import put
-from flexgui.session.records import SCHEMA, Envelope, packed, unpacked
+from flexgui.session import saved_work
+from flexgui.session.saved_work import SavedResults, SavedWork
+from flexgui.session.scenario_edits import set_value
+from flexgui.session.serialization import SCHEMA_VERSION, Envelope, deserialize, serialize
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES, Topic
-from flexgui.session.store import SavedResults, SavedWork
 from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.stages.study.state import DONE, STOPPED
 from tests.paper_study.helpers import short
@@ -102,7 +102,7 @@ def found(services: Offered, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     made.choose("something hidden")
     small(made)
     assert made.document.change(
-        put(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"])
+        set_value(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"])
     )
     assert made.identification.start()
     until(lambda: not made.run.state.busy)
@@ -116,7 +116,7 @@ def found(services: Offered, tmp_path_factory: pytest.TempPathFactory) -> Iterat
 def test_results_are_the_same_after_writing_and_reading(found: Session) -> None:
     fitted = found.identification
     stated = SavedResults(fitted.outcome, fitted.outcome_of, found.diagnosis.versions)
-    again = unpacked(packed(stated), SavedResults)
+    again = deserialize(serialize(stated), SavedResults)
     for name in stated.__struct_fields__:
         assert same(getattr(stated, name), getattr(again, name)), name
 
@@ -124,17 +124,17 @@ def test_results_are_the_same_after_writing_and_reading(found: Session) -> None:
 @pytest.mark.parametrize("path", sorted(shipped_folder().glob("*.toml")), ids=lambda p: p.stem)
 def test_every_scenario_is_the_same_after_writing_and_reading(path: Path) -> None:
     for scenario in (read_scenario(path), demo_scenario(), hidden_scenario()):
-        assert unpacked(packed(scenario), Scenario) == scenario
+        assert deserialize(serialize(scenario), Scenario) == scenario
 
 
 def test_damaged_bytes_are_told_in_words() -> None:
-    random, content = Random(1), packed(SavedWork(demo_scenario()))
+    random, content = Random(1), serialize(SavedWork(demo_scenario()))
     for _ in range(300):
         bad = bytearray(content)
         for _ in range(random.randint(1, 8)):
             bad[random.randrange(len(bad))] = random.randrange(256)
         try:
-            unpacked(
+            deserialize(
                 bytes(bad[: random.randint(0, len(bad))] if random.random() < 0.5 else bad),
                 SavedWork,
             )
@@ -144,17 +144,17 @@ def test_damaged_bytes_are_told_in_words() -> None:
 
 def test_what_is_no_record_is_neither_written_nor_read() -> None:
     with pytest.raises(TypeError):
-        packed({"a": Path("x")})
+        serialize({"a": Path("x")})
     with pytest.raises(ValueError):
-        packed(np.array([object()]))
+        serialize(np.array([object()]))
     with pytest.raises(InputError, match="parts of it are missing"):
-        unpacked(packed({"a": 1}), SavedWork)
+        deserialize(serialize({"a": 1}), SavedWork)
 
 
 def test_edits_files_and_a_challenge_are_there_again(
     session: Session, work: KeptWork, services: Offered
 ) -> None:
-    assert session.document.change(put(("identify", "population"), 17))
+    assert session.document.change(set_value(("identify", "population"), 17))
     assert bring(session, "own.csv", good_csv(session), services)
     session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
     session.notify(Topic.CHALLENGE)
@@ -247,9 +247,9 @@ def test_what_was_shown_was_written_before(session: Session, work: KeptWork) -> 
 
     session.subscribe(hear)
     for k in range(5):
-        assert session.document.change(put(("identify", "population"), 20 + k))
+        assert session.document.change(set_value(("identify", "population"), 20 + k))
     for scenario, place in copies:
-        assert unpacked((place / WORK).read_bytes(), SavedWork).scenario == scenario
+        assert deserialize((place / WORK).read_bytes(), SavedWork).scenario == scenario
     assert len(copies) == 5
 
 
@@ -266,7 +266,7 @@ def test_nothing_is_kept_of_a_session_in_which_nothing_was_done(work: KeptWork) 
 
 def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWork) -> None:
     first = begun(work)
-    assert first.document.change(put(("identify", "population"), 17))
+    assert first.document.change(set_value(("identify", "population"), 17))
     dead(first)
     second = begun(KeptWork(work.root))
     second.store.decline()
@@ -276,22 +276,22 @@ def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWo
     third = begun(KeptWork(work.root))
     assert third.store.earlier is not None
     third.store.decline()
-    assert third.document.change(put(("identify", "population"), 19))
+    assert third.document.change(set_value(("identify", "population"), 19))
     dead(third)
     fourth = begun(work)
-    assert fourth.document.change(put(("identify", "population"), 21))
+    assert fourth.document.change(set_value(("identify", "population"), 21))
     assert fourth.store.restore() and fourth.document.scenario.identify.population == 19
     fourth.close()
     for why, population in (("declined", 17), ("replaced", 21)):
         (aside,) = work.root.glob(f"{why}-*")
-        kept = unpacked((aside / WORK).read_bytes(), SavedWork).scenario
+        kept = deserialize((aside / WORK).read_bytes(), SavedWork).scenario
         assert kept.identify.population == population
 
 
 def test_work_that_cannot_be_moved_stays_and_so_does_what_is_here(
     session: Session, work: KeptWork, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert session.document.change(put(("identify", "population"), 17))
+    assert session.document.change(set_value(("identify", "population"), 17))
     dead(session)
     made = begun(KeptWork(work.root))
     (made.folder / "own.csv").write_text("mine")
@@ -314,7 +314,9 @@ def test_work_that_cannot_be_moved_stays_and_so_does_what_is_here(
 Spoil = Callable[[Path], object]
 
 
-def rewritten(path: Path, change: Callable[[dict[str, Any]], object], schema: int = SCHEMA) -> None:
+def rewritten(
+    path: Path, change: Callable[[dict[str, Any]], object], schema: int = SCHEMA_VERSION
+) -> None:
     """The same file with other entries, as another version may write it."""
     envelope = msgspec.msgpack.decode(path.read_bytes()[8:], type=Envelope)
     body = msgspec.msgpack.decode(envelope.body)
@@ -344,7 +346,7 @@ OTHER_VERSIONS: dict[str, Spoil] = {
 def test_work_of_another_version_is_taken_up(
     session: Session, work: KeptWork, version: str
 ) -> None:
-    assert session.document.change(put(("identify", "population"), 17))
+    assert session.document.change(set_value(("identify", "population"), 17))
     session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
     session.notify(Topic.CHALLENGE)
     OTHER_VERSIONS[version](session.folder / WORK)
@@ -357,7 +359,10 @@ def test_work_of_another_version_is_taken_up(
 
 UNREADABLE: dict[str, tuple[Spoil, str]] = {
     "damaged": (lambda path: path.write_bytes(b"no zip"), "damaged"),
-    "later": (lambda path: rewritten(path, lambda body: None, SCHEMA + 1), "another version"),
+    "later": (
+        lambda path: rewritten(path, lambda body: None, SCHEMA_VERSION + 1),
+        "another version",
+    ),
     "without a scenario": (without("scenario"), "parts of it"),
     "with an unknown setting": (
         lambda path: rewritten(
@@ -372,7 +377,7 @@ UNREADABLE: dict[str, tuple[Spoil, str]] = {
 def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
     session: Session, work: KeptWork, fault: str
 ) -> None:
-    assert session.document.change(put(("identify", "population"), 17))
+    assert session.document.change(set_value(("identify", "population"), 17))
     (session.folder / "own.csv").write_text("mine")
     spoil, said = UNREADABLE[fault]
     spoil(session.folder / WORK)
@@ -380,7 +385,7 @@ def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
     dead(session)
     made = begun(KeptWork(work.root))
     assert not made.store.restore() and made.store.earlier is None
-    assert made.document.change(put(("identify", "population"), 18)) and is_kept(made.folder)
+    assert made.document.change(set_value(("identify", "population"), 18)) and is_kept(made.folder)
     made.close()
     (aside,) = work.root.glob("unread-*")
     assert aside.name in made.message.text and said in made.message.text
@@ -391,7 +396,7 @@ def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
 def test_results_that_cannot_be_read_are_set_aside_and_the_work_goes_on(
     session: Session, work: KeptWork
 ) -> None:
-    assert session.document.change(put(("identify", "population"), 17))
+    assert session.document.change(set_value(("identify", "population"), 17))
     (session.folder / RESULTS).write_bytes(b"no zip")
     dead(session)
     made = revived(work)
@@ -404,7 +409,7 @@ def test_results_that_cannot_be_read_are_set_aside_and_the_work_goes_on(
 @pytest.mark.parametrize(
     "act",
     [
-        lambda session, services: session.document.change(put(("title",), "Another one")),
+        lambda session, services: session.document.change(set_value(("title",), "Another one")),
         lambda session, services: session.diagnosis.add("coulomb_friction"),
     ],
     ids=["edit", "add"],
@@ -424,7 +429,7 @@ def test_a_slow_disk_holds_up_nobody_who_moves_something_else(
         with replacing(path) as temporary:
             yield temporary
 
-    monkeypatch.setattr(store, "replacing", slow)
+    monkeypatch.setattr(saved_work, "replacing", slow)
     with ThreadPoolExecutor() as threads:
         try:
             acted = threads.submit(act, session, services)
@@ -441,11 +446,14 @@ def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPa
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("flexgui.session.store._write", full)
-    assert session.document.change(put(("identify", "population"), 17))
+    monkeypatch.setattr("flexgui.session.saved_work._write_file", full)
+    assert session.document.change(set_value(("identify", "population"), 17))
     assert "cannot be written" in session.message.text
     session.show_message("")
-    assert session.document.change(put(("identify", "population"), 18)) and not session.message.text
+    assert (
+        session.document.change(set_value(("identify", "population"), 18))
+        and not session.message.text
+    )
 
 
 def test_the_folders_are_nobody_elses_and_tell_no_key(session: Session, work: KeptWork) -> None:
@@ -475,14 +483,14 @@ def test_the_oldest_go_first_and_none_that_is_in_use(
 
 
 def test_another_server_does_not_take_what_is_in_use(session: Session, work: KeptWork) -> None:
-    assert session.document.change(put(("identify", "population"), 17))
+    assert session.document.change(set_value(("identify", "population"), 17))
     assert not KeptWork(work.root).knows(KEY) and is_kept(session.folder)
     assert not (session.folder / RESULTS).exists()
 
 
 def test_what_was_half_written_goes_when_the_server_starts(work: KeptWork) -> None:
     session = begun(work)
-    assert session.document.change(put(("title",), "Mine"))
+    assert session.document.change(set_value(("title",), "Mine"))
     (session.folder / "th1.csv").write_text("t")
     (session.folder / ".0123.th2.csv").write_text("t,theta1")
     (session.folder / ".big.zip.unpacking").mkdir()
@@ -495,14 +503,14 @@ def test_what_was_half_written_goes_when_the_server_starts(work: KeptWork) -> No
 def test_a_number_that_another_process_has_by_now_is_no_owner(
     session: Session, work: KeptWork
 ) -> None:
-    assert session.document.change(put(("identify", "population"), 17))
+    assert session.document.change(set_value(("identify", "population"), 17))
     assert not KeptWork(work.root).knows(KEY), "this process has it"
     (session.folder / OWNER).write_text(f"{os.getpid()} 1")
     assert KeptWork(work.root).knows(KEY), "a process of that number, but a younger one"
 
 
 def test_what_was_replaced_goes_when_the_server_starts(session: Session, work: KeptWork) -> None:
-    assert session.document.change(put(("identify", "population"), 17))
+    assert session.document.change(set_value(("identify", "population"), 17))
     dead(session)
     replaced = session.folder.with_name(f"{session.folder.name}{FRESH}")
     shutil.copytree(session.folder, replaced)

@@ -8,18 +8,18 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from flexgui.session import document, playback
-from flexgui.session.edit import arm_setting
+from flexgui.session import playback, scenario_document
+from flexgui.session.scenario_edits import set_arm
 from flexgui.session.session import Session
-from flexgui.session.state import Part, Topic
+from flexgui.session.state import PagePart, Topic
 from flexgui.stages.arm.live import LiveModel
 
 
 def live(session: Session) -> LiveModel:
     session.document.refresh()
     assert session.wait_idle()
-    assert session.document.view is not None
-    return session.document.view
+    assert session.document.live_model is not None
+    return session.document.live_model
 
 
 def fails(*_: object) -> None:
@@ -29,13 +29,23 @@ def fails(*_: object) -> None:
 @pytest.mark.parametrize(
     ("part", "module", "function", "refresh"),
     [
-        (Part.MODEL, document, "live_model", lambda session: session.document.refresh()),
-        (Part.PLAYBACK, playback.recorded, "played", lambda session: session.playback.refresh()),
+        (
+            PagePart.MODEL,
+            scenario_document,
+            "live_model",
+            lambda session: session.document.refresh(),
+        ),
+        (
+            PagePart.PLAYBACK,
+            playback.recorded,
+            "played",
+            lambda session: session.playback.refresh(),
+        ),
     ],
 )
 def test_what_our_own_fault_leaves_old_is_called_old_until_it_is_computed_anew(
     session: Session,
-    part: Part,
+    part: PagePart,
     module: ModuleType,
     function: str,
     refresh: Callable[[Session], None],
@@ -47,16 +57,16 @@ def test_what_our_own_fault_leaves_old_is_called_old_until_it_is_computed_anew(
     with monkeypatch.context() as broken:
         broken.setattr(module, function, fails)
         refresh(session)
-        assert session.wait_idle() and session.faults.old == {part}
-    assert session.document.view is view and session.playback.motion is motion is not None
+        assert session.wait_idle() and session.faults.outdated == {part}
+    assert session.document.live_model is view and session.playback.motion is motion is not None
     refresh(session)
-    assert session.wait_idle() and not session.faults.old
+    assert session.wait_idle() and not session.faults.outdated
 
 
 def test_every_slider_moves_the_poles(session: Session) -> None:
     before = live(session).at.poles
     for name, value in (("young_modulus", 2e9), ("width", 0.06), ("mass", [8.0, 6.0])):
-        session.document.change(arm_setting(session.document.scenario, name, value))
+        session.document.change(set_arm(session.document.scenario, name, value))
         now = live(session).at.poles
         assert not np.allclose(now, before)
         before = now
@@ -66,7 +76,7 @@ def test_every_slider_moves_the_poles(session: Session) -> None:
 
 def test_a_stiffer_arm_bends_less(session: Session) -> None:
     soft = live(session).q[2:]
-    session.document.change(arm_setting(session.document.scenario, "young_modulus", 2e9))
+    session.document.change(set_arm(session.document.scenario, "young_modulus", 2e9))
     assert live(session).q[2:] == pytest.approx(soft / 2.0)
 
 
@@ -74,10 +84,10 @@ def test_another_kind_of_arm_is_announced_while_it_is_made(session: Session) -> 
     live(session)
     told: list[str] = []
     session.subscribe(lambda topic: told.append(session.message.text))
-    session.document.change(arm_setting(session.document.scenario, "mass", [8.0, 6.0]))
+    session.document.change(set_arm(session.document.scenario, "mass", [8.0, 6.0]))
     live(session)
     assert not any("compiled" in text for text in told)
-    session.document.change(arm_setting(session.document.scenario, "modes", [0, 1]))
+    session.document.change(set_arm(session.document.scenario, "modes", [0, 1]))
     live(session)
     assert any("compiled" in text for text in told)
     assert session.message.text == ""
@@ -108,5 +118,5 @@ def test_newest_wish_wins(session: Session) -> None:
 
 
 def test_model_without_bending_has_no_modes_to_bend(session: Session) -> None:
-    session.document.change(arm_setting(session.document.scenario, "modes", [0, 0]))
+    session.document.change(set_arm(session.document.scenario, "modes", [0, 0]))
     assert live(session).q == pytest.approx([0.0, session.document.live.theta2])

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from flexgui.jobs import JobPool, inputs
-from flexgui.session.edit import put
+from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.study.state import DONE
 from tests.jobs.helpers import EVEN
@@ -48,7 +48,7 @@ def readers() -> Iterator[JobPool]:
 def identified(session: Session, offered: Offered) -> Session:
     assert session.choose("something hidden")
     small(session)
-    assert session.document.change(put(("diagnose", "candidates"), ["coulomb_friction"]))
+    assert session.document.change(set_value(("diagnose", "candidates"), ["coulomb_friction"]))
     assert session.identification.start()
     until(lambda: not session.run.busy, WARM)
     assert session.identification.outcome is not None, session.message
@@ -154,7 +154,7 @@ def test_a_lost_worker_costs_one_long_simulation(
     session: Session, readers: JobPool, number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(inputs, "_pool", cache(lambda: readers))
-    assert session.document.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
+    assert session.document.change(set_value(("recordings", 0, "simulate", "seconds"), 31.0))
     assert session.wait_idle(WARM)
     session.playback.recording = session._recording_key = None
     lose_worker(readers, number)

@@ -11,7 +11,7 @@ from flexgui.core.results import RankedEffect
 from flexgui.jobs import JobPool
 from flexgui.jobs.job import DONE
 from flexgui.jobs.messages import Event, Started
-from flexgui.session.edit import Document, put
+from flexgui.session.scenario_edits import ScenarioDict, set_value
 from flexgui.session.session import Session
 from tests.jobs.helpers import EVEN
 from tests.session.conftest import Offered
@@ -26,14 +26,14 @@ def made(folder: Path, services: Offered) -> Session:
     folder.mkdir()
     session = Session(folder.name, folder, services)
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         document["recordings"] = document["recordings"][:2]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
 
     session.choose("something hidden")
     kinds = ["coulomb_friction", "viscous_friction", "tip_payload"]
-    assert session.document.change(edit, put(("diagnose", "candidates"), kinds))
+    assert session.document.change(edit, set_value(("diagnose", "candidates"), kinds))
     return session
 
 

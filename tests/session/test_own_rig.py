@@ -13,7 +13,7 @@ from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.library.shipped import demo_scenario
-from flexgui.session.edit import put, thawed
+from flexgui.session.scenario_edits import set_value, with_lists
 from flexgui.stages.data.inspect import CONTRADICT, inspect_file
 from flexgui.stages.data.rigs import (
     RIGS,
@@ -42,7 +42,7 @@ def chosen(arm: str, rig: str) -> Scenario:
     found = demo_scenario()
     one = next(r for r in RIGS if r.title == rig)
     for make in (lambda s: arm_edit(s, arm), lambda s: rig_edit(s, one)):
-        document = thawed(found.model_dump(exclude_defaults=True))
+        document = with_lists(found.model_dump(exclude_defaults=True))
         make(found)(document)
         found = Scenario.model_validate(document)
     return found
@@ -117,8 +117,8 @@ def test_columns_say_of_which_kind_of_rig_they_are(file: str) -> None:
 @pytest.mark.parametrize("file", ["quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv"])
 def test_nothing_contradicts_the_bench_once_its_arm_is_chosen(file: str) -> None:
     scenario = chosen("two_stage_bench", "Current recorded")
-    document = thawed(scenario.model_dump(exclude_defaults=True))
-    put(("drive", "torque_constants"), [8.925, 0.87])(document)
+    document = with_lists(scenario.model_dump(exclude_defaults=True))
+    set_value(("drive", "torque_constants"), [8.925, 0.87])(document)
     waiting = first_look(Scenario.model_validate(document), file)
     assert not waiting.questions
     assert not {fault for fault, _ in waiting.inspection.findings.values()} & set(CONTRADICT)

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.session.edit import Document
+from flexgui.session.scenario_edits import ScenarioDict
 from flexgui.session.session import Session
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
 
 def brief(session: Session) -> None:
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         document["recordings"] = document["recordings"][:2]
         for recording in document["recordings"]:
             recording["simulate"]["seconds"] = 1.0

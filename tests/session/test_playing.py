@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgui.session.session import Session
-from flexgui.session.state import Part
+from flexgui.session.state import PagePart
 from tests.session.helpers import until
 
 NEAR = 2e-3
@@ -54,8 +54,8 @@ def test_a_tick_that_fails_ends_no_playing(
     with monkeypatch.context() as broken:
         broken.setattr(loaded.playback, "advance", fails)
         loaded.playback.move(playing=True)
-        until(lambda: loaded.faults.old == {Part.CURSOR})
-    until(lambda: loaded.playback.cursor.time > 0.0 and not loaded.faults.old)
+        until(lambda: loaded.faults.outdated == {PagePart.CURSOR})
+    until(lambda: loaded.playback.cursor.time > 0.0 and not loaded.faults.outdated)
     loaded.playback.move(playing=False)
 
 

@@ -16,9 +16,9 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.sensors import sensors
 from flexgui.library.shipped import demo_scenario, hidden_scenario, scenario_choices, scenarios
-from flexgui.session.edit import arm_setting, edited, put
+from flexgui.session.scenario_edits import apply_edits, set_arm, set_value
 from flexgui.session.session import Session
-from flexgui.session.state import Part, Topic
+from flexgui.session.state import PagePart, Topic
 from flexgui.stages.data.rigs import Experiments
 
 
@@ -27,34 +27,34 @@ def test_demo_is_a_scenario_that_needs_no_file() -> None:
 
 
 def test_an_edit_without_a_change_gives_an_equal_scenario() -> None:
-    assert edited(demo_scenario()) == demo_scenario()
+    assert apply_edits(demo_scenario()) == demo_scenario()
 
 
 @given(st.floats(2e8, 3e9), st.integers(0, 3))
 def test_what_the_page_changes_survives_the_file(modulus: float, modes: int) -> None:
     scenario = demo_scenario()
-    changed = edited(
+    changed = apply_edits(
         scenario,
-        arm_setting(scenario, "young_modulus", modulus),
-        arm_setting(scenario, "modes", [modes, 1]),
+        set_arm(scenario, "young_modulus", modulus),
+        set_arm(scenario, "modes", [modes, 1]),
     )
     assert parse_scenario(scenario_toml(changed), "x") == changed
 
 
 def test_bounds_move_with_the_value_that_they_are_about(session: Session) -> None:
-    session.document.change(arm_setting(session.document.scenario, "young_modulus", 2e9))
+    session.document.change(set_arm(session.document.scenario, "young_modulus", 2e9))
     assert session.document.scenario.identify.bounds["epsilon"] == pytest.approx((1.6e9, 2.4e9))
 
 
 def test_a_bad_change_changes_nothing_and_says_why(session: Session) -> None:
     before = session.document.scenario
-    assert not session.document.change(put(("identify", "population"), 1))
+    assert not session.document.change(set_value(("identify", "population"), 1))
     assert session.document.scenario == before
     assert session.message.bad and "population" in session.message.text
 
 
 def test_a_refused_number_of_gains_is_said_before_anything_runs(session: Session) -> None:
-    assert not session.document.change(put(("drive", "gains"), [60.0]))
+    assert not session.document.change(set_value(("drive", "gains"), [60.0]))
     assert "gains" in session.message.text
 
 
@@ -74,7 +74,7 @@ def test_a_subscriber_that_fails_is_told_of_and_hides_no_news_from_others(
     session.subscribe(lambda topic: 1 / 0)
     session.subscribe(heard.append)
     session.show("Data")
-    assert heard == [Topic.MESSAGE, Topic.STAGE] and session.faults.old == {Part.PAGE}
+    assert heard == [Topic.MESSAGE, Topic.STAGE] and session.faults.outdated == {PagePart.PAGE}
 
 
 def test_experiments_replace_the_simulated_recordings_only(session: Session) -> None:
@@ -85,7 +85,7 @@ def test_experiments_replace_the_simulated_recordings_only(session: Session) -> 
 
 
 def test_default_experiments_are_the_papers() -> None:
-    changed = edited(demo_scenario(), Experiments().edit(20.0))
+    changed = apply_edits(demo_scenario(), Experiments().edit(20.0))
     assert [s.name for s in changed.recordings] == [s.name for s in demo_scenario().recordings]
 
 

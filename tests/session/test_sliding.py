@@ -9,13 +9,13 @@ import pytest
 from flexgui.core.errors import InputError
 from flexgui.core.recent import Recent
 from flexgui.places import WORK, is_kept
-from flexgui.session import document
-from flexgui.session.edit import Edit, arm_setting, edited, put
-from flexgui.session.latest import TURNS
-from flexgui.session.records import packed, unpacked
+from flexgui.session import scenario_document
+from flexgui.session.saved_work import SavedWork
+from flexgui.session.scenario_edits import Edit, apply_edits, set_arm, set_value
+from flexgui.session.scheduling import CPU_LOCK
+from flexgui.session.serialization import deserialize, serialize
 from flexgui.session.session import Session
-from flexgui.session.state import Live, Topic
-from flexgui.session.store import SavedWork
+from flexgui.session.state import LiveSettings, Topic
 from flexgui.stages.arm.live import LiveModel
 
 SOON = 60.0
@@ -24,12 +24,12 @@ SOON = 60.0
 
 def stiffness(session: Session, value: float) -> Edit:
     """Of the segments' material, in Pa."""
-    return arm_setting(session.document.scenario, "young_modulus", value)
+    return set_arm(session.document.scenario, "young_modulus", value)
 
 
 def drawn(session: Session, value: float) -> bool:
     """Whether the arm that is shown has it."""
-    view = session.document.view
+    view = session.document.live_model
     return view is not None and view.scenario.arm.model_dump()["young_modulus"] == value
 
 
@@ -48,13 +48,13 @@ def test_places_that_a_hand_passes_are_not_heard_and_the_last_one_is_written_bef
 
     def listen(topic: Topic) -> None:
         if topic in (Topic.SCENARIO, Topic.LIVE):
-            written = unpacked((kept.folder / WORK).read_bytes(), SavedWork).scenario
+            written = deserialize((kept.folder / WORK).read_bytes(), SavedWork).scenario
             heard.append((topic, written.arm.model_dump()["young_modulus"]))
 
     kept.subscribe(listen)
-    with TURNS.begin():  # nobody else computes meanwhile
+    with CPU_LOCK.for_computing():  # nobody else computes meanwhile
         for value in (0.91e9, 0.92e9, 0.93e9):
-            assert kept.document.slide(stiffness(kept, value))
+            assert kept.document.change_while_dragging(stiffness(kept, value))
         assert not heard and not is_kept(kept.folder)
     assert kept.wait_idle(SOON) and drawn(kept, 0.93e9)
     assert [topic for topic, _ in heard].count(Topic.SCENARIO) == 1
@@ -67,17 +67,17 @@ def test_a_slid_scenario_is_heard_of_and_written_even_where_its_arm_cannot_be_co
     def fails(*_: object) -> LiveModel:
         raise InputError("no such arm")
 
-    monkeypatch.setattr(document, "live_model", fails)
+    monkeypatch.setattr(scenario_document, "live_model", fails)
     heard: list[Topic] = []
     kept.subscribe(heard.append)
-    assert kept.document.slide(stiffness(kept, 0.94e9))
+    assert kept.document.change_while_dragging(stiffness(kept, 0.94e9))
     assert kept.wait_idle(SOON)
     assert Topic.SCENARIO in heard and is_kept(kept.folder)
 
 
 def test_what_is_no_scenario_changes_nothing_under_a_hand_either(kept: Session) -> None:
     before = kept.document.scenario
-    assert not kept.document.slide(put(("arm", "young_modulus"), -1.0))
+    assert not kept.document.change_while_dragging(set_value(("arm", "young_modulus"), -1.0))
     assert kept.document.scenario is before and kept.message.bad
 
 
@@ -86,25 +86,29 @@ def test_sessions_at_the_same_place_share_scenario_and_model(kept: Session, tmp_
     folder.mkdir()
     other = Session("another-person", folder, kept.services)
     for each in (kept, other):
-        assert each.document.slide(stiffness(each, 0.95e9))
+        assert each.document.change_while_dragging(stiffness(each, 0.95e9))
         assert each.wait_idle(SOON)
     assert kept.document.scenario is other.document.scenario
-    assert kept.document.view is other.document.view is not None
+    assert kept.document.live_model is other.document.live_model is not None
     other.document.set_live(theta2=2.0)
     assert other.wait_idle(SOON)
     assert (
-        kept.document.view is not other.document.view
-        and kept.document.view.model is other.document.view.model
+        kept.document.live_model is not other.document.live_model
+        and kept.document.live_model.model is other.document.live_model.model
     )  # type: ignore[union-attr]
     other.close()
 
 
 def test_numbers_that_are_equal_but_not_the_same_kind_are_two_documents(kept: Session) -> None:
     title = kept.document.scenario.title
-    one = edited(kept.document.scenario, put(("arm", "tip_mass"), 1.0), put(("title",), title))
-    two = edited(kept.document.scenario, put(("arm", "tip_mass"), 2.0), put(("title",), title))
+    one = apply_edits(
+        kept.document.scenario, set_value(("arm", "tip_mass"), 1.0), set_value(("title",), title)
+    )
+    two = apply_edits(
+        kept.document.scenario, set_value(("arm", "tip_mass"), 2.0), set_value(("title",), title)
+    )
     assert one != two
-    assert edited(kept.document.scenario, put(("arm", "tip_mass"), 1.0)) is one
+    assert apply_edits(kept.document.scenario, set_value(("arm", "tip_mass"), 1.0)) is one
 
 
 def test_what_is_known_is_bounded_and_the_oldest_goes_first() -> None:
@@ -117,14 +121,14 @@ def test_what_is_known_is_bounded_and_the_oldest_goes_first() -> None:
 
 
 def test_no_changed_byte_of_kept_work_is_taken_for_the_work() -> None:
-    content = packed(Live(theta2=1.5))
-    assert unpacked(content, Live) == Live(theta2=1.5)
+    content = serialize(LiveSettings(theta2=1.5))
+    assert deserialize(content, LiveSettings) == LiveSettings(theta2=1.5)
     for place in range(len(content)):
         for bit in (1, 4):
             damaged = bytearray(content)
             damaged[place] ^= bit
             with pytest.raises(InputError):
-                unpacked(bytes(damaged), Live)
+                deserialize(bytes(damaged), LiveSettings)
     for length in range(len(content)):
         with pytest.raises(InputError):
-            unpacked(content[:length], Live)
+            deserialize(content[:length], LiveSettings)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.rig_spec import SensorsSpec
-from flexgui.session.edit import put
+from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
@@ -115,7 +115,7 @@ def test_what_a_person_has_stated_is_kept_with_their_recordings(
     session: Session, services: Offered
 ) -> None:
     session.document.change(
-        put(("identify", "parameters"), ["m1"]), put(("identify", "bounds"), None)
+        set_value(("identify", "parameters"), ["m1"]), set_value(("identify", "bounds"), None)
     )
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.document.scenario.identify.parameters == ("m1",)

@@ -21,8 +21,8 @@ from flexgui.core.simulate.response import (
     step_response,
 )
 from flexgui.library.shipped import demo_scenario
-from flexgui.session.edit import MOST, model_of
-from flexgui.session.state import Live
+from flexgui.session.scenario_edits import CACHE_SIZE, cached_model
+from flexgui.session.state import LiveSettings
 
 STEP_SIZE = 0.3
 """Of the reference's unit: the amplitude of the default excitation. The arm is drawn as far bent
@@ -56,7 +56,7 @@ class Prepared:
 class LiveModel(Prepared):
     """What the sliders' model does at the working point."""
 
-    live: Live
+    live: LiveSettings
     numbers: Numbers
     at: Posture
     q: np.ndarray
@@ -85,7 +85,7 @@ def _demo() -> Prepared:
 
 
 def _prepared(scenario: Scenario) -> Prepared:
-    model = model_of(scenario)
+    model = cached_model(scenario)
     # Not by `model.compiled`: its lock is one for all models, and others must not wait.
     compile_arm(Structure.of(model.arm))
     return Prepared(scenario, model)
@@ -96,18 +96,18 @@ def is_new(arm: Arm, before: Prepared | None) -> bool:
     return before is None or Structure.of(arm) != Structure.of(before.model.arm)
 
 
-_EQUATIONS: Recent[tuple[Equation, ...]] = Recent(MOST)
-_PREPARED: Recent[Prepared] = Recent(MOST)
-_LIVE: Recent[LiveModel] = Recent(MOST)
+_EQUATIONS: Recent[tuple[Equation, ...]] = Recent(CACHE_SIZE)
+_PREPARED: Recent[Prepared] = Recent(CACHE_SIZE)
+_LIVE: Recent[LiveModel] = Recent(CACHE_SIZE)
 """By ids of what the entries hold, so that no other object can have them."""
 
 
-def live_model(known: Prepared, live: Live) -> LiveModel:
+def live_model(known: Prepared, live: LiveSettings) -> LiveModel:
     """Computed in some milliseconds; at once where another session is at the same place."""
     return _LIVE.get((id(known.model), live), lambda: _live_model(known, live))
 
 
-def _live_model(known: Prepared, live: Live) -> LiveModel:
+def _live_model(known: Prepared, live: LiveSettings) -> LiveModel:
     model = known.model
     numbers = model.numbers()
     at = posture(model, _joints(model, live), numbers)
@@ -135,7 +135,7 @@ def _structure(model: Model) -> tuple[object, ...]:
     return (Structure.of(model.arm), type(model.drive), tuple(p != 0.0), lengths, effects)
 
 
-def _joints(model: Model, live: Live) -> np.ndarray:
+def _joints(model: Model, live: LiveSettings) -> np.ndarray:
     joints = np.zeros(model.arm.joints)
     if model.arm.joints > 1:
         joints[1] = live.theta2

@@ -27,9 +27,9 @@ from flexgui.page.widgets import (
     paragraph,
     slider,
 )
-from flexgui.session.edit import arm_setting, put
+from flexgui.session.scenario_edits import set_arm, set_value
 from flexgui.session.state import Topic
-from flexgui.session.tour import holds_way_on
+from flexgui.session.tour import has_own_button
 from flexgui.stages.arm.chart import chart
 from flexgui.views.dynamics import frequency_response, mode_table, noisy_step, phase_response, poles
 from flexgui.views.layout import Figure
@@ -82,10 +82,10 @@ class ArmPanel(Panel):
         self._phase = Lines(self.context, "Phase")
 
     def refresh(self) -> None:
-        view = self.session.document.view
+        view = self.session.document.live_model
         self._title.show(paragraph(self.session.document.scenario.title, "lead"))
         self._sliders.refresh()
-        self._next.color = color(not holds_way_on(self.session))
+        self._next.color = color(not has_own_button(self.session))
         if view is None:
             return
         self._step.show(noisy_step(view.step, view.noise))
@@ -96,7 +96,7 @@ class ArmPanel(Panel):
     def settle(self) -> None:
         """What a hand on a slider need not wait for: the phase below the poles, the matrices,
         the equations."""
-        view = self.session.document.view
+        view = self.session.document.live_model
         if view is None:
             return
         self._phase.show(phase_response(view.frequency))
@@ -264,13 +264,13 @@ class ArmSliders(Piece):
     def _put(self, name: str, value: float, k: int | None) -> bool:
         document = self.session.document
         # Another number of modes is compiled first, so that is kept at once.
-        put_in = document.change if isinstance(value, int) else document.slide
+        put_in = document.change if isinstance(value, int) else document.change_while_dragging
         if k is None:
-            return put_in(arm_setting(document.scenario, name, value))
+            return put_in(set_arm(document.scenario, name, value))
         values = [getattr(segment, name) for segment in self._arm.segments]
         if k >= len(values) or None in values:
             return False
-        return put_in(arm_setting(document.scenario, name, [*values[:k], value, *values[k + 1 :]]))
+        return put_in(set_arm(document.scenario, name, [*values[:k], value, *values[k + 1 :]]))
 
     def _gain(self, one: DriveSlider, k: int) -> float:
         """0 where another drive, with rows of gains, has come and this is not rebuilt yet."""
@@ -283,7 +283,9 @@ class ArmSliders(Piece):
         if k >= len(values):
             return False
         values[k] = float(value)
-        return self.session.document.slide(put(("drive", one.setting), values))
+        return self.session.document.change_while_dragging(
+            set_value(("drive", one.setting), values)
+        )
 
 
 def around(value: float, limits: Limits) -> Limits:

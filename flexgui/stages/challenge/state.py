@@ -110,9 +110,9 @@ class Challenges:
         self.nickname = ""
         """On the class's board; empty: somebody."""
         self._unsubscribe: Callable[[], None] = lambda: None
-        self.forget()
+        self.reset()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Another scenario follows, or none."""
         self._unsubscribe()
         self.state: Challenge | None = None

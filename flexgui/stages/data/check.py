@@ -11,9 +11,9 @@ from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.messages import Task
-from flexgui.session.edit import Document, Edit
-from flexgui.session.latest import LatestWins
-from flexgui.session.state import Part, Topic
+from flexgui.session.scenario_edits import Edit, ScenarioDict
+from flexgui.session.scheduling import LatestRequest
+from flexgui.session.state import PagePart, Topic
 
 if TYPE_CHECKING:
     from flexgui.core.check.finding import Finding
@@ -34,10 +34,10 @@ class Check:
         """The scenario whose recordings were looked at."""
         self.running = False
         """Whether they are being looked at."""
-        self._worker = LatestWins(session.faults, Part.CHECK)
-        self.forget()
+        self._worker = LatestRequest(session.faults, PagePart.CHECK)
+        self.reset()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Another scenario follows."""
         self.mended: dict[str, tuple[str, ...]] = {}
         """Recording -> lines of the scenario that a person put there to mend it."""
@@ -63,7 +63,7 @@ class Check:
         self.running = bool(self._session.document.scenario.recordings)
         self._session.notify(Topic.RECORDINGS)
         if self.running:
-            self._worker.ask(self._look)
+            self._worker.request(self._look)
 
     def mend(self, one: Finding) -> bool:
         """Puts the line that mends a finding into the scenario, and looks again."""
@@ -116,7 +116,7 @@ def _same_rig(a: Scenario, b: Scenario) -> bool:
 def _laid_over(index: int, line: dict[str, Any]) -> Edit:
     """Puts the settings of a line into the table of a recording, beside what stands there."""
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         table = document["recordings"][index]
         for key, value in line.items():
             if key == "columns":

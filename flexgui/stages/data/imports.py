@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexgui.library.shipped import is_as_begun
-from flexgui.session.edit import Document, put, thawed
+from flexgui.session.scenario_edits import ScenarioDict, set_value, with_lists
 from flexgui.session.state import Topic
 from flexgui.stages.data.rigs import measured_edit
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Import:
     """A file that was read and is no recording of the scenario yet."""
 
-    entry: Document
+    entry: ScenarioDict
     """The scenario's table of it."""
     words: str
     """What was read."""
@@ -31,7 +31,7 @@ class Imports:
         self._session = session
         self.pending: tuple[Import, ...] = ()
         """Files of which the person has not said yet whether they are used alone."""
-        self.replaced: tuple[Document, ...] = ()
+        self.replaced: tuple[ScenarioDict, ...] = ()
         """Recordings that made room for them."""
         self.own_files: frozenset[str] = frozenset()
         """Files of the person that are recordings by now."""
@@ -59,7 +59,7 @@ class Imports:
         pending, before = self.pending, self._entries()
         entries = [one.entry for one in pending]
         alone = alone or not before
-        edits = [put(("recordings",), entries if alone else [*before, *entries])]
+        edits = [set_value(("recordings",), entries if alone else [*before, *entries])]
         edits += [measured_edit(self._session.document.scenario)] if alone else []
         if not pending or not self._session.document.change(*edits):
             return False
@@ -77,7 +77,7 @@ class Imports:
 
     def restore(self) -> bool:
         """Puts the recordings that made room before those that stand now."""
-        together = put(("recordings",), [*self.replaced, *self._entries()])
+        together = set_value(("recordings",), [*self.replaced, *self._entries()])
         if not self.replaced or not self._session.document.change(together):
             return False
         with self._session.lock:
@@ -106,9 +106,9 @@ class Imports:
         if not any(file in spec.files for spec in specs):
             (self._session.folder / file).unlink(missing_ok=True)
 
-    def _entries(self) -> list[Document]:
+    def _entries(self) -> list[ScenarioDict]:
         document = self._session.document.scenario.model_dump(exclude_defaults=True)
-        entries: list[Document] = thawed(document.get("recordings", ()))
+        entries: list[ScenarioDict] = with_lists(document.get("recordings", ()))
         return entries
 
     def _nothing_done(self) -> bool:

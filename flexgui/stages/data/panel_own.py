@@ -12,7 +12,7 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.page.actions import press, selection
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, bind, button, joined, words_of
-from flexgui.session.edit import put
+from flexgui.session.scenario_edits import set_value
 from flexgui.stages.data.rigs import CONSTANTS, RIGS, arm_choices, rig_of
 
 WORDS = words_of("data", press=press)
@@ -116,7 +116,7 @@ class RigChoice(Piece):
             values = [float(part) for part in text.replace(";", ",").split(",")]
         except ValueError:
             return False
-        return self.session.document.change(put(("drive", name), values))
+        return self.session.document.change(set_value(("drive", name), values))
 
     def refresh(self) -> None:
         """Only what the rig has is shown."""

@@ -15,7 +15,7 @@ from flexgui.core.recording.spec import CameraSpec, RecordingSpec
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, bind, button, choice, number, offer
 from flexgui.sentences.written import reference_symbol
-from flexgui.session.edit import Document, put, recording
+from flexgui.session.scenario_edits import ScenarioDict, recording_path, set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.panel_own import WORDS
 from flexgui.views.preview import finding_words, lines_applied
@@ -98,7 +98,7 @@ class OneRecording(Piece):
 
     def _put(self, value: Any, *path: str) -> bool:
         document = self.session.document
-        edit = put(recording(self._index, *path), value)
+        edit = set_value(recording_path(self._index, *path), value)
         return bool(document.scenario.recordings) and document.change(edit)
 
     def _mask(self) -> bool:
@@ -113,7 +113,7 @@ class OneRecording(Piece):
     def _remove(self) -> None:
         index, document = self._index, self.session.document
 
-        def edit(changed: Document) -> None:
+        def edit(changed: ScenarioDict) -> None:
             changed["recordings"].pop(index)
 
         if document.scenario.recordings:

@@ -15,7 +15,7 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.recording.channels import is_reference
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import EMBEDDED
-from flexgui.session.edit import Document, Edit, model_of, thawed
+from flexgui.session.scenario_edits import Edit, ScenarioDict, cached_model, with_lists
 
 Options = Mapping[str, Any]
 
@@ -76,7 +76,7 @@ def rig_edit(scenario: Scenario, rig: RigKind) -> Edit:
     was_slide = _is_slide(build_arm(scenario.arm))
     arm = "single_axis" if rig.slide else "paper" if was_slide else ""
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         _begin_anew(document)
         if arm:
             _put_arm(document, arm)
@@ -98,7 +98,7 @@ def arm_edit(scenario: Scenario, preset: str) -> Edit:
     anew = before.joints != after.joints or _is_slide(before) != _is_slide(after)
     rig = RIGS[0] if rig is None or (rig.slide and not _is_slide(after)) else rig
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         _begin_anew(document)
         _put_arm(document, preset)
         if anew:
@@ -111,17 +111,17 @@ def _is_slide(arm: Arm) -> bool:
     return arm.joints == 1 and arm.segments[0].joint == "prismatic"
 
 
-def _begin_anew(document: Document) -> None:
+def _begin_anew(document: ScenarioDict) -> None:
     """Without what was simulated, and with what is compared chosen anew."""
     kept = [e for e in document.get("recordings", ()) if "simulate" not in e]
-    document["recordings"] = thawed(kept)
+    document["recordings"] = with_lists(kept)
     identify = document.setdefault("identify", {})
     for name in ("output", "servo_hz", "weights", "offsets"):
         identify.pop(name, None)
     document.pop("model", None)
 
 
-def _put_arm(document: Document, preset: str) -> None:
+def _put_arm(document: ScenarioDict, preset: str) -> None:
     document["arm"] = {"preset": preset}
     document["identify"] = {"parameters": _to_estimate(presets()[preset])}
 
@@ -140,7 +140,7 @@ def measured_edit(scenario: Scenario) -> Edit:
     same = [one for one in begun if scenario.identify.parameters == one.identify.parameters]
     levels = {"auto", *(one.model.level for one in begun)}
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         if same:
             before, now = [one.identify for one in same], document["identify"]
             own = {
@@ -177,7 +177,7 @@ class Experiments:
         """Puts these in the place of all simulated recordings; files stay."""
         entries = self._entries(snr_db)
 
-        def change(document: Document) -> None:
+        def change(document: ScenarioDict) -> None:
             kept = [r for r in document.get("recordings", ()) if "simulate" not in r]
             names = {r.get("name") for r in kept}
             fresh = [r for r in entries if r["name"] not in names]
@@ -205,7 +205,7 @@ class Experiments:
 
 def has_working_points(scenario: Scenario) -> bool:
     """Whether the rig can run the experiments offered: references, and a second joint to place."""
-    model = model_of(scenario)
+    model = cached_model(scenario)
     references = model.drive.reference_channels(model.arm)
     follows = any(is_reference(name) for name in references)
     return model.arm.joints > 1 and follows and model.drive.torque_known

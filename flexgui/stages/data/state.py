@@ -20,8 +20,14 @@ from flexgui.core.scenario.read import LONGEST, parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import Errands, Steps
 from flexgui.jobs.messages import Task
-from flexgui.session.edit import Document, Edit, model_of, put, recording
-from flexgui.session.state import OURS, Topic
+from flexgui.session.scenario_edits import (
+    Edit,
+    ScenarioDict,
+    cached_model,
+    recording_path,
+    set_value,
+)
+from flexgui.session.state import INTERNAL_FAULT, Topic
 from flexgui.stages.data.imports import Import, Imports
 from flexgui.stages.data.inspect import Inspection, headers, inspect_file, read_file
 from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
@@ -92,7 +98,7 @@ class Recordings:
             scenario = path if kind == ".toml" else (yield from self._unpacked(path, limit))
             with scenario.open(encoding="utf-8", errors="replace") as file:
                 text = file.read(LONGEST + 1)
-            self._session.begin_with(parse_scenario(text, scenario.name))
+            self._session.start_with(parse_scenario(text, scenario.name))
             return True
         except (InputError, GeneratorExit):
             path.unlink(missing_ok=True)
@@ -142,7 +148,7 @@ class Recordings:
 
     def _rig(self) -> tuple[Arm, tuple[str, ...]]:
         """The arm, and the channels that its drive needs."""
-        model = model_of(self._session.document.scenario)
+        model = cached_model(self._session.document.scenario)
         return model.arm, tuple(model.drive.needed_channels(model.arm))
 
     def _questions(self, file: str, found: Inspection, again: bool = False) -> Waiting | None:
@@ -189,7 +195,7 @@ class Recordings:
     def _show_error(self, error: Exception) -> None:
         if not isinstance(error, InputError):
             logging.getLogger(__name__).error("A file was not read", exc_info=error)
-            error = InputError(f"The file could not be read: {OURS}.")
+            error = InputError(f"The file could not be read: {INTERNAL_FAULT}.")
         self._session.refuse(error)
 
     def map_column(
@@ -256,7 +262,7 @@ class Recordings:
 
     def _read(self, file: str, waiting: Waiting, extra: Mapping[str, Any]) -> Steps:
         """Takes the file in, or gives the recording of that name other columns; InputError else."""
-        entry: Document = {"file": file}
+        entry: ScenarioDict = {"file": file}
         entry |= {"columns": waiting.columns} if waiting.columns else {}
         entry |= {} if waiting.theta2 is None else {"theta2": waiting.theta2}
         entry |= extra
@@ -267,9 +273,9 @@ class Recordings:
         if waiting.recording not in names:
             self.imports.add(tuple(Import(*each) for each in zip(entries, words, strict=True)))
             return
-        place = recording(names.index(waiting.recording))
+        place = recording_path(names.index(waiting.recording))
         values = {"columns": waiting.columns or None, POINT: waiting.theta2, **extra}
-        if self._session.document.change(*(put((*place, k), v) for k, v in values.items())):
+        if self._session.document.change(*(set_value((*place, k), v) for k, v in values.items())):
             self._session.show_message(words[0])
             self._session.playback.move(recording=waiting.recording, time=0.0, playing=False)
             self._session.check.start()
@@ -347,4 +353,4 @@ def check_suits(scenario: Scenario) -> None:
     for spec in scenario.recordings:
         for file in spec.files:
             check_plain(file)
-    model_of(scenario)
+    cached_model(scenario)

@@ -19,7 +19,7 @@ from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.written import parse_header
 from flexgui.sentences.written import channel_symbol
-from flexgui.session.edit import edited, model_of
+from flexgui.session.scenario_edits import apply_edits, cached_model
 from flexgui.stages.data.inspect import Inspection, RigColumns
 from flexgui.stages.data.rigs import RIGS, rig_edit
 from flexgui.stages.data.rows import SPLIT, Rows, settings
@@ -239,7 +239,7 @@ def columns_of_rigs(scenario: Scenario) -> tuple[RigColumns, ...]:
     """What a file of each kind of rig may hold, with the scenario's arm where that suits it."""
     found = []
     for rig in RIGS:
-        model = model_of(edited(scenario, rig_edit(scenario, rig)))
+        model = cached_model(apply_edits(scenario, rig_edit(scenario, rig)))
         needed = model.drive.needed_channels(model.arm)
         wanted = wanted_channels(model.arm, needed)
         found.append(RigColumns(rig.title, frozenset(("t", *needed)), wanted, rig.signs))

@@ -14,7 +14,7 @@ from flexgui.core.effects import catalogue, effect
 from flexgui.core.errors import InputError
 from flexgui.core.results import RankedEffect
 from flexgui.core.scenario.schema import Scenario
-from flexgui.session.edit import Document, Edit
+from flexgui.session.scenario_edits import Edit, ScenarioDict
 from flexgui.stages.diagnose.model_versions import ModelVersion, ladder_steps
 
 LEAST = 1e-9
@@ -30,7 +30,7 @@ def with_effect(kind: str, ranked: RankedEffect | None) -> Edit:
     known = any(abs(value) > LEAST for value in sizes.values())
     starts = {name: {"start": float(v), "vary": True} for name, v in sizes.items()} if known else {}
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         entries = document.setdefault("model", {}).setdefault("effects", [])
         # What an included effect has been given already is its own.
         given = {name for entry in entries for name in entry}
@@ -45,7 +45,7 @@ def with_own(target: str, formula: str, parameters: str) -> Edit:
     own: dict[str, Any] = {"target": target, "formula": formula.strip()}
     own["parameters"] = own_parameters(parameters)
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         mine = document.setdefault("model", {}).setdefault("own", [])
         number = 1 + max((int(re.sub(r"\D", "", o.get("id", "")) or 0) for o in mine), default=0)
         mine.append(own | {"id": f"own_{number}", "title": f"Own effect {number} at {target}"})
@@ -74,7 +74,7 @@ def own_parameters(text: str) -> dict[str, dict[str, Any]]:
 def without_effect(kind: str) -> Edit:
     """Takes out the last effect of that id, listed or own."""
 
-    def edit(document: Document) -> None:
+    def edit(document: ScenarioDict) -> None:
         model = document.get("model", {})
         for table in ("effects", "own"):
             entries = model.get(table, [])

@@ -14,9 +14,9 @@ from flexgui.page.panel import PageContext, Panel, Piece
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import Words, button, color, offer, paragraph, react
 from flexgui.sentences.figures import linear_sentence
-from flexgui.session.edit import model_of
+from flexgui.session.scenario_edits import cached_model
 from flexgui.session.state import Topic
-from flexgui.session.tour import holds_way_on
+from flexgui.session.tour import has_own_button
 from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.model_versions import (
     ModelFindings,
@@ -114,7 +114,7 @@ class DiagnosePanel(Panel):
         known = self.session.challenge.state
         # A challenge waits for a guess, before which asking the tool is marked.
         guess_first = known is not None and known.revealed is None and not known.guesses
-        if holds_way_on(self.session) or guess_first:
+        if has_own_button(self.session) or guess_first:
             return ""
         if version is None or version.found is None or not version.ranking or self._old(version):
             return FIND
@@ -153,7 +153,7 @@ class DiagnosePanel(Panel):
         steps = [version.found.step for version in versions if version.found is not None]
         if not steps:
             return Markup(WORDS.model(titles, (), 0.0, (), "", "", undo, free))
-        last, own = versions[-1], model_of(versions[-1].scenario).effect_parameters
+        last, own = versions[-1], cached_model(versions[-1].scenario).effect_parameters
         known = steps[-1].parameters if last.diagnosis is None else last.diagnosis.parameters
         standing = sorted(known, key=lambda e: e.name not in own)
         first = [e for e in first_fit if e.name not in own and not e.recording]

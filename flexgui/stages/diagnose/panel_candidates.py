@@ -19,7 +19,7 @@ from flexgui.sentences.figures import LITTLE, percent, short_percent
 from flexgui.sentences.ranked import explained_share, nesting, round_sentence, tie, worth_listing
 from flexgui.sentences.verdict import gist, verdict_paragraphs
 from flexgui.sentences.written import format_number
-from flexgui.session.edit import model_of
+from flexgui.session.scenario_edits import cached_model
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.model_versions import ModelFindings
 from flexgui.stages.diagnose.plots import glimpse, picture
@@ -123,7 +123,7 @@ class ByHand(Piece):
             self._present: Any = gui.add_dropdown("In the model", (ADDED_NONE,))
             self._remove = button(context, "Remove it", self._removed)
         with gui.add_folder("Add an own effect by formula", expand_by_default=False):
-            kinds = tuple(targets(model_of(self.session.document.scenario).arm))
+            kinds = tuple(targets(cached_model(self.session.document.scenario).arm))
             self._target: Any = react(context, gui.add_dropdown("Acts at", kinds), self._show_hint)
             self._formula = gui.add_text("Formula", "-a*tanh(dtheta1/0.001)")
             self._parameters = gui.add_text("Parameters", "a = 0.5 [N m]")
@@ -142,7 +142,7 @@ class ByHand(Piece):
 
     def _show_hint(self) -> None:
         try:
-            arm = model_of(self.session.document.scenario).arm
+            arm = cached_model(self.session.document.scenario).arm
             words = states(arm, str(self._target.value))
         except (InputError, KeyError):
             return

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from flexgui.core.scenario.rig_spec import RigSpec
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Words, bind, joined
-from flexgui.session.edit import put
+from flexgui.session.scenario_edits import set_value
 
 GEARS = "gear_ratio"
 HINT = "Motor turns per joint turn, for each joint: 50, 100."
@@ -36,7 +36,7 @@ class KnownRig(Piece):
         return getattr(self.session.document.scenario.rig, name)
 
     def _state(self, name: str, value: Any) -> bool:
-        return self.session.document.change(put(("rig", name), value or None))
+        return self.session.document.change(set_value(("rig", name), value or None))
 
     def _show(self) -> None:
         able = Markup(" disabled" if self.context.read_only else "")

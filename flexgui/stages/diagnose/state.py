@@ -12,8 +12,8 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.messages import Ended
 from flexgui.sentences.figures import times
-from flexgui.session.edit import Edit, edited, model_of, put, thawed
-from flexgui.session.run import Then
+from flexgui.session.running_job import AfterEnd
+from flexgui.session.scenario_edits import Edit, apply_edits, cached_model, set_value, with_lists
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import (
     present,
@@ -48,15 +48,15 @@ class Diagnosis:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._then: Then = None
+        self._then: AfterEnd = None
         """What is done once the worker has stopped."""
         self.to_add = ""
         """Title of the effect that is added once a ranking has been ended for it."""
         self.formulas: dict[str, tuple[str, str, str]] = {}
         """Own effects that were tried, by their id: target, formula, parameters."""
-        self.forget()
+        self.reset()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Another scenario follows."""
         self.versions: tuple[ModelVersion, ...] = ()
         """The way so far, each step complete or stopped by the person."""
@@ -154,7 +154,7 @@ class Diagnosis:
         """Puts a formula into the model and fits it; says what is wrong with it."""
         try:
             edit = with_own(target, formula, parameters)
-            kind, title = present(edited(self._session.document.scenario, edit))[-1]
+            kind, title = present(apply_edits(self._session.document.scenario, edit))[-1]
             done = self._go_on(edit, title, kind)
         except InputError as error:
             return self._session.refuse(error)
@@ -173,13 +173,13 @@ class Diagnosis:
 
     def undo(self) -> bool:
         """One step back on the way; nothing is computed."""
-        with self._session.run.beginning:
+        with self._session.run.start_lock:
             busy = self._session.run.busy
             if busy or len(self.versions) < 2:
                 return self._session.refuse(BUSY if busy else "There is no step to undo.")
             back = self.versions[-2]
-            model = thawed(back.scenario.model_dump(exclude_defaults=True)).get("model")
-        if not self._session.document.change(put(("model",), model)):
+            model = with_lists(back.scenario.model_dump(exclude_defaults=True)).get("model")
+        if not self._session.document.change(set_value(("model",), model)):
             return False
         with self._session.lock:
             undone, self.versions = self.versions[-1], self.versions[:-1]
@@ -192,11 +192,11 @@ class Diagnosis:
 
     def _go_on(self, edit: Edit, title: str, added: str | None) -> bool:
         """Changes the model and diagnoses it."""
-        with self._session.run.beginning:
+        with self._session.run.start_lock:
             if self._session.run.busy:
                 return self._session.refuse(BUSY)
             before = self._session.document.scenario
-            model_of(edited(before, edit))
+            cached_model(apply_edits(before, edit))
             if not self._session.document.change(edit):
                 return False
             version = ModelVersion(self._session.document.scenario, title, added)
@@ -214,7 +214,7 @@ class Diagnosis:
             scenario=version.scenario, folder=str(self._session.folder),
         )  # fmt: skip
 
-        def on_event(event: Event) -> Then:
+        def on_event(event: Event) -> AfterEnd:
             if isinstance(event, Ended):
                 return self._over(event, before)
             if isinstance(event, Partial) and event.name == COMPARED:
@@ -224,7 +224,7 @@ class Diagnosis:
             return None
 
         with (
-            self._session.run.beginning
+            self._session.run.start_lock
         ):  # or a second call at the same moment replaces this version
             if self._session.run.busy:
                 return self._session.refuse(BUSY)
@@ -257,7 +257,9 @@ class Diagnosis:
         _ = self._session.comparison.failing  # worked out here: whoever draws has others waiting
         self._session.notify(Topic.DIAGNOSIS)
 
-    def _over(self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]) -> Then:
+    def _over(
+        self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]
+    ) -> AfterEnd:
         """Keeps what was found; without anything the state is what it was before."""
         found = getattr(event, "result", None)
         if isinstance(found, ModelFindings):
@@ -297,9 +299,9 @@ class Diagnosis:
     def _restore(
         self, scenario: Scenario, outcome: Outcome | None, outcome_of: Scenario | None
     ) -> None:
-        model = thawed(scenario.model_dump(exclude_defaults=True)).get("model")
+        model = with_lists(scenario.model_dump(exclude_defaults=True)).get("model")
         if scenario.model != self._session.document.scenario.model:
-            self._session.document.change(put(("model",), model))
+            self._session.document.change(set_value(("model",), model))
         with self._session.lock:
             self._session.identification.take(outcome, outcome_of)
         self._session.notify(Topic.OUTCOME)

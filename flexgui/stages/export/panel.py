@@ -138,7 +138,7 @@ class ExportPanel(Panel):
             self.session.refuse(refusal)
             return
         task = Task.of(model_files, one.label, outcome=outcome, kind=one.kind)
-        self.session.run.make(task, self._send_model)
+        self.session.run.start_export(task, self._send_model)
 
     def _send_model(self, files: dict[str, bytes]) -> None:
         first = Path(next(iter(files)))
@@ -155,7 +155,7 @@ class ExportPanel(Panel):
             return
         task = Task.of(playback_page, "3-D playback", shown=shown, exaggeration=factor)
         name = self._name("_playback.html")
-        session.run.make(task, lambda page: self.send(name, page.encode()))
+        session.run.start_export(task, lambda page: self.send(name, page.encode()))
 
 
 def recordings_of_session(session: Session) -> tuple[dict[str, bytes], str]:

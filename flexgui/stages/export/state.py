@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
 from flexgui.jobs import Event, Finished, Task
-from flexgui.session.edit import Document, edited, put
+from flexgui.session.scenario_edits import ScenarioDict, apply_edits, set_value
 from flexgui.session.state import Topic
 from flexgui.stages.export.task import export, plan_next
 
@@ -21,9 +21,9 @@ class Export:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self.forget()
+        self.reset()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Another scenario follows."""
         self.planned: tuple[str, ...] = ()
         """What the last plan of the next experiments says, a paragraph each."""
@@ -36,15 +36,17 @@ class Export:
         out = self._session.folder / "export"
         where = {"folder": str(self._session.folder), "out": str(out)}
         task = Task.of(export, "The report", outcome=outcome, scenario=scenario, **where)
-        return self._session.run.make(task, lambda _: done(out))
+        return self._session.run.start_export(task, lambda _: done(out))
 
-    def plan(self, seconds: float, limits: Document, done: Callable[[Path], None]) -> bool:
+    def plan(self, seconds: float, limits: ScenarioDict, done: Callable[[Path], None]) -> bool:
         """Plans the next experiments in the pool; `done` gets the folder of their files.
 
         `limits` are a scenario's `[limits]`; a wrong one is said.
         """
         try:
-            plain = edited(self._session.document.scenario, put(("limits",), limits or None))
+            plain = apply_edits(
+                self._session.document.scenario, set_value(("limits",), limits or None)
+            )
         except InputError as error:
             return self._session.refuse(error)
         out = self._session.folder / "plan"

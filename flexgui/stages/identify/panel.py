@@ -28,7 +28,7 @@ from flexgui.page.widgets import (
     switch,
     words_of,
 )
-from flexgui.session.edit import model_of, put
+from flexgui.session.scenario_edits import cached_model, set_value
 from flexgui.session.state import Topic
 from flexgui.stages.identify.panel_parameters import ChosenParameters, parameter_words
 from flexgui.stages.identify.state import noisy, paper_points, stated
@@ -126,7 +126,7 @@ class IdentifyPanel(Panel):
         return getattr(self.session.document.scenario.identify, name)
 
     def _put(self, name: str, value: Any) -> bool:
-        return self.session.document.change(put(("identify", name), value))
+        return self.session.document.change(set_value(("identify", name), value))
 
     def build_plots(self) -> None:
         context, gui = self.context, self.gui
@@ -195,7 +195,7 @@ class IdentifyPanel(Panel):
     def _searched(self) -> list[Searched]:
         scenario = self.session.document.scenario if self._running else self._fitted_scenario
         try:
-            found = stated(scenario, model_of(scenario))
+            found = stated(scenario, cached_model(scenario))
         except InputError:
             return []
         return [Searched(p.name, p.symbol, p.unit, p.lower, p.upper) for p in found]
@@ -222,10 +222,10 @@ class IdentifyPanel(Panel):
             return Markup(WORDS.state(run.state, run.remaining_seconds))
         count = sum(r.role == "estimate" for r in scenario.recordings)
         try:
-            sizes = model_of(scenario).effect_parameters.values()
+            sizes = cached_model(scenario).effect_parameters.values()
         except InputError:
             return Markup(WORDS.to_fit(count, ()))
-        searched = [*stated(scenario, model_of(scenario)), *sizes]
+        searched = [*stated(scenario, cached_model(scenario)), *sizes]
         return Markup(WORDS.to_fit(count, [parameter_words(p) for p in searched]))
 
 

@@ -13,7 +13,7 @@ from flexgui.page.actions import press
 from flexgui.page.panel import PageContext, Piece
 from flexgui.page.widgets import Rebuilt, Words, bind, number, offer, react
 from flexgui.sentences.written import ShownUnit, shown_unit
-from flexgui.session.edit import Document, model_of, put
+from flexgui.session.scenario_edits import ScenarioDict, cached_model, set_value
 from flexgui.stages.identify.state import candidates, stated
 from flexgui.views.names import plain_symbol
 
@@ -42,7 +42,7 @@ class ChosenParameters(Piece):
         """Shows what the scenario states."""
         scenario = self.session.document.scenario
         try:
-            model = model_of(scenario)
+            model = cached_model(scenario)
         except InputError:
             return
         chosen = scenario.identify.parameters
@@ -77,7 +77,7 @@ class ChosenParameters(Piece):
         Words(self.gui, press(f"Do not estimate {symbol}", "hold", name, "link"))
 
     def _put(self, setting: str, name: str, value: Any) -> bool:
-        return self.session.document.change(put(("identify", setting, name), value))
+        return self.session.document.change(set_value(("identify", setting, name), value))
 
     def _bounds(self, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
         bounds = self.session.document.scenario.identify.bounds
@@ -91,7 +91,7 @@ class ChosenParameters(Piece):
     def _remove(self, name: str) -> bool:
         """What is not estimated is not removed either."""
 
-        def edit(document: Document) -> None:
+        def edit(document: ScenarioDict) -> None:
             table = document.setdefault("identify", {})
             table["parameters"] = [n for n in table.get("parameters", ()) if n != name]
             for setting in ("bounds", "prior"):
@@ -103,7 +103,7 @@ class ChosenParameters(Piece):
         document, name = self.session.document, self._free.get(str(self._add.value))
         if name is not None:
             names = [*document.scenario.identify.parameters, name]
-            document.change(put(("identify", "parameters"), names))
+            document.change(set_value(("identify", "parameters"), names))
 
 
 def _plain(value: float) -> float:

@@ -13,7 +13,7 @@ from flexgui.core.parameters import Parameter
 from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Partial, Stopped, Task
-from flexgui.session.run import Then
+from flexgui.session.running_job import AfterEnd
 from flexgui.session.state import Topic
 from flexgui.stages.identify.task import identify
 
@@ -40,9 +40,9 @@ class Identification:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self.forget()
+        self.reset()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Another scenario follows."""
         self.outcome: Outcome | None = None
         """The last good result."""
@@ -60,14 +60,14 @@ class Identification:
         with self._session.lock:
             self.outcome, self.outcome_of = outcome, of
 
-    def start(self, then: Then = None) -> bool:
+    def start(self, then: AfterEnd = None) -> bool:
         """Runs the scenario in the pool; `then` follows however it ends."""
         scenario = self._session.document.scenario
         arguments = {"scenario": scenario, "folder": str(self._session.folder)}
         task = Task.of(identify, "The identification", **arguments)
         self.so_far = SoFar()
 
-        def on_event(event: Event) -> Then:
+        def on_event(event: Event) -> AfterEnd:
             self._identified(event, scenario)
             return then
 

@@ -20,8 +20,8 @@ from flexgui.core.resumable.journal import Journal, Record
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.places import is_kept, without_places
-from flexgui.session.latest import LatestWins
-from flexgui.session.state import Part, Topic
+from flexgui.session.scheduling import LatestRequest
+from flexgui.session.state import PagePart, Topic
 from flexgui.stages.study.state import (
     DONE,
     FAILED,
@@ -62,7 +62,7 @@ class Study:
         """The one that is shown."""
         self._left: StudyRun | None = None
         """The run before this one, of a scenario that has been left."""
-        self._worker = LatestWins(session.faults, Part.STUDY)
+        self._worker = LatestRequest(session.faults, PagePart.STUDY)
         self._over = threading.Event()
         self._refused: tuple[Scenario, str] | None = None
         self._without_run = StudyState()
@@ -137,7 +137,7 @@ class Study:
             self.run.stop()
             self._session.notify(Topic.STUDY)
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Stops it and hears nothing more of it: its scenario has been left."""
         with self._session.lock:
             run, self.run = self.run, None
@@ -150,7 +150,7 @@ class Study:
     def close(self) -> None:
         """The session ends: nothing is drawn any more."""
         self._over.set()
-        self.forget()
+        self.reset()
         self._worker.close()
 
     def export(self, done: Callable[[Path], None]) -> bool:
@@ -185,7 +185,7 @@ class Study:
         if run is not self.run:
             return False
         self._session.notify(Topic.STUDY)
-        self._worker.ask(lambda: self._draw(run))
+        self._worker.request(lambda: self._draw(run))
         return True
 
     def _draw(self, run: StudyRun) -> None:

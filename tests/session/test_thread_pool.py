@@ -9,8 +9,8 @@ import pytest
 
 from flexgui.jobs import inbox
 from flexgui.jobs.inbox import Crew
-from flexgui.session.latest import LatestWins
-from flexgui.session.state import Faults, Part
+from flexgui.session.scheduling import LatestRequest
+from flexgui.session.state import Faults, PagePart
 from tests.session.helpers import until
 
 FAULTS = Faults(lambda: None)
@@ -44,24 +44,24 @@ def test_long_work_holds_up_nobody_else() -> None:
 def test_a_hundred_workers_at_rest_have_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(inbox, "CREW", Crew(SHORT))
     before = serving()
-    workers = [LatestWins(FAULTS, Part.MODEL) for k in range(100)]
+    workers = [LatestRequest(FAULTS, PagePart.MODEL) for k in range(100)]
     done: list[int] = []
     for k, worker in enumerate(workers):
-        worker.ask(lambda k=k: done.append(k))  # type: ignore[misc]
+        worker.request(lambda k=k: done.append(k))  # type: ignore[misc]
     assert all(worker.wait_idle(5.0) for worker in workers) and sorted(done) == list(range(100))
     until(lambda: serving() <= before)
 
 
 def test_of_many_wishes_the_first_and_the_newest_are_granted_one_at_a_time() -> None:
-    worker, begun, done = LatestWins(FAULTS, Part.MODEL), threading.Event(), list[int]()
+    worker, begun, done = LatestRequest(FAULTS, PagePart.MODEL), threading.Event(), list[int]()
     go_on = threading.Event()
-    worker.ask(lambda: (begun.set(), go_on.wait(5.0), done.append(0))[0])
+    worker.request(lambda: (begun.set(), go_on.wait(5.0), done.append(0))[0])
     assert begun.wait(5.0)
     for k in range(1, 100):
-        worker.ask(lambda k=k: done.append(k))  # type: ignore[misc]
+        worker.request(lambda k=k: done.append(k))  # type: ignore[misc]
     go_on.set()
     assert worker.wait_idle(5.0) and done == [0, 99]
     worker.close()
-    worker.ask(lambda: done.append(-1))
+    worker.request(lambda: done.append(-1))
     time.sleep(SHORT)
     assert done == [0, 99]

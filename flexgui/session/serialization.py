@@ -1,4 +1,4 @@
-"""Frozen records as bytes and back, by their types: msgpack beside arrays, never a pickle."""
+"""Converts frozen records to bytes and back by their types: msgpack and arrays, never pickle."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
-from flexgui.session.edit import text_of
+from flexgui.session.scenario_edits import cached_text
 
-SCHEMA = 2
-"""Of the store. Fields may come and go within one: what is missing has its default."""
+SCHEMA_VERSION = 2
+"""Of the saved files. Within one version fields may be added or removed: they have defaults."""
 DAMAGED = "it is damaged, or an earlier version of FlexGUI wrote it."
 T = TypeVar("T")
 
 
 class Envelope(msgspec.Struct):
-    """What a file holds after its checksum."""
+    """The content of a file after its checksum."""
 
     schema: int
     arrays: list[bytes]
@@ -28,29 +28,29 @@ class Envelope(msgspec.Struct):
     body: bytes
 
 
-def packed(record: Any) -> bytes:
-    """Of a data class of records, arrays, scenarios, texts and numbers; TypeError of anything
-    else."""
+def serialize(record: Any) -> bytes:
+    """The bytes of a data class of records, arrays, scenarios, texts and numbers; TypeError for
+    anything else."""
     arrays: dict[int, np.ndarray] = {}
     places: dict[int, int] = {}
 
-    def plain(value: Any) -> Any:
+    def encode_other(value: Any) -> Any:
         if isinstance(value, np.ndarray):
             arrays.setdefault(id(value), value)
             return places.setdefault(id(value), len(places))
         if isinstance(value, np.generic):
             return value.item()
         if isinstance(value, Scenario):
-            return text_of(value)
+            return cached_text(value)
         raise TypeError(f"{type(value)} is no record that is kept")
 
-    body = msgspec.msgpack.encode(record, enc_hook=plain)
-    content = Envelope(SCHEMA, [_bytes_of(each) for each in arrays.values()], body)
+    body = msgspec.msgpack.encode(record, enc_hook=encode_other)
+    content = Envelope(SCHEMA_VERSION, [_bytes_of(each) for each in arrays.values()], body)
     written = msgspec.msgpack.encode(content)
     return b"%08x" % zlib.crc32(written) + written
 
 
-def unpacked(content: bytes, kind: type[T]) -> T:
+def deserialize(content: bytes, kind: type[T]) -> T:
     """The record of that type that was packed; InputError where the bytes are none, or those of
     another version of the program that this one cannot read."""
     if b"%08x" % zlib.crc32(content[8:]) != content[:8]:
@@ -60,22 +60,22 @@ def unpacked(content: bytes, kind: type[T]) -> T:
         arrays = [np.load(io.BytesIO(each), allow_pickle=False) for each in envelope.arrays]
     except (msgspec.DecodeError, ValueError, EOFError) as error:
         raise InputError(DAMAGED) from error
-    if envelope.schema != SCHEMA:
+    if envelope.schema != SCHEMA_VERSION:
         raise InputError("another version of FlexGUI wrote it.")
 
-    def made(wanted: type, value: Any) -> Any:
-        if wanted is Scenario:
+    def decode_other(kind: type, value: Any) -> Any:
+        if kind is Scenario:
             return _scenario(value)
-        if wanted is np.ndarray:
+        if kind is np.ndarray:
             return arrays[value]
-        raise TypeError(f"{wanted} is no record that is kept")
+        raise TypeError(f"{kind} is no record that is kept")
 
     try:
-        return msgspec.msgpack.decode(envelope.body, type=kind, dec_hook=made)
+        return msgspec.msgpack.decode(envelope.body, type=kind, dec_hook=decode_other)
     except (msgspec.ValidationError, TypeError, IndexError) as error:
         cause = error.__cause__  # a setting that this version does not know
-        known = isinstance(cause, InputError)
-        raise InputError(str(cause) if known else "parts of it are missing.") from error
+        is_sentence = isinstance(cause, InputError)
+        raise InputError(str(cause) if is_sentence else "parts of it are missing.") from error
 
 
 def _bytes_of(array: np.ndarray) -> bytes:

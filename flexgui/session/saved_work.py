@@ -1,4 +1,4 @@
-"""What was done is written before it is shown: after a crash a person takes it up again."""
+"""Saves a session's work before it is shown, so that a person can restore it after a crash."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from flexgui.places import (
     kept_at,
     set_aside,
 )  # fmt: skip
-from flexgui.session.edit import Document
-from flexgui.session.records import packed, unpacked
-from flexgui.session.state import STAGES, Cursor, Live, Topic
+from flexgui.session.scenario_edits import ScenarioDict
+from flexgui.session.serialization import deserialize, serialize
+from flexgui.session.state import STAGES, Cursor, LiveSettings, Topic
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data.state import check_suits
 from flexgui.stages.diagnose.model_versions import ModelVersion
@@ -51,118 +51,119 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Earlier:
-    """Work that may be taken up again."""
+class EarlierWork:
+    """The folder of earlier work that can be restored, and when it was saved (s, Unix time)."""
 
     folder: Path
     time: float
 
     @property
-    def words(self) -> str:
-        """'14:32', with the day where that is another one."""
+    def date(self) -> str:
+        """'14:32', with the day if it was not today."""
         then = time.localtime(self.time)
         today = then[:3] == time.localtime()[:3]
         return time.strftime("%H:%M" if today else "%d %B, %H:%M", then)
 
 
-class Store:
-    """Writes nothing before `begin`: scripts have no use for it."""
+class WorkStore:
+    """Saves and restores one session's work; saves nothing before `begin`, so scripts do not."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self.earlier: Earlier | None = None
-        """What the person is offered."""
-        self._keeps = False
+        self.earlier: EarlierWork | None = None
+        """The work that the page offers to restore."""
+        self._enabled = False
         self._writing = threading.Lock()
-        """Held while the disk is written; the session's own lock never is."""
-        self._written: tuple[Any, ...] = ((), ())
-        self._judged: tuple[ModelVersion, tuple[ModelVersion, ...]] | None = None
+        """Held while files are written; the session's own lock is not held then."""
+        self._saved: tuple[Any, ...] = ((), ())
+        self._pending_versions: tuple[ModelVersion, tuple[ModelVersion, ...]] | None = None
 
     def begin(self) -> None:
-        """From now on every change is written into the session's folder; looks for earlier work."""
+        """Finds earlier work; from now on every change is saved into the session's folder."""
         before = earlier_folder(self._session.folder)
         if is_kept(before):
-            self.earlier = Earlier(before, kept_at(before))
+            self.earlier = EarlierWork(before, kept_at(before))
         with self._session.lock:
-            self._written, self._keeps = (self._stated(), self._found()), True
+            self._saved, self._enabled = (self._work_fields(), self._result_fields()), True
 
     def write(self, topics: Sequence[Topic]) -> None:
-        """Keeps what the page is about to show, where it is of those topics."""
-        if self._keeps and not self._session.closed and DURABLE & set(topics):
+        """Saves the work if one of the topics changes it, before the page shows the change."""
+        if self._enabled and not self._session.closed and DURABLE & set(topics):
             with self._writing:
-                self._write_down()
+                self._save()
 
     def decline(self) -> None:
-        """Leaves the earlier work where it is; it is offered once more next time."""
+        """Does not restore the earlier work now; it is offered once more next time."""
         self.earlier = None
         self._session.notify(Topic.KEPT)
 
     def restore(self) -> bool:
-        """Takes the earlier work up in place of what is here; what cannot be read is set aside."""
+        """Replaces the present work by the earlier one; sets aside files that cannot be read."""
         earlier = self.earlier
         if earlier is None:
             return False
-        words = RESTORED.format(earlier.words)
+        message = RESTORED.format(earlier.date)
         try:
-            stated = unpacked((earlier.folder / WORK).read_bytes(), SavedWork)
-            check_suits(stated.scenario)
+            work = deserialize((earlier.folder / WORK).read_bytes(), SavedWork)
+            check_suits(work.scenario)
         except UNREADABLE as error:
             name = set_aside(earlier.folder, earlier.time)
-            self._settle(UNREAD.format(earlier.words, name, _why(error)), bad=True)
+            self._finish(UNREAD.format(earlier.date, name, _reason(error)), bad=True)
             return False
         try:
-            found = unpacked((earlier.folder / RESULTS).read_bytes(), SavedResults)
+            results = deserialize((earlier.folder / RESULTS).read_bytes(), SavedResults)
         except FileNotFoundError:  # nothing was found yet
-            found = SavedResults()
+            results = SavedResults()
         except UNREADABLE as error:
-            found = SavedResults()
+            results = SavedResults()
             name = set_aside(earlier.folder / RESULTS, earlier.time)
-            words = WITHOUT.format(earlier.words, name, _why(error))
+            message = WITHOUT.format(earlier.date, name, _reason(error))
         with self._writing:
-            self._keeps = False
+            self._enabled = False
             try:
                 self._session.recordings.leave_waiting()  # its files lie in the folder that goes
-                self._exchange(earlier.folder)
-                self._session.begin_with(stated.scenario)
-                self._session.document.live = stated.live
-                self._take_up(stated, found)
-                self._written = (self._stated(), self._found())
+                self._swap_folders(earlier.folder)
+                self._session.start_with(work.scenario)
+                self._session.document.live = work.live
+                self._apply(work, results)
+                self._saved = (self._work_fields(), self._result_fields())
             except OSError as error:
-                self._session.show_message(UNMOVED.format(earlier.words, error.strerror), bad=True)
+                self._session.show_message(UNMOVED.format(earlier.date, error.strerror), bad=True)
                 return False
             finally:
-                self._keeps = True
-        self._settle(words)
+                self._enabled = True
+        self._finish(message)
         return True
 
-    def _settle(self, words: str, bad: bool = False) -> None:
-        """The question about the earlier work is answered."""
+    def _finish(self, message: str, bad: bool = False) -> None:
+        """Removes the offer and shows the restored session with a message."""
         self.earlier = None
         self._session.notify(*Topic)
         self._session.document.refresh()
         self._session.playback.refresh()
-        self._session.show_message(words, bad)
+        self._session.show_message(message, bad)
 
-    def _take_up(self, stated: SavedWork, found: SavedResults) -> None:
+    def _apply(self, work: SavedWork, results: SavedResults) -> None:
         session = self._session
-        session.stage = stated.stage if stated.stage in STAGES else STAGES[0]
-        session.playback.cursor = Cursor(recording=stated.recording)
+        session.stage = work.stage if work.stage in STAGES else STAGES[0]
+        session.playback.cursor = Cursor(recording=work.recording)
         imports = session.recordings.imports
-        imports.replaced, imports.own_files = stated.replaced, frozenset(stated.own_files)
-        session.tour.step = stated.tour_step
-        session.challenge.nickname, session.challenge.state = stated.nickname, stated.challenge
-        if stated.challenge is not None:
-            begun = time.monotonic() - stated.challenge_seconds
-            session.challenge.state = replace(stated.challenge, started=begun)
-        session.identification.take(found.outcome, found.outcome_of)
-        session.diagnosis.formulas = dict(stated.formulas)
-        session.diagnosis.versions = _with_shared_outcome(found)
-        session.study.choice = stated.study
-        if stated.studied_scenario is not None:
-            session.study.recall(stated.studied_scenario)
+        imports.replaced, imports.own_files = work.replaced, frozenset(work.own_files)
+        session.tour.step = work.tour_step
+        session.challenge.nickname, session.challenge.state = work.nickname, work.challenge
+        if work.challenge is not None:
+            started = time.monotonic() - work.challenge_seconds
+            session.challenge.state = replace(work.challenge, started=started)
+        session.identification.take(results.outcome, results.outcome_of)
+        session.diagnosis.formulas = dict(work.formulas)
+        session.diagnosis.versions = _with_shared_outcome(results)
+        session.study.choice = work.study
+        if work.studied_scenario is not None:
+            session.study.recall(work.studied_scenario)
 
-    def _exchange(self, earlier: Path) -> None:
-        """Two renames: whenever this is interrupted, the earlier work lies in one of its places."""
+    def _swap_folders(self, earlier: Path) -> None:
+        """Puts the earlier folder in place of the present one by two renames: an interruption loses
+        neither."""
         folder = self._session.folder
         fresh = folder.with_name(f"{folder.name}{FRESH}")
         shutil.rmtree(fresh, ignore_errors=True)
@@ -178,24 +179,24 @@ class Store:
             set_aside(fresh, kept_at(fresh), "replaced")
         shutil.rmtree(fresh, ignore_errors=True)
 
-    def _write_down(self) -> None:
+    def _save(self) -> None:
         with self._session.lock:
-            stated, found, words = self._stated(), self._found(), self._in_words()
-        before, self._written = self._written, (stated, found)
+            work, results, content = self._work_fields(), self._result_fields(), self._saved_work()
+        before, self._saved = self._saved, (work, results)
         try:
-            if not _same(found, before[1]):
-                _write(self._session.folder / RESULTS, SavedResults(*found))
-            if not _same(stated, before[0]) or not is_kept(self._session.folder):
-                if _same(stated, before[0]) and _same(found, before[1]):
+            if not _unchanged(results, before[1]):
+                _write_file(self._session.folder / RESULTS, SavedResults(*results))
+            if not _unchanged(work, before[0]) or not is_kept(self._session.folder):
+                if _unchanged(work, before[0]) and _unchanged(results, before[1]):
                     return
-                _write(self._session.folder / WORK, words)
+                _write_file(self._session.folder / WORK, content)
         except (InputError, OSError, TypeError) as error:
-            self._keeps = False
+            self._enabled = False
             log.warning("The work of a session cannot be kept: %r", error)
             self._session.show_message(NOT_KEPT, bad=True)
 
-    def _stated(self) -> tuple[Any, ...]:
-        """What is compared to see whether anything has changed: objects that are replaced whole."""
+    def _work_fields(self) -> tuple[Any, ...]:
+        """The objects whose replacement means that the work has changed."""
         session = self._session
         imports = session.recordings.imports
         return (
@@ -204,20 +205,20 @@ class Store:
             session.study.state.settings,
         )  # fmt: skip
 
-    def _found(self) -> tuple[Any, ...]:
+    def _result_fields(self) -> tuple[Any, ...]:
         fitted = self._session.identification
-        return (fitted.outcome, fitted.outcome_of, self._judged_versions())
+        return (fitted.outcome, fitted.outcome_of, self._finished_versions())
 
-    def _judged_versions(self) -> tuple[ModelVersion, ...]:
-        """Those that are over, and the one whose verdict is shown while its last fit goes on."""
+    def _finished_versions(self) -> tuple[ModelVersion, ...]:
+        """The ended versions, and a pending one whose verdict is shown while its last fit runs."""
         version = self._session.diagnosis.pending
         if version is None or version.diagnosis is None:
             return self._session.diagnosis.versions
-        if self._judged is None or self._judged[0] is not version:
-            self._judged = (version, self._session.diagnosis.shown_versions)
-        return self._judged[1]
+        if self._pending_versions is None or self._pending_versions[0] is not version:
+            self._pending_versions = (version, self._session.diagnosis.shown_versions)
+        return self._pending_versions[1]
 
-    def _in_words(self) -> SavedWork:
+    def _saved_work(self) -> SavedWork:
         session = self._session
         challenge, studied = session.challenge.state, session.study.state.settings
         return SavedWork(
@@ -248,10 +249,10 @@ class SavedWork(
     """What a person did, as it is stored; unknown fields of another version are ignored."""
 
     scenario: Scenario
-    live: Live = Live()
+    live: LiveSettings = LiveSettings()
     stage: str = STAGES[0]
     recording: str = ""
-    replaced: tuple[Document, ...] = ()
+    replaced: tuple[ScenarioDict, ...] = ()
     own_files: tuple[str, ...] = ()
     nickname: str = ""
     tour_step: int | None = 0
@@ -275,26 +276,26 @@ class SavedResults(msgspec.Struct, frozen=True, rename={"versions": "looks"}):
 UNREADABLE = (InputError, OSError)
 
 
-def _with_shared_outcome(found: SavedResults) -> tuple[ModelVersion, ...]:
-    """The versions; those of the last result share its object."""
-    if found.outcome is None:
-        return found.versions
-    last = packed(found.outcome)
-    same = [one.outcome is not None and packed(one.outcome) == last for one in found.versions]
+def _with_shared_outcome(results: SavedResults) -> tuple[ModelVersion, ...]:
+    """The versions; those with the last outcome share its object."""
+    if results.outcome is None:
+        return results.versions
+    last = serialize(results.outcome)
+    same = [one.outcome is not None and serialize(one.outcome) == last for one in results.versions]
     return tuple(
-        replace(one, outcome=found.outcome) if is_last else one
-        for one, is_last in zip(found.versions, same, strict=True)
+        replace(one, outcome=results.outcome) if is_last else one
+        for one, is_last in zip(results.versions, same, strict=True)
     )
 
 
-def _why(error: Exception) -> str:
-    """One sentence; what is not the file's fault is in the log."""
+def _reason(error: Exception) -> str:
+    """One sentence for the person; the full error goes to the log."""
     log.warning("Earlier work could not be read: %r", error)
     return str(error) if isinstance(error, InputError) else "parts of it are missing."
 
 
-def _same(new: tuple[Any, ...], old: tuple[Any, ...]) -> bool:
-    """Records are frozen: equal ones are the same ones."""
+def _unchanged(new: tuple[Any, ...], old: tuple[Any, ...]) -> bool:
+    """Whether no object was replaced: records are frozen, so equal ones are identical."""
 
     def one(a: Any, b: Any) -> bool:
         return a is b or (isinstance(a, str) and a == b)
@@ -302,7 +303,7 @@ def _same(new: tuple[Any, ...], old: tuple[Any, ...]) -> bool:
     return len(new) == len(old) and all(one(a, b) for a, b in zip(new, old, strict=True))
 
 
-def _write(path: Path, record: SavedWork | SavedResults) -> None:
-    content = packed(record)
+def _write_file(path: Path, record: SavedWork | SavedResults) -> None:
+    content = serialize(record)
     with replacing(path) as temporary:
         temporary.write_bytes(content)

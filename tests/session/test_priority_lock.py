@@ -7,23 +7,23 @@ import time
 
 import pytest
 
-from flexgui.session.latest import Turns
+from flexgui.session.scheduling import PriorityLock
 
 SOON = 5.0
 """s that a thread may take to be heard of."""
 
 
-def waiting(turns: Turns, order: list[str], name: str, ends: bool) -> threading.Thread:
+def waiting(lock: PriorityLock, order: list[str], name: str, draws: bool) -> threading.Thread:
     """A thread that waits for its turn, and notes when it had it."""
 
     def run() -> None:
-        with turns.end() if ends else turns.begin():
+        with lock.for_drawing() if draws else lock.for_computing():
             order.append(name)
 
     def waits_or_had_it() -> bool:
-        return name in order or len(turns._beginning) + len(turns._ending) > before
+        return name in order or len(lock._computing) + len(lock._drawing) > before
 
-    before = len(turns._beginning) + len(turns._ending)
+    before = len(lock._computing) + len(lock._drawing)
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
     limit = time.monotonic() + SOON
@@ -33,12 +33,12 @@ def waiting(turns: Turns, order: list[str], name: str, ends: bool) -> threading.
 
 
 def test_who_ends_an_answer_goes_first_and_else_who_came_first() -> None:
-    turns, order = Turns(), list[str]()
-    with turns.begin():
+    lock, order = PriorityLock(), list[str]()
+    with lock.for_computing():
         threads = [
-            waiting(turns, order, "first", ends=False),
-            waiting(turns, order, "second", ends=False),
-            waiting(turns, order, "drawing", ends=True),
+            waiting(lock, order, "first", draws=False),
+            waiting(lock, order, "second", draws=False),
+            waiting(lock, order, "drawing", draws=True),
         ]
         assert order == []
     for thread in threads:
@@ -47,8 +47,8 @@ def test_who_ends_an_answer_goes_first_and_else_who_came_first() -> None:
 
 
 def test_a_turn_that_fails_is_handed_on() -> None:
-    turns, order = Turns(), list[str]()
-    with pytest.raises(ValueError, match="broken"), turns.end():
+    lock, order = PriorityLock(), list[str]()
+    with pytest.raises(ValueError, match="broken"), lock.for_drawing():
         raise ValueError("broken")
-    waiting(turns, order, "next", ends=False).join(SOON)
+    waiting(lock, order, "next", draws=False).join(SOON)
     assert order == ["next"]
