@@ -19,7 +19,7 @@ from flexgui.core.scenario.data_folder import Folder
 from flexgui.core.scenario.schema import Scenario
 
 if TYPE_CHECKING:
-    from flexgui.scene.recorded import Playback
+    from flexgui.scene.recorded_motion import RecordedMotion
 
 
 NO_PLAYER = (
@@ -45,14 +45,14 @@ def report_motion(
     """
     if find_spec("viser") is None:
         return Motion(Markup(""), NO_PLAYER)
-    from flexgui.scene.playback import MOST_SECONDS, embedded, playback_html, playback_note
-    from flexgui.scene.recorded import read_one
+    from flexgui.scene.motion_page import MOST_SECONDS, embedded, playback_html, playback_note
+    from flexgui.scene.recorded_motion import read_recording
 
     ordered = sorted(scenario.recordings, key=lambda spec: spec.role != "validate")
     if not ordered:
         return None
     try:
-        recording = _first(read_one(scenario, ordered[0].name, folder, data), MOST_SECONDS)
+        recording = _first(read_recording(scenario, ordered[0].name, folder, data), MOST_SECONDS)
         shown = _shown(scenario, outcome, recording)
         page = playback_html(shown.motion, shown.ghost, shown.exaggeration)
     except (InputError, OSError) as error:
@@ -63,19 +63,19 @@ def report_motion(
     return Motion(Markup(embedded(page, title)), note)
 
 
-def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> Playback:
+def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> RecordedMotion:
     """By the model as it now stands."""
-    from flexgui.scene.recorded import playback, played
+    from flexgui.scene.recorded_motion import motion_of, simulated_motion
 
     found = outcome.diagnosis
     if found is None or not (found.added and found.values):
-        return playback(scenario, outcome, recording)
+        return motion_of(scenario, outcome, recording)
     values = {}
     for label, value in found.values.items():
         name, mark, own = label.partition(MARK)
         if (not mark or own == recording.name) and not name.startswith((OFFSET, GAIN)):
             values[name] = value
-    return played(diagnosed_scenario(scenario, found), values, recording)
+    return simulated_motion(diagnosed_scenario(scenario, found), values, recording)
 
 
 def _first(recording: Recording, seconds: float) -> Recording:

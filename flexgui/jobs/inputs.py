@@ -50,7 +50,7 @@ def warm_inputs() -> None:
     import pyarrow.csv
     import pyarrow.parquet  # noqa: F401
 
-    import flexgui.scene.recorded  # noqa: F401
+    import flexgui.scene.recorded_motion  # noqa: F401
 
 
 @cache

@@ -12,7 +12,7 @@ from pathlib import Path
 import viser
 from viser import _messages
 
-PURPOSE = "Find out what your robot model does not know."
+PURPOSE = "Find the physics your model lacks."
 """What the page is for, in one line."""
 
 CONNECTING = "Loading the page"
@@ -42,7 +42,7 @@ def _scripts() -> str:
     return "\n".join([STYLE % json.dumps(asset("page.css")), *map(asset, SCRIPTS)])
 
 
-def help_hands(client: viser.ClientHandle) -> None:
+def install_scripts(client: viser.ClientHandle) -> None:
     """For this browser, before its page is built; a second time it does nothing."""
     run_javascript(client, _scripts())
 
@@ -59,7 +59,7 @@ def show_progress(client: viser.ClientHandle, text: str) -> None:
     )
 
 
-def lift(client: viser.ClientHandle) -> None:
+def remove_curtain(client: viser.ClientHandle) -> None:
     """Show the page, which has been drawn; a second time it does nothing."""
     run_javascript(client, "window.fxLift && window.fxLift()")
 

@@ -13,14 +13,14 @@ import viser
 from markupsafe import Markup
 
 from flexgui.page.actions import press, selection
-from flexgui.page.in_browser import help_hands, lift
+from flexgui.page.in_browser import install_scripts, remove_curtain
 from flexgui.page.layout import CONTROLS, PLOTS, THEMES, PageLayout, Widths, Window
-from flexgui.page.painter import Painter
-from flexgui.page.panel import PageContext, Panel, Piece
-from flexgui.page.scene_panel import Scene
+from flexgui.page.panel import PageContext, PageElement, Panel
+from flexgui.page.redraw import RedrawScheduler
+from flexgui.page.scene_panel import ScenePanel
 from flexgui.page.timeline import TimeLine
-from flexgui.page.tour import Offer, Tour
-from flexgui.page.widgets import Words, grey, paragraph
+from flexgui.page.tour import RestoreQuestion, Tour
+from flexgui.page.widgets import HtmlBlock, disable_inputs, paragraph
 from flexgui.session.session import Session
 from flexgui.session.state import INTERNAL_FAULT, STAGES, WORK_STAGES, PagePart, Topic
 
@@ -36,13 +36,13 @@ def build_page(client: viser.ClientHandle, session: Session, read_only: bool = F
     return Page(PageContext(client, session, read_only))
 
 
-class Page(Piece):
+class Page(PageElement):
     """Lives as long as the browser's connection."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         gui, session = context.gui, context.session
-        help_hands(context.client)
+        install_scripts(context.client)
         self._layout = PageLayout(context.client)
         others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
@@ -51,8 +51,8 @@ class Page(Piece):
         gui.main_panel.set_width(CONTROLS)
         self._panels: dict[str, Panel] = {stage: panel_of(stage)(context) for stage in STAGES}
         context.actions.build(gui)
-        self._offer = Offer(context)
-        self._steps = Steps(context, self._panels, lambda: self._tour.way)
+        self._offer = RestoreQuestion(context)
+        self._steps = StageBar(context, self._panels, lambda: self._tour.way)
         self._tour = Tour(context)
         self._cursor_drawn, self._behind_curtain = 0.0, True
         self._left = gui.add_panel()
@@ -62,15 +62,17 @@ class Page(Piece):
             self._folders += self._in_folders(self._build_plots)
         self._left.dock_left()
         self._left.set_width(PLOTS)
-        self._scene = Scene(context)
+        self._scene = ScenePanel(context)
         self._timeline = TimeLine(context, self._scene.look_from)
         self._layout.begin(self.context.theme.fit, self._fit, self._scene.fit)
         if context.read_only:
-            grey(gui, others)
-        self._painter = Painter(self._draw, self._settle, lambda: session.wait_idle(0.0))
-        self._end = session.subscribe(self._painter.mark)
+            disable_inputs(gui, others)
+        self._redraw = RedrawScheduler(
+            self._draw, self._draw_slow_parts, lambda: session.wait_idle(0.0)
+        )
+        self._end = session.subscribe(self._redraw.mark)
         for topic in Topic:
-            self._painter.mark(topic)
+            self._redraw.mark(topic)
         if session.document.live_model is None:
             session.document.refresh()
         if session.playback.motion is None:
@@ -81,7 +83,7 @@ class Page(Piece):
         self._end()
         self.context.faults.closed = True
         self._layout.close()
-        self._painter.close()
+        self._redraw.close()
         self._scene.close()
 
     def _fit(self, window: Window, shares: Widths) -> None:
@@ -91,7 +93,7 @@ class Page(Piece):
             self._left.set_width(shares.plots)
             self.gui.main_panel.set_width(shares.controls)
         width = window.width if window.phone else shares.plots
-        self.context.paper.resize(width - BESIDE, shares.columns)
+        self.context.plot_area.resize(width - BESIDE, shares.columns)
 
     def _cursor_is_due(self) -> bool:
         """While it plays the arm moves at every frame, plots and slider less often."""
@@ -114,7 +116,7 @@ class Page(Piece):
         return folders
 
     def _build_plots(self, panel: Panel) -> None:
-        Words(self.gui, COLUMNS)
+        HtmlBlock(self.gui, COLUMNS)
         panel.build_plots()
 
     def _draw(self, topics: frozenset[Topic]) -> None:
@@ -124,7 +126,7 @@ class Page(Piece):
                     draw()
         if self._behind_curtain and self.session.document.live_model is not None:
             self._behind_curtain = False
-            lift(self.context.client)
+            remove_curtain(self.context.client)
         # Not at the next sixtieth of a second: a hand on a slider feels it.
         self.context.client.flush()
 
@@ -154,10 +156,10 @@ class Page(Piece):
         if topics - {Topic.CURSOR, Topic.LIVE, Topic.MESSAGE}:
             self._tour.refresh()
 
-    def _settle(self) -> None:
+    def _draw_slow_parts(self) -> None:
         """Nothing has moved for a moment."""
         with self.context.client.atomic(), self.context.faults.watch(PagePart.LATE_PLOTS):
-            self._panels[self.session.stage].settle()
+            self._panels[self.session.stage].draw_slow_parts()
 
 
 def _each(*steps: Callable[[], object]) -> None:
@@ -195,7 +197,7 @@ IN_FIGURES = {
 }
 
 
-class Steps(Piece):
+class StageBar(PageElement):
     """The stages of the work on top of the main panel, which of them are done, and the newest
     message."""
 
@@ -205,8 +207,8 @@ class Steps(Piece):
         """`tour` is the word that leads to the tour or out of it."""
         super().__init__(context)
         self._panels, self._way = panels, tour
-        Words(self.gui, FOLLOWS if context.read_only else "")
-        self._steps, self._message, self._old = (Words(self.gui) for _ in range(3))
+        HtmlBlock(self.gui, FOLLOWS if context.read_only else "")
+        self._steps, self._message, self._old = (HtmlBlock(self.gui) for _ in range(3))
         context.actions.register("stage", self.session.show)
         context.actions.register("theme", context.theme.choose)
 

@@ -11,7 +11,7 @@ import viser
 
 from flexgui.page.actions import Actions
 from flexgui.page.layout import Theme
-from flexgui.page.plot import Paper
+from flexgui.page.plot import PlotArea
 from flexgui.session.session import Session
 from flexgui.session.state import Faults, Topic
 
@@ -27,7 +27,7 @@ class PageContext:
     syncs: list[Callable[[], None]] = field(default_factory=list)
     """Called when the session changed, each brings one input up to date: of the stage that is being
     built, and after that of what stands around all stages."""
-    paper: Paper = field(default_factory=Paper)
+    plot_area: PlotArea = field(default_factory=PlotArea)
     actions: Actions = field(default_factory=Actions)
     """What the HTML of this page can do."""
 
@@ -42,7 +42,7 @@ class PageContext:
         return self.client.gui
 
 
-class Piece:
+class PageElement:
     """Some widgets that belong together."""
 
     def __init__(self, context: PageContext) -> None:
@@ -71,7 +71,7 @@ class Piece:
         self.session.show_message(sentence.rstrip(".") + ".", bad=bool(without))
 
 
-class Panel(Piece, ABC):
+class Panel(PageElement, ABC):
     """Controls on the right, plots on the left; both are built once and then kept up to date."""
 
     kind: ClassVar[str] = ""
@@ -99,5 +99,5 @@ class Panel(Piece, ABC):
     def move_cursor(self) -> None:  # noqa: B027 (most have nothing to move)
         """The time-line's cursor moved."""
 
-    def settle(self) -> None:  # noqa: B027 (most have nothing that takes long)
+    def draw_slow_parts(self) -> None:  # noqa: B027 (most have nothing that takes long)
         """Draws what takes long, once nothing has changed for a moment; after `refresh`."""

@@ -21,7 +21,7 @@ WIDTH = 540.0
 """px of the panel on the left."""
 
 
-class Paper:
+class PlotArea:
     """How wide the figures of one page are: they keep their height in px in a narrower panel."""
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class Paper:
             for plot in self.plots:
                 plot.fit()
 
-    def of(self, wide: bool) -> float:
+    def figure_width(self, wide: bool) -> float:
         """px of one figure, which is as wide as the paper or as one of its columns."""
         return self.width if wide else self.width / self.columns
 
@@ -59,9 +59,9 @@ class Plot:
         self._wide = wide
         if wide:
             context.gui.add_html("<span class='fx-wide'></span>")
-        aspect = self._height / context.paper.of(wide)
+        aspect = self._height / context.plot_area.figure_width(wide)
         self._handle = context.gui.add_plotly(cast(Any, _Blank()), aspect=aspect, visible=False)
-        context.paper.plots.append(self)
+        context.plot_area.plots.append(self)
         self._sent = 0
 
     def show(self, figure: Figure | None, cursor: float | None = None, height: float = 0.0) -> None:
@@ -92,7 +92,7 @@ class Plot:
     def fit(self) -> None:
         """As high as it was, in a panel of another width; one that was removed stays so."""
         if not self._handle._impl.removed:
-            self._handle.aspect = self._height / self._context.paper.of(self._wide)
+            self._handle.aspect = self._height / self._context.plot_area.figure_width(self._wide)
 
     @property
     def _key(self) -> str:

@@ -11,11 +11,11 @@ import numpy as np
 from flexgui.core.arm.arm import Arm
 from flexgui.jobs.inbox import CREW
 from flexgui.page.layout import Widths, Window, aspect, covered
-from flexgui.page.panel import PageContext, Piece
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.scene.arm_scene import ArmScene
 from flexgui.scene.error_board import NAME, ErrorBoard, error_paint
 from flexgui.scene.paint import HOME, lowered
-from flexgui.scene.recorded import Playback
-from flexgui.scene.scene import Stage
+from flexgui.scene.recorded_motion import RecordedMotion
 from flexgui.session.session import Session
 from flexgui.session.state import LiveSettings, Topic
 from flexgui.stages.arm.live import LiveModel
@@ -47,12 +47,12 @@ DRAWN = frozenset({
 })  # fmt: skip
 
 
-class Scene(Piece):
+class ScenePanel(PageElement):
     """Made with the first live model; only moved after that."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._stage: Stage | None = None
+        self._stage: ArmScene | None = None
         self._shown: object = None
         self._apart = 0.0
         """How many times too far from the model the measured arm's path is drawn."""
@@ -90,9 +90,9 @@ class Scene(Piece):
                 self._swings = True
                 CREW.run(self._swing)
 
-    def _made(self, view: LiveModel) -> Stage:
+    def _made(self, view: LiveModel) -> ArmScene:
         if self._stage is None:
-            self._stage = Stage(
+            self._stage = ArmScene(
                 self.context.client, view.model.arm, view.numbers.p, view.q, self._window.gpu
             )
             self._stage.set_dark(self.context.theme.dark)
@@ -121,7 +121,7 @@ class Scene(Piece):
         moved = self.context.client.camera.position - self._eye
         return bool(np.linalg.norm(moved) < TURNED * self._reach)
 
-    def _aim(self, stage: Stage) -> None:
+    def _aim(self, stage: ArmScene) -> None:
         """Looks at the whole arm; what a person turns stays so until another arm comes."""
         self._reach, self._aimed = stage.body.reach, time.monotonic()
         camera, phone = self.context.client.camera, self._window.phone
@@ -135,18 +135,18 @@ class Scene(Piece):
         camera.up_direction, camera.fov = eye.up, eye.fov
         camera.position, camera.look_at = self._eye, eye.look_at + down
 
-    def _rebuild(self, stage: Stage, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
+    def _rebuild(self, stage: ArmScene, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
         stage.rebuild(arm, p, q)
         if not 1.0 / OTHER_SIZE < stage.body.reach / self._reach < OTHER_SIZE:
             self._aim(stage)
 
-    def _show_live(self, stage: Stage, view: LiveModel) -> None:
+    def _show_live(self, stage: ArmScene, view: LiveModel) -> None:
         if self._shown is view:
             return
         self._shown = view
         self._rebuild(stage, view.model.arm, view.numbers.p, view.q)
 
-    def _show_recording(self, stage: Stage, motion: Playback) -> None:
+    def _show_recording(self, stage: ArmScene, motion: RecordedMotion) -> None:
         cursor = self.session.playback.cursor
         fresh = self._shown is not motion
         aims = fresh and self._is_aimed()
@@ -155,10 +155,10 @@ class Scene(Piece):
             self._rebuild(stage, motion.arm, motion.motion.p, motion.motion.q[0])
         if self._apart != cursor.error:
             self._apart = cursor.error
-            stage.show_paths(motion.motion.q, motion.apart(cursor.error))
+            stage.show_paths(motion.motion.q, motion.exaggerated_ghost(cursor.error))
         if aims:
             self._aim(stage)
-        k, ghost = motion.frame(cursor.time), motion.apart(cursor.error)
+        k, ghost = motion.frame(cursor.time), motion.exaggerated_ghost(cursor.error)
         stage.show(motion.motion.q[k], None if ghost is None else ghost[k])
 
     def set_dark(self, dark: bool) -> None:
@@ -194,7 +194,7 @@ COLOURED = ("Compare", "Diagnose")
 BOARD = "Compare"
 
 
-class ErrorsInScene(Piece):
+class ErrorsInScene(PageElement):
     """Drawn on whatever stage there is; anew where its nodes are new."""
 
     def __init__(self, context: PageContext) -> None:
@@ -206,7 +206,7 @@ class ErrorsInScene(Piece):
         self._made_of: tuple[object, object] = (None, "")
         self._dark = False
 
-    def draw(self, stage: Stage) -> None:
+    def draw(self, stage: ArmScene) -> None:
         """Shows the error at the cursor."""
         session = self.session
         found = session.comparison.failing if session.stage in COLOURED else None
@@ -218,7 +218,7 @@ class ErrorsInScene(Piece):
         self._paint(stage, found)
         self._show_board(stage, found if session.stage == BOARD else None)
 
-    def _paint(self, stage: Stage, found: WhereItFails | None) -> None:
+    def _paint(self, stage: ArmScene, found: WhereItFails | None) -> None:
         cursor, joints = self.session.playback.cursor, stage.body.arm.joints
         along = None if found is None else found.now.get(cursor.recording)
         worst = 1.0 if found is None else self.session.comparison.worst_error
@@ -229,7 +229,7 @@ class ErrorsInScene(Piece):
             self._painted = key
             stage.paint(colours.beams, colours.hubs)
 
-    def _show_board(self, stage: Stage, found: WhereItFails | None) -> None:
+    def _show_board(self, stage: ArmScene, found: WhereItFails | None) -> None:
         board = None if found is None else found.board
         made_of = (board, (stage.anchor("base"), self._dark))
         if made_of[0] is not self._made_of[0] or made_of[1] != self._made_of[1]:

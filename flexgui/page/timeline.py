@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from flexgui.page.in_browser import run_javascript
-from flexgui.page.panel import PageContext, Piece
+from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.scene_panel import COLOURED, legend, plays
 from flexgui.scene.error_board import greatest
 from flexgui.scene.paint import DIRECTIONS
@@ -26,7 +26,7 @@ on each other are seen apart."""
 UNREAD = "The recording is not read yet; it will play here."
 
 
-class TimeLine(Piece):
+class TimeLine(PageElement):
     """Play, seek, speed, and where the arm is looked at from."""
 
     def __init__(self, context: PageContext, look_from: Callable[[str], None]) -> None:

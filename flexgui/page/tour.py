@@ -11,8 +11,8 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.library.shipped import HIDDEN, is_of_tour
-from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Words, button, color, paragraph
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.widgets import HtmlBlock, button, color, paragraph
 from flexgui.session.tour import (
     AT,
     BEGIN,
@@ -39,14 +39,14 @@ AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "Skip tour"
 NOTHING = Card("", "")
 
 
-class Tour(Piece):
+class Tour(PageElement):
     """A card below the stages; who dismissed it can have it back."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._card = Words(self.gui)
+        self._card = HtmlBlock(self.gui)
         self._go: Any = button(context, BEGIN, self._pressed, prominent=True)
-        self._away = Words(self.gui, AWAY)
+        self._away = HtmlBlock(self.gui, AWAY)
         upload_button(context, OPEN_MINE)
         context.actions.register("tour", lambda _: self._left_or_back())
 
@@ -102,7 +102,7 @@ ON_TOP = -1e8
 """Order in the main panel: above the stages."""
 
 
-class Offer(Piece):
+class RestoreQuestion(PageElement):
     """A question with two buttons; gone once it is answered."""
 
     def __init__(self, context: PageContext) -> None:
@@ -113,7 +113,7 @@ class Offer(Piece):
             return
         self._folder = self.gui.add_folder(None, order=ON_TOP)
         with self._folder:
-            Words(self.gui, paragraph(f"Restore your work of {store.earlier.date}?", "lead"))
+            HtmlBlock(self.gui, paragraph(f"Restore your work of {store.earlier.date}?", "lead"))
             button(context, "Restore it", store.restore, prominent=True)
             button(context, "Not now", store.decline)
 

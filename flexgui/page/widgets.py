@@ -16,14 +16,14 @@ from markupsafe import Markup
 from flexgui.export.template import environment
 from flexgui.page.panel import PageContext
 
-HANDS_OFF = 0.6
+USER_PRIORITY = 0.6
 """s after a person's change in which an input is not overwritten: it would jump under the hand."""
 
 Limits = tuple[float, float, float]
 """(least, greatest, step)"""
 
 
-def react(context: PageContext, handle: Any, action: Callable[[], object]) -> Any:
+def on_user_input(context: PageContext, handle: Any, action: Callable[[], object]) -> Any:
     """Calls `action` when a person changes an input, not where the page itself has set it."""
 
     def changed(event: Any) -> None:
@@ -47,16 +47,16 @@ def bind(
             handle.value = before
 
     def sync() -> None:
-        free = context.read_only or time.time() - handle.update_timestamp > HANDS_OFF
+        free = context.read_only or time.time() - handle.update_timestamp > USER_PRIORITY
         value = get()
         if free and value is not None and handle.value != value:
             handle.value = value
 
     context.syncs.append(sync)
-    return react(context, handle, enter)
+    return on_user_input(context, handle, enter)
 
 
-def grey(gui: viser.GuiApi, but: set[str]) -> None:
+def disable_inputs(gui: viser.GuiApi, but: set[str]) -> None:
     """Disables all inputs but those with the uuids given: a follower only looks."""
     for uuid, handle in tuple(gui._gui_input_handle_from_uuid.items()):
         group = isinstance(handle, viser.GuiButtonGroupHandle)  # cannot be disabled
@@ -177,14 +177,14 @@ def color(invites: bool) -> Literal["blue", "gray"]:
     return "blue" if invites else "gray"
 
 
-def offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:
+def set_options(dropdown: Any, options: tuple[str, ...], value: str) -> None:
     """Sets what a dropdown offers, and what is chosen: the first where it has no such option."""
     if dropdown.options != options:
         dropdown.options = options
     dropdown.value = value if value in options else options[0]
 
 
-class Rebuilt:
+class RebuiltFolder:
     """A folder whose inputs are made anew where others are needed."""
 
     def __init__(self, context: PageContext) -> None:
@@ -213,7 +213,7 @@ class Rebuilt:
 FRAME = "<div class='fx'>{}</div>"
 
 
-class Words:
+class HtmlBlock:
     """Paragraphs, tables and pictures below one another; hidden where there are none."""
 
     def __init__(self, gui: viser.GuiApi, *parts: Markup | str) -> None:
@@ -248,7 +248,7 @@ def _templates() -> Environment:
     return environment().overlay(loader=PackageLoader("flexgui", "stages"))
 
 
-def words_of(stage: str, **known: object) -> Any:
+def stage_macros(stage: str, **known: object) -> Any:
     """What the panel of a stage says: the macros of the template in its folder, each a function;
     `known` is what they may use."""
     known = {"paragraph": paragraph, "folded": folded, **known}

@@ -9,7 +9,7 @@ import numpy as np
 from viser import ImageHandle, SceneNodePointerEvent
 
 from flexgui.scene import paint
-from flexgui.scene.scene import Owner, Stage
+from flexgui.scene.arm_scene import ArmScene, Owner
 from flexgui.views import colours
 from flexgui.views.error_map import CAMERA
 
@@ -50,7 +50,7 @@ class ErrorBoard:
     """Made anew for other errors; the mark on it moves."""
 
     def __init__(
-        self, stage: Stage, owner: Owner, ratio: np.ndarray, labels: Sequence[str],
+        self, stage: ArmScene, owner: Owner, ratio: np.ndarray, labels: Sequence[str],
         pick: Pick | None, dark: bool = False,
     ) -> None:  # fmt: skip
         """ratio (rows, columns): error in times the floor, NaN where nothing was measured; `dark`:

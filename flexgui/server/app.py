@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import viser
 
 from flexgui.core.errors import InputError
-from flexgui.page.in_browser import lift, watch_connection
+from flexgui.page.in_browser import remove_curtain, watch_connection
 from flexgui.places import without_places
 from flexgui.server.access import AccessHandler
 from flexgui.server.browser_connection import FOLLOWER, STORED_AS, Asking, BrowserConnection
@@ -148,7 +148,7 @@ class PageServer:
                 self._show(browser)
         except InputError as error:
             browser.client.gui.add_markdown(without_places(str(error)))
-            lift(browser.client)
+            remove_curtain(browser.client)
         if self._settings.warming is not None:
             self._settings.warming.page_is_shown()
         if browser.gone:
@@ -167,7 +167,7 @@ class PageServer:
         if self._demo is not None:
             self._demo.add_button(browser)
         if browser.session is None:
-            lift(browser.client)
+            remove_curtain(browser.client)
             return None
         if self._settings.warming is not None:
             self._settings.warming.admit(browser.client)

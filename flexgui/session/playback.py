@@ -14,7 +14,7 @@ from flexgui.core.scenario.data_folder import Within
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.messages import Task
-from flexgui.scene import recorded
+from flexgui.scene import recorded_motion
 from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import STAGES, Cursor, PagePart, Topic
 
@@ -35,7 +35,7 @@ class Playback:
         self.cursor = Cursor()
         self.recording: Recording | None = None
         """The one under the cursor, as the scenario states it now."""
-        self.motion: recorded.Playback | None = None
+        self.motion: recorded_motion.RecordedMotion | None = None
         self._recording_key: tuple[str, Scenario] | None = None
         self._worker = LatestRequest(session.faults, PagePart.PLAYBACK)
         self._waits = False
@@ -141,17 +141,21 @@ class Playback:
 
     def _played(
         self, scenario: Scenario, name: str, fitted: Outcome | None, kept: Recording | None
-    ) -> tuple[Recording, recorded.Playback]:
+    ) -> tuple[Recording, recorded_motion.RecordedMotion]:
         """The recording, as it is `kept` where it is, and its motion; the server itself does only
         what is known to be short."""
-        values = recorded.fitted_values(fitted, name)
+        values = recorded_motion.fitted_values(fitted, name)
         if not _short(scenario, name):
             arguments = {"recording": name, "folder": str(self._session.folder), "values": values}
-            task = Task.of(recorded.play, f"Recording {name}", scenario=scenario, **arguments)
+            task = Task.of(
+                recorded_motion.load_motion, f"Recording {name}", scenario=scenario, **arguments
+            )
             again, found = ask(self._session.key, task)
             return kept or again, found
-        recording = kept or recorded.read_one(scenario, name, Within(self._session.folder))
-        return recording, recorded.played(scenario, values, recording)
+        recording = kept or recorded_motion.read_recording(
+            scenario, name, Within(self._session.folder)
+        )
+        return recording, recorded_motion.simulated_motion(scenario, values, recording)
 
 
 def _short(scenario: Scenario, name: str) -> bool:

@@ -23,7 +23,7 @@ from flexgui.core.results import (
 )
 from flexgui.jobs.job import QUEUED, RUNNING, STOPPING, JobState
 from flexgui.library.shipped import demo_scenario, hidden_scenario, is_of_tour
-from flexgui.page.busy import how_it_stands
+from flexgui.page.job_status import status_texts
 from flexgui.page.panel import PageContext
 from flexgui.page.tour import to_diagnosis, to_identification
 from flexgui.session.scenario_edits import apply_edits
@@ -280,16 +280,16 @@ def test_a_change_that_figures_do_not_show_is_none() -> None:
 def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
     run = JobState("diagnose", RUNNING, stage="Trying every known effect", done=11, total=29)
     text = "Slow sensor (still to be compiled, once: Soft base)"
-    assert how_it_stands(replace(run, text=text)) == (
+    assert status_texts(replace(run, text=text)) == (
         "Trying every known effect, 11 of 29", ": Slow sensor",
         "Still to be compiled, once: Soft base",
     )  # fmt: skip
-    assert how_it_stands(replace(run, text="Slow sensor"))[2] == ""
+    assert status_texts(replace(run, text="Slow sensor"))[2] == ""
 
 
 def test_a_job_that_waits_or_ends_says_so() -> None:
-    assert how_it_stands(JobState("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
-    assert how_it_stands(JobState("diagnose", STOPPING, stage="x"))[0] == "Stopping …"
+    assert status_texts(JobState("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
+    assert status_texts(JobState("diagnose", STOPPING, stage="x"))[0] == "Stopping …"
 
 
 def test_an_effect_that_waits_to_be_added_does_not_lead_back_to_diagnosing(

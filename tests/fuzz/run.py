@@ -131,7 +131,7 @@ def load() -> None:
 
     import flexgui.export.export_files
     import flexgui.export.report_motion
-    import flexgui.scene.playback  # noqa: F401
+    import flexgui.scene.motion_page  # noqa: F401
 
     whole = Case("undamaged", EXPORT, {SCENARIO: TEXT.encode(), FILE: csv(table()).encode()})
     for made in (whole, Case("simulated", EXPORT, {SCENARIO: SIMULATED.encode()})):

@@ -87,7 +87,7 @@ def test_a_recording_that_is_not_read_yet_is_told_and_read_at_the_next_stage(
 
     press(page, "Diagnose")
     with monkeypatch.context() as patched:
-        patched.setattr(playback.recorded, "read_one", late)
+        patched.setattr(playback.recorded_motion, "read_recording", late)
         assert session.open(demo_scenario())
         sees(page, "The worker was stopped.")
         sees(page, "The recording is not read yet")

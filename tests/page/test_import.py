@@ -13,7 +13,7 @@ import pytest
 
 from flexgui.core.recording.save import save_recording
 from flexgui.core.results import MISSING, NOTHING, Outcome
-from flexgui.scene.recorded import read_one
+from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
 from tests.page.conftest import Desktop
 from tests.page.helpers import press, sees
@@ -42,7 +42,7 @@ def foreign(session: Session, tmp_path: Path) -> Path:
     """Other names, degrees, one gap and a swap."""
     made = tmp_path / "made.csv"
     name = session.document.scenario.recordings[0].name
-    save_recording(read_one(session.document.scenario, name, session.folder), made)
+    save_recording(read_recording(session.document.scenario, name, session.folder), made)
     table = pd.read_csv(made).rename(columns=NAMES)[list(NAMES.values())]
     table[["enc_1", "enc_2"]] = np.degrees(table[["enc_1", "enc_2"]])
     table.loc[400:405, "enc_1"] = np.nan

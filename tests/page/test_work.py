@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from flexgui.core.recording.save import save_recording
-from flexgui.scene.recorded import read_one
+from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
 from tests.page.helpers import enter, field, plots, press, sees, small
 from tests.session.helpers import until, worked
@@ -24,7 +24,7 @@ def good(session: Session, tmp_path: Path) -> Path:
     """A recording of the session's own arm."""
     path = tmp_path / "good.csv"
     name = session.document.scenario.recordings[0].name
-    save_recording(read_one(session.document.scenario, name, session.folder), path)
+    save_recording(read_recording(session.document.scenario, name, session.folder), path)
     return path
 
 

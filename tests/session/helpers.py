@@ -69,11 +69,11 @@ def settle(session: Session) -> bool:
 def good_csv(session: Session) -> bytes:
     """A recording that suits the scenario, as a file."""
     from flexgui.core.recording.save import save_recording
-    from flexgui.scene.recorded import read_one
+    from flexgui.scene.recorded_motion import read_recording
 
     name = session.document.scenario.recordings[0].name
     path = session.folder / "good.csv"
-    save_recording(read_one(session.document.scenario, name, session.folder), path)
+    save_recording(read_recording(session.document.scenario, name, session.folder), path)
     content = path.read_bytes()
     path.unlink()
     return content

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from flexgui.scene.recorded import read_one
+from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import scenario_file
 from tests.session.conftest import Offered
@@ -43,7 +43,7 @@ def test_a_file_with_other_names_waits_for_its_columns(session: Session, service
 
 def test_chosen_columns_make_it_a_recording(session: Session, services: Offered) -> None:
     shown = session.document.scenario.recordings[0].name
-    plain = read_one(session.document.scenario, shown, session.folder)
+    plain = read_recording(session.document.scenario, shown, session.folder)
     waits(session, services)
     assert session.recordings.map_column("t", "clock")
     assert session.recordings.map_column("dtheta1_ref", "speed")

@@ -15,7 +15,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.data_folder import VARIABLE, Within
 from flexgui.places import without_places
-from flexgui.scene.recorded import play
+from flexgui.scene.recorded_motion import load_motion
 from flexgui.session.session import Session
 from flexgui.stages.data.inspect import headers, read_file
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpack, zipped
@@ -115,7 +115,7 @@ def test_neither_do_those_that_look_into_what_was_brought(
         for ask in (
             partial(headers, room, file),
             partial(read_file, room, file, [entry], stated_here),
-            partial(play, stated_here, "it", room, {}),
+            partial(load_motion, stated_here, "it", room, {}),
             partial(unpack, room, file, UPLOAD_LIMIT),
         ):
             with pytest.raises(InputError, match="no plain name|not among the files") as refused:

@@ -37,8 +37,8 @@ def fails(*_: object) -> None:
         ),
         (
             PagePart.PLAYBACK,
-            playback.recorded,
-            "played",
+            playback.recorded_motion,
+            "simulated_motion",
             lambda session: session.playback.refresh(),
         ),
     ],

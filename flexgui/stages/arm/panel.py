@@ -13,12 +13,12 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.build import build_arm
 from flexgui.core.drives.drive import Drive, DriveSlider, drive_classes
 from flexgui.core.results import DescriptorModel
-from flexgui.page.panel import PageContext, Panel, Piece
+from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import (
+    HtmlBlock,
     Limits,
-    Rebuilt,
-    Words,
+    RebuiltFolder,
     button,
     choice,
     color,
@@ -47,10 +47,10 @@ class ArmPanel(Panel):
 
     def build_controls(self) -> None:
         context, gui, document = self.context, self.gui, self.session.document
-        self._title = Words(gui)
+        self._title = HtmlBlock(gui)
         self._shown_equations: object = None
         self._shown_matrices: object = None
-        first = Rebuilt(context)
+        first = RebuiltFolder(context)
         noise_slider(context, "Noise of the simulated experiments")
         slider(
             context, "Exaggerate", (1, 50, 1), lambda: document.live.exaggeration,
@@ -65,17 +65,17 @@ class ArmPanel(Panel):
             lambda name: document.set_live(mode=MODES[name]),
             "Plays a mode of this posture, slowly.",
         )  # fmt: skip
-        self._modes = Words(gui)
+        self._modes = HtmlBlock(gui)
         with gui.add_folder("More about the arm", expand_by_default=False):
-            more = Rebuilt(context)
+            more = RebuiltFolder(context)
         self._sliders = ArmSliders(context, first, more)
         with gui.add_folder("Equations of this model", expand_by_default=False):
-            self._equations = Words(gui)
+            self._equations = HtmlBlock(gui)
         with gui.add_folder("Matrices E0, E1, A, B", expand_by_default=False):
-            self._matrices = Words(gui)
+            self._matrices = HtmlBlock(gui)
 
     def build_plots(self) -> None:
-        Words(self.gui, paragraph(ABOUT, "soft"))
+        HtmlBlock(self.gui, paragraph(ABOUT, "soft"))
         self._step = Lines(self.context, "Step")
         self._response = Lines(self.context, "Magnitude")
         self._poles = Plot(self.context, 0.46, "Poles")
@@ -93,7 +93,7 @@ class ArmPanel(Panel):
         self._poles.show(poles(view.at.poles, view.modes, view.clamped))
         self._modes.show(html_table(mode_table(view.modes)))
 
-    def settle(self) -> None:
+    def draw_slow_parts(self) -> None:
         """What a hand on a slider need not wait for: the phase below the poles, the matrices,
         the equations."""
         view = self.session.document.live_model
@@ -165,10 +165,10 @@ OF_EACH_SEGMENT: tuple[tuple[str, str, Limits, str], ...] = (
 """Label, setting, limits, hint."""
 
 
-class ArmSliders(Piece):
+class ArmSliders(PageElement):
     """Sliders above the fold and those under 'more'; made anew for another kind of arm."""
 
-    def __init__(self, context: PageContext, first: Rebuilt, more: Rebuilt) -> None:
+    def __init__(self, context: PageContext, first: RebuiltFolder, more: RebuiltFolder) -> None:
         super().__init__(context)
         self._scenario: object = None
         self._first, self._more = first, more

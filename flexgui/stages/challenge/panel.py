@@ -9,8 +9,8 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import LEVELS
 from flexgui.export.template import environment
-from flexgui.page.panel import PageContext, Panel, Piece
-from flexgui.page.widgets import Words, button, color, paragraph, react
+from flexgui.page.panel import PageContext, PageElement, Panel
+from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragraph
 from flexgui.sentences.figures import validation_rms
 from flexgui.session.state import Topic
 from flexgui.stages.challenge.judging import (
@@ -58,19 +58,19 @@ class ChallengePanel(Panel):
         self._form = gui.add_folder(None, visible=False)
         with self._form:
             self._guess_controls()
-        Words(gui, paragraph(EXPLANATION, "soft"))
+        HtmlBlock(gui, paragraph(EXPLANATION, "soft"))
         self._seed = gui.add_number("Seed", SEED, min=0, max=MOST, step=1)
         self._level = gui.add_dropdown("Level", tuple(LEVELS))
         self._hide = button(context, "Hide an effect", self._hidden)
 
     def build_plots(self) -> None:
-        self._hint = Words(self.gui)
+        self._hint = HtmlBlock(self.gui)
         self._at_work = AtWork(self.context)
         self._shown: Revealed | None = None
 
     def _guess_controls(self) -> None:
         context, gui = self.context, self.gui
-        self._state = Words(gui)
+        self._state = HtmlBlock(gui)
         self._fields = (
             GuessFields(context, "Your guess", NONE_TITLE),
             GuessFields(context, "And", NO_SECOND),
@@ -78,7 +78,7 @@ class ChallengePanel(Panel):
         self._name: Any = gui.add_text(
             "Your name", "", hint="On the class's board; a nickname is enough."
         )
-        self._nameless = Words(gui)
+        self._nameless = HtmlBlock(gui)
         self._commit = button(context, "Commit to this guess", self._guessed, prominent=True)
         self._reveal = button(context, "Reveal", self._revealed, prominent=True)
         self._change = button(
@@ -88,7 +88,7 @@ class ChallengePanel(Panel):
             context, "Hand in (file)", self._handed_in,
             hint="Your guess as a file for grading. Reveal does not change it.",
         )  # fmt: skip
-        self._truth, self._board = Words(gui), Words(gui)
+        self._truth, self._board = HtmlBlock(gui), HtmlBlock(gui)
 
     def _hidden(self) -> None:
         seed = self._seed.value
@@ -198,7 +198,7 @@ def _verdict(found: Revealed, tool: ToolAnswer | None, busy: bool) -> str:
     return f"{mark} Verdict{late}: {tool.words}.{rest}"
 
 
-class GuessFields(Piece):
+class GuessFields(PageElement):
     """Stands in the folder that is open; `none` is what may be chosen besides an effect."""
 
     def __init__(self, context: PageContext, label: str, none: str) -> None:
@@ -209,11 +209,11 @@ class GuessFields(Piece):
         self._kind: Any = gui.add_dropdown(label, (none, *sorted(self._kinds)))
         self._of: Any = gui.add_dropdown("Size of", ("–",), hint="Choose one of its parameters.")
         self._size: Any = gui.add_text("is", "", hint="A number in this unit, or empty.")
-        self._refused, self._story = Words(gui), Words(gui)
+        self._refused, self._story = HtmlBlock(gui), HtmlBlock(gui)
         self._shown = True
-        react(context, self._kind, self._chosen)
-        react(context, self._of, self._name_field)
-        react(context, self._size, self._refused.show)
+        on_user_input(context, self._kind, self._chosen)
+        on_user_input(context, self._of, self._name_field)
+        on_user_input(context, self._size, self._refused.show)
         self._chosen()
 
     @property

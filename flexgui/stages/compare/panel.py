@@ -15,10 +15,18 @@ from flexgui.core.results import (
     WorstCell,
 )
 from flexgui.page.actions import press
-from flexgui.page.panel import PageContext, Panel, Piece
+from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.plot import Plot
 from flexgui.page.tour import to_diagnosis
-from flexgui.page.widgets import Words, button, choice, folded, offer, paragraph, words_of
+from flexgui.page.widgets import (
+    HtmlBlock,
+    button,
+    choice,
+    folded,
+    paragraph,
+    set_options,
+    stage_macros,
+)
 from flexgui.sentences.figures import FLOOR_IS
 from flexgui.sentences.written import channel_symbol, format_number, quantity
 from flexgui.session.state import Topic
@@ -35,7 +43,7 @@ from flexgui.views.table import Table, html_table
 
 STANDS_OUT = 2.0
 """Times the noise floor, from which a place is worth a look."""
-WORDS = words_of(
+WORDS = stage_macros(
     "compare", channel_symbol=channel_symbol, quantity=quantity, press=press, place=place,
     output_title=output_title, format_number=format_number, stands_out=STANDS_OUT,
 )  # fmt: skip
@@ -60,7 +68,7 @@ class ComparePanel(Panel):
 
     def build_controls(self) -> None:
         context = self.context
-        self._lead = Words(self.gui)
+        self._lead = HtmlBlock(self.gui)
         self._back = button(
             context, "Identify first", lambda: self.session.show("Identify"), prominent=True
         )
@@ -76,11 +84,11 @@ class ComparePanel(Panel):
             context, "Show", shown_titles(), lambda: self._wanted, self._choose,
             "The maps show where the error is above the noise floor.",
         )  # fmt: skip
-        self._worst, self._table = Words(self.gui), Words(self.gui)
+        self._worst, self._table = HtmlBlock(self.gui), HtmlBlock(self.gui)
         context.actions.register("worst place", self._go_to)
 
     def build_plots(self) -> None:
-        self._about = Words(self.gui)
+        self._about = HtmlBlock(self.gui)
         self._signals = Signals(self.context)
         self.context.theme.followers.append(self._recolour)
         views = recording_views().values()
@@ -108,7 +116,7 @@ class ComparePanel(Panel):
         self._back.visible = current is None
         self._next.visible = current is not None
         names = tuple(dict.fromkeys(c.recording for c in self._comparisons)) or (NONE,)
-        offer(self._choice, names, self._name())
+        set_options(self._choice, names, self._name())
         worst = () if failing is None else failing.maps.worst
         chosen = self._signals.chosen if self._signals.chosen in worst else None
         self._signals.chosen = chosen
@@ -121,7 +129,7 @@ class ComparePanel(Panel):
             self._outputs = {name: name for name in (WORST, ALL)} | {
                 output_title(c.channel, c.unit): c.channel for c in current.channels
             }
-            offer(self._output, tuple(self._outputs), self._output_name())
+            set_options(self._output, tuple(self._outputs), self._output_name())
             self._wanted_output = self._outputs[self._output.value]
             self._signals.output = self._wanted_output
             outcome = self.session.identification.outcome
@@ -182,7 +190,7 @@ class ComparePanel(Panel):
         self._choose(SIGNALS)
 
 
-class Signals(Piece):
+class Signals(PageElement):
     """Measurement, model and residual of the chosen outputs, where in all recordings they are off,
     and the FIT of all recordings."""
 
@@ -191,7 +199,7 @@ class Signals(Piece):
         self.output = WORST
         self.chosen: WorstCell | None = None
         """Of the worst places, the one that was pressed."""
-        self._about = Words(self.gui)
+        self._about = HtmlBlock(self.gui)
         self._curves, self._map, self._fit = (
             Plot(context, aspect, wide=True) for aspect in (0.98, 0.5, 0.33)
         )
@@ -262,14 +270,14 @@ def _short(table: Table) -> Table:
     return replace(table, rows=rows).only((0, 2, 3, 4), "The report holds every output.")
 
 
-class ErrorView(Piece):
+class ErrorView(PageElement):
     """A view of the error of one recording. Each has a plot of its own: axes that turn round stay
     so in a panel that is used again."""
 
     def __init__(self, context: PageContext, view: RecordingView) -> None:
         super().__init__(context)
         self._view = view
-        self._about, self._plot = Words(self.gui), Plot(context, 0.9)
+        self._about, self._plot = HtmlBlock(self.gui), Plot(context, 0.9)
         self._drawn: tuple[object, ...] = ()
 
     def show(self, current: RecordingComparison | None) -> None:
@@ -294,12 +302,12 @@ class ErrorView(Piece):
             self._plot.move_cursor(self.session.playback.cursor.time)
 
 
-class Torque(Piece):
+class Torque(PageElement):
     """The missing torque over time and over speed."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._words = Words(self.gui)
+        self._words = HtmlBlock(self.gui)
         self._curve, self._cloud = Plot(context, 0.75), Plot(context, 0.75)
         self._drawn: tuple[MissingTorque, ...] = ()
 

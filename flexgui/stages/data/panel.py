@@ -16,14 +16,14 @@ from flexgui.page.panel import Panel
 from flexgui.page.plot import Plot
 from flexgui.page.tour import to_identification
 from flexgui.page.widgets import (
-    Words,
+    HtmlBlock,
     button,
     choice,
     color,
     noise_slider,
     number,
-    offer,
     paragraph,
+    set_options,
     switch,
 )
 from flexgui.session.state import Topic
@@ -53,7 +53,7 @@ class DataPanel(Panel):
     def build_controls(self) -> None:
         context, gui = self.context, self.gui
         self._wanted = Experiments()
-        self._lead = Words(gui)
+        self._lead = HtmlBlock(gui)
         self._next = button(
             context, "Next: identify", lambda: to_identification(context), prominent=True
         )
@@ -75,7 +75,7 @@ class DataPanel(Panel):
         self._experiments = gui.add_folder("Simulate experiments")
         with self._experiments:
             self._simulate_controls()
-        self._list = Words(gui)
+        self._list = HtmlBlock(gui)
 
     def _names(self) -> tuple[str, ...]:
         specs = self.session.document.scenario.recordings
@@ -136,13 +136,13 @@ class DataPanel(Panel):
         return True
 
     def build_plots(self) -> None:
-        self._about = Words(self.gui)
+        self._about = HtmlBlock(self.gui)
         self._plot = Plot(self.context, 1.30, wide=True)
-        self._warnings = Words(self.gui)
+        self._warnings = HtmlBlock(self.gui)
 
     def refresh(self) -> None:
         session, scenario = self.session, self.session.document.scenario
-        offer(self._choice, self._names(), self._name())
+        set_options(self._choice, self._names(), self._name())
         fitted = sum(spec.role == "estimate" for spec in scenario.recordings)
         rest = len(scenario.recordings) - fitted
         self._lead.show(paragraph(f"{fitted} to fit, {rest} to validate.", "lead"))

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
-from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Words, button, color, offer, react
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, set_options
 from flexgui.stages.data.panel_own import TOP, WORDS, rig_words
 from flexgui.stages.data.rows import SPLIT
 from flexgui.stages.data.waiting_file import POINT, Waiting
@@ -20,7 +20,7 @@ PICTURE = (96, 26)
 """px: three cells of a row fit a panel of 340."""
 
 
-class ColumnChoice(Piece):
+class ColumnChoice(PageElement):
     """One question at a time, what is needed first; then the file is read."""
 
     def __init__(self, context: PageContext) -> None:
@@ -29,7 +29,7 @@ class ColumnChoice(Piece):
         self._shown: Waiting | None = None
         self._folder = gui.add_folder("Which column is which", order=TOP, visible=False)
         with self._folder:
-            self._lead = Words(gui)
+            self._lead = HtmlBlock(gui)
             self._rows = RowChoice(context)
             self._read = button(context, "Read the file", recordings.read_waiting, prominent=True)
             self._correcting = False
@@ -43,8 +43,8 @@ class ColumnChoice(Piece):
     def _question_controls(self) -> None:
         context, gui = self.context, self.gui
         self._channel: Any = gui.add_dropdown("Signal", ("–",))
-        react(context, self._channel, self._show_question)
-        self._question = Words(gui)
+        on_user_input(context, self._channel, self._show_question)
+        self._question = HtmlBlock(gui)
         self._column: Any = gui.add_dropdown("Column", ("–",))
         unit = "If the heading has no unit: deg, mm, 1/s …; empty means SI."
         self._unit: Any = gui.add_text("Unit", "", hint=unit)
@@ -69,9 +69,9 @@ class ColumnChoice(Piece):
     def _draw(self, waiting: Waiting) -> None:
         open_ = waiting.questions
         words = tuple(waiting.words(c) for c in waiting.offered)
-        offer(self._channel, words, waiting.words(open_[0]) if open_ else self._channel.value)
+        set_options(self._channel, words, waiting.words(open_[0]) if open_ else self._channel.value)
         free = waiting.unused
-        offer(self._column, waiting.headers, free[0] if free else self._column.value)
+        set_options(self._column, waiting.headers, free[0] if free else self._column.value)
         self._unit.value, self._gain.value, self._negative.value = "", 1.0, False
         self._again.visible = bool(waiting.columns or waiting.absent or waiting.theta2 is not None)
         self._read.visible = not waiting.missing
@@ -192,7 +192,7 @@ RATES = {AS_RECORDED: None} | {f"{rate:g} Hz": rate for rate in (5000.0, 2000.0,
 """Of these the ones are offered that are below a log's own."""
 
 
-class RowChoice(Piece):
+class RowChoice(PageElement):
     """Dropdowns that are there only where there is something to choose."""
 
     def __init__(self, context: PageContext) -> None:
@@ -206,18 +206,18 @@ class RowChoice(Piece):
         self, label: str, options: Mapping[str, Any], answer: Callable[[Any], None]
     ) -> Any:
         made: Any = self.gui.add_dropdown(label, tuple(options), visible=False)
-        return react(self.context, made, lambda: answer(options[str(made.value)]))
+        return on_user_input(self.context, made, lambda: answer(options[str(made.value)]))
 
     def show(self, waiting: Waiting) -> None:
         """What there is to choose for these files."""
         self._clock.visible = any(each.uneven for each in waiting.rows)
-        offer(self._clock, tuple(CLOCK), _word(CLOCK, waiting.clock))
+        set_options(self._clock, tuple(CLOCK), _word(CLOCK, waiting.clock))
         self._gaps.visible = bool(waiting.gaps_chosen)
-        offer(self._gaps, tuple(GAPS), _word(GAPS, waiting.gaps_chosen))
+        set_options(self._gaps, tuple(GAPS), _word(GAPS, waiting.gaps_chosen))
         usual = max(each.rate for each in waiting.rows)
         self._rate.visible = usual > FAST
         lower = tuple(word for word, rate in RATES.items() if rate is None or rate < usual)
-        offer(self._rate, lower, _word(RATES, waiting.rate))
+        set_options(self._rate, lower, _word(RATES, waiting.rate))
 
 
 def _word(options: Mapping[str, object], value: object) -> str:

@@ -10,12 +10,12 @@ from markupsafe import Markup
 
 from flexgui.core.scenario.schema import Scenario
 from flexgui.page.actions import press, selection
-from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Words, bind, button, joined, words_of
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.widgets import HtmlBlock, bind, button, joined, stage_macros
 from flexgui.session.scenario_edits import set_value
 from flexgui.stages.data.rigs import CONSTANTS, RIGS, arm_choices, rig_of
 
-WORDS = words_of("data", press=press)
+WORDS = stage_macros("data", press=press)
 TOP = -1.0
 """Order of what stands above all else in the panel: a question waits. viser counts from 0."""
 MEGA = 1e6
@@ -40,7 +40,7 @@ def upload_button(context: PageContext, label: str) -> None:
         made.on_upload(upload)
 
 
-class Arrivals(Piece):
+class Arrivals(PageElement):
     """Asks how imported files are used; restores what they replaced."""
 
     def __init__(self, context: PageContext) -> None:
@@ -48,7 +48,7 @@ class Arrivals(Piece):
         imports = self.session.recordings.imports
         self._folder = self.gui.add_folder("Imported file", order=TOP, visible=False)
         with self._folder:
-            self._lead = Words(self.gui)
+            self._lead = HtmlBlock(self.gui)
             self._alone = button(
                 context, "Use it alone", partial(imports.use, alone=True), prominent=True
             )
@@ -90,7 +90,7 @@ def rig_words(scenario: Scenario) -> Markup:
     )  # fmt: skip
 
 
-class RigChoice(Piece):
+class RigChoice(PageElement):
     """The rig's own numbers, and the rig itself where no file waits whose card has it."""
 
     def __init__(self, context: PageContext) -> None:
@@ -98,7 +98,7 @@ class RigChoice(Piece):
         recordings = self.session.recordings
         context.actions.register("rig", recordings.choose_rig)
         context.actions.register("arm", recordings.choose_arm)
-        self._rig = Words(self.gui)
+        self._rig = HtmlBlock(self.gui)
         self._fields = {name: self._field(name, label) for name, label in CONSTANTS.items()}
 
     def _field(self, name: str, label: str) -> Any:

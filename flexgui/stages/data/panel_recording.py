@@ -12,8 +12,8 @@ from typing import Any
 from flexgui.core.check.finding import Finding
 from flexgui.core.recording.channels import from_camera
 from flexgui.core.recording.spec import CameraSpec, RecordingSpec
-from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Words, bind, button, choice, number, offer
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.widgets import HtmlBlock, bind, button, choice, number, set_options
 from flexgui.sentences.written import reference_symbol
 from flexgui.session.scenario_edits import ScenarioDict, recording_path, set_value
 from flexgui.session.session import Session
@@ -23,7 +23,7 @@ from flexgui.views.preview import finding_words, lines_applied
 ROLES = ("estimate", "validate")
 
 
-class OneRecording(Piece):
+class OneRecording(PageElement):
     """Fields that change the scenario's entry of the recording under the cursor."""
 
     def __init__(self, context: PageContext) -> None:
@@ -39,7 +39,7 @@ class OneRecording(Piece):
             *self._setting("time_shift", unit=1e-3),
             "Camera latency.",
         )  # fmt: skip
-        self._touched = Words(gui)
+        self._touched = HtmlBlock(gui)
         with gui.add_folder("Exclude a time range", expand_by_default=False):
             self._channel: Any = gui.add_dropdown("Column", ("z1",))
             self._stretch = gui.add_vector2("From, to [s]", (0.0, 0.5), step=0.01)
@@ -132,7 +132,7 @@ class OneRecording(Piece):
         if ends != self._ends:
             self._ends = self._window.value = ends
         names = tuple(sorted(found.channels))
-        offer(self._channel, names, self._channel.value)
+        set_options(self._channel, names, self._channel.value)
 
 
 def changes(spec: RecordingSpec) -> dict[str, list[str]]:
@@ -158,7 +158,7 @@ MOST = 5
 hide one another, so what comes sixth is worth a look once the first are mended."""
 
 
-class FindingList(Piece):
+class FindingList(PageElement):
     """A folder with a place for each finding; places that are not needed are hidden."""
 
     def __init__(self, context: PageContext) -> None:
@@ -166,12 +166,12 @@ class FindingList(Piece):
         self._found: tuple[Finding, ...] = ()
         self._folder = self.gui.add_folder("Check of this recording")
         with self._folder:
-            self._lead = Words(self.gui)
+            self._lead = HtmlBlock(self.gui)
             self._places = [
-                (Words(self.gui), button(context, "Mend", partial(self._mend, k)))
+                (HtmlBlock(self.gui), button(context, "Mend", partial(self._mend, k)))
                 for k in range(MOST)
             ]
-            self._applied = Words(self.gui)
+            self._applied = HtmlBlock(self.gui)
             self._look = button(
                 context, "Check the recordings", self.session.check.start,
                 hint="Units, signs, swapped joints, delays, gaps, clipped or dead channels, …",

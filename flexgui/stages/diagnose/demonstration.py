@@ -13,7 +13,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.results import MissingTorque
 from flexgui.jobs import Event, Failed, Finished, Job, WorkerLost
 from flexgui.jobs.messages import Task
-from flexgui.scene.recorded import fitted_values
+from flexgui.scene.recorded_motion import fitted_values
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.model_versions import Demonstration
@@ -183,14 +183,14 @@ def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Record
     from flexgui.core.diagnose.base_fit import outputs_of
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
-    from flexgui.scene.recorded import read_one
+    from flexgui.scene.recorded_motion import read_recording
 
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     if scenario.diagnose.output is not None:
         spec = spec.model_copy(update={"output": scenario.diagnose.output})
     # Only recordings to estimate from decide which outputs there are.
-    data = replace(read_one(scenario, name, folder), role="estimate")
+    data = replace(read_recording(scenario, name, folder), role="estimate")
     setup = make_setup(model, spec, [data])
     return replace(setup, outputs=outputs_of(setup.model, setup.outputs, [data])), data
 

@@ -9,10 +9,10 @@ from markupsafe import Markup
 from flexgui.core.effects import catalogue
 from flexgui.core.results import MISSING, NOTHING, RankedEffect
 from flexgui.jobs.job import RUNNING
-from flexgui.page.busy import Busy
-from flexgui.page.panel import PageContext, Panel, Piece
+from flexgui.page.job_status import JobStatus
+from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.plot import Plot
-from flexgui.page.widgets import Words, button, color, offer, paragraph, react
+from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragraph, set_options
 from flexgui.sentences.figures import linear_sentence
 from flexgui.session.scenario_edits import cached_model
 from flexgui.session.state import Topic
@@ -54,15 +54,15 @@ class DiagnosePanel(Panel):
 
     def build_controls(self) -> None:
         context, session, gui = self.context, self.session, self.gui
-        self._busy = Busy(context, "diagnose", "hide")
+        self._busy = JobStatus(context, "diagnose", "hide")
         self._refitted: tuple[ModelFindings, ModelFindings] | None = None
         self._find = button(
             context, "Find what is missing", session.diagnosis.search, prominent=True
         )
-        self._verdict, self._model = Words(gui), Words(gui)
+        self._verdict, self._model = HtmlBlock(gui), HtmlBlock(gui)
         context.actions.register("repeat diagnosis", lambda _: session.diagnosis.search())
         context.actions.register("undo step", lambda _: session.diagnosis.undo())
-        self._so_far = Words(gui)
+        self._so_far = HtmlBlock(gui)
         KnownRig(context)
         self._candidates = Candidates(context)
         self._by_hand = ByHand(context)
@@ -70,12 +70,12 @@ class DiagnosePanel(Panel):
     def build_plots(self) -> None:
         context, gui = self.context, self.gui
         self._at_work = AtWork(context)
-        self._about = Words(gui)
+        self._about = HtmlBlock(gui)
         self._ladder = Plot(context, 0.45, wide=True)
         self._candidate_figure = CandidateFigure(context)
         self._residual = Plot(context, 0.72)
         of = gui.add_dropdown("Predicted by", (BEST,), visible=False)
-        self._of: Any = react(context, of, self._show_residual)
+        self._of: Any = on_user_input(context, of, self._show_residual)
         self._drawn: object = None
         self._residual_of = ""
 
@@ -184,7 +184,7 @@ class DiagnosePanel(Panel):
             steps = ladder_steps(self.session.diagnosis.shown_versions)
             self._ladder.show_whole(ladder(steps))
             pictured = [r.title for r in _predicting(found)]
-            offer(self._of, (BEST, *pictured), self._of.value)
+            set_options(self._of, (BEST, *pictured), self._of.value)
             self._of.visible = bool(pictured)
         self._candidate_figure.refresh()
         self._show_residual()
@@ -234,15 +234,15 @@ def _titles(found: ModelFindings | None) -> dict[str, str]:
     return {kind: one.title for kind, one in catalogue().items()} | own
 
 
-class AtWork(Piece):
+class AtWork(PageElement):
     """An effect at work on this arm, while it is demonstrated: its formula, outputs and torque; how
     its job stands."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._words, self._plot = Words(self.gui), Plot(context, 0.56)
-        self._below = Words(self.gui)
-        self._about, self._cloud = Words(self.gui), Plot(context, 0.75)
+        self._words, self._plot = HtmlBlock(self.gui), Plot(context, 0.56)
+        self._below = HtmlBlock(self.gui)
+        self._about, self._cloud = HtmlBlock(self.gui), Plot(context, 0.75)
         self._drawn: object = None
         self._torques: object = None
 

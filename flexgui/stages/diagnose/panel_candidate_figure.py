@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from flexgui.core.effects import catalogue
 from flexgui.core.results import MissingTorque
-from flexgui.page.panel import PageContext, Piece
+from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.plot import Plot
-from flexgui.page.widgets import Words
+from flexgui.page.widgets import HtmlBlock
 from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 from flexgui.stages.diagnose.panel_candidates import WORDS, inviting
 from flexgui.stages.diagnose.plots import (
@@ -28,12 +28,12 @@ CLOUD, EACH, RESIDUAL = 280.0, 190.0, 240.0
 screen."""
 
 
-class CandidateFigure(Piece):
+class CandidateFigure(PageElement):
     """One sentence and one figure."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._words = Words(self.gui)
+        self._words = HtmlBlock(self.gui)
         self._cloud, self._residual = Plot(context, 0.55), Plot(context, 0.44)
         self._drawn: object = None
         self._over_time = ""

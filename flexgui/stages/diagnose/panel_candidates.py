@@ -13,8 +13,15 @@ from flexgui.core.effects.own import states, targets
 from flexgui.core.errors import InputError
 from flexgui.core.results import ABOVE, NOTHING, RankedEffect
 from flexgui.page.actions import press
-from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Words, button, offer, paragraph, react, words_of
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.widgets import (
+    HtmlBlock,
+    button,
+    on_user_input,
+    paragraph,
+    set_options,
+    stage_macros,
+)
 from flexgui.sentences.figures import LITTLE, percent, short_percent
 from flexgui.sentences.ranked import explained_share, nesting, round_sentence, tie, worth_listing
 from flexgui.sentences.verdict import gist, verdict_paragraphs
@@ -30,7 +37,7 @@ from flexgui.views.ranking import chance, typeset_sizes
 from flexgui.views.summary import DOUBTFUL
 from flexgui.views.table import mathml
 
-WORDS = words_of(
+WORDS = stage_macros(
     "diagnose", percent=percent, short_percent=short_percent, number=format_number, chance=chance,
     isfinite=math.isfinite, typeset_sizes=typeset_sizes, nesting=nesting, tie=tie, mathml=mathml,
     equation=equation, verdict_paragraphs=verdict_paragraphs, gist=gist, press=press,
@@ -39,12 +46,12 @@ WORDS = words_of(
 )  # fmt: skip
 
 
-class Candidates(Piece):
+class Candidates(PageElement):
     """The list, as it stands."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._words = Words(self.gui)
+        self._words = HtmlBlock(self.gui)
         self._of: ModelFindings | None = None
         self._rows: list[tuple[RankedEffect, Markup | str, str]] = []
         context.actions.register("add effect", self._add)
@@ -106,7 +113,7 @@ def inviting(found: ModelFindings) -> bool:
 ADDED_NONE = "nothing added"
 
 
-class ByHand(Piece):
+class ByHand(PageElement):
     """Adds and removes any effect, and a formula of one's own."""
 
     def __init__(self, context: PageContext) -> None:
@@ -115,8 +122,10 @@ class ByHand(Piece):
         with gui.add_folder("Add or remove by hand", expand_by_default=False):
             self._by_title = {e.title: kind for kind, e in sorted(catalogue().items())}
             titles = tuple(sorted(self._by_title))
-            self._pick: Any = react(context, gui.add_dropdown("Effect", titles), self._picked)
-            self._about = Words(gui)
+            self._pick: Any = on_user_input(
+                context, gui.add_dropdown("Effect", titles), self._picked
+            )
+            self._about = HtmlBlock(gui)
             self._add = button(
                 context, "Add this effect", lambda: self.session.diagnosis.add(self._kind())
             )
@@ -124,12 +133,14 @@ class ByHand(Piece):
             self._remove = button(context, "Remove it", self._removed)
         with gui.add_folder("Add an own effect by formula", expand_by_default=False):
             kinds = tuple(targets(cached_model(self.session.document.scenario).arm))
-            self._target: Any = react(context, gui.add_dropdown("Acts at", kinds), self._show_hint)
+            self._target: Any = on_user_input(
+                context, gui.add_dropdown("Acts at", kinds), self._show_hint
+            )
             self._formula = gui.add_text("Formula", "-a*tanh(dtheta1/0.001)")
             self._parameters = gui.add_text("Parameters", "a = 0.5 [N m]")
-            self._hint = Words(gui)
+            self._hint = HtmlBlock(gui)
             self._own = button(context, "Add this formula", self._add_own)
-            self._refused = Words(gui)
+            self._refused = HtmlBlock(gui)
             self._show_hint()
 
     def _kind(self) -> str:
@@ -163,7 +174,7 @@ class ByHand(Piece):
         """Shows what is in the model."""
         inside = present(self.session.document.scenario)
         titles = tuple(dict.fromkeys(title for _, title in inside)) or (ADDED_NONE,)
-        offer(self._present, titles, self._present.value)
+        set_options(self._present, titles, self._present.value)
         self.enable(able, self._add, self._own)
         self.enable(able and bool(inside), self._remove)
         self._picked()

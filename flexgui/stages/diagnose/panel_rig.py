@@ -7,8 +7,8 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.core.scenario.rig_spec import RigSpec
-from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Words, bind, joined
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.widgets import HtmlBlock, bind, joined
 from flexgui.session.scenario_edits import set_value
 
 GEARS = "gear_ratio"
@@ -19,7 +19,7 @@ TICK = Markup(
 )
 
 
-class KnownRig(Piece):
+class KnownRig(PageElement):
     """A folder with a box to tick for each statement of `[rig]`, and the gears' ratios."""
 
     def __init__(self, context: PageContext) -> None:
@@ -27,7 +27,7 @@ class KnownRig(Piece):
         context.actions.register("known", self._ticked)
         context.syncs.append(self._show)
         with self.gui.add_folder("What do you know about this rig?", expand_by_default=False):
-            self._ticks = Words(self.gui)
+            self._ticks = HtmlBlock(self.gui)
             gears = self.gui.add_text("Gear ratios", self._ratios(), hint=HINT)
             bind(context, gears, self._ratios, self._enter_ratios)
         self._show()

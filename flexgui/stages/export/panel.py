@@ -13,9 +13,9 @@ from flexgui.export.formats import model_formats
 from flexgui.export.model_format import ModelFormat
 from flexgui.jobs.messages import Task
 from flexgui.page.actions import press
-from flexgui.page.busy import Busy
-from flexgui.page.panel import PageContext, Panel, Piece
-from flexgui.page.widgets import Words, button, number, paragraph, words_of
+from flexgui.page.job_status import JobStatus
+from flexgui.page.panel import PageContext, PageElement, Panel
+from flexgui.page.widgets import HtmlBlock, button, number, paragraph, stage_macros
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import (
@@ -29,7 +29,7 @@ from flexgui.stages.export.task import model_files, playback_page
 from flexgui.views.summary import summary
 from flexgui.views.table import html_equations
 
-WORDS = words_of("export", press=press)
+WORDS = stage_macros("export", press=press)
 EVERYTHING = (
     "Report, tables, model and your recordings; simulated ones are in the tables only. The report "
     "includes the 3-D playback if that is below 4 MB."
@@ -52,7 +52,7 @@ class ExportPanel(Panel):
     topics = frozenset({Topic.OUTCOME, Topic.RUN, Topic.SCENARIO, Topic.DIAGNOSIS})
 
     def build_controls(self) -> None:
-        self._busy = Busy(self.context, "report", "plan")
+        self._busy = JobStatus(self.context, "report", "plan")
         self._groups = {
             "Report": (
                 Offer("Report (HTML)", "One page, opens offline.",
@@ -76,11 +76,11 @@ class ExportPanel(Panel):
         }  # fmt: skip
         offers = {o.label: o.make for group in self._groups.values() for o in group}
         self.context.actions.register("export", lambda label: offers.get(label, lambda: None)())
-        self._files = Words(self.gui)
+        self._files = HtmlBlock(self.gui)
         self._next = NextExperiment(self.context)
 
     def build_plots(self) -> None:
-        self._about = Words(self.gui)
+        self._about = HtmlBlock(self.gui)
 
     def refresh(self) -> None:
         session, outcome = self.session, self.session.diagnosis.whole
@@ -176,14 +176,14 @@ LIMITS = {
 }
 
 
-class NextExperiment(Piece):
+class NextExperiment(PageElement):
     """A folder of the controls."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._seconds = 60.0
         with self.gui.add_folder(TITLE, expand_by_default=False):
-            Words(self.gui, WORDS.next_experiment())
+            HtmlBlock(self.gui, WORDS.next_experiment())
             number(
                 context, "Time (s)", SECONDS, lambda: self._seconds, self._wait,
                 "Total time available.",
@@ -193,7 +193,7 @@ class NextExperiment(Piece):
                 for key, (label, hint) in LIMITS.items()
             }
             self._button = button(context, "Plan and download (zip)", self._plan)
-            self._words = Words(self.gui)
+            self._words = HtmlBlock(self.gui)
 
     def refresh(self) -> None:
         """As the session stands."""

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from flexgui.core.progress import Progress
     from flexgui.core.results import Outcome
     from flexgui.core.scenario.schema import Scenario
-    from flexgui.scene.recorded import Playback
+    from flexgui.scene.recorded_motion import RecordedMotion
 
 
 def export(
@@ -41,9 +41,9 @@ def model_files(outcome: Outcome, kind: str, *, progress: Progress) -> dict[str,
     return next(one for one in model_formats() if one.kind == kind).files(outcome)
 
 
-def playback_page(shown: Playback, exaggeration: float, *, progress: Progress) -> str:
+def playback_page(shown: RecordedMotion, exaggeration: float, *, progress: Progress) -> str:
     """The motion as a page, recorded by a viser server of this worker."""
-    from flexgui.scene.playback import playback_html
+    from flexgui.scene.motion_page import playback_html
 
     progress.stage("Recording the motion")
     return playback_html(shown.motion, shown.ghost, exaggeration)

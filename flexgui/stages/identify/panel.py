@@ -16,17 +16,17 @@ from flexgui.jobs.job import PAUSED, RUNNING, STOPPING
 from flexgui.page.panel import Panel
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import (
-    Words,
+    HtmlBlock,
     button,
     choice,
     color,
     folded,
     joined,
     number,
-    offer,
     paragraph,
+    set_options,
+    stage_macros,
     switch,
-    words_of,
 )
 from flexgui.session.scenario_edits import cached_model, set_value
 from flexgui.session.state import Topic
@@ -54,7 +54,7 @@ from flexgui.views.parameter_tables import (
 from flexgui.views.summary import alarms, lead, summary
 from flexgui.views.table import html_table
 
-WORDS = words_of("identify")
+WORDS = stage_macros("identify")
 METHODS = {
     "glocal": "All recordings together (glocal)",
     "local": "Each recording by itself (local)",
@@ -80,7 +80,7 @@ class IdentifyPanel(Panel):
 
     def build_controls(self) -> None:
         context, session, gui = self.context, self.session, self.gui
-        self._state = Words(gui)
+        self._state = HtmlBlock(gui)
         self._bar: Any = gui.add_progress_bar(0.0, visible=False)
         self._start = button(
             context, "Start identification", session.identification.start, prominent=True
@@ -92,7 +92,7 @@ class IdentifyPanel(Panel):
             context, "Next: compare model and measurements", lambda: session.show("Compare"),
             prominent=True,
         )  # fmt: skip
-        self._summary = Words(gui)
+        self._summary = HtmlBlock(gui)
         with gui.add_folder("Fit settings"):
             choice(
                 context, "Method", tuple(METHODS.values()), lambda: METHODS[self._get("method")],
@@ -130,16 +130,16 @@ class IdentifyPanel(Panel):
 
     def build_plots(self) -> None:
         context, gui = self.context, self.gui
-        self._about = Words(gui)
+        self._about = HtmlBlock(gui)
         self._signal, self._cost = Plot(context, 0.5), Plot(context, 0.5)
         self._plane = Plot(context, 0.42)
-        self._table, self._repeated = Words(gui), Words(gui)
+        self._table, self._repeated = HtmlBlock(gui), HtmlBlock(gui)
         self._fit = Plot(context, 0.30, wide=True)
-        self._paper = Words(gui)
+        self._paper = HtmlBlock(gui)
 
     def refresh(self) -> None:
         self._chosen.refresh()
-        offer(self._output, tuple(self._outputs()), self._output_shown())
+        set_options(self._output, tuple(self._outputs()), self._output_shown())
         self._show_state()
         outcome = None if self._running else self.session.identification.outcome
         history = self._history(outcome)

@@ -10,8 +10,8 @@ from typing import Any
 from flexgui.core.errors import InputError
 from flexgui.core.parameters import Parameter
 from flexgui.page.actions import press
-from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Rebuilt, Words, bind, number, offer, react
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.widgets import HtmlBlock, RebuiltFolder, bind, number, on_user_input, set_options
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.session.scenario_edits import ScenarioDict, cached_model, set_value
 from flexgui.stages.identify.state import candidates, stated
@@ -26,17 +26,17 @@ def parameter_words(p: Parameter) -> str:
     return f"{p.title}, {symbol}" if p.title else symbol
 
 
-class ChosenParameters(Piece):
+class ChosenParameters(PageElement):
     """Rebuilt when other parameters are chosen; else its fields follow the session."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         context.actions.register("hold", self._remove)
-        self._rows = Rebuilt(context)
+        self._rows = RebuiltFolder(context)
         self._free: dict[str, str] = {}
         """Words -> name of what could be estimated too."""
         self._add: Any = self.gui.add_dropdown("Add", (ADD,))
-        react(context, self._add, self._added)
+        on_user_input(context, self._add, self._added)
 
     def refresh(self) -> None:
         """Shows what the scenario states."""
@@ -48,7 +48,7 @@ class ChosenParameters(Piece):
         chosen = scenario.identify.parameters
         free = {parameter_words(p): n for n, p in candidates(model).items() if n not in chosen}
         self._free = free
-        offer(self._add, (ADD, *free), ADD)
+        set_options(self._add, (ADD, *free), ADD)
         rows = partial(self._build_rows, stated(scenario, model))
         self._rows.make((chosen, scenario.arm.preset), rows)
 
@@ -74,7 +74,7 @@ class ChosenParameters(Piece):
             lambda v: self._put("prior", name, v / unit.factor or None),
             "Standard deviation of the prior; 0: no prior.",
         )  # fmt: skip
-        Words(self.gui, press(f"Do not estimate {symbol}", "hold", name, "link"))
+        HtmlBlock(self.gui, press(f"Do not estimate {symbol}", "hold", name, "link"))
 
     def _put(self, setting: str, name: str, value: Any) -> bool:
         return self.session.document.change(set_value(("identify", setting, name), value))

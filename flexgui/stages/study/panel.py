@@ -12,18 +12,18 @@ from flexgui.core.montecarlo.study import parts, study_cases
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sentences import listed
 from flexgui.library.shipped import DEMO
-from flexgui.page.panel import PageContext, Panel, Piece
+from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import (
-    Words,
+    HtmlBlock,
     button,
     choice,
     color,
     number,
-    offer,
     paragraph,
+    set_options,
+    stage_macros,
     switch,
-    words_of,
 )
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import safe_name, zipped_folder
@@ -40,7 +40,7 @@ from flexgui.stages.study.state import (
     whole,
 )
 
-WORDS = words_of("study")
+WORDS = stage_macros("study")
 START, GO_ON = "Start the study", "Go on with the study"
 
 OPEN = "Open the paper's arm and experiments"
@@ -59,7 +59,7 @@ class StudyPanel(Panel):
     def build_controls(self) -> None:
         context, session = self.context, self.session
         self._results = StudyResults(context)
-        self._state = Words(self.gui)
+        self._state = HtmlBlock(self.gui)
         self._bar: Any = self.gui.add_progress_bar(0.0, visible=False, animated=True)
         self._start = button(context, START, session.study.start, prominent=True)
         self._stop = button(context, "Stop", session.study.stop)
@@ -69,7 +69,7 @@ class StudyPanel(Panel):
         self._choices = self.gui.add_folder("Extent")
         with self._choices:
             self._settings()
-        self._lead = Words(self.gui)
+        self._lead = HtmlBlock(self.gui)
 
     def _settings(self) -> None:
         context, study = self.context, self.session.study
@@ -160,12 +160,12 @@ def size_words(scenario: Scenario, choice: StudyChoice) -> str:
     return f"{cases} cases; {choice.runs} runs at {len(settings.points)} working points, {ratios}."
 
 
-class Opening(Piece):
+class Opening(PageElement):
     """Opens the paper's scenario: at once where there is nothing to lose, and else it asks."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._question = Words(self.gui)
+        self._question = HtmlBlock(self.gui)
         self._open: Any = button(context, OPEN, self._pressed, prominent=True)
         self._yes: Any = button(context, "Replace my work", self._replace, prominent=True)
         self._no: Any = button(context, "Keep my work", partial(self._ask, False))
@@ -201,7 +201,7 @@ MOST_FIGURES = 2
 """Of one section."""
 
 
-class StudyResults(Piece):
+class StudyResults(PageElement):
     """A choice on the right; on the left what was chosen, which grows while the study runs."""
 
     def __init__(self, context: PageContext) -> None:
@@ -217,14 +217,16 @@ class StudyResults(Piece):
 
     def build_plots(self) -> None:
         """Add the figures and tables of a section."""
-        self._title = Words(self.gui)
-        self._figures = [(Plot(self.context, 0.6), Words(self.gui)) for _ in range(MOST_FIGURES)]
-        self._words = Words(self.gui)
+        self._title = HtmlBlock(self.gui)
+        self._figures = [
+            (Plot(self.context, 0.6), HtmlBlock(self.gui)) for _ in range(MOST_FIGURES)
+        ]
+        self._words = HtmlBlock(self.gui)
 
     def refresh(self) -> None:
         """Draws the chosen section where it has changed."""
         sections = {s.title: s for s in self.session.study.state.sections}
-        offer(self._choice, tuple(sections) or (NONE,), self._chosen)
+        set_options(self._choice, tuple(sections) or (NONE,), self._chosen)
         self._chosen = self._choice.value
         self._choice.visible = bool(sections)
         section = sections.get(self._chosen)

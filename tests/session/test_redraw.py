@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from flexgui.page import painter
-from flexgui.page.painter import INTERVAL, LONG, SLOWEST, Painter
+from flexgui.page import redraw
+from flexgui.page.redraw import INTERVAL, LONG, SLOWEST, RedrawScheduler
 from flexgui.session.state import Topic
 
 BEGUN = 100.0
@@ -15,18 +15,18 @@ BEGUN = 100.0
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     now = [BEGUN]
-    monkeypatch.setattr(painter.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(redraw.time, "monotonic", lambda: now[0])
     return now
 
 
 def pause_after(clock: list[float], seconds: float, *dirty: Topic) -> float:
     """s until the next drawing, after drawings twice each second for so long."""
-    painter = Painter(lambda _: None, lambda: None, lambda: True)
+    redraw = RedrawScheduler(lambda _: None, lambda: None, lambda: True)
     for k in range(int(2 * seconds) + 1):
         clock[0] = BEGUN + 0.5 * k
-        painter._paint([Topic.RUN])
-    painter.close()
-    return max(painter._pause(list(dirty)), 0.0)
+        redraw._paint([Topic.RUN])
+    redraw.close()
+    return max(redraw._pause(list(dirty)), 0.0)
 
 
 def test_news_that_begin_are_drawn_four_times_each_second(clock: list[float]) -> None:

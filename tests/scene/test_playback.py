@@ -13,7 +13,8 @@ import zstandard
 
 from flexgui.core.arm.slots import arm_vector
 from flexgui.core.trajectory import Trajectory
-from flexgui.scene.playback import (
+from flexgui.scene.arm_scene import ArmScene
+from flexgui.scene.motion_page import (
     FRAMES_PER_SECOND,
     MOST_SECONDS,
     embedded,
@@ -21,7 +22,6 @@ from flexgui.scene.playback import (
     playback_html,
     playback_note,
 )
-from flexgui.scene.scene import Stage
 from tests.helpers import ARMS, compiled, random_state
 
 LARGEST = 6e6
@@ -81,7 +81,7 @@ def test_a_live_server_does_not_notice() -> None:
     live = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         arm = ARMS["2-2"]
-        stage = Stage(live, arm, arm_vector(arm))
+        stage = ArmScene(live, arm, arm_vector(arm))
         recorder = live.get_scene_serializer()
         playback_html(motion(0.1))
         stage.show(random_state(arm, 2)[0])

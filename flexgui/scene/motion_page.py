@@ -11,7 +11,7 @@ import rich
 import viser
 
 from flexgui.core.trajectory import Trajectory
-from flexgui.scene.scene import Stage
+from flexgui.scene.arm_scene import ArmScene
 
 FRAMES_PER_SECOND = 30.0
 MOST_SECONDS = 10.0
@@ -29,7 +29,7 @@ def playback_html(
     index = frame_indices(motion.time)
     with _private_server() as server:
         # Fine light leaves all but invisible until its image is decoded: 10 s in software.
-        stage = Stage(server, motion.arm, motion.p, motion.q[0])
+        stage = ArmScene(server, motion.arm, motion.p, motion.q[0])
         stage.exaggeration = exaggeration
         view, camera = stage.view(), server.initial_camera
         camera.position, camera.look_at, camera.fov = view.position, view.look_at, view.fov

@@ -7,7 +7,7 @@ import pytest
 
 from flexgui.core.arm.arm import Arm
 from flexgui.core.recording.recording import Recording
-from flexgui.scene.recorded import filled, measured_postures
+from flexgui.scene.recorded_motion import filled, measured_postures
 from tests.helpers import ARMS, compiled, looped
 
 RECOVERED = 1e-4

@@ -22,18 +22,18 @@ REST = 0.4
 """s without a change, twice what a hand on a slider pauses, until what takes long is drawn too."""
 
 
-class Painter:
+class RedrawScheduler:
     """Collects topics and gives them to `draw`, several changes of one kind as one; calls `settle`
     once they pause."""
 
     def __init__(
         self,
         draw: Callable[[frozenset[Topic]], None],
-        settle: Callable[[], None],
-        at_rest: Callable[[], bool],
+        draw_slow_parts: Callable[[], None],
+        is_idle: Callable[[], bool],
     ) -> None:
         """`at_rest` says whether no change is being computed."""
-        self._draw, self._settle, self._at_rest = draw, settle, at_rest
+        self._draw, self._draw_slow_parts, self._at_rest = draw, draw_slow_parts, is_idle
         self._inbox = Inbox(self._paint, _together, self._pause)
         self.mark, self.close = self._inbox.put, self._inbox.close
         self._drawn = 0.0
@@ -53,7 +53,7 @@ class Painter:
             if topics:
                 self._draw(topics)
             elif self._at_rest():
-                self._settle()
+                self._draw_slow_parts()
         if topics:
             self._drawn = time.monotonic()
             self._inbox.put(None)

@@ -7,7 +7,7 @@ import pytest
 
 from flexgui.core.arm.slots import arm_vector
 from flexgui.scene.arm_geometry import ArmGeometry
-from flexgui.scene.recorded import FACTORS, SHARE, fitting_factor, largest_deflection
+from flexgui.scene.recorded_motion import FACTORS, SHARE, fitting_factor, largest_deflection
 from tests.helpers import PAPER, random_state
 
 STEP = 1.6

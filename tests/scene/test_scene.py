@@ -11,7 +11,7 @@ import viser
 
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.slots import arm_vector
-from flexgui.scene.scene import MOST_EXAGGERATION, Stage
+from flexgui.scene.arm_scene import MOST_EXAGGERATION, ArmScene
 from tests.helpers import ARMS, chain, random_state, with_modes
 
 SINGLE = 1e-6
@@ -55,10 +55,10 @@ def fresh(server: viser.ViserServer) -> Iterator[viser.ViserServer]:
     server.scene.reset()
 
 
-def stage_of(server: viser.ViserServer, name: str = "2-2") -> tuple[Stage, np.ndarray]:
+def stage_of(server: viser.ViserServer, name: str = "2-2") -> tuple[ArmScene, np.ndarray]:
     arm = ARMS[name]
     q, _ = random_state(arm, 1)
-    return Stage(server, arm, arm_vector(arm), q), q
+    return ArmScene(server, arm, arm_vector(arm), q), q
 
 
 @pytest.mark.parametrize("name", ["one mode", "2-2", "slide", "ground", "3-3-3"])
@@ -222,6 +222,6 @@ def test_the_arm_is_in_sight(fresh: viser.ViserServer, aspect: float) -> None:
 
 def test_every_preset_can_be_shown(fresh: viser.ViserServer) -> None:
     for arm in (*presets().values(), chain(0, 0)):
-        stage = Stage(fresh, arm, arm_vector(arm))
+        stage = ArmScene(fresh, arm, arm_vector(arm))
         stage.show(np.full(arm.coordinates, 0.01))
         fresh.scene.reset()

@@ -21,7 +21,7 @@ FAINT = 0.14
 GROUPS = ("model", "ghost", "angles", "camera", "paths")
 
 
-class Stage:
+class ArmScene:
     """The arm, its measured ghost, tip paths and camera.
 
     Nodes are made once. What moves later is set in place within one atomic block: adding a name

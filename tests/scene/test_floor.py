@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import viser
 
+from flexgui.scene.arm_scene import ArmScene
 from flexgui.scene.paint import (
     AIM,
     DEPTH,
@@ -17,8 +18,7 @@ from flexgui.scene.paint import (
     light_of,
     spacing,
 )
-from flexgui.scene.scene import Stage
-from tests.stage.test_scene import fresh, server, stage_of
+from tests.scene.test_scene import fresh, server, stage_of
 
 __all__ = ["fresh", "server"]
 
@@ -77,6 +77,6 @@ def test_only_fine_light_computes_every_pixel_of_the_floor(fresh: viser.ViserSer
     plain, q = stage_of(fresh)
     assert isinstance(plain.floor.node, viser.LineSegmentsHandle)
     fresh.scene.reset()
-    fine = Stage(fresh, plain.body.arm, plain.body.p, q, fine=True)
+    fine = ArmScene(fresh, plain.body.arm, plain.body.p, q, fine=True)
     assert isinstance(fine.floor.node, viser.GridHandle)
     assert f"{ROOT}_floor" in fresh.scene._handle_from_node_name

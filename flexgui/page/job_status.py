@@ -8,21 +8,21 @@ from markupsafe import Markup
 
 from flexgui.core.diagnose.progress_messages import aside
 from flexgui.jobs.job import QUEUED, STOPPING, JobState
-from flexgui.page.panel import PageContext, Piece
-from flexgui.page.widgets import Words, button, paragraph
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.widgets import HtmlBlock, button, paragraph
 
 
-class Busy(Piece):
+class JobStatus(PageElement):
     """Seen while a job of one of `kinds` waits or runs."""
 
     def __init__(self, context: PageContext, *kinds: str) -> None:
         super().__init__(context)
         self._kinds = kinds
-        self._status = Words(self.gui)
+        self._status = HtmlBlock(self.gui)
         self._bar: Any = self.gui.add_progress_bar(0.0, visible=False, animated=True)
         self._stop = button(context, "Stop", self.session.run.stop)
         self._stop.visible = False
-        self._aside = Words(self.gui)
+        self._aside = HtmlBlock(self.gui)
 
     @property
     def running(self) -> bool:
@@ -36,13 +36,13 @@ class Busy(Piece):
         self._bar.visible = self._stop.visible = running
         self._bar.value = 100.0 * (run.share if run.share is not None else 1.0)
         self.enable(run.phase != STOPPING, self._stop)
-        head, tail, note = how_it_stands(run)
+        head, tail, note = status_texts(run)
         now = Markup("<p class='lead fx-busy'>{}<span>{}</span></p>").format(head, tail)
         self._status.show(now if running else paragraph(otherwise, "lead"))
         self._aside.show(paragraph(note, "soft") if running else "")
 
 
-def how_it_stands(run: JobState) -> tuple[str, str, str]:
+def status_texts(run: JobState) -> tuple[str, str, str]:
     """The stage and how far it is; what it is at; and what is said in a lower voice."""
     if run.phase == QUEUED:
         place = "" if run.place is None else f", place {run.place} in the queue"

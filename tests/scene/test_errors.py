@@ -8,8 +8,8 @@ import viser
 
 from flexgui.core.study.rig import bare_model
 from flexgui.scene import paint
+from flexgui.scene.arm_scene import FAINT, ArmScene
 from flexgui.scene.error_board import AWAY, EMPTY, ErrorBoard, cells, error_paint, shade
-from flexgui.scene.scene import FAINT, Stage
 from flexgui.views import colours
 
 
@@ -17,7 +17,7 @@ from flexgui.views import colours
 def stage():
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     model = bare_model()
-    yield Stage(server, model.arm, model.numbers().p), server
+    yield ArmScene(server, model.arm, model.numbers().p), server
     server.stop()
 
 

@@ -64,7 +64,7 @@ FRAMES_PER_SECOND = 50.0
 
 
 @dataclass(frozen=True)
-class Playback:
+class RecordedMotion:
     """K frames."""
 
     recording: str
@@ -85,7 +85,7 @@ class Playback:
         """How much larger the bending is drawn where nobody has chosen."""
         return fitting_factor(self.arm, self.motion.p, self.motion.q)
 
-    def apart(self, times: float) -> np.ndarray | None:
+    def exaggerated_ghost(self, times: float) -> np.ndarray | None:
         """(K, n) the measured postures, so many times farther from the model's."""
         if self.ghost is None or times == 1.0:
             return self.ghost
@@ -102,7 +102,7 @@ class Playback:
         return float(self.motion.time[-1])
 
 
-def read_one(
+def read_recording(
     scenario: Scenario,
     name: str,
     folder: Folder,
@@ -117,24 +117,26 @@ def read_one(
     return load_recordings(alone, base_model(scenario), folder, data, progress or Silent())[0]
 
 
-def play(
+def load_motion(
     scenario: Scenario, recording: str, folder: str, values: Mapping[str, float], *,
     progress: Progress,
-) -> tuple[Recording, Playback]:  # fmt: skip
+) -> tuple[Recording, RecordedMotion]:  # fmt: skip
     """A recording and its motion, in a worker: a file of `folder` only; `values` are the fitted
     parameters, none where there is no fit."""
     from flexgui.core.scenario.data_folder import Within
 
-    found = read_one(scenario, recording, Within(Path(folder)), progress=progress)
-    return found, played(scenario, values, found)
+    found = read_recording(scenario, recording, Within(Path(folder)), progress=progress)
+    return found, simulated_motion(scenario, values, found)
 
 
-def playback(scenario: Scenario, outcome: Outcome | None, recording: Recording) -> Playback:
+def motion_of(scenario: Scenario, outcome: Outcome | None, recording: Recording) -> RecordedMotion:
     """The model at the fitted values, where there are any for this scenario, else as stated."""
-    return played(scenario, fitted_values(outcome, recording.name), recording)
+    return simulated_motion(scenario, fitted_values(outcome, recording.name), recording)
 
 
-def played(scenario: Scenario, values: Mapping[str, float], recording: Recording) -> Playback:
+def simulated_motion(
+    scenario: Scenario, values: Mapping[str, float], recording: Recording
+) -> RecordedMotion:
     """The model with parameters at `values`, the others as stated."""
     from flexgui.core.identify.prepared import make_task
     from flexgui.core.identify.setup import make_setup
@@ -161,7 +163,7 @@ def played(scenario: Scenario, values: Mapping[str, float], recording: Recording
     }
     seen = replace(recording, time=recording.time[rows], channels=channels, counted={})
     ghost = measured_postures(seen, model, numbers)
-    return Playback(recording.name, kept, ghost, bool(values))
+    return RecordedMotion(recording.name, kept, ghost, bool(values))
 
 
 def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
