@@ -18,14 +18,14 @@ Document = dict[str, Any]
 
 
 def diagnosed_toml(
-    scenario: Scenario, found: Diagnosis, locate: Callable[[str], str] = lambda file: file
+    scenario: Scenario, diagnosis: Diagnosis, locate: Callable[[str], str] = lambda file: file
 ) -> str:
     """The scenario as TOML with the effects that were added and every value where it ended.
 
     `locate` says how a recording's file is named from where the text will lie. InputError where
     the result would be no scenario.
     """
-    document = diagnosed(scenario, found)
+    document = diagnosed(scenario, diagnosis)
     for recording in document.get("recordings", ()):
         for key in {"file", "played"} & recording.keys():
             recording[key] = locate(recording[key])
@@ -34,12 +34,12 @@ def diagnosed_toml(
     return text
 
 
-def diagnosed_scenario(scenario: Scenario, found: Diagnosis) -> Scenario:
+def diagnosed_scenario(scenario: Scenario, diagnosis: Diagnosis) -> Scenario:
     """The same as a checked scenario."""
-    return check_scenario(diagnosed(scenario, found), NAME)
+    return check_scenario(diagnosed(scenario, diagnosis), NAME)
 
 
-def diagnosed(scenario: Scenario, found: Diagnosis) -> Document:
+def diagnosed(scenario: Scenario, diagnosis: Diagnosis) -> Document:
     """The scenario's tables with what was found.
 
     Refinement alone goes on from there: a search over a population would begin anew. Models that
@@ -53,19 +53,19 @@ def diagnosed(scenario: Scenario, found: Diagnosis) -> Document:
     model = document.setdefault("model", {})
     model["level"] = "nonlinear"
     _keep_priors(scenario, document)
-    _put_effects(model, found)
-    _put_values(document, _stated_values(scenario, found), found.origins)
+    _put_effects(model, diagnosis)
+    _put_values(document, _stated_values(scenario, diagnosis), diagnosis.origins)
     return document
 
 
-def _put_effects(model: Document, found: Diagnosis) -> None:
+def _put_effects(model: Document, diagnosis: Diagnosis) -> None:
     """What was added, after what was there; a whole way already tells of both."""
     entries = model.setdefault("effects", [])
-    known = [entry["id"] for entry in entries]
-    for entry in found.effects:
+    stated = [entry["id"] for entry in entries]
+    for entry in diagnosis.effects:
         fresh = _thawed(dict(entry))
-        if fresh["id"] in known:
-            known.remove(fresh["id"])
+        if fresh["id"] in stated:
+            stated.remove(fresh["id"])
         else:
             entries.append({k: v for k, v in fresh.items() if not _states(entries, k)} | _id(fresh))
     if not entries:
@@ -81,12 +81,12 @@ def _states(entries: list[Document], name: str) -> bool:
     return name != "id" and any(name in entry for entry in entries)
 
 
-def _stated_values(scenario: Scenario, found: Diagnosis) -> dict[str, float]:
+def _stated_values(scenario: Scenario, diagnosis: Diagnosis) -> dict[str, float]:
     """name -> value of what a scenario can state: what is shared, and what belongs to the only
     recording."""
     alone = len(scenario.recordings) == 1
     values = {}
-    for label, value in found.values.items():
+    for label, value in diagnosis.values.items():
         name, mark, _ = label.partition(MARK)
         if not mark or alone:
             values[name] = float(value)
@@ -111,7 +111,7 @@ def _put_values(
 def _table_of(model: Document, name: str, origin: str) -> Document | None:
     """The table that speaks of an effect's parameter; None where it belongs to no effect."""
     entries = model.get("effects", [])
-    own = [each["parameters"] for each in model.get("own", ()) if name in each["parameters"]]
+    own = [item["parameters"] for item in model.get("own", ()) if name in item["parameters"]]
     saying = [entry for entry in entries if name in entry]
     same = [entry for entry in entries if entry["id"] == origin]
     around = [entry for entry in entries if origin in _parts(entry["id"])]
@@ -119,8 +119,8 @@ def _table_of(model: Document, name: str, origin: str) -> Document | None:
 
 
 def _parts(kind: str) -> list[str]:
-    known = catalogue()
-    return [one.kind for one in with_included([known[kind]])] if kind in known else []
+    effects = catalogue()
+    return [item.kind for item in with_included([effects[kind]])] if kind in effects else []
 
 
 def _start(table: Document, name: str, value: float) -> None:
@@ -140,17 +140,17 @@ def _clipped(value: float, lower: float | None, upper: float | None) -> float:
 def _keep_priors(scenario: Scenario, document: Document) -> None:
     """What is believed is about the start unless it is said otherwise; the start moves now."""
     priors = document["identify"].get("prior", {})
-    known = base_model(scenario).parameters
+    parameters = base_model(scenario).parameters
     for name, prior in priors.items():
-        if prior.get("value") is None and name in known:
-            prior["value"] = scenario.identify.start.get(name, known[name].value)
+        if prior.get("value") is None and name in parameters:
+            prior["value"] = scenario.identify.start.get(name, parameters[name].value)
     tables = [*document["model"].get("effects", ())]
-    tables += [each["parameters"] for each in document["model"].get("own", ())]
+    tables += [item["parameters"] for item in document["model"].get("own", ())]
     for table in tables:
         for name, entry in table.items():
             prior = entry.get("prior") if isinstance(entry, dict) else None
-            if prior and prior.get("value") is None and name in known:
-                prior["value"] = known[name].value
+            if prior and prior.get("value") is None and name in parameters:
+                prior["value"] = parameters[name].value
 
 
 def _thawed(value: Any) -> Any:
@@ -158,5 +158,5 @@ def _thawed(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(k): _thawed(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_thawed(each) for each in value]
+        return [_thawed(entry) for entry in value]
     return value

@@ -174,8 +174,8 @@ def descend(
         if ended:
             break
     S = S or [np.zeros((*b.shape, len(x))) for b in blocks]
-    found = x, cost_of(blocks), gradient, done, tuple(blocks), tuple(S)
-    return Descended(*found, damping, ended)
+    state = x, cost_of(blocks), gradient, done, tuple(blocks), tuple(S)
+    return Descended(*state, damping, ended)
 
 
 def _predicted_reduction(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
@@ -183,12 +183,12 @@ def _predicted_reduction(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> floa
     return -float(2.0 * b @ move + move @ A @ move)
 
 
-def promised(found: Descended, limits: Limits) -> float:
+def promised(descended: Descended, limits: Limits) -> float:
     """Reduction of the cost that one more step promises where the errors are straight lines along
     the slopes last taken."""
-    if not len(found.vector):
+    if not len(descended.vector):
         return 0.0
-    A, b, x = *normal_equations(found.blocks, found.slopes), found.vector
+    A, b, x = *normal_equations(descended.blocks, descended.slopes), descended.vector
     A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
     b += (x - limits.believed) / np.asarray(limits.deviations) ** 2
     move = _inside(x, _move(A, b, _free(x, b, limits), FIRST_DAMPING), limits) - x
@@ -239,10 +239,10 @@ def _step(  # type: ignore[no-untyped-def]
     while damping < WORST_DAMPING and np.any(free & (np.diag(A) > 0.0)):
         move = _move(A, b, free, damping)
         tried = _inside(x, move, limits)
-        found = errors(tried)
-        new = cost_of(found) + float(limits.surprise(tried))
+        new_blocks = errors(tried)
+        new = cost_of(new_blocks) + float(limits.surprise(tried))
         if new < cost:
-            return tried, found, new, max(0.1 * damping, 1e-9)
+            return tried, new_blocks, new, max(0.1 * damping, 1e-9)
         if np.isfinite(new) and _predicted_reduction(A, b, move) < enough:
             break  # shorter ones promise less
         damping = max(10.0 * damping, 1e-3)
@@ -253,11 +253,11 @@ def _longer(errors, x, x_new, blocks, cost: float, limits: Limits):  # type: ign
     """The step from x to x_new, doubled as long as that goes down."""
     while True:
         tried = _inside(x, 2.0 * (x_new - x), limits)
-        found = errors(tried)
-        new = cost_of(found) + float(limits.surprise(tried))
+        new_blocks = errors(tried)
+        new = cost_of(new_blocks) + float(limits.surprise(tried))
         if not new < cost:
             return x_new, blocks, cost
-        x_new, blocks, cost = tried, found, new
+        x_new, blocks, cost = tried, new_blocks, new
 
 
 SEEN = 1e-10

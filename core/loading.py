@@ -41,21 +41,21 @@ def load_recordings(
     def one(spec: RecordingSpec) -> Recording:
         if spec.simulate is not None:
             progress.advance(0, f"{spec.name}, {spec.simulate.samples:,} samples to simulate")
-            found = simulated(spec, scenario.sensors, model)
+            loaded = simulated(spec, scenario.sensors, model)
         else:
-            found = _read(spec, model, folder, data_folder, progress)
+            loaded = _read(spec, model, folder, data_folder, progress)
         progress.advance(text=spec.name)
-        return found
+        return loaded
 
     _ = (model.bare or model).compiled  # once, before the threads ask for it
     with ThreadPoolExecutor(WORKERS) as pool:
-        found = list(pool.map(one, scenario.recordings))
+        loaded = list(pool.map(one, scenario.recordings))
     # What is simulated begins at rest; what a rig wrote begins where somebody cut it.
-    files = [r for r, spec in zip(found, scenario.recordings, strict=True) if spec.file]
+    files = [r for r, spec in zip(loaded, scenario.recordings, strict=True) if spec.file]
     arm = model.arm
     marked = with_beginnings(files, arm.joints, model.drive.reference_channels(arm))
-    known = {r.name: r for r in marked}
-    return [known.get(r.name, r) for r in found]
+    by_name = {r.name: r for r in marked}
+    return [by_name.get(r.name, r) for r in loaded]
 
 
 def _read(
@@ -104,16 +104,16 @@ def simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recordin
 
 def noise_levels(stated: SensorsSpec) -> NoiseLevels:
     """The noise that `[sensors]` states, by kind of sensor; each names its setting itself."""
-    known = {kind: stated.noise_of(one.noise) for kind, one in sensors().items()}
-    return NoiseLevels({k: v for k, v in known.items() if v is not None}, stated.camera_rate)
+    levels = {kind: stated.noise_of(sensor.noise) for kind, sensor in sensors().items()}
+    return NoiseLevels({k: v for k, v in levels.items() if v is not None}, stated.camera_rate)
 
 
 def _check_level(level: str, model: Model, name: str) -> None:
     """A linear simulation has no place for some effects; leaving them out silently would lie."""
-    lost = [one.kind for one in model.effects if one.level(level) != level]
-    if lost:
+    absent = [effect.kind for effect in model.effects if effect.level(level) != level]
+    if absent:
         raise InputError(
-            f"Recording {name}: a linear simulation cannot have the hidden effect {lost[0]}; use "
+            f"Recording {name}: a linear simulation cannot have the hidden effect {absent[0]}; use "
             f'simulate.level = "nonlinear".'
         )
 

@@ -80,21 +80,22 @@ class Model:
     def effect_parameters(self) -> dict[str, Parameter]:
         """Those of the effects, at the values that the model has."""
         sizes = typical(self.arm)
-        found = {}
-        for one in self.effects:
-            for quantity in one.parameters(self.arm, self.drive, sizes):
+        parameters = {}
+        for effect in self.effects:
+            for quantity in effect.parameters(self.arm, self.drive, sizes):
                 item = quantity.parameter
                 value = self.effect_values.get(item.name, item.value)
                 lower, upper = min(item.lower, value), max(item.upper, value)
-                found[item.name] = replace(item, value=value, lower=lower, upper=upper)
-        return found
+                parameters[item.name] = replace(item, value=value, lower=lower, upper=upper)
+        return parameters
 
     def origin(self, name: str) -> str:
         """What a parameter belongs to: the id of an effect, 'drive', 'arm', or else 'sensor'."""
         sizes = typical(self.arm)
-        for one in reversed(self.effects):
-            if any(k.parameter.name == name for k in one.parameters(self.arm, self.drive, sizes)):
-                return one.kind
+        for effect in reversed(self.effects):
+            quantities = effect.parameters(self.arm, self.drive, sizes)
+            if any(k.parameter.name == name for k in quantities):
+                return effect.kind
         if any(item.name == name for item in self.drive.parameters(self.arm)):
             return "drive"
         return "arm" if name in self.arm_catalogue.entries else "sensor"
@@ -128,36 +129,36 @@ class Model:
     def numbers(self, values: Mapping[str, float] | None = None) -> Numbers:
         """p and the drive's law at the arm's own values, changed by `values`."""
         values = values or {}
-        known = {name: value for name, value in values.items() if name in self.parameters}
-        known = {**self.effect_values, **known}
-        vector = np.array([list(known.values())], dtype=float)
-        p = self.arm_vectors(list(known), vector)[0]
-        law = self.active_steering.law(self.arm, p, known)
+        own = {name: value for name, value in values.items() if name in self.parameters}
+        own = {**self.effect_values, **own}
+        vector = np.array([list(own.values())], dtype=float)
+        p = self.arm_vectors(list(own), vector)[0]
+        law = self.active_steering.law(self.arm, p, own)
         elements: list[Element] = []
-        for one in self.effects:
-            law = one.law(law, self.arm, p, known)
-            elements += one.elements(self.arm, p, known)
+        for effect in self.effects:
+            law = effect.law(law, self.arm, p, own)
+            elements += effect.elements(self.arm, p, own)
         return Numbers(p, law, tuple(elements))
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Mapping[str, float]):  # type: ignore[no-untyped-def]
         """What a kind of sensor reads (N, k), from what an ideal one would."""
-        known = {**self.effect_values, **values}
-        for one in self.effects:
-            y = one.sensed(sensor, y, dt, known)
+        all_values = {**self.effect_values, **values}
+        for effect in self.effects:
+            y = effect.sensed(sensor, y, dt, all_values)
         return y
 
     def started(self, joints: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """True joint positions (..., nj) from what the encoders say."""
-        known = {**self.effect_values, **values}
-        for one in self.effects:
-            joints = one.started(joints, known)
+        all_values = {**self.effect_values, **values}
+        for effect in self.effects:
+            joints = effect.started(joints, all_values)
         return joints
 
     def followed(self, joints: np.ndarray, dt: float, values: Mapping[str, float]) -> np.ndarray:
         """True joint positions (N, nj) over time from the encoders' that a servo follows."""
-        known = {**self.effect_values, **values}
-        for one in self.effects:
-            joints = one.followed(joints, dt, known)
+        all_values = {**self.effect_values, **values}
+        for effect in self.effects:
+            joints = effect.followed(joints, dt, all_values)
         return joints
 
     def with_effects(
@@ -173,38 +174,38 @@ class Model:
         """
         bare, sizes = self.bare or self, sizes or typical(self.arm)
         model = bare
-        given = {**self.effect_values, **(values or {})}
-        whole = with_included(effects)
-        for one in whole:
-            model = model._with(one, bare, given, sizes, part=False)
-        parts = {kind for one in model.effects for kind in one.includes}
-        if parts <= {one.kind for one in model.effects}:
+        starts = {**self.effect_values, **(values or {})}
+        included = with_included(effects)
+        for effect in included:
+            model = model._with(effect, bare, starts, sizes, part=False)
+        parts = {kind for effect in model.effects for kind in effect.includes}
+        if parts <= {effect.kind for effect in model.effects}:
             return model
         model = bare  # a neutral part of an effect that is there stays, for its parameters
-        for one in whole:
-            model = model._with(one, bare, given, sizes, part=one.kind in parts)
+        for effect in included:
+            model = model._with(effect, bare, starts, sizes, part=effect.kind in parts)
         return model
 
     def _with(
-        self, one: Effect, bare: Model, given: Mapping[str, float], sizes: Sizes, part: bool
+        self, effect: Effect, bare: Model, values: Mapping[str, float], sizes: Sizes, part: bool
     ) -> Model:
-        arm = one.changed_arm(self.arm, given)
-        quantities = one.parameters(arm, self.drive, sizes)
+        arm = effect.changed_arm(self.arm, values)
+        quantities = effect.parameters(arm, self.drive, sizes)
         names = [quantity.parameter.name for quantity in quantities]
-        some = any(name in given for name in names)
+        some = any(name in values for name in names)
         plain = {
             k.parameter.name: k.neutral if some and k.separate else k.parameter.value
             for k in quantities
         }
-        starts = {name: given.get(name, value) for name, value in plain.items()}
+        starts = {name: values.get(name, value) for name, value in plain.items()}
         neutral = {k.parameter.name: k.neutral for k in quantities if not k.secondary}
         if names and not part and all(starts[name] == value for name, value in neutral.items()):
             return self
         return replace(
             self,
             arm=arm,
-            level=one.level(self.level),
-            effects=(*self.effects, one),
+            level=effect.level(self.level),
+            effects=(*self.effects, effect),
             effect_values={**self.effect_values, **starts},
             bare=bare,
         )
@@ -219,7 +220,7 @@ class Model:
         """Steps per sample: at least `fewest`, and none longer than `times` what the effects
         allow, all of them or those given."""
         counted = self.effects if effects is None else effects
-        longest = times * min((one.longest_step for one in counted), default=np.inf)
+        longest = times * min((effect.longest_step for effect in counted), default=np.inf)
         return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
 
     def at_level(self, level: str) -> Model:

@@ -33,15 +33,15 @@ _REGISTERED: dict[str, dict[str, type]] = {}
 def classes_of(package: str, base: type) -> Mapping[str, Any]:
     """kind -> class, for each class of the package's modules that derives from `base`, then those
     that were registered."""
-    found: dict[str, type] = {}
+    classes: dict[str, type] = {}
     for module in modules_of(package):
         for thing in vars(module).values():
             if not (isinstance(thing, type) and issubclass(thing, base)):
                 continue
             kind = str(getattr(thing, "kind", ""))
             if kind and thing.__module__ == module.__name__:
-                found[kind] = thing
-    return {**found, **_REGISTERED.get(package, {})}
+                classes[kind] = thing
+    return {**classes, **_REGISTERED.get(package, {})}
 
 
 def register(package: str, base: type, thing: type) -> None:

@@ -66,11 +66,11 @@ def _fit_group(
 
 def shared_by_fits(fits: Sequence[Fitted]) -> dict[str, float]:
     """Shared values of the fit; the mean over local fits."""
-    each = [
+    shared = [
         {**f.residuals.predictor.fixed, **shared_values(f.residuals.unknowns.items, f.vector)}
         for f in fits
     ]
-    return {name: float(np.mean([values[name] for values in each])) for name in each[0]}
+    return {name: float(np.mean([values[name] for values in shared])) for name in shared[0]}
 
 
 def compare_all(
@@ -122,8 +122,10 @@ def _compare_one(
             values |= extra.values_for(recording.name, alone.vector)
             names = ", ".join(item.parameter.name for item in extra.items)
             note = f"Fitted to this recording alone: {names}."
-    found = compare(setup.model, recording, setup.outputs, setup.processing, values, label, steps)
-    return replace(found, note=" ".join(part for part in (note, found.note) if part))
+    comparison = compare(
+        setup.model, recording, setup.outputs, setup.processing, values, label, steps
+    )
+    return replace(comparison, note=" ".join(part for part in (note, comparison.note) if part))
 
 
 def _own_unknowns(setup: Setup, recording: Recording, spec: IdentifySpec) -> Unknowns:

@@ -56,9 +56,9 @@ def quoted(value: Any) -> str:
     return text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 3] + "..."
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     """`did you mean 'x'?` with the nearest known name, or all of them where none is near."""
-    names = sorted(known)
+    names = sorted(candidates)
     if not names:
         return "leave it out."
     lowered = {each.lower(): each for each in names if len(each) <= LONGEST_QUOTE}
@@ -91,8 +91,8 @@ def validation_sentence(error: ValidationError, root: type[BaseModel]) -> str:
     fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
     key = setting_name(fault["loc"], root)
     if fault["type"] == "extra_forbidden":
-        known = _settings_at(root, fault["loc"][:-1])
-        return one_line(f"{key} is not a setting; {did_you_mean(str(fault['loc'][-1]), known)}")
+        settings = _settings_at(root, fault["loc"][:-1])
+        return one_line(f"{key} is not a setting; {did_you_mean(str(fault['loc'][-1]), settings)}")
     return one_line(f"{key} {predicate(fault)}".strip())
 
 
@@ -115,15 +115,15 @@ def setting_name(location: Iterable[str | int], root: type[BaseModel]) -> str:
 
 def _keys(location: Iterable[str | int], root: type[BaseModel]) -> list[str | int]:
     """The location without the alternatives of a union: pydantic names the one it tried."""
-    found: list[str | int] = []
+    keys: list[str | int] = []
     model: type[BaseModel] | None = root
     for part in location:
         if model is not None and part == model.__name__:
             continue
-        found.append(part)
+        keys.append(part)
         if model is not None and isinstance(part, str) and part in model.model_fields:
             model = _model_in(model.model_fields[part].annotation)
-    return found
+    return keys
 
 
 def _settings_at(root: type[BaseModel], location: Iterable[str | int]) -> list[str]:
@@ -135,8 +135,8 @@ def _settings_at(root: type[BaseModel], location: Iterable[str | int]) -> list[s
             model = _model_in(model.model_fields[part].annotation)
     if model is None:
         return []
-    known = getattr(model, "known_settings", None)
-    return list(model.model_fields) if known is None else list(known())
+    known_settings = getattr(model, "known_settings", None)
+    return list(model.model_fields) if known_settings is None else list(known_settings())
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:

@@ -37,13 +37,13 @@ class Trajectory:
     def kept(self, key: Hashable, made: Callable[[], np.ndarray]) -> np.ndarray:
         """What was made along this motion under the key, or is made now; the last MOST_KEPT stay,
         and nobody may change them."""
-        found = self._kept.get(key)
-        if found is None:
-            found = made()
+        values = self._kept.get(key)
+        if values is None:
+            values = made()
             while len(self._kept) >= MOST_KEPT:
                 self._kept.pop(next(iter(list(self._kept)), key), None)
-            self._kept[key] = found
-        return found
+            self._kept[key] = values
+        return values
 
     @property
     def joint_positions(self) -> np.ndarray:

@@ -25,9 +25,9 @@ def gathered(table: Any, beside: Callable[[str], bool], field: str) -> Any:
     """
     if not isinstance(table, dict):
         return table
-    found = {k: v for k, v in table.items() if beside(k)}
+    moved = {k: v for k, v in table.items() if beside(k)}
     rest = {k: v for k, v in table.items() if not beside(k)}
-    return {**rest, field: {**rest.get(field, {}), **found}} if found else rest
+    return {**rest, field: {**rest.get(field, {}), **moved}} if moved else rest
 
 
 def validated(
@@ -43,12 +43,12 @@ def validated(
         raise InputError(_first_fault(error, where, [*kind.model_fields, *beside])) from None
 
 
-def _first_fault(error: ValidationError, where: str, known: Iterable[str]) -> str:
+def _first_fault(error: ValidationError, where: str, settings: Iterable[str]) -> str:
     faults: list[Any] = list(error.errors(include_url=False))
     fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
     key = ".".join(str(part) for part in fault["loc"])
     if fault["type"] == "extra_forbidden":
-        return one_line(f"{where} {key} is not a setting; {did_you_mean(key, known)}")
+        return one_line(f"{where} {key} is not a setting; {did_you_mean(key, settings)}")
     return one_line(f"{where} {key} {predicate(fault)}")
 
 
@@ -60,8 +60,8 @@ class _OneSentence(ModelMetaclass):
         try:
             return super().__call__(*positional, **options)
         except ValidationError as error:
-            known = cast(type[BaseModel], self).model_fields
-            raise InputError(_first_fault(error, self.__name__, known)) from None
+            settings = cast(type[BaseModel], self).model_fields
+            raise InputError(_first_fault(error, self.__name__, settings)) from None
 
 
 class Stated(BaseModel, metaclass=_OneSentence):

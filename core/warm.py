@@ -67,9 +67,9 @@ def compile_kernels(progress: Progress) -> None:
             while waiting and len(running) < WORKERS:
                 running.append(begin(waiting.pop(0)))
             time.sleep(_PAUSE)
-            for one in [one for one in running if one.poll() is not None]:
-                running.remove(one)
-                whole = whole and one.returncode == 0
+            for process in [process for process in running if process.poll() is not None]:
+                running.remove(process)
+                whole = whole and process.returncode == 0
                 progress.advance()
         if whole:
             (cache_folder() / f"warm_{sources_key()}").touch()
@@ -111,7 +111,7 @@ def begin(code: str) -> subprocess.Popen[str]:
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     with _lock:
-        _others[:] = [*(one for one in _others if one.poll() is None), other]
+        _others[:] = [*(process for process in _others if process.poll() is None), other]
     return other
 
 

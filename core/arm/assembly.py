@@ -109,27 +109,27 @@ def segment_integrals(symbols: Symbols, segment: int, statements: Statements) ->
     let, mu = statements.let, Moments(symbols, segment, statements)
     v = symbols.modal[segment]
     rate = dict(zip(symbols.q, symbols.dq, strict=True))
-    dv = [rate[one] for one in v]
+    dv = [rate[amplitude] for amplitude in v]
     x = symbols.x
 
     def coefficients(e: sp.Expr) -> Polynomial:
         return {k: let(c) for (k,), c in sp.Poly(e, x).terms() if c != 0}
 
     def by_rates(e: sp.Expr) -> sp.Expr:
-        return sp.Add(*[sp.diff(e, one) * d for one, d in zip(v, dv, strict=True)])
+        return sp.Add(*[sp.diff(e, amplitude) * d for amplitude, d in zip(v, dv, strict=True)])
 
     along, across = x + shapes.foreshortening(v, x), shapes.deflection(v, x)
     a, y = coefficients(along), coefficients(across)
-    da = [coefficients(sp.diff(along, one)) for one in v]
-    dy = [coefficients(sp.diff(across, one)) for one in v]
+    da = [coefficients(sp.diff(along, amplitude)) for amplitude in v]
+    dy = [coefficients(sp.diff(across, amplitude)) for amplitude in v]
     a1, y1 = coefficients(by_rates(along)), coefficients(by_rates(across))
     a2 = coefficients(by_rates(by_rates(along)))
-    curved = {k for one in da for k in one}
-    bent = {k for one in dy for k in one}
+    curved = {k for amplitude in da for k in amplitude}
+    bent = {k for amplitude in dy for k in amplitude}
     on_a = mu.weighted(a, curved | bent | set(a))
     on_y, on_y1 = mu.weighted(y, curved | bent), mu.weighted(y1, curved)
     on_a1, on_a2 = mu.weighted(a1, bent), mu.weighted(a2, curved)
-    on_da = [mu.weighted(one, curved) for one in da]
+    on_da = [mu.weighted(amplitude, curved) for amplitude in da]
     stretching = tuple(let(times(f, on_a) + times(g, on_y)) for f, g in zip(da, dy, strict=True))
     return Integrals(
         mass=mu(0),

@@ -81,11 +81,11 @@ def build_arm(spec: ArmSpec, base: Arm | None = None, label: str = "[arm]") -> A
 def _below(spec: ArmSpec, base: Arm | None, label: str) -> Arm | None:
     """The arm that the spec starts from; None where its segments stand alone."""
     if spec.preset is not None:
-        known = presets()
-        if spec.preset not in known:
-            hint = did_you_mean(spec.preset, known)
+        arms = presets()
+        if spec.preset not in arms:
+            hint = did_you_mean(spec.preset, arms)
             raise InputError(one_line(f"{label} preset {spec.preset!r} is not known; {hint}"))
-        return known[spec.preset]
+        return arms[spec.preset]
     if base is None and not spec.segments:
         hint = ", ".join(sorted(presets()))
         raise InputError(f"{label} needs a preset ({hint}) or segments of its own.")
@@ -128,8 +128,8 @@ def _spread(spec: ArmSpec, count: int, label: str) -> list[dict[str, Any]]:
                 f"{label} {name} has {len(values)} entries where the arm has {count} segments; "
                 f"give one per segment, or one value for all."
             )
-        for table, each in zip(tables, values, strict=True):
-            table[name] = each
+        for table, entry in zip(tables, values, strict=True):
+            table[name] = entry
     return tables
 
 

@@ -131,9 +131,9 @@ def module_file(name: str) -> Path:
 def kept_module(name: str, make: Callable[[], str]) -> ModuleType:
     """The generated module of that name, executed once; `make` writes its text where it is not
     in the cache, or not as it was written."""
-    known = f"flexgui_{name}"
-    if known in sys.modules:
-        return sys.modules[known]
+    module_name = f"flexgui_{name}"
+    if module_name in sys.modules:
+        return sys.modules[module_name]
     file = module_file(name)
     if not is_whole(file):
         content = make().encode()
@@ -143,7 +143,7 @@ def kept_module(name: str, make: Callable[[], str]) -> ModuleType:
             without_folder(file.parent, error)
             file = module_file(name)
             _write(file, content)
-    return _executed(known, file)
+    return _executed(module_name, file)
 
 
 def _write(file: Path, content: bytes) -> None:

@@ -54,12 +54,12 @@ def tip_places(tip, q, p):  # type: ignore[no-untyped-def]
     """z (N, 2, S) along S motions q (N, n, S), each with its own p (S, np)."""
     N, n, S = q.shape
     places = np.empty((N, 2, S))
-    z, J, one = np.empty(2), np.empty(2 * n), np.empty(n)
+    z, J, coordinates = np.empty(2), np.empty(2 * n), np.empty(n)
     for t in range(N):
         for s in range(S):
             for i in range(n):
-                one[i] = q[t, i, s]
-            tip(one, p[s], z, J)
+                coordinates[i] = q[t, i, s]
+            tip(coordinates, p[s], z, J)
             for i in range(2):
                 places[t, i, s] = z[i]
     return places

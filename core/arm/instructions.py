@@ -52,8 +52,8 @@ def straight_line(columns: int, lanes: bool = False, fast: Sequence[str] = ()) -
                     for kind, array in zip(sig.args, args, strict=True)
                 ]
                 names = dict(zip((a.arg for a in text.args.args), places, strict=True))
-                known = function.__globals__
-                write = _Writer(context, builder, names, columns, lanes, tuple(fast), known)
+                module_names = function.__globals__
+                write = _Writer(context, builder, names, columns, lanes, tuple(fast), module_names)
                 for statement in text.body:
                     write.statement(statement)
                 return context.get_dummy_value()

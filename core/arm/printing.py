@@ -85,7 +85,7 @@ class Statements:
     def shared(self, outputs: Sequence[sp.Expr]) -> list[sp.Expr]:
         """Names of the outputs; what several of them contain is computed once."""
         names = (sp.Symbol(f"{self.prefix}c{self._count + i}") for i in range(10**6))
-        found, reduced = sp.cse(list(outputs), symbols=names, optimizations=None)
-        self.lines += [f"{name} = {code(e)}" for name, e in found]
-        self._count += len(found)
+        subexpressions, reduced = sp.cse(list(outputs), symbols=names, optimizations=None)
+        self.lines += [f"{name} = {code(e)}" for name, e in subexpressions]
+        self._count += len(subexpressions)
         return [self.let(e) for e in reduced]

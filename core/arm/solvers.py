@@ -83,11 +83,11 @@ def solve_positive(n: int) -> list[str]:
             if j < i:
                 lines += [f"l_{i}_{j} = c_{i}_{j} * d_{j}", f"A[{i * n + j}] = l_{i}_{j}"]
         lines += [f"d_{i} = 1.0 / c_{i}_{i}", f"A[{i * n + i}] = d_{i}"]
-        known = [(f"l_{i}_{k}", f"y_{k}") for k in range(i)]
-        lines += [f"y_{i} = {_less(f'b[{i}]', known)}"]
+        terms = [(f"l_{i}_{k}", f"y_{k}") for k in range(i)]
+        lines += [f"y_{i} = {_less(f'b[{i}]', terms)}"]
     for i in reversed(range(n)):
-        known = [(f"l_{j}_{i}", f"x_{j}") for j in reversed(range(i + 1, n))]
-        lines += [f"x_{i} = {_less(f'y_{i} * d_{i}', known)}"]
+        terms = [(f"l_{j}_{i}", f"x_{j}") for j in reversed(range(i + 1, n))]
+        lines += [f"x_{i} = {_less(f'y_{i} * d_{i}', terms)}"]
     return lines + [f"b[{i}] = x_{i}" for i in range(n)]
 
 

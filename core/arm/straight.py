@@ -44,7 +44,7 @@ class StraightArm:
 
     def _slopes(self, place: Place) -> list[tuple[sp.Expr, list[tuple[sp.Expr, sp.Expr]]]]:
         """Per phasor: angle at rest, and (real, imaginary) coefficient of each coordinate."""
-        found = []
+        slopes = []
         for f in place:
             along, across = f.along.subs(self._at_rest), f.across.subs(self._at_rest)
             row = []
@@ -53,8 +53,8 @@ class StraightArm:
                 real = sp.diff(f.along, q).subs(self._at_rest) - turn * across
                 imag = sp.diff(f.across, q).subs(self._at_rest) + turn * along
                 row.append((sp.expand(real), sp.expand(imag)))
-            found.append((f.angle.subs(self._at_rest), row))
-        return found
+            slopes.append((f.angle.subs(self._at_rest), row))
+        return slopes
 
     def _add_mass(
         self, terms: Terms, place: Place, weight: sp.Expr, length: sp.Expr | None
@@ -99,11 +99,11 @@ class StraightArm:
         slides = [q for q in self.symbols.theta if value.has(q)]
         if not slides:
             return [(sp.Integer(1), value)]
-        found = []
+        terms = []
         for powers, coefficient in sp.Poly(sp.expand(value), *slides).terms():
             product = sp.Mul(*[q**p for q, p in zip(slides, powers, strict=True)])
-            found.append((product, coefficient))
-        return found
+            terms.append((product, coefficient))
+        return terms
 
     @cached_property
     def gravity_stiffness(self) -> sp.Matrix:

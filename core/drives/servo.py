@@ -166,8 +166,8 @@ class FollowingServo:
         what is missing: (2 w s + w^2) / (s + w)^2 with w = 2 pi hz, beginning at rest in x[0]; of
         another servo where `hz` is given."""
         b, a, steady = _response(hz or self.hz, dt)
-        found, _ = scipy.signal.lfilter(b, a, x, axis=0, zi=np.outer(steady, x[0]))
-        return np.asarray(found)
+        response, _ = scipy.signal.lfilter(b, a, x, axis=0, zi=np.outer(steady, x[0]))
+        return np.asarray(response)
 
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
         """(N, 2 nr + 2 joints)"""
@@ -237,8 +237,8 @@ class FollowingServo:
             speed[0] = 0.0
         return Recorded(signals, averaged(place), averaged(speed))
 
-    def recorded_torque(self, known: Recorded, arm: Arm, own: DriveLaw) -> np.ndarray:
+    def recorded_torque(self, measured: Recorded, arm: Arm, own: DriveLaw) -> np.ndarray:
         """(N, joints): what the drive itself, with its law, applied along the measured motion."""
         joints = arm.joints
-        torque = known.signals @ own.R.T
-        return torque - known.place @ own.P[:, :joints].T - known.speed @ own.V[:, :joints].T
+        torque = measured.signals @ own.R.T
+        return torque - measured.place @ own.P[:, :joints].T - measured.speed @ own.V[:, :joints].T

@@ -25,14 +25,14 @@ def with_included(effects: Sequence[Effect]) -> tuple[Effect, ...]:
 
     Each once, but for those that repeat: they are there as often as they are given.
     """
-    found: list[Effect] = []
+    included: list[Effect] = []
 
-    def add(one: Effect) -> None:
-        for kind in one.includes:
+    def add(item: Effect) -> None:
+        for kind in item.includes:
             add(effect(kind))
-        if one.repeats or one.kind not in {known.kind for known in found}:
-            found.append(one)
+        if item.repeats or item.kind not in {other.kind for other in included}:
+            included.append(item)
 
-    for one in effects:
-        add(one)
-    return tuple(found)
+    for item in effects:
+        add(item)
+    return tuple(included)

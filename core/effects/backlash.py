@@ -84,11 +84,11 @@ class Backlash(Effect):
         return gaps + hub_parameters(arm, least=LEAST, secondary=True)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
-        found = []
+        elements = []
         for k in range(arm.joints):
             place, gap = arm.twist_place(k), values[f"bl{k + 1}"]
             if place is not None and gap > 0.0:
                 stiffness = float(p[slot(k, TWIST_STIFFNESS)])
                 direction = np.eye(arm.coordinates)[place]
-                found.append(Element(LAW, (direction,), (gap, stiffness, CONTACT_TIME, EDGE)))
-        return tuple(found)
+                elements.append(Element(LAW, (direction,), (gap, stiffness, CONTACT_TIME, EDGE)))
+        return tuple(elements)

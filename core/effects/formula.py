@@ -177,10 +177,10 @@ def _name(read: _Reading, node: ast.Name) -> sp.Expr:
     raise read.error(f"the name {quoted(node.id)} is not known{_hint(node.id, read.names)}")
 
 
-def _hint(name: str, known: Collection[str]) -> str:
+def _hint(name: str, names: Collection[str]) -> str:
     """The nearest known name and the list of all, as the end of a sentence."""
-    guess = did_you_mean(name, known) if known else ""
-    listed = ", ".join(known) or "numbers only"
+    guess = did_you_mean(name, names) if names else ""
+    listed = ", ".join(names) or "numbers only"
     if len(listed) > LONGEST_LIST:
         listed = listed[:LONGEST_LIST].rpartition(",")[0] + " and others"
     return f" ({guess}); use {listed}" if guess.endswith("?") else f"; use {listed}"

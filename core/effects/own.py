@@ -111,10 +111,10 @@ def own_effect(
     effect vanishes where the smallest possible set of its parameters is zero: those are its
     sizes, the others only shape it.
     """
-    known = targets(arm)
-    if target not in known:
-        raise InputError(f"{where} target {target!r} is not known; {did_you_mean(target, known)}")
-    port, names = known[target], [item.name for item in parameters]
+    ports = targets(arm)
+    if target not in ports:
+        raise InputError(f"{where} target {target!r} is not known; {did_you_mean(target, ports)}")
+    port, names = ports[target], [item.name for item in parameters]
     _check_names(names, where)
     expression = _read(formula, states(arm, target), names, where)
     law = _law(expression, port, names)
@@ -195,10 +195,10 @@ def _law(expression: sp.Expr, port: str, names: Sequence[str]) -> ForceLaw:
 
 def _direction(arm: Arm, p: np.ndarray, port: str) -> np.ndarray:
     """(n,) along which a port sees, and pushes."""
-    found = _PORT.fullmatch(port)
-    assert found is not None
-    k = int(found[2]) - 1
-    return joint_direction(arm, k) if found[1] == "theta" else deflection_rows(arm, p)[k]
+    match = _PORT.fullmatch(port)
+    assert match is not None
+    k = int(match[2]) - 1
+    return joint_direction(arm, k) if match[1] == "theta" else deflection_rows(arm, p)[k]
 
 
 def _check_finite(law: ForceLaw, parameters: Sequence[Parameter], where: str) -> None:
@@ -257,11 +257,11 @@ def _latex(expression: sp.Expr, target: str, port: str) -> str:
 
 def _symbol(word: str) -> str:
     """A state as it is written; other names as they are."""
-    found = _PORT.fullmatch(_port(word))
-    if found is None:
+    match = _PORT.fullmatch(_port(word))
+    if match is None:
         return str(sp.latex(sp.Symbol(word)))
-    letter = _LETTERS[found[1]]
-    return (letter if word == found[0] else rf"\dot{{{letter}}}") + f"_{{{found[2]}}}"
+    letter = _LETTERS[match[1]]
+    return (letter if word == match[0] else rf"\dot{{{letter}}}") + f"_{{{match[2]}}}"
 
 
 WIDE = 1e3

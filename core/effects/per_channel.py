@@ -64,12 +64,12 @@ class ChannelEffect(Effect):
 
     def _names(self, arm: Arm) -> dict[str, tuple[str, str]]:
         """Name of a parameter -> kind of sensor, words for the channel."""
-        found = {}
+        names = {}
         for kind, sensor in sensors().items():
             if sensor.from_camera or not sensor.defined_on(arm):
                 continue
             for channel in sensor.channels(arm):
                 number = channel_number(channel.name)
                 words = f"{sensor.called or sensor.title} {number}"
-                found[f"{self.letter}{sensor.letter or kind}{number}"] = kind, words
-        return found
+                names[f"{self.letter}{sensor.letter or kind}{number}"] = kind, words
+        return names

@@ -34,5 +34,5 @@ def arm_parameter(arm: Arm, name: str, step: float, lower: float, upper: float) 
     """A parameter of the arm by its name in core.arm.catalogue: neutral at the arm's own value, it
     begins one `step` beside it."""
     own = arm_parameters(arm)[name]
-    found = replace(own, value=own.value + step, lower=lower, upper=upper, scale=abs(step))
-    return EffectParameter(found, neutral=own.value)
+    parameter = replace(own, value=own.value + step, lower=lower, upper=upper, scale=abs(step))
+    return EffectParameter(parameter, neutral=own.value)

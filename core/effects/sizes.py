@@ -38,8 +38,10 @@ class Sizes:
 
 def typical(arm: Arm) -> Sizes:
     """Guesses for an arm of which no motion is known."""
-    one = np.ones(arm.joints)
-    return Sizes(5.0 * one, 20.0 * one, 0.3 * one, 0.2 * one, 0.2 * one, 2e-3 * one, 0.2, 1e-3)
+    ones = np.ones(arm.joints)
+    return Sizes(
+        5.0 * ones, 20.0 * ones, 0.3 * ones, 0.2 * ones, 0.2 * ones, 2e-3 * ones, 0.2, 1e-3
+    )
 
 
 def sizes_of(motions: Sequence[Trajectory]) -> Sizes:

@@ -74,7 +74,7 @@ def pack(elements: Sequence[Element], n: int) -> ElementArrays:
     """The arrays of some elements on an arm with n coordinates."""
     from ..forces.compiled import compile_law
 
-    elements = sorted(elements, key=lambda one: one.law.bristle)
+    elements = sorted(elements, key=lambda element: element.law.bristle)
     laws = [e.law for e in elements]
     ports = _starts([len(law.x) for law in laws])
     rows = [e.rows(n) for e in elements]

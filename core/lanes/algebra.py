@@ -123,9 +123,9 @@ def factor_positive(A, n):  # type: ignore[no-untyped-def]
 def substitute_positive(A, n, b):  # type: ignore[no-untyped-def]
     """Solves with the factors of `factor_positive`; b (n,) becomes the solution."""
     for k in range(n):
-        known = get(b, k)
+        solved = get(b, k)
         for i in range(k + 1, n):
-            put(b, i, get(b, i) - get(A, i * n + k) * known)
+            put(b, i, get(b, i) - get(A, i * n + k) * solved)
     for i in range(n - 1, -1, -1):
         total = get(b, i) * get(A, i * n + i)
         for j in range(i + 1, n):

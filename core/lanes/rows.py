@@ -39,8 +39,8 @@ def _make_dot(rows: int) -> Any:
                 factor = spread_in(builder, factor)
             start, totals = builder.gep(first, [builder.mul(k, column)]), []
             for r, phi in enumerate(sums):
-                one = builder.load(builder.gep(start, [ir.Constant(n.type, r)]), align=8)
-                term = builder.fmul(one, factor, flags=_FUSE)
+                entry = builder.load(builder.gep(start, [ir.Constant(n.type, r)]), align=8)
+                term = builder.fmul(entry, factor, flags=_FUSE)
                 totals.append(builder.fadd(phi, term, flags=_FUSE))
                 phi.add_incoming(_ZERO, before)
                 phi.add_incoming(totals[-1], loop)

@@ -71,9 +71,9 @@ class _MaskModel(PrimitiveModel):
 def spread_in(builder: Any, value: Any, kind: Any = VECTOR) -> Any:
     """The same value in all lanes."""
     empty = ir.Constant(kind, ir.Undefined)
-    one = builder.insert_element(empty, value, ir.Constant(ir.IntType(32), 0))
+    first = builder.insert_element(empty, value, ir.Constant(ir.IntType(32), 0))
     places = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    return builder.shuffle_vector(one, empty, places)
+    return builder.shuffle_vector(first, empty, places)
 
 
 @lower_cast(types.float64, wide)
@@ -218,13 +218,13 @@ def _put(typingctx, array, row, value):  # type: ignore[no-untyped-def]
 
 def _select(typingctx, where, a, b):  # type: ignore[no-untyped-def]
     """Lane by lane `a` where `where` is true, else `b`."""
-    found = wide if where is mask else _of(a, b)
+    kind = wide if where is mask else _of(a, b)
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        a, b = (_as(found, context, builder, sig.args[i], args[i]) for i in (1, 2))
+        a, b = (_as(kind, context, builder, sig.args[i], args[i]) for i in (1, 2))
         return builder.select(args[0], a, b)
 
-    return found(where, _of(a), _of(b)), emit
+    return kind(where, _of(a), _of(b)), emit
 
 
 def _any_lane(typingctx, where):  # type: ignore[no-untyped-def]
@@ -286,20 +286,22 @@ def _elementary(name: str, count: int) -> Any:
     """An LLVM function of `count` numbers, doubles or wide."""
 
     def typing(typingctx, *values):  # type: ignore[no-untyped-def]
-        found = _of(*values)
-        one, suffix = (VECTOR, f"v{LANES}f64") if found is wide else (ir.DoubleType(), "f64")
+        result = _of(*values)
+        number_type, suffix = (
+            (VECTOR, f"v{LANES}f64") if result is wide else (ir.DoubleType(), "f64")
+        )
 
         def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
             pairs = zip(sig.args, args, strict=True)
-            numbers = [_as(found, context, builder, k, x) for k, x in pairs]
+            numbers = [_as(result, context, builder, k, x) for k, x in pairs]
             full = f"llvm.{name}.{suffix}"
             function = builder.module.globals.get(full)
             if function is None:
-                kind = ir.FunctionType(one, [one] * len(numbers))
+                kind = ir.FunctionType(number_type, [number_type] * len(numbers))
                 function = ir.Function(builder.module, kind, full)
             return builder.call(function, numbers)
 
-        return found(*[_of(kind) for kind in values]), emit
+        return result(*[_of(kind) for kind in values]), emit
 
     def one(typingctx, x):  # type: ignore[no-untyped-def]
         return typing(typingctx, x)

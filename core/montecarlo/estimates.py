@@ -87,12 +87,12 @@ def estimate_tables(
 ) -> tuple[EstimateTable, ...]:
     """One per ratio that has a finished run, in the order of the settings."""
     answers = [r["answer"] for r in records.values() if r["part"] == "fits"]
-    found = []
+    tables = []
     for snr in settings.snr_db:
         runs = sorted((a for a in answers if a["snr_db"] == snr), key=lambda a: a["run"])
         if runs:
-            found.append(_table(settings, snr, runs))
-    return tuple(found)
+            tables.append(_table(settings, snr, runs))
+    return tuple(tables)
 
 
 def _table(
@@ -137,24 +137,24 @@ def _product(values: Mapping[str, Spread]) -> float:
 
 
 def _deviations(rows: Sequence[EstimateRow], mean: EstimateRow) -> tuple[MeanDeviation, ...]:
-    found = []
+    deviations = []
     for name in mean.values:
-        each = [row.values[name].std for row in rows]
-        found.append(
+        stds = [row.values[name].std for row in rows]
+        deviations.append(
             MeanDeviation(
-                name, deviation_of_mean(each), caption_deviation(each), mean.values[name].std
+                name, deviation_of_mean(stds), caption_deviation(stds), mean.values[name].std
             )
         )
-    each = [row.EI[0].std for row in rows]
-    both = deviation_of_mean(each), caption_deviation(each)
-    return (*found, MeanDeviation("EI", *both, mean.EI[0].std))
+    stds = [row.EI[0].std for row in rows]
+    both = deviation_of_mean(stds), caption_deviation(stds)
+    return (*deviations, MeanDeviation("EI", *both, mean.EI[0].std))
 
 
 def spread(values: Sequence[float]) -> Spread:
     """Over some runs."""
-    each = np.asarray(values, dtype=float)
-    std = float(each.std(ddof=1)) if len(each) > 1 else float("nan")
-    return Spread(float(each.mean()), std)
+    array = np.asarray(values, dtype=float)
+    std = float(array.std(ddof=1)) if len(array) > 1 else float("nan")
+    return Spread(float(array.mean()), std)
 
 
 SAME_POINT = 1e-3
@@ -188,21 +188,21 @@ def comparable(table: EstimateTable) -> tuple[Numbers, ...] | None:
     if published is None or len(points) != len(WORKING_POINTS):
         return None
     near = np.allclose(points, WORKING_POINTS, rtol=0.0, atol=SAME_POINT)
-    known = {"epsilon", "d"} == set(table.rows[0].values)
-    return published if near and known else None
+    same_parameters = {"epsilon", "d"} == set(table.rows[0].values)
+    return published if near and same_parameters else None
 
 
 def agreements(tables: Sequence[EstimateTable]) -> tuple[Agreement, ...]:
     """Every mean of ε and d that the paper prints."""
-    found = []
+    agreements = []
     for table in tables:
         for row, numbers in zip(table.rows, comparable(table) or (), strict=False):
             for name, factor, at in (("epsilon", GIGA, 0), ("d", MILLI, 2)):
                 ours = row.values[name].mean * factor
-                found.append(
+                agreements.append(
                     Agreement(table.snr_db, row.label, name, ours, numbers[at], numbers[at + 1])
                 )
-    return tuple(found)
+    return tuple(agreements)
 
 
 def implied_bias(numbers: Numbers, EI: float) -> float:
@@ -280,30 +280,30 @@ def flat_prior(bounds: Mapping[str, tuple[float, float]], EI: float) -> dict[str
     d = (12.0 * EI / epsilon) ** 0.25
     low, high = bounds["d"]
     weight = np.where((d >= low) & (d <= high), d, 0.0)
-    found = {}
+    spreads = {}
     for name, values in (("epsilon", epsilon), ("d", d)):
         mean = float(np.average(values, weights=weight))
         std = float(np.sqrt(np.average((values - mean) ** 2, weights=weight)))
-        found[name] = Spread(mean, std)
-    return found
+        spreads[name] = Spread(mean, std)
+    return spreads
 
 
 def explained(table: EstimateTable, prior: ValleyPrior) -> tuple[Explained, ...]:
     """Every fit's deviations of ε and d; the mean of n locals is expected to scatter less."""
-    found = []
+    rows = []
     shrink = {"local mean": len(table.locals) ** -0.5}
     for row in table.rows:
         for name in prior.bounds:
             expected = prior.searched[name].std * shrink.get(row.label, 1.0)
-            found.append(Explained(row.label, name, row.values[name].std, expected))
-    return tuple(found)
+            rows.append(Explained(row.label, name, row.values[name].std, expected))
+    return tuple(rows)
 
 
 def pooled(table: EstimateTable, prior: ValleyPrior) -> tuple[Explained, ...]:
     """All single fits together: the root mean square of their deviations."""
     single = [*table.locals, table.row("glocal")]
-    found = []
+    rows = []
     for name in prior.bounds:
         rms = float(np.sqrt(np.mean([row.values[name].std ** 2 for row in single])))
-        found.append(Explained("all fits", name, rms, prior.searched[name].std))
-    return tuple(found)
+        rows.append(Explained("all fits", name, rms, prior.searched[name].std))
+    return tuple(rows)

@@ -81,8 +81,8 @@ def identify_interpolated(
     degrees = [d for d in DEGREES if d < len(data)]
     best: tuple[tuple[float, int], list[StateSpace], int] | None = None
     orders = [order - fewer for fewer in FEWER_STATES]
-    found = [identify_subspace(u, y, orders) for u, y in data]
-    for models in zip(*found, strict=True):
+    identified = [identify_subspace(u, y, orders) for u, y in data]
+    for models in zip(*identified, strict=True):
         choices = list(product((_like_neighbours(models), _like_middle(models)), degrees))
         for error, (common, degree) in zip(
             _left_out_errors(choices, places, data), choices, strict=True
@@ -99,8 +99,8 @@ def _through(common: Sequence[StateSpace], theta2: np.ndarray, degree: int) -> I
 
     def fitted(parts: list[np.ndarray]) -> np.ndarray:
         flat = np.array([part.ravel() for part in parts])
-        found = np.linalg.lstsq(basis, flat, rcond=None)[0]
-        return np.asarray(found.reshape(-1, *parts[0].shape))
+        coefficients = np.linalg.lstsq(basis, flat, rcond=None)[0]
+        return np.asarray(coefficients.reshape(-1, *parts[0].shape))
 
     return Interpolated(
         fitted([m.A for m in common]), fitted([m.B for m in common]), fitted([m.C for m in common])
@@ -128,13 +128,13 @@ def _left_out_errors(
 def _like_neighbours(models: Sequence[StateSpace]) -> list[StateSpace]:
     """Each like its neighbour nearer the middle: follows modes that wander far."""
     middle = len(models) // 2
-    found = {middle: _balanced(models[middle])}
+    transformed = {middle: _balanced(models[middle])}
     for step in (1, -1):
         k = middle + step
         while 0 <= k < len(models):
-            found[k] = _like(models[k], found[k - step])
+            transformed[k] = _like(models[k], transformed[k - step])
             k += step
-    return [found[k] for k in range(len(models))]
+    return [transformed[k] for k in range(len(models))]
 
 
 def _like_middle(models: Sequence[StateSpace]) -> list[StateSpace]:
@@ -290,6 +290,6 @@ def _inputs(A: np.ndarray, C: np.ndarray, u: np.ndarray, y: np.ndarray) -> tuple
         x = A @ x
         x[:, : n * nu] += push.reshape(n, n * nu)
     flat = slopes.reshape(-1, slopes.shape[2])
-    found, *_ = np.linalg.lstsq(flat, y.ravel(), rcond=None)
-    error = float(np.sum((flat @ found - y.ravel()) ** 2))
-    return found[: n * nu].reshape(n, nu), error
+    solution, *_ = np.linalg.lstsq(flat, y.ravel(), rcond=None)
+    error = float(np.sum((flat @ solution - y.ravel()) ** 2))
+    return solution[: n * nu].reshape(n, nu), error

@@ -170,38 +170,38 @@ class _Goals:
         return chosen
 
     def _error(self, offered: Sequence[Experiment], plan: list[int], noise: np.ndarray) -> float:
-        found = self.expected([offered[i] for i in plan], noise)
-        return float(np.mean([e.error**2 for e in found]))
+        deviations = self.expected([offered[i] for i in plan], noise)
+        return float(np.mean([e.error**2 for e in deviations]))
 
 
 def _predicted(
     goals: _Goals, own: Sequence[Experiment], tables: Sequence[EstimateTable]
 ) -> tuple[PredictedDeviation, ...]:
     """Predicted against found at each noisy ratio, with every experiment's own noise."""
-    found: list[PredictedDeviation] = []
+    comparisons: list[PredictedDeviation] = []
     for table in tables:
         if table.snr_db is not None:
             ratio = 10.0 ** (-table.snr_db / 20.0)
-            found += _at_ratio(goals, own, [e.signal_std * ratio for e in own], table)
-    return tuple(found)
+            comparisons += _at_ratio(goals, own, [e.signal_std * ratio for e in own], table)
+    return tuple(comparisons)
 
 
 def _at_ratio(
     goals: _Goals, own: Sequence[Experiment], noise: Sequence[np.ndarray], table: EstimateTable
 ) -> list[PredictedDeviation]:
     """Each stiffness: every experiment alone, the mean of these, all together."""
-    found = []
+    comparisons = []
     stiff = [k for k, name in enumerate(goals.names) if name.startswith("EI")]
     alone = [goals.expected([e], [s]) for e, s in zip(own, noise, strict=True)]
     together = goals.expected(own, noise)
     for segment, k in enumerate(stiff if len(stiff) == len(table.rows[0].EI) else []):
-        each = [one[k].std for one in alone]
-        mean = float(np.sqrt(np.sum(np.square(each))) / len(each))
-        for row, expected in zip(table.rows, [*each, mean, together[k].std], strict=True):
+        deviations = [expected_alone[k].std for expected_alone in alone]
+        mean = float(np.sqrt(np.sum(np.square(deviations))) / len(deviations))
+        for row, expected in zip(table.rows, [*deviations, mean, together[k].std], strict=True):
             actual = row.EI[segment].std / row.EI[segment].mean
             label = _label(row.label, table.snr_db)
-            found.append(PredictedDeviation(label, goals.names[k], expected, actual))
-    return found
+            comparisons.append(PredictedDeviation(label, goals.names[k], expected, actual))
+    return comparisons
 
 
 def _label(row: str, snr_db: float | None) -> str:

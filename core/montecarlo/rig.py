@@ -63,12 +63,12 @@ class Rig:
     @cached_property
     def bounds(self) -> dict[str, tuple[float, float]]:
         """Nominal value plus and minus the prior's share, for each estimated parameter."""
-        found = {}
+        bounds = {}
         for name in self._names:
             value = self.model.parameter(name).value
             ends = sorted(((1.0 - PRIOR) * value, (1.0 + PRIOR) * value))
-            found[name] = (float(ends[0]), float(ends[1]))
-        return found | dict(self.settings.scenario.identify.bounds)
+            bounds[name] = (float(ends[0]), float(ends[1]))
+        return bounds | dict(self.settings.scenario.identify.bounds)
 
     def recording(self, spec: SimulateSpec, name: str) -> Recording:
         """What the true arm does, without noise."""
@@ -97,8 +97,8 @@ class Rig:
 
     def stiffness(self, values: dict[str, float]) -> list[float]:
         """EI in N m² of each segment that bends; one number where all always are the same."""
-        each = self._stiffness(values)
-        return each[:1] if self._one_stiffness else each
+        stiffnesses = self._stiffness(values)
+        return stiffnesses[:1] if self._one_stiffness else stiffnesses
 
     def _stiffness(self, values: dict[str, float]) -> list[float]:
         p, arm = self.model.numbers(values).p, self.model.arm

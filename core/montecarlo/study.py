@@ -23,11 +23,11 @@ from ..sentences import did_you_mean
 
 def study_cases(settings: StudySettings, only: Collection[str] = ()) -> list[Case]:
     """The cases of all parts, or of the named ones."""
-    known = parts()
+    kinds = parts()
     for name in only:
-        if name not in known:
-            raise InputError(f"The study has no part {name!r}; {did_you_mean(name, known)}")
-    chosen = [part for kind, part in known.items() if not only or kind in only]
+        if name not in kinds:
+            raise InputError(f"The study has no part {name!r}; {did_you_mean(name, kinds)}")
+    chosen = [part for kind, part in kinds.items() if not only or kind in only]
     return [case for part in chosen for case in part.cases(settings)]
 
 
@@ -50,8 +50,8 @@ FOLDER = f"{__package__}.parts"
 
 def parts() -> dict[str, Part]:
     """kind -> part, in their order."""
-    found: dict[str, Part] = discover(FOLDER, Part).members
-    return dict(sorted(found.items(), key=lambda pair: pair[1].order))
+    parts: dict[str, Part] = discover(FOLDER, Part).members
+    return dict(sorted(parts.items(), key=lambda pair: pair[1].order))
 
 
 def order_text(settings: StudySettings, case: Case) -> str:

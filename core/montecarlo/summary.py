@@ -122,19 +122,19 @@ def _bias_sources(records: Mapping[str, Record]) -> tuple[BiasSource, ...]:
     answers = [r["answer"] for key, r in sorted(records.items()) if r["part"] == "bias"]
     if not answers:
         return ()
-    found = []
+    sources = []
     for k, first in enumerate(answers[0]["sources"]):
-        each = [a["sources"][k] for a in answers]
-        found.append(
+        answers_of_source = [a["sources"][k] for a in answers]
+        sources.append(
             BiasSource(
                 first["excitation"],
                 first["rates"],
-                np.array([s["local"] for s in each]),
-                np.array([s["glocal"] for s in each]),
-                np.array([s["wander"] for s in each]),
+                np.array([s["local"] for s in answers_of_source]),
+                np.array([s["glocal"] for s in answers_of_source]),
+                np.array([s["wander"] for s in answers_of_source]),
             )
         )
-    return tuple(found)
+    return tuple(sources)
 
 
 @dataclass(frozen=True)

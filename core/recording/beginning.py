@@ -96,8 +96,8 @@ def with_beginnings(
 
 
 def _complete(recording: Recording, names: Sequence[str]) -> bool:
-    known = recording.has(*names) and len(recording.time) > 4 * LAGS
-    return known and all(np.isfinite(recording[n]).all() for n in names)
+    long_enough = recording.has(*names) and len(recording.time) > 4 * LAGS
+    return long_enough and all(np.isfinite(recording[n]).all() for n in names)
 
 
 def _columns(recording: Recording, names: Sequence[str], most: int) -> np.ndarray:
@@ -111,8 +111,8 @@ def _first_errors(
 ) -> np.ndarray | None:
     """Per recording the rms error of the first samples foretold from rest, of the joint where it is
     largest, in units of what is usual; None where later samples tell nothing of the first."""
-    each = [_side_by_side(y, u, lags) for y, u in zip(places, driving, strict=True)]
-    A, B = (np.vstack([part[lags:] for part in parts]) for parts in zip(*each, strict=True))
+    windows = [_side_by_side(y, u, lags) for y, u in zip(places, driving, strict=True)]
+    A, B = (np.vstack([part[lags:] for part in parts]) for parts in zip(*windows, strict=True))
     if len(A) < FEWEST_PER_COLUMN * A.shape[1]:
         return _first_errors(places, driving, lags // 2) if lags > 3 else None
     scales = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
@@ -122,14 +122,14 @@ def _first_errors(
     weights = (axes.T / sizes) @ (base.T @ B)
     left = A / scales @ weights - B
     usual = np.sqrt(np.sum(left**2, axis=0) / (len(A) - A.shape[1]))
-    found, strange = [], []
-    for before, after in each:
+    errors, strange = [], []
+    for before, after in windows:
         first = before[:FIRST] / scales
         leverage = np.sum((first @ axes.T / sizes) ** 2, axis=1)
         error = (first @ weights - after[:FIRST]) / np.sqrt(1.0 + leverage)[:, None]
-        found.append(np.max(np.sqrt(np.mean(error**2, axis=0)) / np.maximum(usual, 1e-300)))
+        errors.append(np.max(np.sqrt(np.mean(error**2, axis=0)) / np.maximum(usual, 1e-300)))
         strange.append(np.median(leverage))
-    return np.array(found) if np.median(strange) < STRANGE else None
+    return np.array(errors) if np.median(strange) < STRANGE else None
 
 
 def _side_by_side(

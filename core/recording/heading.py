@@ -85,13 +85,13 @@ def _names(text: str, delimiter: str) -> list[str]:
 
 def _delimiter(lines: list[str]) -> tuple[str, int]:
     """The one that cuts most lines into equally many numbers, and how many; width 0: none."""
-    best, found = (0, 0), (DELIMITERS[0], 0)
+    best, chosen = (0, 0), (DELIMITERS[0], 0)
     for delimiter in DELIMITERS:
         widths = [_sample_width(line, delimiter) for line in lines]
         for width in {w for w in widths if w > 1}:
             if (score := (widths.count(width), width)) > best:
-                best, found = score, (delimiter, width)
-    return found
+                best, chosen = score, (delimiter, width)
+    return chosen
 
 
 def _sample_width(text: str, delimiter: str) -> int:
@@ -135,8 +135,8 @@ def _units(text: str, delimiter: str, width: int) -> list[str]:
 
 def _square(cell: str) -> str:
     """`theta1 (deg)` as `theta1 [deg]`."""
-    found = _ROUND.match(cell)
-    return f"{found['name']} [{found['unit']}]" if found and is_unit(found["unit"]) else cell
+    match = _ROUND.match(cell)
+    return f"{match['name']} [{match['unit']}]" if match and is_unit(match["unit"]) else cell
 
 
 def _with_units(file: str, cells: list[str], units: list[str]) -> tuple[list[str], dict[str, str]]:

@@ -89,19 +89,19 @@ def _load(
     dt = float(time[-1] - time[0]) / (len(time) - 1)
     warnings += _apply_camera(channels, spec, dt, table.source)
     warnings += unused(table, sources)
-    found = Recording(
+    recording = Recording(
         name=spec.name or file_stem(table.source),
         time=time,
         channels=channels,
         role=spec.role,
         counted=counted,
-        logger_filters={name: each.filter() for name, each in spec.logger_filter.items()},
+        logger_filters={name: settings.filter() for name, settings in spec.logger_filter.items()},
         camera=CameraPose(delay=spec.camera.delay),
         source=table.source,
         warnings=tuple(warnings),
         theta2=spec.theta2,
     )
-    return at_rate(found, factor)
+    return at_rate(recording, factor)
 
 
 class Unchecked(NamedTuple):

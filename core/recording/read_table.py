@@ -17,7 +17,7 @@ INSTALL = "pip install 'flexgui[lab]'"
 
 def readers() -> dict[str, TableReader]:
     """The readers by the suffix of the files' usual names."""
-    return {s: each for each in _all() for s in each.kind.split() if s.startswith(".")}
+    return {s: reader for reader in _all() for s in reader.kind.split() if s.startswith(".")}
 
 
 def _all() -> list[TableReader]:
@@ -57,7 +57,7 @@ def _check_file(path: Path) -> None:
 
 def folder_sentence(path: Path) -> str:
     """Which files of a folder can be named: the parts of a bag, the episodes of a data set."""
-    inside = next((found for each in _all() if (found := _parts(path, each))), None)
+    inside = next((files for each in _all() if (files := _parts(path, each))), None)
     if inside is None:
         inside = sorted(p for p in path.glob("*") if _suffix(p) and p.is_file())
     if not inside:
@@ -84,13 +84,13 @@ def _reader(path: Path, start: bytes) -> TableReader:
     best = max(_all(), key=lambda reader: reader.fits(path, start))
     if best.fits(path, start):
         return best
-    known, suffix = readers(), _suffix(path)
+    types, suffix = readers(), _suffix(path)
     if not suffix:
         raise InputError(
             f"{path.name} has a file type that cannot be read; known types: "
-            f"{', '.join(sorted(known))}."
+            f"{', '.join(sorted(types))}."
         )
-    return known[suffix]
+    return types[suffix]
 
 
 def _check_installed(path: Path, reader: TableReader) -> None:

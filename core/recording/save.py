@@ -39,10 +39,10 @@ def recording_frame(recording: Recording, units: Mapping[str, str]) -> DataFrame
 
     columns = {}
     for name, values in {"t": recording.time, **recording.channels}.items():
-        known = channel_kind(name).units
-        unit = units.get(name, known[0] if len(known) == 1 else "")
+        si_units = channel_kind(name).units
+        unit = units.get(name, si_units[0] if len(si_units) == 1 else "")
         header = f"{name} [{unit}]" if unit else name
-        factor = factor_to_si(unit, known)
+        factor = factor_to_si(unit, si_units)
         columns[header] = values if factor == 1.0 else values / factor
     return pd.DataFrame(columns)
 

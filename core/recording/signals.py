@@ -110,11 +110,11 @@ def merged(
 
 def short_names(headers: Iterable[str]) -> dict[str, str]:
     """Path -> header: the channel's own name where the path ends in it, once in the file."""
-    found = {header: _channel_header(header) for header in headers}
-    times = Counter(parse_header(short)[0] for short in found.values() if short)
+    shortened = {header: _channel_header(header) for header in headers}
+    times = Counter(parse_header(short)[0] for short in shortened.values() if short)
     return {
         header: short if short and times[parse_header(short)[0]] == 1 else header
-        for header, short in found.items()
+        for header, short in shortened.items()
     }
 
 
@@ -136,7 +136,7 @@ def _has_channel(group: Group) -> bool:
 
 def _with_shared_clocks(groups: Sequence[Group], bad: dict[str, str]) -> list[Group]:
     """Each with a time; a group without one takes that of a group as long as it is."""
-    found = []
+    clocked = []
     for group in groups:
         time = group.time
         if time is None:
@@ -148,8 +148,8 @@ def _with_shared_clocks(groups: Sequence[Group], bad: dict[str, str]) -> list[Gr
         for header in [h for h, v in group.columns.items() if len(v) != len(time)]:
             bad[header] = f"has {len(group.columns[header])} values for {len(time)} times"
             del group.columns[header]
-        found.append(Group(group.name, group.columns, time))
-    return found
+        clocked.append(Group(group.name, group.columns, time))
+    return clocked
 
 
 def _onto(group: Group, base: Group) -> tuple[dict[str, np.ndarray], list[str]]:

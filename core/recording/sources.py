@@ -100,9 +100,9 @@ def _mapped_header(table: Table, channel: str, wanted: str) -> str:
 def _unit_factor(
     table: Table, header: str, unit: str, channel: str, units: Mapping[str, str]
 ) -> float:
-    known = (units[channel],) if channel in units else channel_kind(channel).units
+    si_units = (units[channel],) if channel in units else channel_kind(channel).units
     try:
-        return factor_to_si(unit, known)
+        return factor_to_si(unit, si_units)
     except InputError as error:
         raise InputError(f"{table.source}: column {header}: {error}.") from error
 
@@ -215,16 +215,18 @@ def guess_columns(columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> d
         [[_score(c, h, columns[h], numbers) for h in headers] for c in wanted], dtype=float
     ).reshape(len(wanted), len(headers))
     rows, chosen = scipy.optimize.linear_sum_assignment(-np.maximum(scores, 0.0))
-    found = {
+    guesses = {
         wanted[i]: Guess(headers[j], _unit_in(headers[j], wanted[i]))
         for i, j in zip(rows, chosen, strict=True)
         if scores[i, j] >= LEAST
     }
-    for channel in [c for c in found if c.startswith("link_")]:
+    for channel in [c for c in guesses if c.startswith("link_")]:
         only = channel.removeprefix("link_")
-        if only in wanted and only not in found:  # the joint's only encoder, whatever it is called
-            found[only] = found.pop(channel)
-    return {c: found[c] for c in wanted if c in found}
+        if (
+            only in wanted and only not in guesses
+        ):  # the joint's only encoder, whatever it is called
+            guesses[only] = guesses.pop(channel)
+    return {c: guesses[c] for c in wanted if c in guesses}
 
 
 def _parts(header: str) -> list[str]:
@@ -277,8 +279,8 @@ def _unit_in(header: str, channel: str) -> str:
     if parse_header(header)[1] or parse_header(header)[0] == channel:
         return ""
     parts = _parts(header)
-    found = next((UNITS[p] for p in reversed(parts) if p in UNITS), "")
+    unit = next((UNITS[p] for p in reversed(parts) if p in UNITS), "")
     speed = channel_kind(channel).units[0].endswith("/s")
-    if found and speed and not found.endswith("/s") and found != "rpm":
-        found = f"{found}/s"
-    return found if is_unit(found) else ""
+    if unit and speed and not unit.endswith("/s") and unit != "rpm":
+        unit = f"{unit}/s"
+    return unit if is_unit(unit) else ""

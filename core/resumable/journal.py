@@ -54,14 +54,14 @@ class Journal:
         except OSError as error:
             reason = error.strerror or str(error)
             raise InputError(f"{self.path} cannot be read: {reason}.") from error
-        found = [r for r in map(_parsed, text.splitlines()) if r is not None]
-        head = next((r["study"] for r in found if "study" in r), None)
+        records = [r for r in map(_parsed, text.splitlines()) if r is not None]
+        head = next((r["study"] for r in records if "study" in r), None)
         if text and (head != self.identity or not text.startswith("{")):
             raise InputError(
                 f"{self.path} has other content, perhaps the results of another study; choose "
                 f"another --out or remove the file."
             )
-        return {r["key"]: r for r in found if "key" in r}
+        return {r["key"]: r for r in records if "key" in r}
 
 
 class Writer:
@@ -89,10 +89,10 @@ def _refusing(path: Path) -> Iterator[None]:
 
 def _parsed(line: str) -> Record | None:
     try:
-        found = json.loads(line)
+        record = json.loads(line)
     except json.JSONDecodeError:
         return None
-    return found if isinstance(found, dict) else None
+    return record if isinstance(record, dict) else None
 
 
 class Keyed(Protocol):
@@ -131,9 +131,9 @@ def go_on(
     is yielded. `stop` is asked several times a second; closing the generator stops too. The same
     call goes on where it stopped.
     """
-    known = journal.records if journal is not None else {}
-    before = [known[case.key] for case in cases if case.key in known]
-    open_cases = [case for case in cases if case.key not in known]
+    records = journal.records if journal is not None else {}
+    before = [records[case.key] for case in cases if case.key in records]
+    open_cases = [case for case in cases if case.key not in records]
     for done, record in enumerate(before, start=1):
         yield Finished(record, done, len(cases), True)
     if not open_cases or stop():

@@ -90,12 +90,12 @@ def resolve_file(file: str, beside: Folder, data_folder: Path | None = None) -> 
 def outside(scenario: Scenario, beside: Path, data_folder: Path | None = None) -> str:
     """The sentence about recordings that lie in neither folder, links followed; else empty."""
     folders = [folder.resolve() for folder in (beside, *_data_folders(data_folder))]
-    found = [
+    paths = [
         resolve_file(file, beside, data_folder).resolve()
         for spec in scenario.recordings
         for file in spec.files
     ]
-    far = [path for path in dict.fromkeys(found) if not _under(path, folders)]
+    far = [path for path in dict.fromkeys(paths) if not _under(path, folders)]
     if not far:
         return ""
     return f"The scenario reads outside its folder and the data folder: {_some(far)}."

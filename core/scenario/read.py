@@ -76,12 +76,12 @@ def _check_extent(text: str, source: str) -> None:
     """InputError where reading a TOML text could take long, before it is tried."""
     values = parts = depth = 0
     for token in _TOKEN.finditer(text):
-        one = token[0]
-        if one in "\"'":  # a text without an end: nothing behind it will be read
+        symbol = token[0]
+        if symbol in "\"'":  # a text without an end: nothing behind it will be read
             return
-        values += one in "=,[{"
-        depth += (one in "[{") - (one in "]}")
-        parts = parts + 1 if one == "." else 0 if one in "=,[]{}\n" else parts
+        values += symbol in "=,[{"
+        depth += (symbol in "[{") - (symbol in "]}")
+        parts = parts + 1 if symbol == "." else 0 if symbol in "=,[]{}\n" else parts
         if parts > MOST_PARTS or depth > DEEPEST:
             raise InputError(f"{source} is not valid TOML; it is nested too deeply or is too long.")
         if values > MOST_VALUES:
@@ -128,10 +128,10 @@ _SHORT_LIST = re.compile(r"\[\n((?: +[^\n\[\]{}]+,\n)+) *\]")
 _WIDTH = 80
 
 
-def _on_one_line(found: re.Match[str]) -> str:
-    entries = [line.strip() for line in found[1].split("\n") if line]
+def _on_one_line(match: re.Match[str]) -> str:
+    entries = [line.strip() for line in match[1].split("\n") if line]
     line = "[" + " ".join(entries).removesuffix(",") + "]"
-    return line if len(line) <= _WIDTH else found[0]
+    return line if len(line) <= _WIDTH else match[0]
 
 
 def _plain(value: Any) -> Any:
@@ -139,5 +139,5 @@ def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {str(k): _plain(v) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_plain(entry) for entry in value]
     return value

@@ -171,7 +171,7 @@ class SensorsSpec(Settings):
     @model_validator(mode="before")
     @classmethod
     def _gather_further(cls, data: Any) -> Any:
-        named = {one.noise for one in sensors().values()} - {"", *cls.model_fields}
+        named = {sensor.noise for sensor in sensors().values()} - {"", *cls.model_fields}
         return gathered(data, lambda key: key in named, "further")
 
     @model_serializer(mode="wrap")
@@ -182,7 +182,7 @@ class SensorsSpec(Settings):
     @classmethod
     def known_settings(cls) -> list[str]:
         """Keys of `[sensors]`."""
-        named = sorted({one.noise for one in sensors().values()} - {"", *cls.model_fields})
+        named = sorted({sensor.noise for sensor in sensors().values()} - {"", *cls.model_fields})
         return [name for name in cls.model_fields if name != "further"] + named
 
     def noise_of(self, setting: str) -> float | None:

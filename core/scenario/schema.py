@@ -41,8 +41,8 @@ MOST_SAMPLES = 1_000_000
 
 def _known_output(kind: str) -> str:
     if kind not in sensors():
-        known = listed([repr(name) for name in sorted(sensors())], "or")
-        raise ValueError(f"is {quoted(kind)}; it must be {known}.")
+        kinds = listed([repr(name) for name in sorted(sensors())], "or")
+        raise ValueError(f"is {quoted(kind)}; it must be {kinds}.")
     return kind
 
 

@@ -45,10 +45,10 @@ def _check_rig(scenario: Scenario, joints: int) -> None:
             "one each."
         )
     for entry in scenario.model.effects:
-        one = catalogue().get(entry.id)
-        if one is not None and one.ruled_out_by in stated:
+        item = catalogue().get(entry.id)
+        if item is not None and item.ruled_out_by in stated:
             raise InputError(
-                f"{WHERE} lists {entry.id!r}, but [rig] says that {stated[one.ruled_out_by]}; "
+                f"{WHERE} lists {entry.id!r}, but [rig] says that {stated[item.ruled_out_by]}; "
                 f"remove one of the two."
             )
 
@@ -70,7 +70,7 @@ def with_stated_effects(model: Model, spec: ModelSpec) -> Model:
     quantities, starts = _parameters(model, stated), _starts(stated)
     _check_values(stated, starts, quantities)
     _check_present(stated, starts, quantities)
-    return model.with_effects([each.effect for each in stated], starts)
+    return model.with_effects([entry.effect for entry in stated], starts)
 
 
 def with_hidden_effects(
@@ -81,20 +81,20 @@ def with_hidden_effects(
     What the model has beyond that is what somebody believes, and must not change the data.
     """
     bare = model.bare or model
-    known = {**catalogue(), **{one.kind: one for one in model.effects}}
+    effects = {**catalogue(), **{item.kind: item for item in model.effects}}
     stated = []
     for kind, table in hidden.items():
         where = f"Recording {recording}: hidden.{kind}"
-        if kind not in known:
-            raise InputError(f"{where} is not known; {did_you_mean(kind, known)}")
+        if kind not in effects:
+            raise InputError(f"{where} is not known; {did_you_mean(kind, effects)}")
         sizes = {
             name: EffectParameterSpec(start=_number(v, f"{where}.{name}"))
             for name, v in table.items()
         }
-        stated.append(Stated(known[kind], sizes, where))
+        stated.append(Stated(effects[kind], sizes, where))
     values = _starts(stated)
     _check_values(stated, values, _parameters(bare, stated))
-    return bare.with_effects([each.effect for each in stated], values)
+    return bare.with_effects([entry.effect for entry in stated], values)
 
 
 def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec) -> IdentifySpec:
@@ -102,11 +102,11 @@ def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec
     stated = stated_effects(model, spec)
     if not stated:
         return identify
-    given, quantities = _stated_parameters(stated), _parameters(model, stated)
+    settings, quantities = _stated_parameters(stated), _parameters(model, stated)
     neutral = _left_neutral(stated, quantities)
     names, bounds, prior = list(identify.parameters), dict(identify.bounds), dict(identify.prior)
     for name, quantity in _all(quantities).items():
-        own = given.get(name, EffectParameterSpec())
+        own = settings.get(name, EffectParameterSpec())
         if not own.vary or name not in model.parameters or name in neutral:
             continue
         if name not in (*names, *identify.per_recording):
@@ -127,10 +127,10 @@ def _left_neutral(
     """Parameters about separate things of effects of which only others are stated."""
     return frozenset(
         name
-        for each in stated
-        if each.parameters
-        for name, quantity in quantities[each.effect.kind].items()
-        if quantity.separate and name not in each.parameters
+        for entry in stated
+        if entry.parameters
+        for name, quantity in quantities[entry.effect.kind].items()
+        if quantity.separate and name not in entry.parameters
     )
 
 
@@ -165,8 +165,8 @@ def arms_to_come(scenario: Scenario) -> tuple[Structure, ...]:
 
 def structures_tried(arm: Arm, effects: Sequence[Effect]) -> tuple[Structure, ...]:
     """Of an arm by itself and with each of the effects."""
-    arms = [arm, *(one.changed_arm(arm, {}) for one in effects)]
-    return tuple(dict.fromkeys(Structure.of(one) for one in arms))
+    arms = [arm, *(item.changed_arm(arm, {}) for item in effects)]
+    return tuple(dict.fromkeys(Structure.of(item) for item in arms))
 
 
 def stated_effects(model: Model, spec: ModelSpec) -> list[Stated]:
@@ -217,32 +217,32 @@ def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
 
 def _check_once(bare: Model, stated: Sequence[Stated]) -> None:
     """No effect twice unless it repeats, and no own parameter that is another's."""
-    kinds = [each.effect.kind for each in stated if not each.effect.repeats]
+    kinds = [entry.effect.kind for entry in stated if not entry.effect.repeats]
     doubled = [kind for kind in kinds if kinds.count(kind) > 1]
     if doubled:
         raise InputError(f"{WHERE} lists {doubled[0]!r} twice; list it once.")
     taken = {**dict.fromkeys(bare.parameters, "the arm or the drive")}
-    for each in stated:
-        mine = _parameters(bare, [each])[each.effect.kind]
-        for name in mine:
+    for entry in stated:
+        own = _parameters(bare, [entry])[entry.effect.kind]
+        for name in own:
             # A listed effect may be a parameter of the arm; an own one brings its own.
-            if each.effect.kind not in catalogue() and name in taken:
+            if entry.effect.kind not in catalogue() and name in taken:
                 raise InputError(
-                    f"{each.where} parameters: {name!r} is a parameter of {taken[name]} already; "
+                    f"{entry.where} parameters: {name!r} is a parameter of {taken[name]} already; "
                     f"choose another name."
                 )
-            taken[name] = each.effect.kind
+            taken[name] = entry.effect.kind
 
 
 def _parameters(model: Model, stated: Sequence[Stated]) -> dict[str, dict[str, EffectParameter]]:
     """kind -> name -> parameter, of the effects and all that they include."""
     bare = model.bare or model
-    arm, found = bare.arm, {}
-    for one in with_included([each.effect for each in stated]):
-        arm = one.changed_arm(arm, {})
-        quantities = one.parameters(arm, bare.drive, typical(arm))
-        found[one.kind] = {quantity.parameter.name: quantity for quantity in quantities}
-    return found
+    arm, parameters = bare.arm, {}
+    for item in with_included([entry.effect for entry in stated]):
+        arm = item.changed_arm(arm, {})
+        quantities = item.parameters(arm, bare.drive, typical(arm))
+        parameters[item.kind] = {quantity.parameter.name: quantity for quantity in quantities}
+    return parameters
 
 
 def _all(quantities: Mapping[str, Mapping[str, EffectParameter]]) -> dict[str, EffectParameter]:
@@ -251,13 +251,13 @@ def _all(quantities: Mapping[str, Mapping[str, EffectParameter]]) -> dict[str, E
 
 def _stated_parameters(stated: Sequence[Stated]) -> dict[str, EffectParameterSpec]:
     """What all effects together say of parameters; InputError where two say it."""
-    given: dict[str, EffectParameterSpec] = {}
-    for each in stated:
-        for name, quantity in each.parameters.items():
-            if name in given:
-                raise InputError(f"{each.where}: {name!r} is given twice; give it once.")
-            given[name] = quantity
-    return given
+    parameters: dict[str, EffectParameterSpec] = {}
+    for entry in stated:
+        for name, quantity in entry.parameters.items():
+            if name in parameters:
+                raise InputError(f"{entry.where}: {name!r} is given twice; give it once.")
+            parameters[name] = quantity
+    return parameters
 
 
 def _starts(stated: Sequence[Stated]) -> dict[str, float]:
@@ -274,16 +274,16 @@ def _check_values(
     quantities: Mapping[str, Mapping[str, EffectParameter]],
 ) -> None:
     """Only parameters that the effects have, and with the signs that they can have."""
-    for each in stated:
-        kinds = [one.kind for one in with_included([each.effect])]
-        mine = {name: quantity for kind in kinds for name, quantity in quantities[kind].items()}
-        for name in each.parameters:
-            if name not in mine:
-                hint = did_you_mean(name, mine)
-                raise InputError(f"{each.where} has no parameter {name!r}; {hint}")
-            if name in values and mine[name].parameter.lower >= 0.0 > values[name]:
+    for entry in stated:
+        kinds = [item.kind for item in with_included([entry.effect])]
+        own = {name: quantity for kind in kinds for name, quantity in quantities[kind].items()}
+        for name in entry.parameters:
+            if name not in own:
+                hint = did_you_mean(name, own)
+                raise InputError(f"{entry.where} has no parameter {name!r}; {hint}")
+            if name in values and own[name].parameter.lower >= 0.0 > values[name]:
                 raise InputError(
-                    f"{each.where}: {name} is {values[name]:g}; it cannot be less than zero."
+                    f"{entry.where}: {name} is {values[name]:g}; it cannot be less than zero."
                 )
 
 
@@ -293,16 +293,16 @@ def _check_present(
     quantities: Mapping[str, Mapping[str, EffectParameter]],
 ) -> None:
     """What is to be estimated must not start where the effect vanishes and is left out."""
-    for each in stated:
-        sizes = {n: k for n, k in quantities[each.effect.kind].items() if not k.secondary}
+    for entry in stated:
+        sizes = {n: k for n, k in quantities[entry.effect.kind].items() if not k.secondary}
         vanishes = all(starts.get(n, k.parameter.value) == k.neutral for n, k in sizes.items())
         if (
             sizes
             and vanishes
-            and any(each.parameters.get(n, EffectParameterSpec()).vary for n in sizes)
+            and any(entry.parameters.get(n, EffectParameterSpec()).vary for n in sizes)
         ):
             raise InputError(
-                f"{each.where} starts at its neutral value, where it vanishes; give another start "
+                f"{entry.where} starts at its neutral value, where it vanishes; give another start "
                 f"to at least one of {', '.join(sizes)}."
             )
 

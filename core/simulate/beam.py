@@ -61,9 +61,9 @@ def left_out(model: Model, numbers: Numbers, task: Task, joints: np.ndarray) -> 
     next mode adds to it. Neither are the drive's limits, so that the answer does not hold where
     they are met.
     """
-    found = np.zeros((len(task.time), 2))
+    deflection = np.zeros((len(task.time), 2))
     if not bending(model.arm):
-        return found
+        return deflection
     blocks, n = list(_blocks(joints)), model.arm.coordinates
     start = full_start(task, numbers)[: 2 * n + numbers.law.states]
     for extra, sign in ((0, -1.0), (EXTRA, 1.0)):
@@ -72,8 +72,8 @@ def left_out(model: Model, numbers: Numbers, task: Task, joints: np.ndarray) -> 
         x = arms[0].widened(start)
         for rows, straight in zip(blocks, arms, strict=True):
             over = straight.step(task.sample_time)
-            found[rows] += sign * march(over, straight.tip, r[rows], x)
-    return found
+            deflection[rows] += sign * march(over, straight.tip, r[rows], x)
+    return deflection
 
 
 def _inputs(
@@ -162,7 +162,7 @@ class StraightArm:
         return float(self.numbers.p[slot(segment, which)])
 
     def _links(self) -> list[_Link]:
-        found: list[_Link] = []
+        links: list[_Link] = []
         place, angle = np.zeros(2), 0.0
         chain: tuple[int, ...] = ()
         for k, segment in enumerate(self.arm.segments):
@@ -175,9 +175,9 @@ class StraightArm:
             place = place + float(put.slide) * slide
             angle, chain = angle + float(put.turn), (*chain, k)
             end = place + self._value(k, LENGTH) * _unit(angle)
-            found.append(_Link(place, end, _turned(_unit(angle)), turns, slide, chain))
+            links.append(_Link(place, end, _turned(_unit(angle)), turns, slide, chain))
             place = end
-        return found
+        return links
 
     def slopes(self, segment: int, x: float) -> np.ndarray:
         """dp/dq (2, n) of the point at x on a segment."""
@@ -207,23 +207,23 @@ class StraightArm:
 
     def _end_slope(self, segment: int) -> np.ndarray:
         """dphi/dq (n,) of the direction of a segment's end."""
-        found, chain = np.zeros(self.n), self.links[segment].chain
+        slope, chain = np.zeros(self.n), self.links[segment].chain
         for j in chain:
             twist = self.arm.twist_place(j)
             for place in (j, twist):
                 if place is not None:
-                    found[place] = float(self.links[j].turns)
+                    slope[place] = float(self.links[j].turns)
         for c, (j, e) in self._columns():
             if j in chain:
-                found[c] = e * self._value(j, LENGTH) ** (e - 1)
-        return found
+                slope[c] = e * self._value(j, LENGTH) ** (e - 1)
+        return slope
 
     def _rotor_slope(self, segment: int) -> np.ndarray:
         """dphi/dq (n,) of a rotor without a gear, on the end of the segment before."""
         chain = [j for j in self.links[segment].chain if j != segment]
-        found = self._end_slope(chain[-1]) if chain else np.zeros(self.n)
-        found[segment] += float(self.links[segment].turns)
-        return found
+        slope = self._end_slope(chain[-1]) if chain else np.zeros(self.n)
+        slope[segment] += float(self.links[segment].turns)
+        return slope
 
     def _inertia_and_weight(self) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n), and the force (n,) of gravity."""
@@ -272,18 +272,18 @@ class StraightArm:
 
     def step(self, dt: float) -> np.ndarray:
         """(nx + nr + n, nx): the exact step over dt with held inputs, transposed."""
-        law, n, known = self.numbers.law, self.n, self.arm.coordinates
+        law, n, coordinates = self.numbers.law, self.n, self.arm.coordinates
         joints, nx, nr = self.arm.joints, 2 * n + law.states, law.references
         K, D = self._stiffness_and_damping()
-        K[:joints, :known] += law.P
-        D[:joints, :known] += law.V
+        K[:joints, :coordinates] += law.P
+        D[:joints, :coordinates] += law.V
         drive = np.zeros((n, law.states + nr))
         drive[:joints] = np.hstack([-law.S, law.R])
         rate = np.zeros((nx + nr + n,) * 2)
         rate[:n, n : 2 * n] = np.eye(n)
         rate[n : 2 * n] = np.linalg.solve(self.M, np.hstack([-K, -D, drive, np.eye(n)]))
-        rate[2 * n : nx, :known] = law.Fq
-        rate[2 * n : nx, n : n + known] = law.Fv
+        rate[2 * n : nx, :coordinates] = law.Fq
+        rate[2 * n : nx, n : n + coordinates] = law.Fv
         rate[2 * n : nx, 2 * n : nx] = law.Fs
         rate[2 * n : nx, nx : nx + nr] = law.Fr
         return np.ascontiguousarray(exponential(rate * dt)[:nx].T)

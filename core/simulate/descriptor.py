@@ -98,13 +98,13 @@ def _evaluated(
     bases, evaluate = _prepared(straight, which)
     numbers = dict(zip(straight.symbols.p, (float(x) for x in p), strict=True))
     n = straight.kinematics.structure.coordinates
-    found: dict[str, np.ndarray] = defaultdict(lambda: np.zeros((n, n)))
+    matrices: dict[str, np.ndarray] = defaultdict(lambda: np.zeros((n, n)))
     for basis, flat in zip(bases, evaluate(*numbers.values()), strict=True):
         # Only the directions of slides are parameters in a basis.
         shown = basis.subs({s: x for s, x in numbers.items() if s in basis.free_symbols})
         text, factor = (str(shown), 1.0) if shown.free_symbols else ("1", float(shown))
-        found[text] = found[text] + factor * np.array(flat, dtype=float).reshape(n, n)
-    return {"1": found.pop("1", np.zeros((n, n))), **found}
+        matrices[text] = matrices[text] + factor * np.array(flat, dtype=float).reshape(n, n)
+    return {"1": matrices.pop("1", np.zeros((n, n))), **matrices}
 
 
 def _split(matrix: sp.Matrix) -> Terms:

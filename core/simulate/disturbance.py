@@ -54,15 +54,15 @@ def torque_behind(
     linear output of the posture's motion. `noise` (k,): standard deviations; `agility` in N m/√s
     (N/√s), None: the likeliest of some."""
     rows = [output_rows(at, name) for name in channels]
-    known = [k for k, row in enumerate(rows) if row is not None]
-    if not known:
+    measured = [k for k, row in enumerate(rows) if row is not None]
+    if not measured:
         return None
-    C = np.array([rows[k] for k in known])
-    e, std = error[:, known], np.asarray(noise, dtype=float)[known]
-    tried = AGILITY if agility is None else (agility,)
-    found = [_smoothed(at, C, e, std, dt, one) for one in tried]
-    settled = [one for one in found if one is not None]
-    return max(settled, key=lambda one: one.likelihood) if settled else None
+    C = np.array([rows[k] for k in measured])
+    e, std = error[:, measured], np.asarray(noise, dtype=float)[measured]
+    densities = AGILITY if agility is None else (agility,)
+    estimates = [_smoothed(at, C, e, std, dt, density) for density in densities]
+    converged = [estimate for estimate in estimates if estimate is not None]
+    return max(converged, key=lambda estimate: estimate.likelihood) if converged else None
 
 
 def torque_answer(
@@ -71,12 +71,12 @@ def torque_answer(
     """Which channels are linear outputs of the posture's motion, and how these answer a torque at
     the joints: (F, those, joints) at frequencies (F,) in periods per sample, held over a sample."""
     rows = [output_rows(at, name) for name in channels]
-    known = [k for k, row in enumerate(rows) if row is not None]
+    measured = [k for k, row in enumerate(rows) if row is not None]
     step, nx = _step(at, dt), at.states
     z = np.exp(2j * np.pi * frequencies)
     states = np.linalg.solve(z[:, None, None] * np.eye(nx) - step[:nx, :nx], step[:nx, nx:])
-    C = np.array([rows[k] for k in known]).reshape(len(known), nx)
-    return known, C @ states
+    C = np.array([rows[k] for k in measured]).reshape(len(measured), nx)
+    return measured, C @ states
 
 
 def output_rows(at: Posture, channel: str) -> np.ndarray | None:
@@ -119,9 +119,9 @@ def _smoothed(
 def _predicted_covariance(F: np.ndarray, H: np.ndarray, Q: np.ndarray) -> np.ndarray | None:
     """Steady state of the filter with unit noise, by doubling the interval (Chu et al. 2005): the
     Schur form of the pencil is too ill-conditioned here. None where it does not settle."""
-    A, G, P, one = F.T, H.T @ H, Q, np.eye(len(F))
+    A, G, P, identity = F.T, H.T @ H, Q, np.eye(len(F))
     for _ in range(DOUBLINGS):
-        W = np.linalg.solve(one + G @ P, np.hstack([A, G]))
+        W = np.linalg.solve(identity + G @ P, np.hstack([A, G]))
         more = A.T @ P @ W[:, : len(F)]
         G = G + A @ W[:, len(F) :] @ A.T
         A = A @ W[:, : len(F)]

@@ -55,7 +55,7 @@ def call_element(typingctx, address, x, x0, v, v0, w, w0, e, e0, out):  # type: 
         rows = [*((args[at], args[at + 1], sig.args[at]) for at in (1, 3, 5, 7))]
         rows.append((args[9], first, sig.args[9]))
         pointers = [row_pointer(context, builder, kind, array, row) for array, row, kind in rows]
-        builder.call(target, [builder.bitcast(one, pointer) for one in pointers])
+        builder.call(target, [builder.bitcast(value, pointer) for value in pointers])
         return context.get_dummy_value()
 
     return signature, emit
@@ -147,11 +147,11 @@ def add_known(elements, a, c, slopes, kv):  # type: ignore[no-untyped-def]
     for e in range(ports.size - 1 - elements[7].size):
         for i in range(ports[e + 1] - ports[e]):
             row = ports[e] + i
-            known = dot(directions, row, a) * get(Fx, row)
+            force = dot(directions, row, a) * get(Fx, row)
             if i < states[e + 1] - states[e]:
                 at = states[e] + i
-                known += get(Fw, at) * get(rw, at) * get(c, at)
-            add_along(kv, known, directions, row)
+                force += get(Fw, at) * get(rw, at) * get(c, at)
+            add_along(kv, force, directions, row)
 
 
 @njit(**INLINE)

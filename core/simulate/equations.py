@@ -75,13 +75,13 @@ def _shown(place: tuple[Phasor, ...], absent: dict[sp.Symbol, int]) -> tuple[Pha
 
 def _kinematics(kinematics: Kinematics, absent: dict[sp.Symbol, int]) -> list[Equation]:
     s = kinematics.symbols
-    found = []
+    equations = []
     for k, v in enumerate(s.modal):
         if not v:
             continue
         bend = s.latex(shapes.deflection(v, s.x))
         short = s.latex(shapes.foreshortening(v, s.x))
-        found.append(
+        equations.append(
             Equation(
                 f"Bending of segment {k + 1}",
                 rf"\delta_{{{k + 1}}}(x) = {bend}, \qquad u_{{{k + 1}}}(x) = {short}",
@@ -99,16 +99,16 @@ def _kinematics(kinematics: Kinematics, absent: dict[sp.Symbol, int]) -> list[Eq
     ]
     body = r" \\ ".join(shown + rows)
     note = "Place of the end effector, equation (3) of the paper for two one-mode segments."
-    found.append(Equation("End effector", rf"\begin{{aligned}} {body} \end{{aligned}}", note))
-    return found
+    equations.append(Equation("End effector", rf"\begin{{aligned}} {body} \end{{aligned}}", note))
+    return equations
 
 
 def _named_angles(place: tuple[Phasor, ...]) -> dict[sp.Expr, sp.Symbol]:
     """Each direction that occurs, with a short symbol for it."""
-    found: dict[sp.Expr, sp.Symbol] = {}
+    symbols: dict[sp.Expr, sp.Symbol] = {}
     for f in place:
-        found.setdefault(f.angle, sp.Symbol(f"phi{len(found) + 1}", real=True))
-    return found
+        symbols.setdefault(f.angle, sp.Symbol(f"phi{len(symbols) + 1}", real=True))
+    return symbols
 
 
 def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]) -> list[Equation]:
@@ -135,21 +135,21 @@ def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]
             parts.append(rf"\tfrac{{1}}{{2}} {tip} \dot{{\varphi}}_{{t,{k + 1}}}^2")
     rates = any(r"\omega" in part for part in parts)
     note = "ω is the rate of the end of the segment that carries a motor." if rates else ""
-    found = [Equation("Kinetic energy", "T = " + " + ".join(parts), note)]
+    equations = [Equation("Kinetic energy", "T = " + " + ".join(parts), note)]
     energy = bending(kinematics)
     if energy != 0:
-        found.append(Equation("Bending energy", rf"V = {s.latex(energy)}"))
+        equations.append(Equation("Bending energy", rf"V = {s.latex(energy)}"))
     spring = springs(kinematics)
     if spring != 0:
-        found.append(Equation("Elastic joints and base", rf"V_s = {s.latex(spring)}"))
+        equations.append(Equation("Elastic joints and base", rf"V_s = {s.latex(spring)}"))
     loss = dissipation(kinematics).subs(absent)
     if loss != 0:
-        found.append(Equation("Dissipation", rf"R = {s.latex(loss)}", "Kelvin-Voigt beams."))
-    return found
+        equations.append(Equation("Dissipation", rf"R = {s.latex(loss)}", "Kelvin-Voigt beams."))
+    return equations
 
 
 def _dynamics(model: Model) -> list[Equation]:
-    found = [
+    equations = [
         Equation(
             "Equations of motion",
             r"M(q)\, \ddot{q} = F(q, \dot{q}) + G u, "
@@ -157,21 +157,23 @@ def _dynamics(model: Model) -> list[Equation]:
             "By virtual work, equation (1) of the paper.",
         )
     ]
-    return [*found, Equation("Drive", model.drive.latex())] if model.drive.latex() else found
+    return (
+        [*equations, Equation("Drive", model.drive.latex())] if model.drive.latex() else equations
+    )
 
 
 def _effects(model: Model) -> list[Equation]:
     """What each effect of the model adds, in the order in which they enter."""
     return [
-        Equation(f"Effect: {one.title}", one.formula, first_sentence(one.story))
-        for one in model.effects
-        if one.formula
+        Equation(f"Effect: {effect.title}", effect.formula, first_sentence(effect.story))
+        for effect in model.effects
+        if effect.formula
     ]
 
 
 def _straight(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]) -> list[Equation]:
-    found = list(_lpv_form(kinematics.structure, frozenset(absent)))
-    return [*found, _rigid(model)] if model.arm.two_revolute else found
+    equations = list(_lpv_form(kinematics.structure, frozenset(absent)))
+    return [*equations, _rigid(model)] if model.arm.two_revolute else equations
 
 
 @cache
@@ -182,7 +184,7 @@ def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equat
     terms = {b.subs(zero): m.subs(zero) for b, m in straight.mass_terms.items()}
     terms = {b: m for b, m in terms.items() if m != sp.zeros(*m.shape)}
     pieces = [rf"M_{{{i}}}" + ("" if b == 1 else rf"\, {s.latex(b)}") for i, b in enumerate(terms)]
-    found = [
+    equations = [
         Equation(
             "LPV descriptor form",
             r"E(\kappa) \dot{x} = A x + B r, \quad "
@@ -196,11 +198,11 @@ def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equat
         for i, (basis, matrix) in enumerate(terms.items()):
             shown = matrix.applyfunc(sp.factor)
             what = "constant part" if basis == 1 else f"multiplies {basis}"
-            found.append(Equation(f"M{i}, {what}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
+            equations.append(Equation(f"M{i}, {what}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
         stiffness = stiffness_matrix(straight.kinematics)
         if stiffness != sp.zeros(*stiffness.shape):
-            found.append(Equation("Stiffness", rf"K = {_matrix(s, stiffness)}"))
-    return tuple(found)
+            equations.append(Equation("Stiffness", rf"K = {_matrix(s, stiffness)}"))
+    return tuple(equations)
 
 
 def _matrix(s, matrix: sp.Matrix) -> str:  # type: ignore[no-untyped-def]

@@ -149,19 +149,19 @@ def respond(model: Model, numbers: Sequence[Numbers], tasks: Sequence[Task]) -> 
     """Motions of the linear model: exact discretisation at a working point; where a schedule
     varies, the model at the middle of each sample is held over it.
     """
-    found: list[Trajectory] = []
+    motions: list[Trajectory] = []
     for first in range(0, len(tasks), LANES):
         some = slice(first, first + LANES)
-        found += _respond_lanes(model, numbers[some], tasks[some])
-    return found
+        motions += _respond_lanes(model, numbers[some], tasks[some])
+    return motions
 
 
 def _respond_lanes(
     model: Model, numbers: Sequence[Numbers], tasks: Sequence[Task]
 ) -> list[Trajectory]:
     n, joints = model.arm.coordinates, model.arm.joints
-    laws = [each.law for each in numbers]
-    moving = [with_forces(each, task) for each, task in zip(numbers, tasks, strict=True)]
+    laws = [x.law for x in numbers]
+    moving = [with_forces(x, task) for x, task in zip(numbers, tasks, strict=True)]
     states, nr = 2 * n + laws[0].states, laws[0].references
     rows, direct = [], []
     for law in laws:
@@ -171,17 +171,19 @@ def _respond_lanes(
     schedule = joint_schedule(tasks)
     out = aligned.py_func(length * (2 * n + joints)).reshape(length, -1, LANES)
     respond_lanes(
-        model.compiled.dynamics, model.compiled.linear, fill_lanes([each.p for each in numbers]),
+        model.compiled.dynamics, model.compiled.linear, fill_lanes([x.p for x in numbers]),
         law_lanes(moving), fill_lanes(rows), fill_lanes(direct), schedule, len(schedule) > 1,
         fill_lanes([np.array(task.sample_time) for task in tasks]),
         np.arange(states), not laws[0].interpolate,
-        fill_lanes([full_start(t, each) for t, each in zip(tasks, numbers, strict=True)]),
+        fill_lanes([full_start(t, x) for t, x in zip(tasks, numbers, strict=True)]),
         interleave([task.references for task in tasks], length + 1).ravel(),
         out.ravel(),
     )  # fmt: skip
-    found = []
-    for lane, (task, each) in enumerate(zip(tasks, numbers, strict=True)):
+    motions = []
+    for lane, (task, own) in enumerate(zip(tasks, numbers, strict=True)):
         y = out[: len(task.time), :, lane]
         q, v, u = y[:, :n], y[:, n : 2 * n], y[:, 2 * n :]
-        found.append(Trajectory(model.arm, model.compiled, each.p, task.time, q, v, u, linear=True))
-    return found
+        motions.append(
+            Trajectory(model.arm, model.compiled, own.p, task.time, q, v, u, linear=True)
+        )
+    return motions

@@ -100,23 +100,23 @@ def passes(jobs: Sequence[Job], steps: Sequence[int], workers: int) -> tuple[lis
     packed = [job.elements() for job in jobs]
     chunks = _side_by_side(jobs, packed)
     chosen = [(substeps, chunk) for substeps in steps for chunk in chunks]
-    found: dict[tuple[int, int], Trajectory] = {}
+    done: dict[tuple[int, int], Trajectory] = {}
 
-    def one(which: tuple[int, tuple[int, ...]]) -> None:
+    def run_chunk(which: tuple[int, tuple[int, ...]]) -> None:
         substeps, chunk = which
         if len(chunk) == 1:  # a pass of lanes would take two and a half times as long
             motions = [run(*jobs[chunk[0]].parts, substeps)]
         else:
             motions = _run_pass([jobs[i] for i in chunk], [packed[i] for i in chunk], substeps)
-        found.update({(substeps, i): x for i, x in zip(chunk, motions, strict=True)})
+        done.update({(substeps, i): x for i, x in zip(chunk, motions, strict=True)})
 
     if workers > 1 and len(chosen) > 1:
         with ThreadPoolExecutor(workers, initializer=heed, initargs=(heeded(),)) as pool:
-            list(pool.map(one, chosen))
+            list(pool.map(run_chunk, chosen))
     else:
         for which in chosen:
-            one(which)
-    return tuple([found[substeps, i] for i in range(len(jobs))] for substeps in steps)
+            run_chunk(which)
+    return tuple([done[substeps, i] for i in range(len(jobs))] for substeps in steps)
 
 
 def _side_by_side(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> list[tuple[int, ...]]:
@@ -182,13 +182,13 @@ def _run_pass(
     samples = max(len(job.task.time) for job in jobs)
     arm = compile_wide_arm(Structure.of(first.model.arm))
     p = _interleaved([job.numbers.p for job in jobs])
-    law = tuple(_interleaved(each) for each in zip(*laws, strict=True))
-    implicit = tuple(_interleaved(each) for each in zip(*parts, strict=True))
+    law = tuple(_interleaved(columns) for columns in zip(*laws, strict=True))
+    implicit = tuple(_interleaved(columns) for columns in zip(*parts, strict=True))
     elements, dt = _elements(jobs, packed), _interleaved([np.array([t]) for t in sample_times])
     references = [_padded(job.task.references, samples) for job in jobs]
     start = _interleaved([full_start(job.task, job.numbers) for job in jobs])
-    limited = any(bool(np.any(np.isfinite(each[-1]))) for each in laws)
-    found = [(np.empty((samples, 2 * n)), np.empty((samples, len(laws[0][-1])))) for _ in jobs]
+    limited = any(bool(np.any(np.isfinite(columns[-1]))) for columns in laws)
+    results = [(np.empty((samples, 2 * n)), np.empty((samples, len(laws[0][-1])))) for _ in jobs]
     most = np.ones(LANES)
     for rows in stretches(samples, substeps):
         length = rows.stop - rows.start
@@ -199,11 +199,11 @@ def _run_pass(
         )  # fmt: skip
         states, torques = states.reshape(length, -1, LANES), torques.reshape(length, -1, LANES)
         start, most = states[-1].copy(), np.maximum(most, growth[0])
-        for k, (moved, torque) in enumerate(found):
+        for k, (moved, torque) in enumerate(results):
             moved[rows], torque[rows] = states[:, : 2 * n, k], torques[:, :, k]
     return [
-        _trajectory(job, *one) if ratio < 1.0 / WEAK_PIVOT else run(*job.parts, substeps)
-        for job, one, ratio in zip(jobs, found, most[: len(jobs)], strict=True)
+        _trajectory(job, *result) if ratio < 1.0 / WEAK_PIVOT else run(*job.parts, substeps)
+        for job, result, ratio in zip(jobs, results, most[: len(jobs)], strict=True)
     ]
 
 
@@ -223,7 +223,7 @@ def _elements(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> tuple[np.
     addresses = np.array([compile_wide_law(law).address for law in laws], dtype=np.int64)
     return (
         addresses, like.ports, like.states, like.parameters,
-        _interleaved([one.directions for one in packed]),
-        _interleaved([one.values for one in packed]),
+        _interleaved([arrays.directions for arrays in packed]),
+        _interleaved([arrays.values for arrays in packed]),
         like.tips, like.bristles, like.loads,
     )  # fmt: skip

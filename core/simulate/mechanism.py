@@ -32,8 +32,8 @@ def mechanism(model: Model, values: Mapping[str, float]) -> Mechanism:
         Its arm in SI units, with the linear damping and the dry friction of its joints, and the
         effects with their sizes.
     """
-    known = {name: value for name, value in values.items() if name in model.parameters}
-    numbers = model.numbers(known)
+    estimated = {name: value for name, value in values.items() if name in model.parameters}
+    numbers = model.numbers(estimated)
     place = _bent(model)
     joints = range(model.arm.joints)
     gravity = [float(numbers.p[slots.gravity_slot(len(joints), i)]) for i in (0, 1)]
@@ -44,7 +44,7 @@ def mechanism(model: Model, values: Mapping[str, float]) -> Mechanism:
         base_stiffness=base or None,
         frequencies=_frequencies(model, numbers, place),
         posture=tuple(float(x) for x in place),
-        effects=tuple(_present(one, model, numbers, known) for one in model.effects),
+        effects=tuple(_present(effect, model, numbers, estimated) for effect in model.effects),
     )
 
 
@@ -129,29 +129,29 @@ def _velocity_gain(numbers: Numbers, k: int) -> float | None:
 
 
 def _present(
-    one: Effect, model: Model, numbers: Numbers, known: Mapping[str, float]
+    effect: Effect, model: Model, numbers: Numbers, estimated: Mapping[str, float]
 ) -> PresentEffect:
-    values = {**model.effect_values, **known}
-    named = [(name, p) for name, p in model.parameters.items() if model.origin(name) == one.kind]
+    values = {**model.effect_values, **estimated}
+    named = [(name, p) for name, p in model.parameters.items() if model.origin(name) == effect.kind]
     return PresentEffect(
-        kind=one.kind,
-        title=one.title,
+        kind=effect.kind,
+        title=effect.title,
         sizes=tuple((name, float(values.get(name, p.value)), p.unit) for name, p in named),
-        linear=one.linear,
-        acts_on=_acts_on(one, model, one.elements(model.arm, numbers.p, values)),
+        linear=effect.linear,
+        acts_on=_acts_on(effect, model, effect.elements(model.arm, numbers.p, values)),
     )
 
 
-def _acts_on(one: Effect, model: Model, elements: Sequence[Element]) -> str:
+def _acts_on(effect: Effect, model: Model, elements: Sequence[Element]) -> str:
     """By what the effect does, so that an effect that is added later needs no word here."""
-    kind = type(one)
+    kind = type(effect)
     if kind.sensed is not Effect.sensed or kind.started is not Effect.started:
         return "sensor"
     if elements:
         at_joints = all(any(_at_joint(e, k) for k in range(model.arm.joints)) for e in elements)
         if at_joints and all(is_dry(e) for e in elements):
             return "dry"
-        return "damping" if one.linear and at_joints else "force"
-    if kind.law is not Effect.law or one.location == "drive":
+        return "damping" if effect.linear and at_joints else "force"
+    if kind.law is not Effect.law or effect.location == "drive":
         return "drive"
     return "arm"

@@ -48,8 +48,8 @@ def full_start(task: Task, numbers: Numbers) -> np.ndarray:
     n = task.schedule.shape[1]
     states = numbers.law.states + sum(len(e.law.states) for e in numbers.elements)
     out = np.zeros(2 * n + states)
-    known = min(len(task.start), 2 * n + numbers.law.states)
-    out[:known] = task.start[:known]
+    count = min(len(task.start), 2 * n + numbers.law.states)
+    out[:count] = task.start[:count]
     return out
 
 

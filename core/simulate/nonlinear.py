@@ -50,8 +50,8 @@ def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Tra
     """
 
     def mix(name: str) -> np.ndarray:
-        found = getattr(fine, name)  # so written, what both have in common stays as it is
-        return np.asarray(found + (found - getattr(coarse, name)) / 3.0)
+        values = getattr(fine, name)  # so written, what both have in common stays as it is
+        return np.asarray(values + (values - getattr(coarse, name)) / 3.0)
 
     torque = np.clip(mix("torque"), -limit, limit)
     return Trajectory(fine.arm, fine.compiled, fine.p, fine.time, mix("q"), mix("v"), torque)
@@ -104,13 +104,13 @@ def _pair(
     motion with twice the steps; compiled code holds no lock, so that both run at once."""
 
     def coarser() -> tuple[Trajectory, float]:
-        found = run(model, numbers, task, steps)
+        motion = run(model, numbers, task, steps)
         if not missing:
-            return found, np.nan
-        joints = found.joint_positions
+            return motion, np.nan
+        joints = motion.joint_positions
         if not np.isfinite(joints).all():
             joints = np.tile(task.start[: model.arm.joints], (len(task.time), 1))
-        return found, _rms(left_out(model, numbers, task, joints))
+        return motion, _rms(left_out(model, numbers, task, joints))
 
     if workers < 2:
         return coarser(), run(model, numbers, task, 2 * steps)
@@ -127,8 +127,8 @@ def _rms(distance: np.ndarray) -> float:
 
 def _rms_distance(a: Trajectory, b: Trajectory) -> float:
     """Of the tips, m; infinite where one motion went astray."""
-    found = _rms(a.tip()[0] - b.tip()[0])
-    return found if np.isfinite(found) else np.inf
+    distance = _rms(a.tip()[0] - b.tip()[0])
+    return distance if np.isfinite(distance) else np.inf
 
 
 def simulate_within(
@@ -156,8 +156,8 @@ def simulate_many(
     steps = 2 * FEWEST_SUBSTEPS
     fine = run_many(jobs, steps, workers)
     first = run_many(jobs, FEWEST_SUBSTEPS, workers)
-    before = [extrapolated(*each) for each in zip(first, fine, limits, strict=True)]
-    found: dict[int, Simulated] = {}
+    before = [extrapolated(*motions) for motions in zip(first, fine, limits, strict=True)]
+    simulated: dict[int, Simulated] = {}
     left = list(range(len(jobs)))
     while left:
         steps *= 2
@@ -168,10 +168,10 @@ def simulate_many(
             good = error <= tolerance
             good = good and torque_difference(before[i], after) <= torque_tolerance
             if good or steps >= MOST_SUBSTEPS:
-                found[i] = Simulated(after, steps, error)
+                simulated[i] = Simulated(after, steps, error)
             fine[i], before[i] = finer[i], after
-        left = [i for i in left if i not in found]
-    return [found[i] for i in range(len(jobs))]
+        left = [i for i in left if i not in simulated]
+    return [simulated[i] for i in range(len(jobs))]
 
 
 def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:

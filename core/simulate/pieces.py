@@ -59,10 +59,12 @@ class Pieces:
 
 def changes(references: Sequence[np.ndarray], samples: int) -> np.ndarray:
     """Samples after the first at which some experiment's references (N_i, nr) change."""
-    found: set[int] = set()
-    for each in references:
-        found.update((np.flatnonzero(np.any(each[1:] != each[:-1], axis=1)) + 1).tolist())
-    return np.array(sorted(k for k in found if k < samples), dtype=np.int64)
+    samples_of_change: set[int] = set()
+    for signal in references:
+        samples_of_change.update(
+            (np.flatnonzero(np.any(signal[1:] != signal[:-1], axis=1)) + 1).tolist()
+        )
+    return np.array(sorted(k for k in samples_of_change if k < samples), dtype=np.int64)
 
 
 def cut(edges: np.ndarray, samples: int, longest: int) -> Pieces:
@@ -86,10 +88,10 @@ def pieces(
 
     def work(length: int) -> int:
         """Multiply-adds that depend on the longest piece."""
-        found = cut(edges, samples, length)
-        powers = len(found.lengths) + int(np.ceil(np.log2(length + 1)))
+        candidate = cut(edges, samples, length)
+        powers = len(candidate.lengths) + int(np.ceil(np.log2(length + 1)))
         per_build = powers * columns**3 + length * outputs * columns**2
-        return per_build + found.count * states * columns
+        return per_build + candidate.count * states * columns
 
     runs = np.diff(np.concatenate([[0], edges, [samples]]))
     tried = sorted({min(int(run), longest) for run in np.unique(runs)} | {1})

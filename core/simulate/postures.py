@@ -50,16 +50,16 @@ def joints_that_matter(model: Model, numbers: Numbers, points: np.ndarray) -> li
         ]
 
     base = matrices(center)
-    found = []
+    joints = []
     for i in range(model.arm.joints):
         for bound in (points[:, i].min(), points[:, i].max()):
             q = center.copy()
             q[i] = bound
             pairs = zip(matrices(q), base, strict=True)
             if any(np.abs(a - b).max() > SAME * np.abs(b).max() for a, b in pairs):
-                found.append(i)
+                joints.append(i)
                 break
-    return found
+    return joints
 
 
 def interpolation(points: np.ndarray, joints: list[int], degree: int) -> Nodes:
@@ -83,8 +83,8 @@ def _node_places(powers: list[tuple[int, ...]], degree: int, joints: int) -> np.
     there are polynomials, chosen by pivoting (Sommariva and Vianello 2009)."""
     if joints == 1:
         return chebyshev.chebpts1(degree + 1)[:, None]
-    each = chebyshev.chebpts1(CANDIDATES * (degree + 1))
-    grid = np.array(list(product(each, repeat=joints)))
+    points = chebyshev.chebpts1(CANDIDATES * (degree + 1))
+    grid = np.array(list(product(points, repeat=joints)))
     _, _, order = scipy.linalg.qr(_basis(grid, powers).T, mode="economic", pivoting=True)
     return grid[order[: len(powers)]]
 
@@ -92,6 +92,8 @@ def _node_places(powers: list[tuple[int, ...]], degree: int, joints: int) -> np.
 def _basis(unit: np.ndarray, powers: list[tuple[int, ...]]) -> np.ndarray:
     """(T, d) Chebyshev products at places (T, joints) in [-1, 1]."""
     degree = max(map(max, powers))
-    one = [chebyshev.chebvander(column, degree) for column in unit.T]
-    columns = [np.prod([v[:, i] for v, i in zip(one, k, strict=True)], axis=0) for k in powers]
+    polynomials = [chebyshev.chebvander(column, degree) for column in unit.T]
+    columns = [
+        np.prod([v[:, i] for v, i in zip(polynomials, k, strict=True)], axis=0) for k in powers
+    ]
     return np.column_stack(columns)

@@ -134,11 +134,11 @@ def _steps(at: Posture, dt: float) -> np.ndarray:
     over = exponential(rate * dt)
     # x and r at the first 1, 2, 4, ... samples: each half follows from the one before.
     # Side by side in one matrix, for many small products cost more than a large one.
-    known = np.vstack([np.zeros((nx, nr)), np.eye(nr)])
-    while known.shape[1] < nr * STEP_SAMPLES:
-        known = np.hstack([known, over @ known])
+    powers = np.vstack([np.zeros((nx, nr)), np.eye(nr)])
+    while powers.shape[1] < nr * STEP_SAMPLES:
+        powers = np.hstack([powers, over @ powers])
         over = over @ over
-    return known[:nx, : nr * STEP_SAMPLES].reshape(nx, STEP_SAMPLES, nr).transpose(1, 0, 2)
+    return powers[:nx, : nr * STEP_SAMPLES].reshape(nx, STEP_SAMPLES, nr).transpose(1, 0, 2)
 
 
 def exponential(A: np.ndarray) -> np.ndarray:

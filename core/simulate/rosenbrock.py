@@ -214,7 +214,7 @@ def _integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     y, y2, d, d0 = y0.copy(), zeros(y0, length), zeros(y0, length), zeros(y0, length)
     k1, k2, b = zeros(y0, length), zeros(y0, length), zeros(y0, n)
     now, then = parts_of(y, n, ns), parts_of(y2, n, ns)
-    right, known = parts_of(d, n, ns), parts_of(d0, n, ns)
+    right, first_stage = parts_of(d, n, ns), parts_of(d0, n, ns)
     first, second = parts_of(k1, n, ns), parts_of(k2, n, ns)
     f, cw = right[1], right[3]
     u, cuts = zeros(y0, joints), zeros(y0, joints)
@@ -235,7 +235,7 @@ def _integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
             copy(r1, r2)
             combine(r2, r1, 1.0, slope)
             drive_torque(law, r1, now, u)
-            see_rates(dynamics, law, p, r1, now, u, M, known)
+            see_rates(dynamics, law, p, r1, now, u, M, first_stage)
             if limited:
                 cut_drives(cuts, u, law[8])
             if K > 0:

@@ -54,9 +54,9 @@ class Advice(Part):
             named = [(r.name, r) for r in rig.experiments()]
         else:
             named = _candidates(rig, options["point"])
-        found = [{"name": name, **relative_normal_equations(rig, r)} for name, r in named]
+        experiments = [{"name": name, **relative_normal_equations(rig, r)} for name, r in named]
         names, rows = targets(rig)
-        return {"experiments": found, "targets": names, "gradients": rows}
+        return {"experiments": experiments, "targets": names, "gradients": rows}
 
 
 def _candidates(rig: Rig, point: int) -> list[tuple[str, Recording]]:
@@ -106,10 +106,10 @@ def targets(rig: Rig) -> tuple[list[str], list[list[float]]]:
         moved = rig.stiffness({**base, n: base[n] * (1.0 + RELATIVE_STEP)})
         slopes[:, j] = (np.array(moved) / still - 1.0) / RELATIVE_STEP
     kept = [k for k in range(len(still)) if np.any(slopes[k])]
-    found = ["EI" if len(still) == 1 else f"EI{k + 1}" for k in kept]
+    labels = ["EI" if len(still) == 1 else f"EI{k + 1}" for k in kept]
     rows = [slopes[k].tolist() for k in kept]
     for j, n in enumerate(names):
         if not np.any(slopes[:, j]):
-            found.append(n)
+            labels.append(n)
             rows.append([1.0 if i == j else 0.0 for i in range(len(names))])
-    return found, rows
+    return labels, rows

@@ -63,8 +63,8 @@ class Physical(Contender):
 
     def poles(self, theta2: float) -> np.ndarray:
         joints = np.array([0.0, theta2])
-        found = posture(self.model, joints, self.model.numbers(self.values)).poles
-        return np.asarray(found[~integrators(found)])
+        poles = posture(self.model, joints, self.model.numbers(self.values)).poles
+        return np.asarray(poles[~integrators(poles)])
 
     def result(self) -> Answer:
         return {"EI": self.rig.stiffness(dict(self.values))}
@@ -101,7 +101,7 @@ def references(recording: Recording) -> np.ndarray:
     return np.column_stack([recording["dtheta1_ref"], recording["dtheta2_ref"]])
 
 
-def pole_error(found: np.ndarray, true: np.ndarray) -> float:
+def pole_error(estimated: np.ndarray, true: np.ndarray) -> float:
     """Mean distance of each true pole that matters to the found one that is its own, relative.
 
     Each found pole is spent once; a true pole that nothing is left for counts as wholly wrong.
@@ -109,7 +109,7 @@ def pole_error(found: np.ndarray, true: np.ndarray) -> float:
     from scipy.optimize import linear_sum_assignment
 
     wanted = true[(np.abs(true) > SLOWEST) & (np.abs(true) < FASTEST)]
-    apart = np.abs(found[:, None] - wanted[None]) / np.abs(wanted)[None]
+    apart = np.abs(estimated[:, None] - wanted[None]) / np.abs(wanted)[None]
     apart = np.minimum(np.where(np.isfinite(apart), apart, 1.0), 1.0)
     rows, columns = linear_sum_assignment(apart)
     return float((apart[rows, columns].sum() + len(wanted) - len(columns)) / len(wanted))
@@ -152,13 +152,13 @@ class Baselines(Part):
         points = spread(rig.settings, count)
         data = _estimation(rig, points, snr)
         tests = _tests(rig, points)
-        found = []
+        results = []
         for name, method in METHODS.items():
             begun = time.perf_counter()
             contender = method(rig, data, (count, snr_code(snr)))
             seconds = time.perf_counter() - begun
-            found.append({"method": name, "seconds": seconds, **_judged(rig, contender, tests)})
-        return {"snr_db": snr, "points": count, "methods": found}
+            results.append({"method": name, "seconds": seconds, **_judged(rig, contender, tests)})
+        return {"snr_db": snr, "points": count, "methods": results}
 
 
 def spread(settings: StudySettings, count: int) -> list[float]:
@@ -190,10 +190,10 @@ def _tests(rig: Rig, points: Sequence[float]) -> dict[str, list[Recording]]:
     """Noise-free recordings that no method has seen."""
     between = [0.5 * (a + b) for a, b in zip(points, points[1:], strict=False)]
     chosen = np.unique(np.linspace(0, len(between) - 1, UNSEEN).round().astype(int))
-    known = np.unique(np.linspace(0, len(points) - 1, UNSEEN + 1).round().astype(int))
+    identified = np.unique(np.linspace(0, len(points) - 1, UNSEEN + 1).round().astype(int))
     sweeps = range(1, SWEEPS + 1)
     return {
-        "identified": [_at(rig, points[k], VALIDATION_SEED + int(k)) for k in known],
+        "identified": [_at(rig, points[k], VALIDATION_SEED + int(k)) for k in identified],
         "unseen": [_at(rig, between[k], VALIDATION_SEED + 100 + int(k)) for k in chosen],
         "sweeps": [rig.recording(rig.settings.sweep(k), f"sweep {k}") for k in sweeps],
     }
@@ -204,8 +204,8 @@ def _judged(rig: Rig, contender: Contender, tests: Mapping[str, Sequence[Recordi
     fits = {}
     for kind, recordings in tests.items():
         with np.errstate(all="ignore"):
-            each = [fit_percent(outputs(r), contender.predict(r)) for r in recordings]
-        fits[kind] = float(np.mean(np.nan_to_num(each)))
+            percents = [fit_percent(outputs(r), contender.predict(r)) for r in recordings]
+        fits[kind] = float(np.mean(np.nan_to_num(percents)))
     places = np.linspace(min(rig.settings.points), max(rig.settings.points), GRID)
     errors = [pole_error(contender.poles(float(p)), _true_poles(rig, float(p))) for p in places]
     return {
@@ -227,8 +227,8 @@ Method = Callable[[Rig, Sequence[Recording], tuple[int, ...]], Contender]
 
 def _mean_of_locals(rig: Rig, data: Sequence[Recording], seed: tuple[int, ...]) -> Contender:
     fits = [evolve_fit(rig, "local", [r], _seed(rig, seed, k)) for k, r in enumerate(data)]
-    each = [shared(f) for f in fits]
-    values = {name: float(np.mean([v[name] for v in each])) for name in each[0]}
+    values_of_fits = [shared(f) for f in fits]
+    values = {name: float(np.mean([v[name] for v in values_of_fits])) for name in values_of_fits[0]}
     return Physical(rig, rig.model, values)
 
 

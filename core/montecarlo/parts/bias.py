@@ -39,12 +39,12 @@ class Bias(Part):
         return tuple(Case(self.kind, f"bias/{k:03d}", {"draw": k}) for k in numbers)
 
     def run(self, rig: Rig, options: Mapping[str, Any]) -> Answer:
-        found = []
+        sources = []
         for excitation in EXCITATIONS:
             recordings = [self._recording(rig, excitation, options["draw"], k) for k in _range(rig)]
             for name, rates in RATES.items():
                 data = [with_outputs(r, rates(rig, r)) for r in recordings]
-                found.append(
+                sources.append(
                     {
                         "excitation": excitation,
                         "rates": name,
@@ -53,7 +53,7 @@ class Bias(Part):
                         "wander": [float(np.ptp(r["theta2"])) for r in data],
                     }
                 )
-        return {"draw": options["draw"], "sources": found}
+        return {"draw": options["draw"], "sources": sources}
 
     def _recording(self, rig: Rig, excitation: str, draw: int, k: int) -> Recording:
         like = rig.settings.experiments[k].simulate

@@ -126,8 +126,8 @@ class Sweeps(Part):
         models = {"lpv": rig.model, "rigid": rig.rigid, "nonlinear": rig.truth}
         fits = {}
         for name, model in models.items():
-            known = {k: v for k, v in values.items() if k in model.parameters}
-            fits[name] = fit_percent(y, rig.predict(model, [recording], known)[0])
+            own_values = {k: v for k, v in values.items() if k in model.parameters}
+            fits[name] = fit_percent(y, rig.predict(model, [recording], own_values)[0])
         stride = max(len(y) // SHOWN, 1)
         return {
             "sweep": number,
@@ -185,5 +185,5 @@ def _search(rig: Rig, draw: int) -> list[float]:
 
     low, high = np.array([rig.bounds[n] for n in names]).T
     seed = int(seeds(rig.settings, SEED, draw).generate_state(1)[0])
-    found = evolve(costs, low, high, spec.population, spec.generations, seed, lambda _: False)
-    return [float(v) for v in found.vector]
+    best = evolve(costs, low, high, spec.population, spec.generations, seed, lambda _: False)
+    return [float(v) for v in best.vector]

@@ -119,8 +119,8 @@ def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading)
 def _whole_lines(text: bytes) -> int:
     """Bytes up to the end of the last line that is complete and not blank."""
     used = len(text.rstrip())
-    if used and (found := _LINE_END.search(text, used)):
-        return found.end()
+    if used and (line_end := _LINE_END.search(text, used)):
+        return line_end.end()
     return max(text.rfind(end, 0, used) for end in _ENDS) + 1
 
 
@@ -150,7 +150,7 @@ class _Samples:
 
         names, lines = [str(k) for k in range(len(self.columns))], block.splitlines()
         try:
-            found = arrow.read_csv(
+            cells = arrow.read_csv(
                 pa.BufferReader(block),
                 arrow.ReadOptions(column_names=names, use_threads=False, block_size=len(block) + 1),
                 arrow.ParseOptions(delimiter=self._heading.delimiter),
@@ -160,9 +160,9 @@ class _Samples:
             )
         except pa.ArrowInvalid as error:
             raise self._wrong_length(lines, not block.endswith(_ENDS)) from error
-        if found.num_rows < len(lines):  # blank ones are left out
+        if cells.num_rows < len(lines):  # blank ones are left out
             raise self._wrong_length(lines, cut=False)
-        return list(found.columns)
+        return list(cells.columns)
 
     def _numbers(self, k: int, cells: Any) -> np.ndarray:
         import pyarrow as pa

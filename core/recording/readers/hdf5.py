@@ -49,14 +49,16 @@ def _groups(file: File, reading: Reading) -> tuple[list[Group], dict[str, str]]:
     unusable: dict[str, str] = {}
     for place, sets in places.items():
         columns: dict[str, np.ndarray] = {}
-        for name, found in sets.items():
+        for name, data_set in sets.items():
             path = f"{place}/{name}" if place else name
-            text = found.dtype.kind in "SOUV" and not found.dtype.names
+            text = data_set.dtype.kind in "SOUV" and not data_set.dtype.names
             if text or place.split("/")[-1] == UNITS:
                 continue
-            reading.grew(int(np.prod(found.shape, dtype=float)) * found.dtype.itemsize)
-            reading.holds(max(found.shape, default=0), 1)
-            as_vectors(path, np.asarray(found[()]), columns, unusable, _unit(found, name, units))
+            reading.grew(int(np.prod(data_set.shape, dtype=float)) * data_set.dtype.itemsize)
+            reading.holds(max(data_set.shape, default=0), 1)
+            as_vectors(
+                path, np.asarray(data_set[()]), columns, unusable, _unit(data_set, name, units)
+            )
         groups += by_length(place or "/", columns)
     return groups, unusable
 
@@ -68,16 +70,16 @@ def _data_sets(file: File) -> dict[str, dict[str, Dataset]]:
     places: dict[str, dict[str, Dataset]] = {}
     seen: set[str] = set()
 
-    def note(path: str, found: Any) -> None:
+    def note(path: str, item: Any) -> None:
         seen.add(path)
         if len(seen) > MOST_OBJECTS:
             raise ValueError(f"it has more than {MOST_OBJECTS:,} groups and data sets")
         place, _, name = path.rpartition("/")
-        if not isinstance(found, h5py.Dataset) or f"/{_HIDDEN}" in f"/{path}":
+        if not isinstance(item, h5py.Dataset) or f"/{_HIDDEN}" in f"/{path}":
             return
         # No external storage: a file must not name others of this machine.
-        if found.external is None and not found.is_virtual and found.shape is not None:
-            places.setdefault(place, {})[name] = found
+        if item.external is None and not item.is_virtual and item.shape is not None:
+            places.setdefault(place, {})[name] = item
 
     file.visititems(note)
     return places
@@ -85,18 +87,18 @@ def _data_sets(file: File) -> dict[str, dict[str, Dataset]]:
 
 def _stated_units(places: dict[str, dict[str, Dataset]]) -> dict[str, str]:
     return {
-        name: _text(found[()])
+        name: _text(data_set[()])
         for place, sets in places.items()
         if place.split("/")[-1] == UNITS
-        for name, found in sets.items()
-        if found.size and found.size < 100
+        for name, data_set in sets.items()
+        if data_set.size and data_set.size < 100
     }
 
 
-def _unit(found: Dataset, name: str, units: dict[str, str]) -> str:
+def _unit(data_set: Dataset, name: str, units: dict[str, str]) -> str:
     for key in ("units", "unit", "Units", "Unit"):
-        if key in found.attrs:
-            return _text(found.attrs[key])
+        if key in data_set.attrs:
+            return _text(data_set.attrs[key])
     return units.get(name, "")
 
 

@@ -146,18 +146,18 @@ class MatlabReader(TableReader):
 
     def read(self, path: Path, reading: Reading) -> Table:
         reading.grew(path.stat().st_size)
-        found: dict[str, Any] = dict(_variables(path.read_bytes(), reading))
-        units = found.pop(UNITS, {})
-        if len(found) == 1 and isinstance(only := next(iter(found.values())), dict):
-            found = {**only}
-            units = found.pop(UNITS, units)
+        variables: dict[str, Any] = dict(_variables(path.read_bytes(), reading))
+        units = variables.pop(UNITS, {})
+        if len(variables) == 1 and isinstance(only := next(iter(variables.values())), dict):
+            variables = {**only}
+            units = variables.pop(UNITS, units)
         columns: dict[str, np.ndarray] = {}
         unusable: dict[str, str] = {}
-        rows = max((np.size(v) for v in found.values() if np.ndim(v) == 1), default=0)
+        rows = max((np.size(v) for v in variables.values() if np.ndim(v) == 1), default=0)
         if rows == 0:
             raise InputError(f"{path.name} holds no vectors; save t, theta1, ... as vectors in it.")
-        reading.holds(rows, sum(np.ndim(v) == 1 for v in found.values()))
-        for name, value in found.items():
+        reading.holds(rows, sum(np.ndim(v) == 1 for v in variables.values()))
+        for name, value in variables.items():
             fault = _fault(value, rows)
             header = _header(name, units)
             if fault:

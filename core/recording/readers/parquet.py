@@ -113,11 +113,11 @@ BOOKKEEPING = ("index", "episode_index", "frame_index", "task_index", "next.done
 def _info(path: Path) -> Info | None:
     """What the JSON beside the file says, where that is one of a LeRobot data set."""
     for place in PLACES:
-        found = path.parent / place
+        file = path.parent / place
         try:
-            if not found.is_file() or found.stat().st_size > LARGEST_INFO:
+            if not file.is_file() or file.stat().st_size > LARGEST_INFO:
                 continue
-            info = json.loads(found.read_text(encoding="utf-8"))
+            info = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError):
             continue
         if isinstance(info, dict) and isinstance(info.get("features"), dict):

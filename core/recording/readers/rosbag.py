@@ -98,9 +98,9 @@ def _storage(path: Path, reading: Reading) -> _Storage:
         count_unpacked(path, reading)
     else:
         _check_database(path, reading)
-    found: Any = McapReader(path) if mcap else Sqlite3Reader(path)
-    found.open()
-    return _Storage(found.connections, found.messages, found.close)
+    reader: Any = McapReader(path) if mcap else Sqlite3Reader(path)
+    reader.open()
+    return _Storage(reader.connections, reader.messages, reader.close)
 
 
 def _check_database(path: Path, reading: Reading) -> None:
@@ -142,14 +142,14 @@ def _types(connections: list[Connection]) -> Typestore:
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.LATEST)
-    for each in connections:
-        if each.msgdef.format == Format.MSG:
-            found = get_types_from_msg(each.msgdef.data, each.msgtype)
-        elif each.msgdef.format == Format.IDL:
-            found = get_types_from_idl(each.msgdef.data)
+    for connection in connections:
+        if connection.msgdef.format == Format.MSG:
+            types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
+        elif connection.msgdef.format == Format.IDL:
+            types = get_types_from_idl(connection.msgdef.data)
         else:
             continue
-        store.register({name: made for name, made in found.items() if name not in store.fielddefs})
+        store.register({name: made for name, made in types.items() if name not in store.fielddefs})
     return store
 
 
@@ -182,14 +182,14 @@ def flat(topic: str, message: Any) -> Flat | str:
     header = getattr(message, "header", None)
     stamp = getattr(header, "stamp", None)
     ns = None if stamp is None else int(stamp.sec) * SECOND + int(stamp.nanosec)
-    found: list[tuple[str, float]] = []
+    fields: list[tuple[str, float]] = []
     if _is_joint_state(message):
-        found = _joints(topic, message)
-    elif not _collect(topic, message, found):
+        fields = _joints(topic, message)
+    elif not _collect(topic, message, fields):
         return f"has more than {MOST_FIELDS} numbers per message"
-    if not found:
+    if not fields:
         return "holds no numbers"
-    return Flat(tuple(name for name, _ in found), [value for _, value in found], ns or None)
+    return Flat(tuple(name for name, _ in fields), [value for _, value in fields], ns or None)
 
 
 def _is_joint_state(message: Any) -> bool:
@@ -201,19 +201,19 @@ def _joints(topic: str, message: Any) -> list[tuple[str, float]]:
     wanted = _REFERENCE.search(topic) is not None
     names = [str(name) for name in message.name]
     numbers = _joint_numbers(names)
-    found = []
+    fields = []
     for field in ("position", "velocity", "effort"):
         values = getattr(message, field)
         for name, number, value in zip(names, numbers, values, strict=len(values) > 0):
             channel = _channel(field, number, wanted)
             path = f"{topic}/{name}/{field}"
-            found.append((f"{path}/{channel}" if channel else path, float(value)))
-    return sorted(found)
+            fields.append((f"{path}/{channel}" if channel else path, float(value)))
+    return sorted(fields)
 
 
 def _joint_numbers(names: list[str]) -> list[int | None]:
     """The joint (from 1) that each name means by its last number; None where that is not plain."""
-    last = [int(found[-1]) if (found := _NUMBER.findall(name)) else None for name in names]
+    last = [int(digits[-1]) if (digits := _NUMBER.findall(name)) else None for name in names]
     if None in last or len(set(last)) < len(last):
         return [None] * len(names)
     first = 1 if 0 in last else 0  # some count joints from 0
@@ -230,24 +230,24 @@ def _channel(field: str, joint: int | None, wanted: bool) -> str:
     return "" if wanted else f"u{joint}"
 
 
-def _collect(path: str, value: Any, found: list[tuple[str, float]]) -> bool:
+def _collect(path: str, value: Any, fields: list[tuple[str, float]]) -> bool:
     """Adds the numbers below `value`; False where there are too many."""
     if isinstance(value, bool | int | float | np.number):
-        found.append((path, float(value)))
+        fields.append((path, float(value)))
     elif isinstance(value, np.ndarray | list | tuple):
         if len(value) > MOST_FIELDS:
             return False
-        for k, each in enumerate(value):
-            if not _collect(f"{path}{k + 1}", each, found):
+        for k, entry in enumerate(value):
+            if not _collect(f"{path}{k + 1}", entry, fields):
                 return False
     elif hasattr(value, "__dataclass_fields__"):
         for name in value.__dataclass_fields__:
             if name in ("header", "layout") or name.startswith("__"):
                 continue
             here = path if name == "data" else f"{path}/{name}"
-            if not _collect(here, getattr(value, name), found):
+            if not _collect(here, getattr(value, name), fields):
                 return False
-    return len(found) <= MOST_FIELDS
+    return len(fields) <= MOST_FIELDS
 
 
 _CHUNK = 0x06
