@@ -114,8 +114,8 @@ def _table_of(model: Document, name: str, origin: str) -> Document | None:
     own = [item["parameters"] for item in model.get("own", ()) if name in item["parameters"]]
     saying = [entry for entry in entries if name in entry]
     same = [entry for entry in entries if entry["id"] == origin]
-    around = [entry for entry in entries if origin in _parts(entry["id"])]
-    return next(iter((*own, *saying, *same, *around)), None)
+    including = [entry for entry in entries if origin in _parts(entry["id"])]
+    return next(iter((*own, *saying, *same, *including)), None)
 
 
 def _parts(kind: str) -> list[str]:

@@ -203,8 +203,8 @@ def whole(S: np.ndarray) -> np.ndarray:
 def _free(x: np.ndarray, b: np.ndarray, limits: Limits) -> np.ndarray:
     """(P,) bool: not held by a bound that the descent pushes against; the errors fall along -b."""
     near = AT_BOUND * limits.scales
-    held = ((x <= limits.lower + near) & (b > 0.0)) | ((x >= limits.upper - near) & (b < 0.0))
-    return ~held
+    bound = ((x <= limits.lower + near) & (b > 0.0)) | ((x >= limits.upper - near) & (b < 0.0))
+    return ~bound
 
 
 def _cosine(A: np.ndarray, b: np.ndarray, cost: float) -> float:
@@ -238,11 +238,11 @@ def _step(  # type: ignore[no-untyped-def]
     """
     while damping < WORST_DAMPING and np.any(free & (np.diag(A) > 0.0)):
         move = _move(A, b, free, damping)
-        tried = _inside(x, move, limits)
-        new_blocks = errors(tried)
-        new = cost_of(new_blocks) + float(limits.surprise(tried))
+        x_new = _inside(x, move, limits)
+        new_blocks = errors(x_new)
+        new = cost_of(new_blocks) + float(limits.surprise(x_new))
         if new < cost:
-            return tried, new_blocks, new, max(0.1 * damping, 1e-9)
+            return x_new, new_blocks, new, max(0.1 * damping, 1e-9)
         if np.isfinite(new) and _predicted_reduction(A, b, move) < enough:
             break  # shorter ones promise less
         damping = max(10.0 * damping, 1e-3)
@@ -252,12 +252,12 @@ def _step(  # type: ignore[no-untyped-def]
 def _longer(errors, x, x_new, blocks, cost: float, limits: Limits):  # type: ignore[no-untyped-def]
     """The step from x to x_new, doubled as long as that goes down."""
     while True:
-        tried = _inside(x, 2.0 * (x_new - x), limits)
-        new_blocks = errors(tried)
-        new = cost_of(new_blocks) + float(limits.surprise(tried))
+        x_longer = _inside(x, 2.0 * (x_new - x), limits)
+        new_blocks = errors(x_longer)
+        new = cost_of(new_blocks) + float(limits.surprise(x_longer))
         if not new < cost:
             return x_new, blocks, cost
-        x_new, blocks, cost = tried, new_blocks, new
+        x_new, blocks, cost = x_longer, new_blocks, new
 
 
 SEEN = 1e-10

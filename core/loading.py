@@ -140,8 +140,8 @@ def as_played(recording: Recording, play: Recording) -> Recording:
     dt = recording.sample_time
     names = list(play.channels)
     length = max(int(round(len(play.time) * play.sample_time / dt)), 1)
-    held = np.floor(np.arange(length) * dt / play.sample_time + 1e-6)
-    rows = np.minimum(held.astype(int), len(play.time) - 1)
+    index = np.floor(np.arange(length) * dt / play.sample_time + 1e-6)
+    rows = np.minimum(index.astype(int), len(play.time) - 1)
     played = {name: play.channels[name][rows] for name in names}
     have = [name for name in names if recording.has(name)]
     count = min(len(rows), len(recording.time))
@@ -153,8 +153,8 @@ def as_played(recording: Recording, play: Recording) -> Recording:
         )
     first = _found(recording, played, have, play.source) if have else 0
     part = recording.rows(slice(first, first + count))
-    given = {name: played[name][:count] for name in names if name not in have}
-    return replace(part, time=part.time - part.time[0], channels={**part.channels, **given})
+    added = {name: played[name][:count] for name in names if name not in have}
+    return replace(part, time=part.time - part.time[0], channels={**part.channels, **added})
 
 
 def _found(

@@ -123,8 +123,8 @@ class Model:
     def arm_vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
         """p (S, np) for S value vectors (S, len(names)); names of the drive are passed over."""
         entries = self.arm_catalogue.entries
-        mine = [i for i, name in enumerate(names) if name in entries]
-        return self.arm_catalogue.vectors([names[i] for i in mine], values[:, mine])
+        own = [i for i, name in enumerate(names) if name in entries]
+        return self.arm_catalogue.vectors([names[i] for i in own], values[:, own])
 
     def numbers(self, values: Mapping[str, float] | None = None) -> Numbers:
         """p and the drive's law at the arm's own values, changed by `values`."""

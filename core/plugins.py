@@ -89,11 +89,11 @@ class Registry(Generic[T]):
     def __init__(self, members: dict[str, T]) -> None:
         self.members = members
 
-    def named(self, kind: str, what: str) -> T:
-        """The plug-in called `kind`; `what` names the setting in the message."""
+    def named(self, kind: str, setting: str) -> T:
+        """The plug-in called `kind`; `setting` names the setting in the message."""
         if kind in self.members:
             return self.members[kind]
-        raise InputError(f"{what} {kind!r} is not known; {did_you_mean(kind, self.members)}")
+        raise InputError(f"{setting} {kind!r} is not known; {did_you_mean(kind, self.members)}")
 
 
 @cache

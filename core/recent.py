@@ -39,13 +39,13 @@ class Recent(Generic[V]):
                 return self._known[key]
         return self.put(key, make())
 
-    def put(self, key: Hashable, made: V) -> V:
+    def put(self, key: Hashable, value: V) -> V:
         """Keeps a value; of two for the same key the first, which it gives."""
         with self._lock:
             if key not in self._known:
-                self._known[key] = made
-                self._taken += self._size_of(made)
-            made = self._known[key]
+                self._known[key] = value
+                self._taken += self._size_of(value)
+            value = self._known[key]
             while self._taken > self._capacity and len(self._known) > 1:
                 self._taken -= self._size_of(self._known.popitem(last=False)[1])
-        return made
+        return value

@@ -58,10 +58,10 @@ def _fit_group(
 ) -> Fitted:
     model = setup.model
     unknowns = collect_unknowns(model, spec, group) if unknowns is None else unknowns
-    held = dict(fixed_values(model, spec, unknowns)) if fixed is None else dict(fixed)
+    fixed_here = dict(fixed_values(model, spec, unknowns)) if fixed is None else dict(fixed)
     experiments = [prepare(model, r, setup.outputs, setup.processing) for r in group]
     label = group[0].name if named or len(group) == 1 else "all recordings"
-    return identify(label, experiments, unknowns, spec, held, progress)
+    return identify(label, experiments, unknowns, spec, fixed_here, progress)
 
 
 def shared_by_fits(fits: Sequence[Fitted]) -> dict[str, float]:

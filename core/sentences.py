@@ -101,15 +101,15 @@ def setting_name(location: Iterable[str | int], root: type[BaseModel]) -> str:
     parts = [part for part in _keys(location, root) if part != "[key]"]  # a mark for a bad key
     if not parts:
         return "The document"
-    head, rest = str(parts[0]), parts[1:]
+    head, inner = str(parts[0]), parts[1:]
     field = root.model_fields.get(head)
     if field is not None and _model_in(field.annotation) is not None:
         array = get_origin(field.annotation) is tuple
         head = f"[[{head}]]" if array else f"[{head}]"
-        if array and rest:
-            head, rest = f"{head} {int(rest[0]) + 1}", rest[1:]
-    words = ".".join(str(p) for p in rest if isinstance(p, str))
-    entries = "".join(f" entry {p + 1}" for p in rest if isinstance(p, int))
+        if array and inner:
+            head, inner = f"{head} {int(inner[0]) + 1}", inner[1:]
+    words = ".".join(str(p) for p in inner if isinstance(p, str))
+    entries = "".join(f" entry {p + 1}" for p in inner if isinstance(p, int))
     return f"{head} {words}{entries}".replace("  ", " ").strip()
 
 

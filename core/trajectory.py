@@ -34,12 +34,12 @@ class Trajectory:
         default_factory=dict, init=False, repr=False, compare=False
     )
 
-    def kept(self, key: Hashable, made: Callable[[], np.ndarray]) -> np.ndarray:
+    def kept(self, key: Hashable, make: Callable[[], np.ndarray]) -> np.ndarray:
         """What was made along this motion under the key, or is made now; the last MOST_KEPT stay,
         and nobody may change them."""
         values = self._kept.get(key)
         if values is None:
-            values = made()
+            values = make()
             while len(self._kept) >= MOST_KEPT:
                 self._kept.pop(next(iter(list(self._kept)), key), None)
             self._kept[key] = values

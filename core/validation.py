@@ -26,8 +26,8 @@ def gathered(table: Any, beside: Callable[[str], bool], field: str) -> Any:
     if not isinstance(table, dict):
         return table
     moved = {k: v for k, v in table.items() if beside(k)}
-    rest = {k: v for k, v in table.items() if not beside(k)}
-    return {**rest, field: {**rest.get(field, {}), **moved}} if moved else rest
+    others = {k: v for k, v in table.items() if not beside(k)}
+    return {**others, field: {**others.get(field, {}), **moved}} if moved else others
 
 
 def validated(

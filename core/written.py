@@ -46,8 +46,8 @@ def factor_to_si(unit: str, si_units: Sequence[str]) -> float:
         si_factor, si_root = _root(si_unit)
         if root == si_root:
             return factor / si_factor
-    wanted = " or ".join(name or "a plain ratio" for name in si_units)
-    raise InputError(f"the unit [{unit}] does not fit, it must be convertible to {wanted}")
+    expected = " or ".join(name or "a plain ratio" for name in si_units)
+    raise InputError(f"the unit [{unit}] does not fit, it must be convertible to {expected}")
 
 
 def is_unit(text: str) -> bool:

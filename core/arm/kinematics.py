@@ -59,10 +59,10 @@ class Kinematics:
                 place, angle = self._ground, sp.Integer(0)
             kind = joint(self.structure.joints[k])
             moved = self.symbols.theta[k] + self.symbols.twist[k]
-            put = kind.place(moved, self.symbols.slot(k, AXIS_ANGLE))
-            if put.slide != 0:
-                place = (*place, Phasor(angle + put.direction, put.slide, sp.Integer(0)))
-            angle = angle + put.turn
+            shift = kind.place(moved, self.symbols.slot(k, AXIS_ANGLE))
+            if shift.slide != 0:
+                place = (*place, Phasor(angle + shift.direction, shift.slide, sp.Integer(0)))
+            angle = angle + shift.turn
             bases.append((place, angle))
             length = self.symbols.slot(k, LENGTH)
             place = (*place, self._along(k, length, angle))
@@ -103,10 +103,10 @@ class Kinematics:
         the end of the segment before, and does not see the twist behind it."""
         alone = segment == 0 or self.structure.mounts[segment] == "ground"
         carried = sp.Integer(0) if alone else self.tip_angle(segment - 1)
-        put = joint(self.structure.joints[segment]).place(
+        shift = joint(self.structure.joints[segment]).place(
             self.symbols.theta[segment], self.symbols.slot(segment, AXIS_ANGLE)
         )
-        return carried + put.turn
+        return carried + shift.turn
 
     def tip_angle(self, segment: int) -> sp.Expr:
         """Direction of the end of a segment, rad; linear in q."""

@@ -33,5 +33,5 @@ class Held(Drive):
         return r"\theta(t) = \theta_{\mathrm{recorded}}(t)"
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
-        nothing = np.zeros((arm.joints, arm.coordinates))
-        return static_law(np.zeros((arm.joints, 0)), nothing, nothing.copy())
+        zeros = np.zeros((arm.joints, arm.coordinates))
+        return static_law(np.zeros((arm.joints, 0)), zeros, zeros.copy())

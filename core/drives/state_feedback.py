@@ -108,23 +108,23 @@ class _Blocks:
         self.S.append(output)
         self.rows.append((own, place, speed))
 
-    def add_rate(self, w: float, seen: np.ndarray, gain: np.ndarray) -> None:
+    def add_rate(self, w: float, rows: np.ndarray, gain: np.ndarray) -> None:
         """rate' = w (x' - rate): zero at rest, wherever the joint stands."""
-        nothing = np.zeros(self.n)
+        zeros = np.zeros(self.n)
         for k in range(self.joints):
             unit = np.eye(self.joints)[k]
-            self._state(gain[k] * unit, {len(self.S): -w}, nothing, w * seen[k])
+            self._state(gain[k] * unit, {len(self.S): -w}, zeros, w * rows[k])
 
     def add_low_pass(
-        self, w: float, zeta: float, seen: np.ndarray, gain: np.ndarray, rate_gain: np.ndarray
+        self, w: float, zeta: float, rows: np.ndarray, gain: np.ndarray, rate_gain: np.ndarray
     ) -> None:
         """a' = b, b' = w^2 (x - a) - 2 zeta w b; a and b are what the controller sees."""
         for k in range(self.joints):
             a, b = len(self.S), len(self.S) + 1
-            unit, nothing = np.eye(self.joints)[k], np.zeros(self.n)
+            unit, zeros = np.eye(self.joints)[k], np.zeros(self.n)
             own = {a: -w * w, b: -2.0 * zeta * w}
-            self._state(gain[k] * unit, {b: 1.0}, nothing, nothing)
-            self._state(rate_gain[k] * unit, own, w * w * seen[k], nothing)
+            self._state(gain[k] * unit, {b: 1.0}, zeros, zeros)
+            self._state(rate_gain[k] * unit, own, w * w * rows[k], zeros)
 
     def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """S, Fs, Fq and Fv of core.drives.law.DriveLaw."""

@@ -49,5 +49,5 @@ class Torque(Drive):
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         stated = self.torque_constants or (1.0,) * arm.joints
         constants = stated_or("kt", stated, values)
-        nothing = np.zeros((arm.joints, arm.coordinates))
-        return static_law(np.diag(constants), nothing, nothing.copy())
+        zeros = np.zeros((arm.joints, arm.coordinates))
+        return static_law(np.diag(constants), zeros, zeros.copy())

@@ -64,5 +64,5 @@ def way(arm: Arm, k: int, values: Values) -> float:
 
 def bristles(arm: Arm, law: ForceLaw, names: Sequence[str], values: Values) -> tuple[Element, ...]:
     """A law of `bristle_law` at every joint, with the values of `names` + joint number."""
-    ways = {f"{WAY}{k + 1}": way(arm, k, values) for k in range(arm.joints)}
-    return joint_elements(arm, law, (*names, WAY), {**values, **ways})
+    lengths = {f"{WAY}{k + 1}": way(arm, k, values) for k in range(arm.joints)}
+    return joint_elements(arm, law, (*names, WAY), {**values, **lengths})

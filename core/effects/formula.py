@@ -135,14 +135,14 @@ def _check_tokens(read: _Reading) -> None:
         at = token.end()
 
 
-def _no_token(rest: str) -> str:
-    if rest[0].isascii() and rest[0].isdigit():
-        digits = re.match(r"[A-Za-z0-9_.]+", rest, re.ASCII)
+def _no_token(text: str) -> str:
+    if text[0].isascii() and text[0].isdigit():
+        digits = re.match(r"[A-Za-z0-9_.]+", text, re.ASCII)
         return (
-            f"{quoted(digits[0] if digits else rest)} is not a number; write it like 12.5 or 1e-3"
+            f"{quoted(digits[0] if digits else text)} is not a number; write it like 12.5 or 1e-3"
         )
     return (
-        f"the character {ascii(rest[0])} is not allowed in a formula; {_ADVICE.get(rest[0], _USE)}"
+        f"the character {ascii(text[0])} is not allowed in a formula; {_ADVICE.get(text[0], _USE)}"
     )
 
 

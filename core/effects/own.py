@@ -203,14 +203,14 @@ def _direction(arm: Arm, p: np.ndarray, port: str) -> np.ndarray:
 
 def _check_finite(law: ForceLaw, parameters: Sequence[Parameter], where: str) -> None:
     """Every experiment starts at rest: force and slopes must be finite there."""
-    rest = np.zeros(len(law.x))
+    zeros = np.zeros(len(law.x))
     values = np.array([item.value for item in parameters])
-    out = compile_law(law)(rest, rest, np.zeros(0), values)
+    out = compile_law(law)(zeros, zeros, np.zeros(0), values)
     if not np.all(np.isfinite(out)):
-        what = "finite" if not np.isfinite(out[: len(rest)]).all() else "smooth"
+        property = "finite" if not np.isfinite(out[: len(zeros)]).all() else "smooth"
         raise InputError(
-            f"{where} is not {what} where the arm is stretched and at rest; smooth it there with "
-            f"tanh or sqrt(x**2 + 1e-6)."
+            f"{where} is not {property} where the arm is stretched and at rest; smooth it there "
+            f"with tanh or sqrt(x**2 + 1e-6)."
         )
 
 
@@ -243,10 +243,10 @@ def _nothing(expression: sp.Expr) -> bool:
 
 def _is_linear(law: ForceLaw) -> bool:
     """Whether the force is linear in the states and has no constant part."""
-    force, seen = sp.Add(*law.forces), (*law.x, *law.v)
-    constant = force.xreplace({symbol: sp.Integer(0) for symbol in seen})
-    slopes = [sp.diff(force, symbol) for symbol in seen]
-    return _nothing(constant) and not any(s.free_symbols & set(seen) for s in slopes)
+    force, states = sp.Add(*law.forces), (*law.x, *law.v)
+    constant = force.xreplace({symbol: sp.Integer(0) for symbol in states})
+    slopes = [sp.diff(force, symbol) for symbol in states]
+    return _nothing(constant) and not any(s.free_symbols & set(states) for s in slopes)
 
 
 def _latex(expression: sp.Expr, target: str, port: str) -> str:

@@ -43,9 +43,9 @@ class ChannelEffect(Effect):
         )
 
     def not_applicable(self, rig: Rig) -> str:
-        seen = any(self.shown(name, rig) for name in self._names(rig.arm))
+        shown = any(self.shown(name, rig) for name in self._names(rig.arm))
         others = "the camera has its own effect."
-        return "" if seen else f"No encoder, strain gauge or measured torque is compared; {others}"
+        return "" if shown else f"No encoder, strain gauge or measured torque is compared; {others}"
 
     def shown(self, name: str, rig: Rig) -> bool:
         """Torques that are replayed drive the model, so nothing of theirs is measured; encoders

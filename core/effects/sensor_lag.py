@@ -55,6 +55,6 @@ def first_order(y: np.ndarray, dt: float, time_constant: float) -> np.ndarray:
     ratio = time_constant / dt
     kept = np.exp(-1.0 / ratio)
     now, before = 1.0 - ratio * (1.0 - kept), ratio * (1.0 - kept) - kept
-    settled = (kept + before) * y[:1]
-    out, _ = scipy.signal.lfilter([now, before], [1.0, -kept], y, axis=0, zi=settled)
+    steady = (kept + before) * y[:1]
+    out, _ = scipy.signal.lfilter([now, before], [1.0, -kept], y, axis=0, zi=steady)
     return np.asarray(out)

@@ -38,8 +38,8 @@ MULTIPLES = (1.0, 1.5, 2.5, 4.0)
 def visible_orders(usual: tuple[float, ...], travel: float) -> tuple[float, ...]:
     """Orders of which a travel (rad or m) shows one whole wave: less of it is an offset."""
     least = 2.0 * np.pi / travel
-    seen = tuple(order for order in usual if order >= least)
-    return seen if len(seen) >= FEWEST else tuple(least * m for m in MULTIPLES)
+    visible = tuple(order for order in usual if order >= least)
+    return visible if len(visible) >= FEWEST else tuple(least * m for m in MULTIPLES)
 
 
 MOST = 4000

@@ -36,9 +36,9 @@ class Prbs(Excitation):
     kind: ClassVar[str] = "prbs"
 
     def signal(self, samples: int, joints: int, dt: float, rng: np.random.Generator) -> np.ndarray:
-        held = self.hold_samples(dt)
-        levels = rng.choice([-self.amplitude, self.amplitude], (-(-samples // held), joints))
-        return np.repeat(levels, held, axis=0)[:samples]
+        hold = self.hold_samples(dt)
+        levels = rng.choice([-self.amplitude, self.amplitude], (-(-samples // hold), joints))
+        return np.repeat(levels, hold, axis=0)[:samples]
 
 
 class BalancedPrbs(Excitation):
@@ -48,10 +48,10 @@ class BalancedPrbs(Excitation):
     kind: ClassVar[str] = "prbs_balanced"
 
     def signal(self, samples: int, joints: int, dt: float, rng: np.random.Generator) -> np.ndarray:
-        held = self.hold_samples(dt)
-        levels = rng.choice([-self.amplitude, self.amplitude], (-(-samples // (2 * held)), joints))
+        hold = self.hold_samples(dt)
+        levels = rng.choice([-self.amplitude, self.amplitude], (-(-samples // (2 * hold)), joints))
         paired = np.stack([levels, -levels], axis=1).reshape(-1, joints)
-        return np.repeat(paired, held, axis=0)[:samples]
+        return np.repeat(paired, hold, axis=0)[:samples]
 
 
 class Multisine(Excitation):

@@ -114,9 +114,9 @@ def _left_out_errors(
     point, by a model that has not seen it."""
     total = np.zeros(len(choices))
     for k in range(1, len(theta2) - 1):
-        rest = [i for i in range(len(theta2)) if i != k]
+        others = [i for i in range(len(theta2)) if i != k]
         models = [
-            _through([common[i] for i in rest], theta2[rest], degree).at(float(theta2[k]))
+            _through([common[i] for i in others], theta2[others], degree).at(float(theta2[k]))
             for common, degree in choices
         ]
         u, y = data[k]

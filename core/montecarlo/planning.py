@@ -114,20 +114,20 @@ def planning(
     if own is None or snr is None:
         return None
     goals = _Goals(tuple(own["targets"]), np.array(own["gradients"]))
-    mine = [_experiment(e) for e in own["experiments"]]
-    noise = np.mean([e.signal_std for e in mine], axis=0) * 10.0 ** (-snr / 20.0)
-    rest = [
+    experiments = [_experiment(e) for e in own["experiments"]]
+    noise = np.mean([e.signal_std for e in experiments], axis=0) * 10.0 ** (-snr / 20.0)
+    others = [
         _experiment(e) for k, a in answers.items() if k != "advice/own" for e in a["experiments"]
     ]
-    candidates = [Candidate(e, goals.expected([e], noise)) for e in rest]
-    chosen = goals.choose([c.experiment for c in candidates], noise, len(mine))
-    together = goals.expected(mine, noise)
+    candidates = [Candidate(e, goals.expected([e], noise)) for e in others]
+    chosen = goals.choose([c.experiment for c in candidates], noise, len(experiments))
+    together = goals.expected(experiments, noise)
     return Planning(
         goals.names, noise, snr, tuple(sorted(candidates, key=lambda c: c.error)), together,
         tuple(candidates[i] for i in chosen),
         goals.expected([candidates[i].experiment for i in chosen], noise) if chosen else (),
-        tuple((mine[0].seconds * f, together[0].std / float(np.sqrt(f))) for f in LENGTHS),
-        _predicted(goals, mine, tables),
+        tuple((experiments[0].seconds * f, together[0].std / float(np.sqrt(f))) for f in LENGTHS),
+        _predicted(goals, experiments, tables),
     )  # fmt: skip
 
 
@@ -155,9 +155,9 @@ class _Goals:
             np.tensordot(s**2, e.information, axes=1) for s, e in zip(levels, plan, strict=True)
         )
         covariance = inverse @ meat @ inverse
-        drawn = inverse @ sum(e.pull for e in plan)
+        shift = inverse @ sum(e.pull for e in plan)
         return tuple(
-            Expected(name, float(np.sqrt(max(g @ covariance @ g, 0.0))), float(g @ drawn))
+            Expected(name, float(np.sqrt(max(g @ covariance @ g, 0.0))), float(g @ shift))
             for name, g in zip(self.names, self.gradients, strict=True)
         )
 

@@ -63,10 +63,10 @@ def order_text(settings: StudySettings, case: Case) -> str:
 def answer_text(order: str) -> str:
     """The record of one case: `answer` is what it found, `seconds` what it took."""
     request: dict[str, Any] = json.loads(order)
-    begun = time.perf_counter()
+    start = time.perf_counter()
     with single_threaded():
         answer = parts()[request["part"]].run(rig_of(request["settings"]), request["options"])
-    seconds = time.perf_counter() - begun
+    seconds = time.perf_counter() - start
     record = {"key": request["key"], "part": request["part"], "answer": answer, "seconds": seconds}
     return json.dumps(record, allow_nan=False)
 

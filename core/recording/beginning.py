@@ -140,6 +140,6 @@ def _side_by_side(
     N = len(place)
     y = np.vstack([np.repeat(place[:1], lags, axis=0), place]) - place[0]
     u = np.vstack([np.zeros((lags, driving.shape[1])), driving])
-    past = [y[lags + 1 - i : lags + N - i] for i in range(1, lags + 1)]
+    outputs = [y[lags + 1 - i : lags + N - i] for i in range(1, lags + 1)]
     drive = [u[lags + 1 - i : lags + N - i] for i in range(lags + 1)]
-    return np.hstack([np.ones((N - 1, 1)), *past, *drive]), y[lags + 1 : lags + N]
+    return np.hstack([np.ones((N - 1, 1)), *outputs, *drive]), y[lags + 1 : lags + N]

@@ -85,7 +85,7 @@ def runs(empty: np.ndarray) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def bridged(values: np.ndarray, most: int, held: bool = False) -> np.ndarray:
+def bridged(values: np.ndarray, most: int, hold: bool = False) -> np.ndarray:
     """(N,) with straight lines over at most `most` empty rows (NaN) between others, which are even
     in time; what a drive holds from row to row stays as it was before them."""
     empty, short = np.isnan(values), np.zeros(len(values), dtype=bool)
@@ -95,7 +95,7 @@ def bridged(values: np.ndarray, most: int, held: bool = False) -> np.ndarray:
         return values
     at = np.arange(len(values))
     before = values[np.maximum.accumulate(np.where(empty, 0, at))]
-    return np.where(short, before if held else np.interp(at, at[~empty], values[~empty]), values)
+    return np.where(short, before if hold else np.interp(at, at[~empty], values[~empty]), values)
 
 
 def longest_complete(empties: Sequence[np.ndarray], N: int) -> slice:
@@ -119,9 +119,9 @@ def shifted(x: np.ndarray, shift: float) -> np.ndarray:
         return out
     rows = sampled - int(np.floor(shift + 0.5))
     # A tolerance: a whole shift of many samples leaves a rest of rounding errors.
-    wanted = np.round(rows + shift, 9)
-    inside = (wanted >= sampled[0]) & (wanted <= sampled[-1]) & (rows >= 0) & (rows < len(x))
-    out[rows[inside]] = np.interp(wanted[inside], sampled, x[sampled])
+    source = np.round(rows + shift, 9)
+    inside = (source >= sampled[0]) & (source <= sampled[-1]) & (rows >= 0) & (rows < len(x))
+    out[rows[inside]] = np.interp(source[inside], sampled, x[sampled])
     return out
 
 

@@ -257,7 +257,7 @@ def _apply_camera(
     channels: dict[str, np.ndarray], spec: RecordingSpec, dt: float, source: str
 ) -> list[str]:
     """Turn the camera's channels into the base frame and its clock into the logger's."""
-    seen = [name for name in channels if channel_kind(name).camera]
+    names = [name for name in channels if channel_kind(name).camera]
     pose = spec.camera.pose()
     if (pose.origin, pose.angle, pose.scale) != ((0.0, 0.0), 0.0, 1.0):
         if "z1" not in channels or "z2" not in channels:
@@ -268,14 +268,14 @@ def _apply_camera(
         channels["z1"], channels["z2"] = in_base_frame(channels["z1"], channels["z2"], pose)
     if spec.time_shift == 0.0:
         return []
-    for name in seen:
+    for name in names:
         channels[name] = shifted(channels[name], spec.time_shift / dt)
         if np.isnan(channels[name]).all():
             raise InputError(
                 f"{source}: a time_shift of {spec.time_shift:g} s moves every sample of {name} out "
                 f"of the recording; make it smaller."
             )
-    return [] if seen else ["time_shift has no effect, because there is no camera column."]
+    return [] if names else ["time_shift has no effect, because there is no camera column."]
 
 
 def _counted(time: np.ndarray, stretches: Sequence[tuple[float, float]]) -> np.ndarray:

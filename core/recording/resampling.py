@@ -70,7 +70,7 @@ def even_table(
     """
     count = spec.how == "count"
     whole = unit * table.numbers(headers["t"])
-    rows, lost = _rows(table, headers["t"], whole, window or (-np.inf, np.inf), count)
+    rows, dropped = _rows(table, headers["t"], whole, window or (-np.inf, np.inf), count)
     time = whole[rows]
     values = {c: table.numbers(h)[rows] for c, h in headers.items() if c != "t"}
     dt = _count_step(table, time) if count else _usual_step(values, time)
@@ -86,7 +86,7 @@ def even_table(
     unusable = dict(table.unusable) | dict.fromkeys(
         left, "is not a channel, so it is not resampled"
     )
-    sentence = _sentence(time, grid, lost, count, factor, dt)
+    sentence = _sentence(time, grid, dropped, count, factor, dt)
     return Even(
         replace(table, columns=columns, first_line=None, unusable=unusable), factor, sentence
     )
@@ -97,10 +97,10 @@ def at_rate(recording: Recording, factor: int) -> Recording:
     mean, samples of a slow sensor go to the nearest instant that is kept."""
     if factor == 1:
         return recording
-    held = [c for c in recording.channels if channel_kind(c).pattern in INPUTS]
+    inputs = [c for c in recording.channels if channel_kind(c).pattern in INPUTS]
     slow = {c: v for c, v in recording.channels.items() if _is_slow(v, factor)}
     moved = {c: _snapped(v, factor) for c, v in slow.items()}
-    return thinned(replace(recording, channels={**recording.channels, **moved}), factor, held)
+    return thinned(replace(recording, channels={**recording.channels, **moved}), factor, inputs)
 
 
 def _is_slow(values: np.ndarray, factor: int) -> bool:
@@ -253,25 +253,25 @@ def _nearest(stamps: np.ndarray, x: np.ndarray, grid: np.ndarray, dt: float) -> 
         return np.where(_missing(stamps, grid, dt), np.nan, _splined(stamps, x, grid))
     out = np.full(len(grid), np.nan)
     rows = np.round((stamps - grid[0]) / dt).astype(np.int64)
-    there = (rows >= 0) & (rows < len(grid))
-    out[rows[there]] = x[there]
+    inside = (rows >= 0) & (rows < len(grid))
+    out[rows[inside]] = x[inside]
     return out
 
 
 def _sentence(
-    time: np.ndarray, grid: np.ndarray, lost: int, count: bool, factor: int, dt: float
+    time: np.ndarray, grid: np.ndarray, dropped: int, count: bool, factor: int, dt: float
 ) -> str:
     """The method in one line."""
     steps, rate = np.diff(time), 1.0 / (factor * dt)
     span = f"steps of {1e3 * steps.min():.4g} to {1e3 * steps.max():.4g} ms"
     if count:
-        way = f"{len(time)} rows ({span}) taken as evenly spaced, timestamps ignored"
+        method = f"{len(time)} rows ({span}) taken as evenly spaced, timestamps ignored"
     else:
-        way = (
+        method = (
             f"{len(time)} rows ({span}): encoders by a cubic spline, inputs held and averaged "
             f"over each step, slow sensors in the nearest row"
         )
-    parts = [f"Resampled to {-(-len(grid) // factor)} samples at {rate:.6g} Hz from {way}"]
-    parts += [f"{lost} rows with an empty or repeated timestamp left out"] if lost else []
+    parts = [f"Resampled to {-(-len(grid) // factor)} samples at {rate:.6g} Hz from {method}"]
+    parts += [f"{dropped} rows with an empty or repeated timestamp left out"] if dropped else []
     parts += [f"thinned behind {sentence(factor, dt)}"] if factor > 1 else []
     return "; ".join(parts) + "."

@@ -53,8 +53,8 @@ def with_clock(group: Group) -> Group:
             if values.dtype.kind not in "iuf":
                 continue
             factor = factor_to_si(unit, ("s",))
-            rest = {h: v for h, v in group.columns.items() if h != header}
-            return Group(group.name, rest, factor * values.astype(float))
+            others = {h: v for h, v in group.columns.items() if h != header}
+            return Group(group.name, others, factor * values.astype(float))
     return group
 
 
@@ -163,34 +163,34 @@ def _onto(group: Group, base: Group) -> tuple[dict[str, np.ndarray], list[str]]:
         return {h: np.full(len(base.time), np.nan) for h in group.columns}, []
     order = np.argsort(group.time, kind="stable")
     time = group.time[order]
-    moved, ways = {}, set()
+    moved, methods = {}, set()
     for header, values in group.columns.items():
         if values.dtype.kind in "iufb":
-            way, words = _way(header)
-            moved[header] = way(time, values[order].astype(float), base.time)
-            ways.add(words)
+            resample, words = _way(header)
+            moved[header] = resample(time, values[order].astype(float), base.time)
+            methods.add(words)
     message = f"{group.name} has its own clock: {few(list(moved))} moved to the clock of t, "
-    return moved, [f"{message}{' and '.join(sorted(ways))}."] if moved else []
+    return moved, [f"{message}{' and '.join(sorted(methods))}."] if moved else []
 
 
-def _nearest(time: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    out = np.full(len(wanted), np.nan)
-    if len(wanted) < 2:
+def _nearest(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    out = np.full(len(grid), np.nan)
+    if len(grid) < 2:
         return out
-    half = 0.5 * float(np.median(np.diff(wanted)))
-    rows = np.clip(np.searchsorted(wanted, time), 1, len(wanted) - 1)
-    rows -= (time - wanted[rows - 1]) < (wanted[rows] - time)
-    close = np.abs(wanted[rows] - time) <= half
+    half = 0.5 * float(np.median(np.diff(grid)))
+    rows = np.clip(np.searchsorted(grid, time), 1, len(grid) - 1)
+    rows -= (time - grid[rows - 1]) < (grid[rows] - time)
+    close = np.abs(grid[rows] - time) <= half
     out[rows[close]] = values[close]
     return out
 
 
-def _linear(time: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    return np.interp(wanted, time, values, left=np.nan, right=np.nan)
+def _linear(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    return np.interp(grid, time, values, left=np.nan, right=np.nan)
 
 
-def _held(time: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    rows = np.searchsorted(time, wanted, side="right") - 1
+def _held(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    rows = np.searchsorted(time, grid, side="right") - 1
     return np.where(rows < 0, np.nan, values[np.maximum(rows, 0)])
 
 
@@ -202,8 +202,8 @@ def _way(header: str) -> tuple[_Way, str]:
     """How a column is put on another clock, and in words."""
     if _sparse(header):
         return _nearest, "each sample in the nearest row"
-    held = is_reference(parse_header(_channel_header(header))[0])
-    return (_held, "held") if held else (_linear, "linearly")
+    hold = is_reference(parse_header(_channel_header(header))[0])
+    return (_held, "held") if hold else (_linear, "linearly")
 
 
 def _inside(columns: Mapping[str, np.ndarray], groups: Sequence[Group], time: np.ndarray) -> slice:

@@ -69,11 +69,11 @@ def find_sources(table: Table, spec: RecordingSpec, units: Mapping[str, str]) ->
     return sources
 
 
-def _mapped_header(table: Table, channel: str, wanted: str) -> str:
+def _mapped_header(table: Table, channel: str, stated: str) -> str:
     """The header that `columns` means: the very text, or the same name with or without a unit."""
-    name, unit = parse_header(wanted)
+    name, unit = parse_header(stated)
     everything = (*table.columns, *table.unusable)
-    fitting = [h for h in everything if h == wanted] or [
+    fitting = [h for h in everything if h == stated] or [
         h for h in everything if parse_header(h)[0] == name
     ]
     fitting = fitting or [h for whole, h in table.paths.items() if parse_header(whole)[0] == name]
@@ -199,7 +199,7 @@ class Guess:
     """Where the heading says one without brackets, as in `angle_deg`."""
 
 
-def guess_columns(columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> dict[str, Guess]:
+def guess_columns(columns: Mapping[str, np.ndarray], channels: Sequence[str]) -> dict[str, Guess]:
     """Channel -> guess, for those of the wanted channels of which a heading says enough.
 
     Args:
@@ -212,21 +212,21 @@ def guess_columns(columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> d
     headers = list(columns)
     numbers = _numbered_from(headers)
     scores = np.array(
-        [[_score(c, h, columns[h], numbers) for h in headers] for c in wanted], dtype=float
-    ).reshape(len(wanted), len(headers))
+        [[_score(c, h, columns[h], numbers) for h in headers] for c in channels], dtype=float
+    ).reshape(len(channels), len(headers))
     rows, chosen = scipy.optimize.linear_sum_assignment(-np.maximum(scores, 0.0))
     guesses = {
-        wanted[i]: Guess(headers[j], _unit_in(headers[j], wanted[i]))
+        channels[i]: Guess(headers[j], _unit_in(headers[j], channels[i]))
         for i, j in zip(rows, chosen, strict=True)
         if scores[i, j] >= LEAST
     }
     for channel in [c for c in guesses if c.startswith("link_")]:
         only = channel.removeprefix("link_")
         if (
-            only in wanted and only not in guesses
+            only in channels and only not in guesses
         ):  # the joint's only encoder, whatever it is called
             guesses[only] = guesses.pop(channel)
-    return {c: guesses[c] for c in wanted if c in guesses}
+    return {c: guesses[c] for c in channels if c in guesses}
 
 
 def _parts(header: str) -> list[str]:
@@ -253,10 +253,10 @@ def _score(channel: str, header: str, values: np.ndarray, first: int) -> float:
     if channel == "t":
         rising = len(values) > 1 and bool(np.all(np.diff(values[np.isfinite(values)]) > 0))
         return (FITS + NUMBERED if rising else 0.0) if "time" in has else (HALF + 1.0) * rising
-    there = sum(kind in has for kind in wants)
-    if not wants or not there:
+    matching = sum(kind in has for kind in wants)
+    if not wants or not matching:
         return WRONG
-    score = FITS if there == len(wants) else HALF * there
+    score = FITS if matching == len(wants) else HALF * matching
     # 'q1_cmd' names a position and a reference: the second word excludes the plain encoder.
     apart = {"reference", "speed", "time", "torque", "current", "voltage", "deflection", "known"}
     score += WRONG * len((has & apart) - set(wants)) + WRONG * (

@@ -88,16 +88,16 @@ def _smooth(x: np.ndarray, factor: int) -> np.ndarray:
     ends; a slower sensor's samples stand for those between them."""
     weights = low_pass(factor)
     half = len(weights) // 2
-    there = np.isfinite(x)
-    if there.all():
+    sampled = np.isfinite(x)
+    if sampled.all():
         ends = min(half, len(x) - 1)
         whole = np.pad(x, ends, mode="reflect", reflect_type="odd")
         whole = np.pad(whole, half - ends, mode="edge")
         return _at_instants(whole, weights, factor)
-    stride = _stride(np.flatnonzero(there))
-    sums = _at_instants(np.pad(np.where(there, x, 0.0), half), weights, factor)
-    shares = _at_instants(np.pad(there.astype(float), half), weights, factor)
-    present = _at_instants(np.pad(there.astype(float), half), np.ones(len(weights)), factor)
+    stride = _stride(np.flatnonzero(sampled))
+    sums = _at_instants(np.pad(np.where(sampled, x, 0.0), half), weights, factor)
+    shares = _at_instants(np.pad(sampled.astype(float), half), weights, factor)
+    present = _at_instants(np.pad(sampled.astype(float), half), np.ones(len(weights)), factor)
     complete = present > len(weights) // stride - 0.5
     return np.where(complete, sums / np.where(complete, shares, 1.0), np.nan)
 

@@ -141,8 +141,8 @@ class Processes(Executor):
     def _busy(self) -> list[_Worker]:
         return [w for w in self._workers if w.order is not None]
 
-    def _replace_the_dead(self, work: Work, wanted: int) -> None:
-        while len(self._workers) < wanted:
+    def _replace_the_dead(self, work: Work, count: int) -> None:
+        while len(self._workers) < count:
             self._workers.append(_hire(work))
 
     def _collect(self, waiting: deque[int], losses: Counter[int]) -> Iterator[tuple[int, str]]:

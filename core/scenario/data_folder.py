@@ -95,10 +95,10 @@ def outside(scenario: Scenario, beside: Path, data_folder: Path | None = None) -
         for spec in scenario.recordings
         for file in spec.files
     ]
-    far = [path for path in dict.fromkeys(paths) if not _under(path, folders)]
-    if not far:
+    outside_paths = [path for path in dict.fromkeys(paths) if not _under(path, folders)]
+    if not outside_paths:
         return ""
-    return f"The scenario reads outside its folder and the data folder: {_some(far)}."
+    return f"The scenario reads outside its folder and the data folder: {_some(outside_paths)}."
 
 
 def refuse_special(path: Path) -> None:

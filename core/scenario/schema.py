@@ -177,37 +177,37 @@ class Scenario(Settings):
 
     @field_validator("recordings")
     @classmethod
-    def _few_samples(cls, given: tuple[RecordingSpec, ...]) -> tuple[RecordingSpec, ...]:
-        samples = sum(spec.simulate.samples for spec in given if spec.simulate is not None)
+    def _few_samples(cls, specs: tuple[RecordingSpec, ...]) -> tuple[RecordingSpec, ...]:
+        samples = sum(spec.simulate.samples for spec in specs if spec.simulate is not None)
         if samples > MOST_SAMPLES:
             raise ValueError(
                 f"ask for {samples:,} simulated samples in total; at most {MOST_SAMPLES:,} are "
                 f"allowed."
             )
-        return given
+        return specs
 
     @field_validator("recordings")
     @classmethod
-    def _name_recordings(cls, given: tuple[RecordingSpec, ...]) -> tuple[RecordingSpec, ...]:
+    def _name_recordings(cls, specs: tuple[RecordingSpec, ...]) -> tuple[RecordingSpec, ...]:
         """Every recording has a name of its own; where none is given it gets one."""
-        taken = [spec.name for spec in given if spec.name]
+        taken = [spec.name for spec in specs if spec.name]
         doubled = sorted(name for name, count in Counter(taken).items() if count > 1)
         if doubled:
             raise ValueError(f"has two entries named {doubled[0]!r}; give each its own name.")
         named = []
         simulated = 0
-        for spec in given:
+        for spec in specs:
             simulated += spec.simulate is not None
-            wish = file_stem(spec.file) if spec.file else f"simulated-{simulated}"
-            name = spec.name or _free_name(wish, taken)
+            stem = file_stem(spec.file) if spec.file else f"simulated-{simulated}"
+            name = spec.name or _free_name(stem, taken)
             taken.append(name)
             named.append(spec.model_copy(update={"name": name}))
         return tuple(named)
 
 
-def _free_name(wish: str, taken: list[str]) -> str:
-    number, name = 1, wish
+def _free_name(stem: str, taken: list[str]) -> str:
+    number, name = 1, stem
     while name in taken:
         number += 1
-        name = f"{wish}-{number}"
+        name = f"{stem}-{number}"
     return name

@@ -159,8 +159,8 @@ def without_diagnosis(scenario: Scenario) -> Scenario:
 def arms_to_come(scenario: Scenario) -> tuple[Structure, ...]:
     """What must be compiled for a scenario: its arm, and those that a diagnosis will try."""
     model = base_model(scenario)
-    tried = candidate_effects(scenario.diagnose) if diagnosis_wanted(scenario) else ()
-    return structures_tried(model.arm, tried)
+    candidates = candidate_effects(scenario.diagnose) if diagnosis_wanted(scenario) else ()
+    return structures_tried(model.arm, candidates)
 
 
 def structures_tried(arm: Arm, effects: Sequence[Effect]) -> tuple[Structure, ...]:
@@ -209,10 +209,8 @@ def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
         own_parameter(name, quantity.start, quantity.unit, quantity.lower, quantity.upper)
         for name, quantity in spec.parameters.items()
     )
-    made = own_effect(
-        bare.arm, spec.target, spec.formula, parameters, kind, spec.title or "", where
-    )
-    return Stated(made, spec.parameters, where)
+    own = own_effect(bare.arm, spec.target, spec.formula, parameters, kind, spec.title or "", where)
+    return Stated(own, spec.parameters, where)
 
 
 def _check_once(bare: Model, stated: Sequence[Stated]) -> None:
@@ -246,7 +244,7 @@ def _parameters(model: Model, stated: Sequence[Stated]) -> dict[str, dict[str, E
 
 
 def _all(quantities: Mapping[str, Mapping[str, EffectParameter]]) -> dict[str, EffectParameter]:
-    return {name: quantity for mine in quantities.values() for name, quantity in mine.items()}
+    return {name: quantity for own in quantities.values() for name, quantity in own.items()}
 
 
 def _stated_parameters(stated: Sequence[Stated]) -> dict[str, EffectParameterSpec]:
@@ -307,8 +305,8 @@ def _check_present(
             )
 
 
-def _number(value: object, what: str) -> float:
+def _number(value: object, where: str) -> float:
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     if not plain or not np.isfinite(float(value)):  # type: ignore[arg-type]
-        raise InputError(f"{what} is {quoted(value)}; it must be a number.")
+        raise InputError(f"{where} is {quoted(value)}; it must be a number.")
     return float(value)  # type: ignore[arg-type]

@@ -169,11 +169,11 @@ class StraightArm:
             if segment.mount == "ground":
                 place, angle, chain = np.zeros(2), 0.0, ()
             kind, axis = joint(segment.joint), self._value(k, AXIS_ANGLE)
-            put = kind.place(float(self.q[k]), axis)
+            shift = kind.place(float(self.q[k]), axis)
             turns = bool(kind.place(1.0, 0.0).turn)
-            slide = _unit(angle + float(put.direction))
-            place = place + float(put.slide) * slide
-            angle, chain = angle + float(put.turn), (*chain, k)
+            slide = _unit(angle + float(shift.direction))
+            place = place + float(shift.slide) * slide
+            angle, chain = angle + float(shift.turn), (*chain, k)
             end = place + self._value(k, LENGTH) * _unit(angle)
             links.append(_Link(place, end, _turned(_unit(angle)), turns, slide, chain))
             place = end

@@ -68,24 +68,24 @@ def within(share):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def slip(address, x, port, V, i, S, values, at, out, base, rest, own, g, F, active):  # type: ignore[no-untyped-def]
-    """The force F[i] of one bristle, with its V[i] and S[i], the others' forces being in `rest`.
+def slip(address, x, port, V, i, S, values, at, out, base, others, own, g, F, active):  # type: ignore[no-untyped-def]
+    """The force F[i] of one bristle, with its V[i] and S[i], the others' forces being in `others`.
 
     Newton's method within a bracket, begun as if it went on slipping; only the `active` lanes move.
     """
     low, high = -1e300, 1e300
     state, force = get(S, i), get(F, i)
-    speed = select(active, rest + own * force, get(V, i))
+    speed = select(active, others + own * force, get(V, i))
     put(V, i, speed)
-    tried = 0
-    while tried < TRIES and any_lane(active):
+    count = 0
+    while count < TRIES and any_lane(active):
         call_element(address, x, port, V, i, S, i, values, at, out)
         share = 1.0 / (1.0 - g * get(out, 6))
         bent = (base + g * (get(out, 3) - get(out, 6) * state)) * share
         force = select(active, get(out, 0) + get(out, 4) * (bent - state), force)
         state = select(active, bent, state)
         put(S, i, state)
-        miss = speed - rest - own * force
+        miss = speed - others - own * force
         active = active & (absolute(miss) > MISS)
         if any_lane(active):
             high = select(active & (miss > 0.0), speed, high)
@@ -95,7 +95,7 @@ def slip(address, x, port, V, i, S, values, at, out, base, rest, own, g, F, acti
             inside = (low < newton) & (newton < high)
             speed = select(active, select(inside, newton, 0.5 * (low + high)), speed)
             put(V, i, speed)
-        tried += 1
+        count += 1
     put(F, i, force)
 
 

@@ -111,12 +111,12 @@ def _split(matrix: sp.Matrix) -> Terms:
     """A matrix linear in cosines and sines as basis function -> matrix."""
     waves = sorted(matrix.atoms(sp.cos, sp.sin), key=str)
     terms: Terms = {}
-    rest = matrix
+    remainder = matrix
     for wave in waves:
         part = matrix.applyfunc(lambda e, w=wave: sp.expand(e).coeff(w))
         terms[wave] = part
-        rest = rest - part * wave
-    return {sp.Integer(1): rest.applyfunc(sp.expand), **terms}
+        remainder = remainder - part * wave
+    return {sp.Integer(1): remainder.applyfunc(sp.expand), **terms}
 
 
 def _block_mass(M: np.ndarray, n: int, ns: int, constant: bool) -> np.ndarray:

@@ -103,7 +103,7 @@ def exponential(A, n, work):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def write_step(E, nx, m, nr, held, F, column, first):  # type: ignore[no-untyped-def]
+def write_step(E, nx, m, nr, hold, F, column, first):  # type: ignore[no-untyped-def]
     """Rows first.. of F, whose columns stand `column` apart: the next state from [r; x], from the
     exponential E of [x; r] or, where references run straight between samples, of [x; r; r']."""
     na = m + nx
@@ -112,7 +112,7 @@ def write_step(E, nx, m, nr, held, F, column, first):  # type: ignore[no-untyped
             put(F, (m + j) * column + first + i, get(E, j * na + i))
         for j in range(nr):
             now = get(E, (nx + j) * na + i)
-            if held:
+            if hold:
                 put(F, j * column + first + i, now)
             else:
                 later = get(E, (nx + nr + j) * na + i)

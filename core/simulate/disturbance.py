@@ -150,8 +150,8 @@ def _forwards(
     x = np.zeros((len(e), len(F)))
     innovations = np.zeros_like(e)
     now = np.zeros(len(F))
-    for k, seen in enumerate(e):
-        innovations[k] = seen - H @ now
+    for k, sample in enumerate(e):
+        innovations[k] = sample - H @ now
         x[k] = now + gain @ innovations[k]
         now = F @ x[k]
     return x, innovations

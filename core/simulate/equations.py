@@ -197,8 +197,8 @@ def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equat
     if len(s.q) <= LARGEST_MATRIX:
         for i, (basis, matrix) in enumerate(terms.items()):
             shown = matrix.applyfunc(sp.factor)
-            what = "constant part" if basis == 1 else f"multiplies {basis}"
-            equations.append(Equation(f"M{i}, {what}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
+            role = "constant part" if basis == 1 else f"multiplies {basis}"
+            equations.append(Equation(f"M{i}, {role}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
         stiffness = stiffness_matrix(straight.kinematics)
         if stiffness != sp.zeros(*stiffness.shape):
             equations.append(Equation("Stiffness", rf"K = {_matrix(s, stiffness)}"))

@@ -55,25 +55,25 @@ def tall_product(A, vectors, x, x0, n, y, y0):  # type: ignore[no-untyped-def]
 
 @njit(**OPTIONS)
 def place_all(  # type: ignore[no-untyped-def]
-    dynamics, linear, p, laws, C, D, nodes, h, keep, held, first, last, tall, column, wide_rows
+    dynamics, linear, p, laws, C, D, nodes, h, keep, hold, first, last, tall, column, wide_rows
 ):
     """Fills tall (systems, ..) for the systems first..last-1; returns the unit of q."""
     d, n, nr, ns = nodes.shape[0], nodes.shape[1], laws[0].shape[2], laws[3].shape[2]
     nx = keep.size
-    m = nr if held else 2 * nr
+    m = nr if hold else 2 * nr
     na = m + nx
     space, steps = work_arrays(n, ns, nr), np.full((1, LANES), h)
     aug, work = aligned(na * na), aligned(5 * na * na).reshape((5, na * na, LANES))
     pairs, unit = (last - first) * d, 0.0
-    for begun in range(0, pairs, LANES):
+    for first_pair in range(0, pairs, LANES):
         for lane in range(LANES):
-            pair = min(begun + lane, pairs - 1)
+            pair = min(first_pair + lane, pairs - 1)
             s = first + pair // d
             place(dynamics, linear, p[s], nodes[pair % d], laws, s, lane, space)
         E, unit = discretised(space, n, nr, 2 * n + ns + nr, keep, steps, unit, aug, na, work)
-        for lane in range(min(LANES, pairs - begun)):
-            s, k = (begun + lane) // d, (begun + lane) % d
-            write_step(E[:, lane].copy(), nx, m, nr, held, tall[s], column, k * wide_rows)
+        for lane in range(min(LANES, pairs - first_pair)):
+            s, k = (first_pair + lane) // d, (first_pair + lane) % d
+            write_step(E[:, lane].copy(), nx, m, nr, hold, tall[s], column, k * wide_rows)
     for s in range(last - first):
         write_outputs(C[first + s], D[first + s], keep, n, m, unit, tall[s], column, d * wide_rows)
     return unit
@@ -110,7 +110,7 @@ def follow(tall, state_vectors, d, m, nx, nr, ny, refs, shares, z, y, out, s, st
     ),
 )  # fmt: skip
 def followed(  # type: ignore[no-untyped-def]
-    arm, p, laws, C, D, nodes, h, keep, held, x0, refs, shares, out, first, last
+    arm, p, laws, C, D, nodes, h, keep, hold, x0, refs, shares, out, first, last
 ):
     """Outputs of the systems first..last-1 along one motion, to out (T, ny, last - first).
 
@@ -121,14 +121,14 @@ def followed(  # type: ignore[no-untyped-def]
     """
     dynamics, linear = dynamics_at(arm[0]), linear_at(arm[1])
     d, n, nr, ny, nx = nodes.shape[0], nodes.shape[1], laws[0].shape[2], C.shape[1], keep.size
-    m = nr if held else 2 * nr
+    m = nr if hold else 2 * nr
     na = m + nx
     state_vectors = -(-nx // LANES)
     vectors = -(-(d * state_vectors + -(-ny // LANES)) // ROWS) * ROWS
     count, entries = last - first, na * vectors
     tall = aligned(count * entries).reshape((count, entries, LANES))
     unit = place_all(
-        dynamics, linear, p, laws, C, D, nodes, h, keep, held, first, last,
+        dynamics, linear, p, laws, C, D, nodes, h, keep, hold, first, last,
         tall.reshape((count, entries * LANES)), vectors * LANES, state_vectors * LANES,
     )  # fmt: skip
     at = -(-m // LANES)

@@ -61,7 +61,7 @@ def advance(F, nx, ny, m, z, t, refs, nr, out):  # type: ignore[no-untyped-def]
     ),
 )  # fmt: skip
 def respond_lanes(  # type: ignore[no-untyped-def]
-    dynamics, linear, p, laws, C, D, schedule, varying, h, keep, held, x0, refs, out
+    dynamics, linear, p, laws, C, D, schedule, varying, h, keep, hold, x0, refs, out
 ):
     """Response of LANES experiments, one exponential per sample where the model is `varying`.
 
@@ -72,7 +72,7 @@ def respond_lanes(  # type: ignore[no-untyped-def]
     """
     n, nr, ns = schedule.shape[2], laws[0].shape[2], laws[3].shape[2]
     ny, nx = C.shape[1], keep.size
-    m = nr if held else 2 * nr
+    m = nr if hold else 2 * nr
     na = nx + m
     r, y = refs.reshape((refs.size // LANES, LANES)), out.reshape((out.size // LANES, LANES))
     T = r.shape[0] // nr - 1
@@ -90,7 +90,7 @@ def respond_lanes(  # type: ignore[no-untyped-def]
                 place(dynamics, linear, p[lane], q, laws, lane, lane, space)
             steps = h.reshape((1, LANES))
             E, unit = discretised(space, n, nr, columns, keep, steps, unit, aug, na, work)
-            write_step(E, nx, m, nr, held, F, nx + ny, 0)
+            write_step(E, nx, m, nr, hold, F, nx + ny, 0)
         if t == 0:
             for lane in range(LANES):
                 write_outputs(C[lane], D[lane], keep, n, m, unit, F[:, lane], nx + ny, nx)

@@ -94,8 +94,8 @@ def pieces(
         return per_build + candidate.count * states * columns
 
     runs = np.diff(np.concatenate([[0], edges, [samples]]))
-    tried = sorted({min(int(run), longest) for run in np.unique(runs)} | {1})
-    return cut(edges, samples, min(tried, key=work))
+    lengths = sorted({min(int(run), longest) for run in np.unique(runs)} | {1})
+    return cut(edges, samples, min(lengths, key=work))
 
 
 @njit(**OPTIONS)
@@ -108,18 +108,18 @@ def raise_steps(work, m, nx, ny, lengths, longest, F, stride, Y):  # type: ignor
     na = m + nx
     column = longest * ny
     P, Q = 0, 1
-    begun = np.zeros(lengths.size, dtype=np.bool_)
+    started = np.zeros(lengths.size, dtype=np.bool_)
     done, bit = 1, 1
     while True:
         for i in range(lengths.size):
             if lengths[i] & bit:
-                mine = 3 + i
-                if begun[i]:
-                    product(work[2], work[mine], work[P], na)
-                    copy(work[mine], work[2])
+                own = 3 + i
+                if started[i]:
+                    product(work[2], work[own], work[P], na)
+                    copy(work[own], work[2])
                 else:
-                    begun[i] = True
-                    copy(work[mine], work[P])
+                    started[i] = True
+                    copy(work[own], work[P])
         if done < longest:
             more = min(done, longest - done)
             for j in range(na):
@@ -138,18 +138,18 @@ def raise_steps(work, m, nx, ny, lengths, longest, F, stride, Y):  # type: ignor
 
 @njit(**OPTIONS)
 def build(  # type: ignore[no-untyped-def]
-    dynamics, linear, p, laws, C, D, postures, h, keep, held, lengths, longest, F, Y, steps, aug,
+    dynamics, linear, p, laws, C, D, postures, h, keep, hold, lengths, longest, F, Y, steps, aug,
     work, space,
 ):  # fmt: skip
     """Fills F (lengths, na columns of nx) and Y; returns the unit of q in the states."""
     n, nr, ns = postures.shape[1], laws[0].shape[2], laws[3].shape[2]
     rows, nx = longest * C.shape[1], keep.size
-    m = nr if held else 2 * nr
+    m = nr if hold else 2 * nr
     na = m + nx
     for lane in range(LANES):
         place(dynamics, linear, p[lane], postures[lane], laws, lane, lane, space)
     E, unit = discretised(space, n, nr, 2 * n + ns + nr, keep, h, 0.0, aug, na, work)
-    write_step(E, nx, m, nr, held, steps[0], na, m)
+    write_step(E, nx, m, nr, hold, steps[0], na, m)
     for i in range(m):
         for j in range(na):
             put(steps[0], j * na + i, 1.0 if i == j else 0.0)
@@ -198,7 +198,7 @@ def lanes_of(x):  # type: ignore[no-untyped-def]
     ),
 )  # fmt: skip
 def piecewise(  # type: ignore[no-untyped-def]
-    arm, p, laws, C, D, postures, h, keep, held, x0, refs, lengths, pieces, mode,
+    arm, p, laws, C, D, postures, h, keep, hold, x0, refs, lengths, pieces, mode,
     measured, weights, costs, out, first, last,
 ):  # fmt: skip
     """The passes first..last-1 of LANES systems each; the only entry from Python.
@@ -215,7 +215,7 @@ def piecewise(  # type: ignore[no-untyped-def]
     dynamics, linear = dynamics_at(arm[0]), linear_at(arm[1])
     n, nr = postures.shape[1], R.shape[3]
     ny, nx = C.shape[2], keep.size
-    m = nr if held else 2 * nr
+    m = nr if hold else 2 * nr
     na, longest = m + nx, lengths.max()
     refs, measured, weights = lanes_of(refs), lanes_of(measured), lanes_of(weights)
     h = h.reshape((1, LANES))
@@ -228,7 +228,7 @@ def piecewise(  # type: ignore[no-untyped-def]
     for s in range(first, last):
         law = (R[s], P[s], V[s], S[s], Fs[s], Fq[s], Fv[s], Fr[s])
         unit = build(
-            dynamics, linear, p[s], law, C[s], D[s], postures, h, keep, held, lengths, longest,
+            dynamics, linear, p[s], law, C[s], D[s], postures, h, keep, hold, lengths, longest,
             F, Y, steps, aug, work, space,
         )  # fmt: skip
         for lane in range(LANES):

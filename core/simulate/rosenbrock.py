@@ -117,8 +117,8 @@ def without_feedback(cuts, M, parts, W, both, T):  # type: ignore[no-untyped-def
     _, B, whole_T, T2, inverse, A0, B0 = parts
     joints, n, ns = cuts.shape[0], rows_of(M), rows_of(inverse)
     for i in range(joints):
-        cut = get(cuts, i)
-        free = (cut < 0.5) & (cut > -0.5)
+        sign = get(cuts, i)
+        free = (sign < 0.5) & (sign > -0.5)
         for at in range(i * n, (i + 1) * n):
             put(W, at, select(free, get(W, at), get(M, at) + get(A0, at)))
             put(both, at, select(free, get(B, at) + get(T2, at), get(B0, at)))
@@ -145,10 +145,10 @@ def release_drives(cuts, u, limit):  # type: ignore[no-untyped-def]
     """Frees the drives that would give less than their limit; whether there are any."""
     released = False
     for i in range(cuts.shape[0]):
-        cut = get(cuts, i)
-        held = (cut > 0.5) | (cut < -0.5)
-        free = held & (cut * get(u, i) < get(limit, i))
-        put(cuts, i, select(free, 0.0, cut))
+        sign = get(cuts, i)
+        limited = (sign > 0.5) | (sign < -0.5)
+        free = limited & (sign * get(u, i) < get(limit, i))
+        put(cuts, i, select(free, 0.0, sign))
         released = released or any_lane(free)
     return released
 

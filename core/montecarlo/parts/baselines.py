@@ -108,11 +108,11 @@ def pole_error(estimated: np.ndarray, true: np.ndarray) -> float:
     """
     from scipy.optimize import linear_sum_assignment
 
-    wanted = true[(np.abs(true) > SLOWEST) & (np.abs(true) < FASTEST)]
-    apart = np.abs(estimated[:, None] - wanted[None]) / np.abs(wanted)[None]
+    relevant = true[(np.abs(true) > SLOWEST) & (np.abs(true) < FASTEST)]
+    apart = np.abs(estimated[:, None] - relevant[None]) / np.abs(relevant)[None]
     apart = np.minimum(np.where(np.isfinite(apart), apart, 1.0), 1.0)
     rows, columns = linear_sum_assignment(apart)
-    return float((apart[rows, columns].sum() + len(wanted) - len(columns)) / len(wanted))
+    return float((apart[rows, columns].sum() + len(relevant) - len(columns)) / len(relevant))
 
 
 NOISE, POPULATION, START = 3, 4, 5
@@ -154,9 +154,9 @@ class Baselines(Part):
         tests = _tests(rig, points)
         results = []
         for name, method in METHODS.items():
-            begun = time.perf_counter()
+            start = time.perf_counter()
             contender = method(rig, data, (count, snr_code(snr)))
-            seconds = time.perf_counter() - begun
+            seconds = time.perf_counter() - start
             results.append({"method": name, "seconds": seconds, **_judged(rig, contender, tests)})
         return {"snr_db": snr, "points": count, "methods": results}
 

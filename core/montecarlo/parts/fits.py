@@ -48,9 +48,9 @@ class Fits(Part):
         groups.append((GLOCAL, recordings))
         fits = []
         for number, (label, group) in enumerate(groups):
-            begun = time.perf_counter()
+            start = time.perf_counter()
             fitted = evolve_fit(rig, label, group, population_seed(rig.settings, snr, run, number))
-            took = time.perf_counter() - begun
+            took = time.perf_counter() - start
             fits.append({**estimate(rig, fitted), "seconds": took})
         return {"snr_db": snr, "run": run, "fits": fits}
 

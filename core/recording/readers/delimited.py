@@ -96,24 +96,24 @@ def _opened(path: Path) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
 
 def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading) -> Iterator[bytes]:
     """The content in pieces that end where a line ends, without blank lines at its end."""
-    rest = b""
+    buffer = b""
     while piece := content.read(BLOCK):
         reading.grew(len(piece))
         reading.took(packed.tell())
         if b"\0" in piece:
             raise damaged(path.name, DelimitedReader.what)
-        rest += piece
-        end = _whole_lines(rest)
-        if len(rest) - end > LONGEST_LINE:
+        buffer += piece
+        end = _whole_lines(buffer)
+        if len(buffer) - end > LONGEST_LINE:
             raise InputError(
                 f"{path.name} has a line of more than {LONGEST_LINE:,} characters; it is not a "
                 f"table with one sample per line."
             )
         if end:
-            yield rest[:end]
-            rest = rest[end:]
-    if rest.strip():
-        yield rest
+            yield buffer[:end]
+            buffer = buffer[end:]
+    if buffer.strip():
+        yield buffer
 
 
 def _whole_lines(text: bytes) -> int:
@@ -161,7 +161,7 @@ class _Samples:
         except pa.ArrowInvalid as error:
             raise self._wrong_length(lines, not block.endswith(_ENDS)) from error
         if cells.num_rows < len(lines):  # blank ones are left out
-            raise self._wrong_length(lines, cut=False)
+            raise self._wrong_length(lines, unfinished=False)
         return list(cells.columns)
 
     def _numbers(self, k: int, cells: Any) -> np.ndarray:
@@ -191,13 +191,13 @@ class _Samples:
     def _row(self, row: int) -> str:
         return row_name(self.rows + row, self._heading.first_line)
 
-    def _wrong_length(self, lines: list[bytes], cut: bool) -> InputError:
-        """`cut`: whether the last line has no end."""
+    def _wrong_length(self, lines: list[bytes], unfinished: bool) -> InputError:
+        """`unfinished`: whether the last line has no end."""
         width = len(self.columns)
         for k, line in enumerate(lines):
             length = len(cells_of(decoded(line), self._heading.delimiter))
             if length != width:
-                short = cut and k == len(lines) - 1 and length < width
+                short = unfinished and k == len(lines) - 1 and length < width
                 advice = "the file was cut short" if short else "complete or remove the row"
                 return InputError(
                     f"{self._file}: {self._row(k)} has {length} fields where the header has "

@@ -68,11 +68,11 @@ def _data_sets(file: File) -> dict[str, dict[str, Dataset]]:
     import h5py
 
     places: dict[str, dict[str, Dataset]] = {}
-    seen: set[str] = set()
+    paths: set[str] = set()
 
     def note(path: str, item: Any) -> None:
-        seen.add(path)
-        if len(seen) > MOST_OBJECTS:
+        paths.add(path)
+        if len(paths) > MOST_OBJECTS:
             raise ValueError(f"it has more than {MOST_OBJECTS:,} groups and data sets")
         place, _, name = path.rpartition("/")
         if not isinstance(item, h5py.Dataset) or f"/{_HIDDEN}" in f"/{path}":

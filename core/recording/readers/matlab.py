@@ -52,11 +52,11 @@ def _variables(content: bytes, reading: Reading) -> Iterator[tuple[str, Variable
 def _unpacked(packed: Bytes, order: str, reading: Reading) -> bytes:
     """What is too large says so in its first bytes: it is refused before the memory is asked for
     that it would take."""
-    unpacker, whole, rest, counted = zlib.decompressobj(), bytearray(), packed, 0
+    unpacker, whole, remaining, counted = zlib.decompressobj(), bytearray(), packed, 0
     while not unpacker.eof:
-        piece = unpacker.decompress(rest, PIECE)
-        rest = unpacker.unconsumed_tail
-        if not piece and not rest and not unpacker.eof:
+        piece = unpacker.decompress(remaining, PIECE)
+        remaining = unpacker.unconsumed_tail
+        if not piece and not remaining and not unpacker.eof:
             raise ValueError("a variable is cut short")
         whole += piece
         stated = 8 + struct.unpack_from(order + "I", whole, 4)[0] if len(whole) >= 8 else 0

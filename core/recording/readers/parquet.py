@@ -49,14 +49,14 @@ class LerobotReader(TableReader):
         columns, info = _columns(path, reading, _vectors), _info(path) or {}
         warnings = _one_episode(path, columns)
         _exact_time(columns, info.get("fps"))
-        made, unusable = _named(columns, info)
-        return merged(path, by_length("episode", made), reading, unusable, warnings)
+        named, unusable = _named(columns, info)
+        return merged(path, by_length("episode", named), reading, unusable, warnings)
 
 
 def _columns(
-    path: Path, reading: Reading, made: Callable[[Any], np.ndarray]
+    path: Path, reading: Reading, convert: Callable[[Any], np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Name -> (N, ...), as `made` of Arrow's columns."""
+    """Name -> (N, ...), as `convert` of Arrow's columns."""
     import pyarrow.parquet as pq
 
     with pq.ParquetFile(path) as file:
@@ -69,7 +69,7 @@ def _columns(
             rows += batch.num_rows
             reading.grew(batch.nbytes)
             reading.took(int(path.stat().st_size * rows / max(stated, 1)))
-            parts.append([made(batch.column(name)) for name in names])
+            parts.append([convert(batch.column(name)) for name in names])
             reading.holds(rows, sum(int(np.prod(x.shape[1:])) for x in parts[-1]))
     if not parts:
         raise InputError(f"{path.name} has no samples; give a table with samples.")
@@ -93,12 +93,12 @@ def _vectors(column: Any) -> np.ndarray:
     """(N,) or, of a vector per cell, (N, k); (N, 0) where it is neither."""
     import pyarrow as pa
 
-    nothing, lists = np.empty((len(column), 0)), (pa.types.is_list, pa.types.is_large_list)
+    empty, lists = np.empty((len(column), 0)), (pa.types.is_list, pa.types.is_large_list)
     listed = any(is_list(column.type) for is_list in (*lists, pa.types.is_fixed_size_list))
     values = (column.flatten() if listed else column).to_numpy(zero_copy_only=False)
     width = len(values) // max(len(column), 1)
     if width * len(column) != len(values) or width > WIDEST or values.dtype.kind not in "iuf":
-        return nothing
+        return empty
     return np.asarray(values.reshape(len(column), width) if listed else values)
 
 
@@ -151,19 +151,19 @@ def _exact_time(columns: dict[str, np.ndarray], fps: Any) -> None:
 def _named(
     columns: dict[str, np.ndarray], info: Info
 ) -> tuple[dict[str, np.ndarray], dict[str, str]]:
-    made: dict[str, np.ndarray] = {}
+    named: dict[str, np.ndarray] = {}
     unusable: dict[str, str] = {}
     for feature, values in columns.items():
         if feature in BOOKKEEPING:
             continue
         if values.ndim == 1:
-            made[feature] = values.astype(float)
+            named[feature] = values.astype(float)
         elif values.shape[1] == 0:
             unusable[feature] = "is not an array of real numbers"
         else:
             names = _parts(info, feature, values.shape[1])
-            made |= {f"{feature}/{n}": values[:, k].astype(float) for k, n in enumerate(names)}
-    return made, unusable
+            named |= {f"{feature}/{n}": values[:, k].astype(float) for k, n in enumerate(names)}
+    return named, unusable
 
 
 def _parts(info: Info, feature: str, width: int) -> list[str]:

@@ -149,7 +149,9 @@ def _types(connections: list[Connection]) -> Typestore:
             types = get_types_from_idl(connection.msgdef.data)
         else:
             continue
-        store.register({name: made for name, made in types.items() if name not in store.fielddefs})
+        store.register(
+            {name: fields for name, fields in types.items() if name not in store.fielddefs}
+        )
     return store
 
 
@@ -198,14 +200,14 @@ def _is_joint_state(message: Any) -> bool:
 
 def _joints(topic: str, message: Any) -> list[tuple[str, float]]:
     """Fields of each joint, by its name and never by its place in the message."""
-    wanted = _REFERENCE.search(topic) is not None
+    reference = _REFERENCE.search(topic) is not None
     names = [str(name) for name in message.name]
     numbers = _joint_numbers(names)
     fields = []
     for field in ("position", "velocity", "effort"):
         values = getattr(message, field)
         for name, number, value in zip(names, numbers, values, strict=len(values) > 0):
-            channel = _channel(field, number, wanted)
+            channel = _channel(field, number, reference)
             path = f"{topic}/{name}/{field}"
             fields.append((f"{path}/{channel}" if channel else path, float(value)))
     return sorted(fields)
@@ -220,14 +222,14 @@ def _joint_numbers(names: list[str]) -> list[int | None]:
     return [number + first for number in last if number is not None]
 
 
-def _channel(field: str, joint: int | None, wanted: bool) -> str:
+def _channel(field: str, joint: int | None, reference: bool) -> str:
     if joint is None:
         return ""
     if field == "position":
-        return f"theta{joint}_ref" if wanted else f"theta{joint}"
+        return f"theta{joint}_ref" if reference else f"theta{joint}"
     if field == "velocity":
-        return f"dtheta{joint}_ref" if wanted else ""
-    return "" if wanted else f"u{joint}"
+        return f"dtheta{joint}_ref" if reference else ""
+    return "" if reference else f"u{joint}"
 
 
 def _collect(path: str, value: Any, fields: list[tuple[str, float]]) -> bool:

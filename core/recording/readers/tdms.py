@@ -52,8 +52,8 @@ def _groups(file: TdmsFile, reading: Reading, unusable: dict[str, str]) -> list[
             if isinstance(step, float) and step > 0:
                 start = float(channel.properties.get("wf_start_offset", 0.0))
                 times[len(values)] = start + step * np.arange(len(values))
-        for made in by_length(group.name, columns):
-            if made.time is None:
-                made.time = times.get(made.rows)
-            groups.append(made)
+        for item in by_length(group.name, columns):
+            if item.time is None:
+                item.time = times.get(item.rows)
+            groups.append(item)
     return groups
