@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study test sample long load fuzz bench evidence matrix mujoco lint format clean chromium axe
+.PHONY: help run report study docs test sample long load fuzz bench evidence matrix mujoco lint format clean chromium axe
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -27,6 +27,7 @@ help:
 	@echo "make run     the workbench in the browser"
 	@echo "make report  a report from $(SCENARIO) (SCENARIO=... OUT=... for another)"
 	@echo "make study   the paper's Monte Carlo study with tables, figures and baselines; goes on where it stopped"
+	@echo "make docs    the site in build/site, to be read without a network"
 	@echo "make test    ruff, mypy and the tests; prints the slowest and writes all durations to $(DURATIONS)"
 	@echo "make sample  thirty diagnoses with a known truth beside a stored reference; goes on where it stopped"
 	@echo "make long    the tests that take minutes: many seeds, every page, killed processes, real rigs"
@@ -51,6 +52,12 @@ report: $(VENV)/.installed
 
 study: $(VENV)/.installed
 	@$(BIN)/flexgui study $(SCENARIO) --out $(STUDY)
+
+# The second line is about links and warnings: with --strict each of them ends it.
+docs: $(VENV)/.installed-docs
+	@$(BIN)/python docs/tools/conventions.py && $(BIN)/python docs/tools/gallery.py >/dev/null
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "The site begins with build/site/index.html"
 
 bench: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.bench
@@ -127,6 +134,11 @@ $(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
 $(VENV)/.installed-test: $(VENV)/.installed
 	@echo "Installing the tools of the tests"
 	@$(PIP) --editable '.[test,cluster]'
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	@echo "Installing the tools of the site"
+	@$(PIP) --editable '.[docs]'
 	@touch $@
 
 # The walk through the page lets axe-core look at it, where npm can bring it.

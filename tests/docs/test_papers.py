@@ -12,7 +12,7 @@ import flexgui
 from tests.docs.numbers import named_numbers, rows, value_of
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCS = sorted((ROOT / "docs").glob("*.md"))
+DOCS = sorted((ROOT / "docs").rglob("*.md"))
 LINK = re.compile(r"\]\(([^)#:]+)\)")
 FILE = re.compile(r"`((?:core|flexgui|tests|docs|scenarios)/[\w./-]+\.\w+)`")
 
@@ -28,7 +28,9 @@ def test_every_number_that_decides_is_a_row_of_the_table_with_its_value() -> Non
     assert not [key for key, (_, words) in table.items() if not words.strip()]
 
 
-@pytest.mark.parametrize("path", [*DOCS, ROOT / "README.md"], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "path", [*DOCS, ROOT / "README.md"], ids=lambda p: p.relative_to(ROOT).as_posix()
+)
 def test_files_that_a_document_names_are_there(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     for name in LINK.findall(text):
@@ -44,7 +46,21 @@ def test_the_citation_has_the_version_of_the_package() -> None:
     assert f"license: {project['license']['text']}" in text
 
 
-def test_the_readme_points_to_the_documents() -> None:
+def test_every_page_is_in_the_navigation_of_the_site() -> None:
+    text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    listed = re.findall(r": (\S+\.md)$", text, re.MULTILINE)
+    assert sorted(listed) == [path.relative_to(ROOT / "docs").as_posix() for path in DOCS]
+
+
+def test_every_public_name_has_an_entry_in_the_library() -> None:
+    text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    entries = re.findall(r"^::: flexgui\.(\w+)$", text, re.MULTILINE)
+    assert sorted(entries) == sorted(set(dir(flexgui)) - {"__version__"})
+
+
+def test_the_readme_is_short_and_points_to_the_pages() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    for path in (*DOCS, ROOT / "docs" / "examples"):
-        assert path.relative_to(ROOT).as_posix() in text
+    assert text.count("\n") <= 120
+    for path in DOCS:
+        if path.parent.name != "teaching" and path.name not in ("changelog.md", "scenarios.md"):
+            assert path.relative_to(ROOT).as_posix() in text

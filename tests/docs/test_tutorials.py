@@ -1,0 +1,112 @@
+"""Each tutorial can be followed literally, and its commands print the figures that it states."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?")
+
+NEAR = 2e-3
+"""Relative: figures of another machine differ in their last digits."""
+NEAR_STD = 0.5
+"""Of what stands after ±, which has one digit."""
+LONGEST = 400
+"""s of one command on a busy machine that compiles everything anew."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page; `title` names the file that it is to be saved as."""
+
+    language: str
+    title: str
+    text: str
+
+
+def blocks(page: Path) -> list[Block]:
+    """The blocks of a page, in their order."""
+    return [
+        Block(language, "".join(re.findall(r'title="([^"]+)"', options)), text)
+        for language, options, text in BLOCK.findall(page.read_text(encoding="utf-8"))
+    ]
+
+
+def printed_by(line: str, folder: Path) -> str:
+    """All that one command prints; its comment states an exit code other than 0. `flexgui` and
+    `python` are those of the test."""
+    line, _, comment = line.partition("#")
+    name, *arguments = line.split()
+    command = {"python": [], "flexgui": ["-m", "flexgui"]}[name]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"}
+    done = subprocess.run(
+        [sys.executable, *command, *arguments], cwd=folder, env=environment,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", timeout=LONGEST,
+    )  # fmt: skip
+    code = re.search(r"exit code (\d)", comment)
+    assert done.returncode == (int(code[1]) if code else 0), done.stdout
+    return done.stdout
+
+
+def agrees(stated: str, line: str) -> bool:
+    """Whether a printed line holds the stated words and, nearly, the stated numbers."""
+    words = [re.escape(part) for part in NUMBER.split(stated)]
+    found = re.search(r"(-?\d+(?:\.\d+)?)".join(words), line)
+    return found is not None and all(
+        float(printed) == pytest.approx(float(number.group()), rel=_near(stated, number.start()))
+        for number, printed in zip(NUMBER.finditer(stated), found.groups(), strict=True)
+    )
+
+
+def _near(stated: str, start: int) -> float:
+    return NEAR_STD if stated[:start].endswith("± ") else NEAR
+
+
+def test_there_are_three() -> None:
+    assert [page.stem for page in TUTORIALS] == ["hidden_friction", "own_effect", "own_rig"]
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_every_command_is_one_of_python_or_flexgui_and_every_script_is_there(page: Path) -> None:
+    files = {block.title for block in blocks(page) if block.title}
+    for block in blocks(page):
+        if block.language == "sh":
+            for name, first, *_ in map(str.split, block.text.splitlines()):
+                assert name == "flexgui" or (name == "python" and first in files)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_a_tutorial_prints_what_it_states(page: Path, tmp_path: Path) -> None:
+    printed: list[str] = []
+    for block in blocks(page):
+        if block.title:
+            (tmp_path / block.title).write_text(block.text, encoding="utf-8")
+        elif block.language == "sh":
+            commands = block.text.splitlines()
+            printed = [x for line in commands for x in printed_by(line, tmp_path).splitlines()]
+        elif block.language == "text":
+            for stated in block.text.splitlines():
+                assert any(agrees(stated, line) for line in printed), (stated, printed)
+
+
+@pytest.mark.parametrize(
+    ("stated", "line", "right"),
+    [
+        ("EI = 520.8 ± 0.006 N m²", "EI = 520.9 ± 0.005 N m², fc1 = 3", True),
+        ("EI = 520.8 ± 0.006 N m²", "EI = 525.9 ± 0.005 N m²", False),
+        ("added: x", "added: y", False),
+        ("tip 43 µm", "of the tip 43 µm rms", True),
+    ],
+)
+def test_figures_agree_nearly(stated: str, line: str, right: bool) -> None:
+    assert agrees(stated, line) is right
