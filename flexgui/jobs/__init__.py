@@ -3,8 +3,8 @@
     page -> JobPool.submit -> FairQueue -> WorkerSupervisor (a thread) -> worker (a process)
     page <- callback <- Inbox (a thread) <- Job <- WorkerSupervisor <- pipe <- Reporter
 
-Nothing heavy runs in the process of the page: a supervisor only waits, a callback is called on one
-of the crew's threads, never by `submit`, `stop` or whoever holds a lock.
+Nothing heavy runs in the process of the page: a supervisor only waits. A callback runs on a thread
+of the thread pool, never inside `submit` or `stop` and never under a lock.
 """
 
 from flexgui.jobs.job import Job

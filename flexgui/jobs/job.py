@@ -1,4 +1,4 @@
-"""One submitted task, as the page holds it."""
+"""One submitted job: its state from its events, and the orders to its worker."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from flexgui.jobs.messages import (
     Stopping,
     Task,
     WorkerLost,
-    merged,
+    merge_events,
 )
 
 if TYPE_CHECKING:
@@ -47,10 +47,10 @@ BUSY = (QUEUED, RUNNING, PAUSED, STOPPING)
 
 @dataclass(frozen=True)
 class JobState:
-    """How a job stands, as its events have told it."""
+    """The progress of a job, from its events so far."""
 
     kind: str = ""
-    """What it is for whoever has begun it."""
+    """Which kind of job its caller started."""
     phase: str = IDLE
     place: int | None = None
     """In the queue, 1 is next."""
@@ -61,7 +61,7 @@ class JobState:
     sentence: str = ""
     """Why it failed."""
     history: Mapping[str, tuple[Generation, ...]] = field(default_factory=dict)
-    """The generations of each fit as far as they were told; the newest with its population."""
+    """The generations reported so far, by fit; only the newest has its population."""
 
     @property
     def busy(self) -> bool:
@@ -70,11 +70,11 @@ class JobState:
 
     @property
     def share(self) -> float | None:
-        """Of the current stage that is done, 0 to 1; None where nobody knows."""
+        """Share of the current stage that is done, 0 to 1; None if its length is not known."""
         return min(self.done / self.total, 1.0) if self.total else None
 
     def after(self, event: Event) -> JobState:
-        """The record once the event has happened."""
+        """The state after an event."""
         match event:
             case Stage(title, total):
                 return replace(self, stage=title, total=total, done=0, text="")
@@ -105,7 +105,7 @@ PHASES: dict[type[Event], str] = {
     Failed: FAILED,
     WorkerLost: LOST,
 }
-"""In which an event puts its job."""
+"""Phase of the job after an event."""
 
 
 class Job:
@@ -118,26 +118,26 @@ class Job:
         self.state = JobState()
         self.ending: Ended | None = None
         """The last event."""
-        self.stop_wished: float | None = None
+        self.stop_requested_at: float | None = None
         """When (monotonic) the user asked to stop it."""
         self.paused_since: float | None = None
         self.orders: deque[Order] = deque()
-        """What the user wishes, and its worker has not been told."""
-        self._pool, self._callback, self._silent = pool, callback, False
-        self._inbox = Inbox(self._call_back, merged)
+        """Orders of the user that were not sent to the worker yet."""
+        self._pool, self._callback, self._muted = pool, callback, False
+        self._inbox = Inbox(self._run_callback, merge_events)
         self._lock = pool.lock
         self._clock_since, self._worked = time.monotonic(), 0.0
-        """Since when the stage is timed, and the s of it before: pauses are left out."""
+        """Start of the current timing of the stage, and the s before it; pauses do not count."""
         self._over = threading.Event()
 
     @property
     def over(self) -> bool:
-        """Whether it has ended, however it did."""
+        """Whether it has ended in any way."""
         return self.ending is not None
 
     @property
     def result(self) -> Any | None:
-        """What it found, also where it was stopped; else None."""
+        """The result, also of a stopped job; None without one."""
         return getattr(self.ending, "result", None)
 
     @property
@@ -147,7 +147,7 @@ class Job:
 
     @property
     def remaining_seconds(self) -> float | None:
-        """Of the current stage, from its pace so far; None where nobody can know."""
+        """Of the current stage, from its pace so far; None without an estimate."""
         with self._lock:
             state = self.state
             if state.phase not in (RUNNING, PAUSED) or not state.total or not state.done:
@@ -155,64 +155,64 @@ class Job:
             return self._seconds_worked() / state.done * max(state.total - state.done, 0)
 
     def _seconds_worked(self) -> float:
-        """For the current stage."""
+        """s of work on the current stage, without pauses."""
         until = time.monotonic() if self.paused_since is None else self.paused_since
         return self._worked + max(until - self._clock_since, 0.0)
 
     def stop(self) -> None:
-        """Ends it with the best it has; one that waits goes from the queue."""
+        """Ends it with the best result so far; removes a waiting job from the queue."""
         with self._lock:
             if self.state.phase == QUEUED:
                 self._pool.withdraw(self)
-                self.observe(Stopped())
-            elif not self.over and self.stop_wished is None:
-                self.stop_wished = time.monotonic()
+                self.record(Stopped())
+            elif not self.over and self.stop_requested_at is None:
+                self.stop_requested_at = time.monotonic()
                 self.orders.append(Order.STOP)
-                self.observe(Stopping())
+                self.record(Stopping())
 
     def pause(self) -> None:
-        """Holds a running job, and its worker with it; nothing happens to any other."""
+        """Pauses a running job together with its worker."""
         with self._lock:
             if self.state.phase == RUNNING:
                 self.paused_since = time.monotonic()
                 self.orders.append(Order.PAUSE)
-                self.observe(Paused())
+                self.record(Paused())
 
     def resume(self) -> None:
-        """Lets a paused job go on."""
+        """Continues a paused job."""
         with self._lock:
             if self.state.phase == PAUSED:
                 self._worked, self._clock_since = self._seconds_worked(), time.monotonic()
                 self.paused_since = None
                 self.orders.append(Order.RESUME)
-                self.observe(Resumed())
+                self.record(Resumed())
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Blocks until it is over (its callback may hear of it a moment later); for scripts."""
+        """Blocks until it is over (its callback may be called a moment later); for scripts."""
         return self._over.wait(timeout)
 
-    def wait_heard(self, timeout: float) -> None:
-        """Until the callback has heard all there was."""
+    def wait_for_callback(self, timeout: float) -> None:
+        """Waits until the callback got all events."""
         self._inbox.wait_idle(timeout)
 
-    def observe(self, event: Event) -> None:
-        """Takes note of what has happened, and passes it on; for who holds the pool's lock."""
+    def record(self, event: Event) -> None:
+        """Updates the state and passes the event to the callback; call it under the pool's lock."""
         if isinstance(event, Started | Stage):
             self._clock_since, self._worked = time.monotonic(), 0.0
         self.state = self.state.after(event)
-        if isinstance(event, Ended):  # before the callback hears of it, and asks
+        if isinstance(event, Ended):  # before the callback, which may ask for it
             self.ending = event
         self._inbox.put(event)
         if isinstance(event, Ended):
             self._over.set()
 
-    def silence(self) -> None:
-        """The callback hears nothing more."""
-        self._silent = True
+    def mute(self) -> None:
+        """Calls the callback no more."""
+        self._muted = True
 
-    def _call_back(self, events: list[Event]) -> None:
+    def _run_callback(self, events: list[Event]) -> None:
         for event in events:
-            if self._silent:
+            if self._muted:
                 return
             try:
                 self._callback(event)

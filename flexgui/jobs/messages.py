@@ -1,5 +1,5 @@
-"""What a job is asked to do, and what it reports: tasks and orders one way, events the other; and
-within which limits."""
+"""Messages between server and workers: tasks and orders to a worker, events from it; and the
+settings of a pool."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Queued(Event):
-    """The job waits; told again when its place changes."""
+    """The job waits; sent again when its place changes."""
 
     place: int
     """1 is next."""
@@ -34,7 +34,7 @@ class Started(Event):
 
 @dataclass(frozen=True)
 class Paused(Event):
-    """The job waits for `resume`, its worker with it."""
+    """The job and its worker wait for `resume`."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Resumed(Event):
 
 @dataclass(frozen=True)
 class Stopping(Event):
-    """The job was asked to end with the best it has."""
+    """The job was asked to end with its best result so far."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class NewGeneration(Event):
 
 @dataclass(frozen=True)
 class Partial(Event):
-    """What the task has so far; a newer one of the same name stands for all earlier ones."""
+    """A partial result; a newer one of the same name replaces all earlier ones."""
 
     name: str
     value: Any
@@ -98,7 +98,7 @@ class Failed(Ended):
 
     sentence: str
     traceback: str = ""
-    """For the log, where a worker met what nobody expected; its sentence is the error then."""
+    """For the log, after an unexpected error; the sentence is that error then."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Stopped(Ended):
     """The user stopped it."""
 
     result: Any = None
-    """The best the task had; None where it had nothing yet or did not answer in time."""
+    """The best result so far; None without one or without an answer in time."""
 
 
 @dataclass(frozen=True)
@@ -116,22 +116,22 @@ class WorkerLost(Ended):
     sentence: str
 
 
-def merged(waiting: list[Event], event: Event) -> list[Event]:
-    """With one more event: it stands for a waiting one of the same subject, but never across one
-    that has no subject (a new stage, an end). So the order of what matters stays, and what waits is
-    short however slow the reader is."""
+def merge_events(waiting: list[Event], event: Event) -> list[Event]:
+    """The waiting events with one more: it replaces a waiting event of the same subject, but never
+    across an event without a subject (a new stage, an end). So the order is kept, and the list
+    stays short for a slow reader."""
     subject = _subject(event)
     for place in reversed(range(len(waiting)) if subject is not None else ()):
         earlier = waiting[place]
         if _subject(earlier) is None:
             break
         if _subject(earlier) == subject:
-            return [*waiting[:place], _together(earlier, event), *waiting[place + 1 :]]
+            return [*waiting[:place], _merged_pair(earlier, event), *waiting[place + 1 :]]
     return [*waiting, event]
 
 
 def _subject(event: Event) -> tuple[type[Event], str] | None:
-    """Events of one subject may be told as one; None where each counts."""
+    """Events of one subject can be merged into one; None where each counts."""
     match event:
         case Queued() | Advanced():
             return type(event), ""
@@ -140,8 +140,8 @@ def _subject(event: Event) -> tuple[type[Event], str] | None:
     return None
 
 
-def _together(earlier: Event, event: Event) -> Event:
-    """What is told of two events of one subject."""
+def _merged_pair(earlier: Event, event: Event) -> Event:
+    """One event for two of the same subject."""
     if isinstance(earlier, Advanced) and isinstance(event, Advanced):
         return Advanced(earlier.n + event.n, event.text or earlier.text)
     return event
@@ -153,19 +153,19 @@ class Task:
 
     function: str
     arguments: Mapping[str, Any] = field(default_factory=dict)
-    """They and the result travel through a pipe: records, arrays, texts, numbers."""
+    """Arguments and result are sent through a pipe: records, arrays, texts, numbers."""
     title: str = "The work"
     """How a sentence about the task begins."""
 
     @staticmethod
     def of(function: Callable[..., Any], title: str = "The work", **arguments: Any) -> Task:
-        """From the function itself; TypeError at once where the arguments do not suit it."""
+        """A task of a function; TypeError at once if the arguments do not fit."""
         inspect.signature(function).bind(progress=None, **arguments)
         return Task(Task.name(function), arguments, title)
 
     @staticmethod
     def name(function: Callable[..., Any]) -> str:
-        """By which a worker finds a function."""
+        """The name by which a worker imports a function."""
         return f"{function.__module__}:{function.__qualname__}"
 
     def resolve(self) -> Callable[..., Any]:
@@ -177,7 +177,7 @@ class Task:
 
 
 class Order(Enum):
-    """What the server tells a worker besides its next task."""
+    """What the server sends to a worker besides tasks."""
 
     STOP = "stop"
     PAUSE = "pause"
@@ -186,15 +186,15 @@ class Order(Enum):
 
 
 ALIVE = None
-"""Told again and again, whatever a worker does: who is silent hangs."""
+"""Sent repeatedly by every worker: a silent worker hangs."""
 
 
 @dataclass(frozen=True)
 class Ready:
-    """The worker is warm, or at least there."""
+    """The worker has started and warmed up."""
 
-    trouble: str = ""
-    """Traceback of a warm-up that failed: the jobs will say themselves what is wrong."""
+    warm_up_error: str = ""
+    """Traceback of a failed warm-up; the first job reports the error itself."""
 
 
 @dataclass(frozen=True)
@@ -206,24 +206,25 @@ class PoolSettings:
     grace: float = 8.0
     """s that a task may take to end by itself once it was stopped; then its worker is killed."""
     silence: float = 60.0
-    """s without a sign of life, of which there is one every two, after which a worker hangs: one
-    large function that is compiled has held up a busy machine's interpreter for fifteen."""
+    """s without a heartbeat (sent every 2 s) after which a worker counts as hanging: compiling one
+    large function has blocked a busy machine's interpreter for 15 s."""
     pause_limit: float = 600.0
     """s that a paused job may keep its worker while others wait; then it is stopped."""
     recycle_after: int = 200
-    """Jobs, after which a worker is replaced: whatever memory it gathered is given back."""
-    calm: float = 6.0
-    """s after a worker's or a job's start in which no further worker is started that nobody waits
-    for: it would take the cores from the first ranking of whoever clicks at once."""
+    """Jobs after which a worker is replaced, to free its memory."""
+    start_delay: float = 6.0
+    """s after the start of a worker or job in which no spare worker starts: it would slow down the
+    first ranking of a person who clicks at once."""
     start_limit: float = 300.0
     """s that a worker may need to be ready; on a new machine everything is compiled first."""
     niceness: int = 10
     """Of the workers, so that the page answers first (POSIX)."""
     memory: int | None = 3_000_000_000
-    """Bytes that a job may take beyond what its warm worker has (Linux); None: all there are. The
+    """Bytes that a job may take beyond those of its warm worker (Linux); None: no limit. The
     diagnosis of seven recordings takes a tenth of that; two such jobs still fit into a laptop."""
     seconds: float | None = None
-    """That a job may take, in all and of a processor; then its worker is replaced. None: no end."""
+    """s that a job may take, by the clock and of a processor; then its worker is replaced. None: no
+    limit."""
     warm_up: str | None = "flexgui.jobs.worker:warm_up"
     """What a worker calls before its first job, as "package.module:name"."""
 

@@ -1,6 +1,6 @@
-"""The pool: submit a task, and a callback hears how it goes.
+"""The job pool: submit a task, and a callback gets its events.
 
-Sessions take turns: whoever submits more does not get more.
+Sessions take turns: a session that submits more jobs does not get more time.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from flexgui.jobs.messages import (
 )
 from flexgui.jobs.supervisor import WorkerSupervisor
 
-CLOSING = 4.0
-"""s for all workers to end, well within what a person waits after Ctrl-C."""
+CLOSING_SECONDS = 4.0
+"""s for all workers to end after Ctrl-C."""
 
-LAST_NEWS = 0.5
-"""s for the callbacks to hear it."""
+LAST_CALLBACK_SECONDS = 0.5
+"""s for the callbacks to get the last events."""
 
 Callback = Callable[[Event], None]
 
@@ -41,14 +41,14 @@ class JobPool:
     def __init__(self, workers: int = 2, settings: PoolSettings = DEFAULT) -> None:
         self.settings = settings
         self.lock = threading.RLock()
-        """Held for moments only, never while a callback is called or a worker is spoken to."""
+        """Held briefly, never while a callback runs or a message goes to a worker."""
         self.warming = threading.Lock()
         self.closing = threading.Event()
-        self._news = threading.Condition(self.lock)
+        self._changed = threading.Condition(self.lock)
         self._queue: FairQueue = FairQueue()
         self._active: set[Job] = set()
         self._started = False
-        self._stirred = 0.0
+        self._last_activity = 0.0
         self._supervisors = [WorkerSupervisor(self, k + 1) for k in range(workers)]
 
     def __enter__(self) -> JobPool:
@@ -108,15 +108,15 @@ class JobPool:
             job = Job(self, session, task, callback)
             self._queue.put(job)
             self._report_places()
-            self._news.notify()
+            self._changed.notify()
             return job
 
-    def leave(self, session: str) -> None:
+    def cancel_session(self, session: str) -> None:
         """Stops and drops all jobs of a session; its callbacks hear nothing more."""
         with self.lock:
-            mine = [job for job in (*self._queue.order(), *self._active) if job.session == session]
-            for job in mine:
-                job.silence()
+            jobs = [job for job in (*self._queue.order(), *self._active) if job.session == session]
+            for job in jobs:
+                job.mute()
                 job.stop()
 
     def close(self) -> None:
@@ -125,124 +125,123 @@ class JobPool:
             if self.closing.is_set():
                 return
             self.closing.set()
-            last = [*self._queue.order(), *self._active]
+            jobs = [*self._queue.order(), *self._active]
             for job in list(self._queue.order()):
                 self._queue.remove(job)
-                job.observe(Stopped())
-            self._news.notify_all()
+                job.record(Stopped())
+            self._changed.notify_all()
         atexit.unregister(self.close)
-        until = time.monotonic() + CLOSING
+        limit = time.monotonic() + CLOSING_SECONDS
         for supervisor in self._supervisors:
             if supervisor.thread.ident is not None:
-                supervisor.thread.join(max(until - time.monotonic(), 0.0))
-        until = time.monotonic() + LAST_NEWS
-        for job in last:
-            job.wait_heard(max(until - time.monotonic(), 0.0))
+                supervisor.thread.join(max(limit - time.monotonic(), 0.0))
+        limit = time.monotonic() + LAST_CALLBACK_SECONDS
+        for job in jobs:
+            job.wait_for_callback(max(limit - time.monotonic(), 0.0))
 
     def _report_places(self) -> None:
         for place, job in enumerate(self._queue.order(), start=1):
             if job.state.place != place:
-                job.observe(Queued(place))
+                job.record(Queued(place))
 
-    # What follows is for jobs and supervisors.
+    # For jobs and supervisors only:
 
     @property
     def wants_worker(self) -> bool:
-        """Whether one more is worth the cores that its start takes from what runs: where a job
-        waits in vain, there is none yet, or all has been calm for a while."""
+        """Whether another worker should start: there is none yet, a job waits without a free one,
+        or nothing has started for `start_delay` s."""
         with self.lock:
             idle = self.workers_ready - len(self._active)
-            calm = time.monotonic() - self._stirred > self.settings.calm
-            return calm or not self.workers_ready or len(self._queue) > max(idle, 0)
+            is_quiet = time.monotonic() - self._last_activity > self.settings.start_delay
+            return is_quiet or not self.workers_ready or len(self._queue) > max(idle, 0)
 
-    def stir(self) -> None:
-        """A worker came, or a job began: whoever clicks now shall have the cores."""
-        self._stirred = time.monotonic()
+    def note_activity(self) -> None:
+        """Called when a worker or a job starts: delays the start of spare workers."""
+        self._last_activity = time.monotonic()
 
     def next_job(self, timeout: float) -> Job | None:
         """The next job, started; None where there is none within `timeout` s."""
         with self.lock:
             if not len(self._queue) and not self.closing.is_set():
-                self._news.wait(timeout)
+                self._changed.wait(timeout)
             job = None if self.closing.is_set() else self._queue.take()
             if job is not None:
                 self._active.add(job)
-                job.observe(Started())
-                self.stir()
+                job.record(Started())
+                self.note_activity()
                 self._report_places()
             return job
 
     def withdraw(self, job: Job) -> None:
-        """A job that waits is no longer wanted."""
+        """Removes a waiting job from the queue."""
         with self.lock:
             self._queue.remove(job)
             self._report_places()
 
     def job_over(self, job: Job, ending: Ended) -> None:
-        """A supervisor has done what it could for a job."""
+        """Ends a job; called by its supervisor."""
         with self.lock:
             self._active.discard(job)
             self._queue.done(job)
-            job.observe(ending)
+            job.record(ending)
             self._report_places()
 
-    def give_up_waiting(self, sentence: str) -> None:
-        """No worker will come: who waits is told."""
+    def fail_waiting(self, sentence: str) -> None:
+        """Fails all waiting jobs: no worker can be started."""
         with self.lock:
             if self.workers_ready:
                 return
             for job in list(self._queue.order()):
                 self._queue.remove(job)
-                job.observe(Failed(sentence))
+                job.record(Failed(sentence))
 
 
 class FairQueue:
-    """Within a session first come, first served. Between sessions the one with the least work
-    under way goes first; equals go round, and whoever joins or was served stands at the end.
-    Not thread-safe."""
+    """Within a session first come, first served. Between sessions the one with the fewest running
+    jobs goes first; among equals the one that was served longest ago. Not thread-safe."""
 
     def __init__(self) -> None:
-        self._round: dict[str, deque[Job]] = {}
-        """What waits; a dict keeps the order of the round."""
+        self._waiting: dict[str, deque[Job]] = {}
+        """Waiting jobs by session; the order of the sessions is their turn."""
         self._busy: Counter[str] = Counter()
 
     def __len__(self) -> int:
-        return sum(len(items) for items in self._round.values())
+        return sum(len(items) for items in self._waiting.values())
 
     def waiting_of(self, session: str) -> int:
         """How many items of a session wait."""
-        return len(self._round.get(session, ()))
+        return len(self._waiting.get(session, ()))
 
     def put(self, item: Job) -> None:
         """Add an item behind those of its session."""
-        self._round.setdefault(item.session, deque()).append(item)
+        self._waiting.setdefault(item.session, deque()).append(item)
 
     def remove(self, item: Job) -> None:
         """Forget an item that waits."""
-        items = self._round[item.session]
+        items = self._waiting[item.session]
         items.remove(item)
         if not items:
-            del self._round[item.session]
+            del self._waiting[item.session]
 
     def take(self) -> Job | None:
-        """The next item, which is then under way; None where nothing waits."""
-        return _serve(self._round, self._busy) if self._round else None
+        """The next item, which then counts as running; None where nothing waits."""
+        return _take_next(self._waiting, self._busy) if self._waiting else None
 
     def done(self, item: Job) -> None:
-        """An item that was taken is no longer under way."""
+        """An item that was taken is no longer running."""
         self._busy[item.session] -= 1
         self._busy = +self._busy  # only sessions that are busy
 
     def order(self) -> Iterator[Job]:
-        """All that wait, in the order in which they would go if nothing ended meanwhile."""
-        again = {session: items.copy() for session, items in self._round.items()}
+        """All waiting items in the order in which they would be taken if no job ended meanwhile."""
+        waiting = {session: items.copy() for session, items in self._waiting.items()}
         busy = self._busy.copy()
-        while again:
-            yield _serve(again, busy)
+        while waiting:
+            yield _take_next(waiting, busy)
 
 
-def _serve(waiting: dict[str, deque[Job]], busy: Counter[str]) -> Job:
-    """Takes the next item; its session goes to the end of the round."""
+def _take_next(waiting: dict[str, deque[Job]], busy: Counter[str]) -> Job:
+    """Takes the next item; its session goes to the end."""
     session = min(waiting, key=busy.__getitem__)  # the first of equals
     items = waiting.pop(session)
     item = items.popleft()

@@ -1,8 +1,8 @@
-"""What runs in a spawned worker process.
+"""Runs in a spawned worker process.
 
-Four threads: the main one works; one reads orders, so that a stop, a pause or the death of the
-server (the pipe ends) is known at once; one sends news, at most every INTERVAL; one says every
-BEAT that the process lives.
+Four threads: the main one runs tasks; one reads orders, so that a stop, a pause or the end of the
+server (the pipe closes) takes effect at once; one sends events, at most every INTERVAL; one sends a
+heartbeat every HEARTBEAT_INTERVAL.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from flexgui.jobs.messages import (
     Stage,
     Stopped,
     Task,
-    merged,
+    merge_events,
 )
 
 if TYPE_CHECKING:
@@ -52,26 +52,26 @@ TOO_LARGE = (
 TOO_LONG = (
     "took longer than {:.0f} s; cut the recordings, keep fewer columns or simulate fewer samples."
 )
-"""How a sentence about the work goes on."""
+"""Rest of a sentence that begins with the task's title."""
 
 
-EYE = 0.3
+COMPARISON_INTERVAL = 0.3
 """s between two comparisons of a model that is being fitted."""
 BETTER = "better"
-"""Name of what the task has so far then: label of the fit, cost, comparison."""
+"""Name of the partial result: label of the fit, cost, comparison."""
 
 
 class Reporter:
-    """Progress of one task. While it is paused, whoever calls it waits."""
+    """Reports the progress of one task. While it is paused, its methods block."""
 
     def __init__(self, send: Callable[[Event], None]) -> None:
         self._send = send
         self._run, self._stop = threading.Event(), threading.Event()
         self._run.set()
-        self.noticed = False
-        """Whether the task learnt that it should stop."""
-        self._compared = -EYE
-        """When (monotonic) a model was put beside its measurements last."""
+        self.saw_stop = False
+        """Whether the task has read that it should stop."""
+        self._compared_at = -COMPARISON_INTERVAL
+        """When (monotonic) a comparison was made last."""
 
     def stage(self, title: str, total: int | None = None) -> None:
         """A new stage begins."""
@@ -86,19 +86,19 @@ class Reporter:
         self._report(NewGeneration(fit_label, generation))
 
     def better(self, fit_label: str, cost: float, compared: Compared) -> None:
-        """The best so far, as often as an eye follows."""
-        if time.monotonic() - self._compared > EYE:
-            self._compared = time.monotonic()
+        """The best fit so far, at most every COMPARISON_INTERVAL."""
+        if time.monotonic() - self._compared_at > COMPARISON_INTERVAL:
+            self._compared_at = time.monotonic()
             self.partial(BETTER, (fit_label, cost, compared()))
 
     def partial(self, name: str, value: Any) -> None:
-        """What the task has so far."""
+        """A partial result."""
         self._report(Partial(name, value))
 
     def stopped(self) -> bool:
-        """Whether the task should end with the best it has."""
+        """Whether the task should end with its best result so far."""
         self._run.wait()
-        self.noticed = self.noticed or self._stop.is_set()
+        self.saw_stop = self.saw_stop or self._stop.is_set()
         return self._stop.is_set()
 
     def pause(self) -> None:
@@ -119,34 +119,34 @@ class Reporter:
         self._run.wait()
 
 
-BEAT = 2.0
-"""s between two signs of life."""
+HEARTBEAT_INTERVAL = 2.0
+"""s between two heartbeats."""
 
 INTERVAL = 0.05
-"""s between two batches of news: 20 a second is as fast as a page follows."""
+"""s between two batches of events: a page follows 20 a second."""
 
 LONGEST_TEXT = 300
 """Characters of an unexpected error's text."""
 
 
 def work(pipe: Connection, settings: PoolSettings) -> None:
-    """The life of a worker."""
+    """The main function of a worker process."""
     # Ctrl-C reaches every process of a terminal; the server then closes its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(settings.niceness)
     worker = Worker(pipe)
     threading.Thread(target=worker.read, name="orders", daemon=True).start()
-    threading.Thread(target=worker.spread_news, name="news", daemon=True).start()
-    trouble = _trouble_of(settings.warm_up)
-    threading.Thread(target=worker.beat, name="heart", daemon=True).start()
+    threading.Thread(target=worker.send_events, name="news", daemon=True).start()
+    warm_up_error = _warm_up_error(settings.warm_up)
+    threading.Thread(target=worker.send_heartbeats, name="heart", daemon=True).start()
     limit_memory(settings.memory)  # beyond the stacks of its threads
-    worker.send(Ready(trouble))
+    worker.send(Ready(warm_up_error))
     worker.serve(settings.seconds)
 
 
-def _trouble_of(warm_up: str | None) -> str:
-    """Warms up; the traceback where that fails."""
+def _warm_up_error(warm_up: str | None) -> str:
+    """Warms up; returns the traceback if that fails, else ''."""
     try:
         if warm_up is not None:
             Task(warm_up).resolve()()
@@ -162,7 +162,7 @@ class Worker:
         self._pipe = pipe
         self._sending = threading.Lock()
         self._waiting: list[Event] = []
-        self._keeping, self._news = threading.Lock(), threading.Event()
+        self._waiting_lock, self._changed = threading.Lock(), threading.Event()
         self._reporter = Reporter(self._put)
         self._tasks: SimpleQueue[tuple[Task, Reporter] | Failed | None] = SimpleQueue()
 
@@ -170,47 +170,51 @@ class Worker:
         """One task after the other, on the main thread; each has `seconds` of a processor."""
         while (item := self._tasks.get()) is not None:
             limit_time(seconds)
-            answer = item if isinstance(item, Failed) else attempt(*item)
+            answer = item if isinstance(item, Failed) else ending_of(*item)
             self._flush()
             try:
                 self.send(answer)
             except OSError:
-                gone()
+                exit_process()
             except Exception as error:  # a result that no pipe can carry
-                self.send(crash(error))
+                self.send(failure_of(error))
 
     def read(self) -> None:
-        """Orders, as they come."""
+        """Reads tasks and orders."""
         while True:
             try:
                 order = self._pipe.recv()
             except (EOFError, OSError):
-                gone()
+                exit_process()
             except Exception as error:  # arguments that cannot be read here
-                self._tasks.put(crash(error))
+                self._tasks.put(failure_of(error))
                 continue
             if isinstance(order, Task):
                 self._reporter = Reporter(self._put)
                 self._tasks.put((order, self._reporter))
             else:
-                self._obey(order)
+                self._follow(order)
 
-    def spread_news(self) -> None:
-        """Sends what waits, then rests, so that a fast search does not flood the pipe."""
+    def send_events(self) -> None:
+        """Sends the waiting events, then pauses, so that a fast search does not flood the pipe."""
         while True:
-            self._news.wait()
-            self._news.clear()
-            with contextlib.suppress(OSError):  # the reading thread learns it too, and ends all
+            self._changed.wait()
+            self._changed.clear()
+            with contextlib.suppress(
+                OSError
+            ):  # the reading thread sees it too and ends the process
                 self._flush()
             time.sleep(INTERVAL)
 
-    def beat(self) -> None:
-        """Signs of life, on a thread of its own; the reading one learns when nobody hears them."""
+    def send_heartbeats(self) -> None:
+        """Sends heartbeats; the reading thread sees when the server is gone."""
         with contextlib.suppress(OSError):
             while True:
-                with contextlib.suppress(MemoryError):  # the job has taken all there is; it lives
+                with contextlib.suppress(
+                    MemoryError
+                ):  # the job uses all memory; the process still runs
                     self.send(ALIVE)
-                time.sleep(BEAT)
+                time.sleep(HEARTBEAT_INTERVAL)
 
     def send(self, message: Any) -> None:
         """Send one message at a time."""
@@ -218,19 +222,19 @@ class Worker:
             self._pipe.send(message)
 
     def _put(self, event: Event) -> None:
-        """Sent soon, with what else there is."""
-        with self._keeping:
-            self._waiting = merged(self._waiting, event)
-        self._news.set()
+        """Adds an event to the next batch."""
+        with self._waiting_lock:
+            self._waiting = merge_events(self._waiting, event)
+        self._changed.set()
 
     def _flush(self) -> None:
         with self._sending:
-            with self._keeping:
+            with self._waiting_lock:
                 events, self._waiting = self._waiting, []
             for event in events:
                 self._pipe.send(event)
 
-    def _obey(self, order: Order) -> None:
+    def _follow(self, order: Order) -> None:
         match order:
             case Order.PAUSE:
                 self._reporter.pause()
@@ -243,56 +247,56 @@ class Worker:
                 self._tasks.put(None)
 
 
-def attempt(task: Task, reporter: Reporter) -> Ended:
-    """How the task ends, whatever happens in it."""
+def ending_of(task: Task, reporter: Reporter) -> Ended:
+    """Runs the task and returns its ending; never raises."""
     try:
         result = task.resolve()(**task.arguments, progress=reporter)
-        return Stopped(result) if reporter.noticed else Finished(result)
+        return Stopped(result) if reporter.saw_stop else Finished(result)
     except InputError as error:
         return Failed(brief(str(error)))
     except MemoryError:
         return Failed(f"{task.title} {TOO_LARGE}")
     except BaseException as error:
-        return crash(error)
+        return failure_of(error)
 
 
-def crash(error: BaseException) -> Failed:
-    """In words for the page and in full for the log."""
+def failure_of(error: BaseException) -> Failed:
+    """A short sentence for the page and the traceback for the log."""
     text = " ".join(f"{type(error).__name__}: {error}".split())
     return Failed(text[:LONGEST_TEXT], "".join(traceback.format_exception(error)))
 
 
-def gone() -> NoReturn:
-    """Nobody would read what this process still finds."""
+def exit_process() -> NoReturn:
+    """Ends this process: the server is gone."""
     os._exit(0)
 
 
-SPARE = 5.0
-"""s of a processor beyond the limit: the server, which can say why, ends the job first."""
+EXTRA_SECONDS = 5.0
+"""s of a processor beyond the limit, so that the server ends the job first and reports why."""
 
 
-def limit_memory(more: int | None) -> None:
+def limit_memory(extra: int | None) -> None:
     """This process gets `more` bytes than it has now, then MemoryError; Linux only.
 
     Data, not address space: compilers and allocators reserve much more than they ever touch.
     """
     used = _data_bytes()
-    if more is None or used is None:
+    if extra is None or used is None:
         return
     import resource
 
-    with contextlib.suppress(ValueError, OSError):  # a lower limit stands already
-        resource.setrlimit(resource.RLIMIT_DATA, (used + more, resource.RLIM_INFINITY))
+    with contextlib.suppress(ValueError, OSError):  # a lower limit is set already
+        resource.setrlimit(resource.RLIMIT_DATA, (used + extra, resource.RLIM_INFINITY))
 
 
 def limit_time(seconds: float | None) -> None:
-    """This process dies after so many more seconds of a processor, where the system can do it."""
+    """The system kills this process after so many more seconds of a processor (POSIX)."""
     if seconds is None or os.name != "posix":
         return
     import resource
 
     usage = resource.getrusage(resource.RUSAGE_SELF)
-    until = int(usage.ru_utime + usage.ru_stime + seconds + SPARE)
+    until = int(usage.ru_utime + usage.ru_stime + seconds + EXTRA_SECONDS)
     with contextlib.suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_CPU, (until, resource.RLIM_INFINITY))
 
@@ -302,11 +306,11 @@ def _data_bytes() -> int | None:
         status = Path("/proc/self/status").read_text(encoding="ascii")
     except OSError:
         return None
-    found = re.search(r"VmData:\s+(\d+) kB", status)
-    return None if found is None else int(found[1]) * 1024
+    match = re.search(r"VmData:\s+(\d+) kB", status)
+    return None if match is None else int(match[1]) * 1024
 
 
-TINY = """
+WARM_UP_SCENARIO = """
 title = "Warming up"
 [arm]
 preset = "paper"
@@ -327,4 +331,4 @@ def warm_up() -> None:
     from flexgui.core.scenario.read import parse_scenario
     from flexgui.core.workbench import run_scenario
 
-    run_scenario(parse_scenario(TINY, "warm-up"))
+    run_scenario(parse_scenario(WARM_UP_SCENARIO, "warm-up"))

@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 from flexgui.core.arm.arm import Arm
-from flexgui.jobs.inbox import CREW
+from flexgui.jobs.inbox import THREADS
 from flexgui.page.layout import Widths, Window, aspect, covered
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.scene.arm_scene import ArmScene
@@ -88,7 +88,7 @@ class ScenePanel(PageElement):
             self._errors.draw(stage)
             if session.document.live.mode is not None and not self._swings:
                 self._swings = True
-                CREW.run(self._swing)
+                THREADS.run(self._swing)
 
     def _made(self, view: LiveModel) -> ArmScene:
         if self._stage is None:

@@ -12,7 +12,7 @@ from flexgui.core.recording.recording import Recording
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.data_folder import Within
 from flexgui.core.scenario.schema import Scenario
-from flexgui.jobs.inputs import ask
+from flexgui.jobs.file_jobs import run_task
 from flexgui.jobs.messages import Task
 from flexgui.scene import recorded_motion
 from flexgui.session.scheduling import LatestRequest
@@ -150,7 +150,7 @@ class Playback:
             task = Task.of(
                 recorded_motion.load_motion, f"Recording {name}", scenario=scenario, **arguments
             )
-            again, found = ask(self._session.key, task)
+            again, found = run_task(self._session.key, task)
             return kept or again, found
         recording = kept or recorded_motion.read_recording(
             scenario, name, Within(self._session.folder)

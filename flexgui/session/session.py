@@ -12,7 +12,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sentences import brief
-from flexgui.jobs.inputs import leave
+from flexgui.jobs.file_jobs import cancel_session
 from flexgui.library.shipped import EMBEDDED, scenario_choices
 from flexgui.places import is_kept, without_places
 from flexgui.session.playback import Playback
@@ -165,7 +165,7 @@ class Session:
         self.check.close()
         self.run.stop()
         self.recordings.close()
-        leave(self.key)
+        cancel_session(self.key)
         self.document.close()
         self.playback.close()
         with self.lock:

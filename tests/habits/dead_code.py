@@ -39,9 +39,9 @@ PROTOCOLS = [
 
 READ_BY_NAME = {
     "camera_noise", "encoder_noise", "deflection_noise", "torque_noise", "rates_noise",
-    "used_tool_first", "warm_inputs", "straight_line", "validation_fit_percent", "singular_values",
-    "residual_count", "gradient_norm", "rigid_base", "camera_synchronised", "gauges_calibrated",
-    "encoders_calibrated",
+    "used_tool_first", "warm_file_worker", "straight_line", "validation_fit_percent",
+    "singular_values", "residual_count", "gradient_norm", "rigid_base", "camera_synchronised",
+    "gauges_calibrated", "encoders_calibrated",
 }  # fmt: skip
 """Settings that sensors name, statements about a rig that effects name, a column of a table, a
 task that its worker finds by its name, what generated modules import, and fields of results that

@@ -15,7 +15,7 @@ import numpy as np
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress
 from flexgui.core.results import Generation
-from flexgui.jobs import Event, Task, inputs, worker
+from flexgui.jobs import Event, Task, file_jobs, worker
 from flexgui.jobs.messages import PoolSettings
 
 E = TypeVar("E", bound=Event)
@@ -113,9 +113,9 @@ def never_there() -> None:
 def warm_readers() -> None:
     """The worker that reads files is ready before anybody waits for it, and as nice as everybody:
     loading what it reads with takes it half a minute on a machine that is busy with other work."""
-    inputs.SETTINGS = replace(inputs.SETTINGS, niceness=0)
-    inputs._pool().start()
-    assert eventually(lambda: inputs._pool().workers_ready > 0, inputs.SETTINGS.start_limit)
+    file_jobs.SETTINGS = replace(file_jobs.SETTINGS, niceness=0)
+    file_jobs._pool().start()
+    assert eventually(lambda: file_jobs._pool().workers_ready > 0, file_jobs.SETTINGS.start_limit)
 
 
 class Listener:

@@ -115,7 +115,7 @@ class Narrow:
 def test_a_worker_whose_job_took_all_memory_goes_on_giving_signs_of_life(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(worker, "BEAT", 0.0)
+    monkeypatch.setattr(worker, "HEARTBEAT_INTERVAL", 0.0)
     pipe = Narrow()
     worker.Worker(cast(Any, pipe)).beat()
     assert pipe.heard == [ALIVE] * 3

@@ -22,7 +22,7 @@ from flexgui.jobs.messages import (
     Stage,
     Started,
     Task,
-    merged,
+    merge_events,
 )
 from flexgui.jobs.pool import FairQueue, JobPool
 from tests.jobs.helpers import PATIENCE, count
@@ -96,7 +96,7 @@ def after(*events: Event) -> list[Event]:
     """What waits once they have come."""
     waiting: list[Event] = []
     for event in events:
-        waiting = merged(waiting, event)
+        waiting = merge_events(waiting, event)
     return waiting
 
 
@@ -170,23 +170,23 @@ class TestPace:
     def test_time_left_follows_the_pace_and_leaves_out_pauses(self, job, monkeypatch):
         clock = [0.0]
         monkeypatch.setattr(job_module.time, "monotonic", lambda: clock[0])
-        job.observe(Started())
-        job.observe(Stage("Fitting", 10))
+        job.record(Started())
+        job.record(Stage("Fitting", 10))
         assert job.remaining_seconds is None
         clock[0] = 4.0
-        job.observe(Advanced(2))
+        job.record(Advanced(2))
         assert job.remaining_seconds == 16.0
         job.pause()
         clock[0] = 100.0
         assert job.remaining_seconds == 16.0
         job.resume()
         clock[0] = 104.0
-        job.observe(Advanced(2))
+        job.record(Advanced(2))
         assert job.remaining_seconds == 12.0
 
     def test_unknown_where_the_stage_has_no_total(self, job):
-        job.observe(Started())
-        job.observe(Advanced(3))
+        job.record(Started())
+        job.record(Advanced(3))
         assert job.remaining_seconds is None
 
 

@@ -54,7 +54,7 @@ def test_a_session_that_leaves_drops_its_jobs_and_hears_nothing(pool):
     heard.wait_for(NewGeneration)
     queued = pool.submit("leaver", task(count, steps=1), heard)
     stays = pool.submit("stays", task(count, steps=3), other)
-    pool.leave("leaver")
+    pool.cancel_session("leaver")
     assert running.wait(PATIENCE) and queued.state.phase == STOPPED
     assert other.wait_for(Finished).result == 3 and stays.result == 3
     assert not heard.of(Stopped)

@@ -10,10 +10,10 @@ given no job would spend for nothing; the others spend them on their first one.
 from __future__ import annotations
 
 from flexgui.cli import main
-from flexgui.jobs import inputs, messages
+from flexgui.jobs import file_jobs, messages
 
 if __name__ == "__main__":
-    for each in (messages.DEFAULT, inputs.SETTINGS):
+    for each in (messages.DEFAULT, file_jobs.SETTINGS):
         object.__setattr__(each, "niceness", 0)
         object.__setattr__(each, "warm_up", None)
     main()

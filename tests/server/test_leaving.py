@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.jobs.inbox import LINGER
+from flexgui.jobs.inbox import IDLE_SECONDS
 from flexgui.server import sessions
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.long
 
 MANY, SOME = 100, 8
 """Visits of a page that does nothing, and of one with everything on it, which takes a second."""
-PATIENCE = 20.0 + LINGER
+PATIENCE = 20.0 + IDLE_SECONDS
 POOLED = ("flexgui-callback", "flexgui-access", "asyncio_")
 """Threads that serve everybody and stay."""
 
@@ -82,7 +82,7 @@ def test_visits_of_whole_pages_leave_nothing(real: PageServer, clock: FakeClock)
 
     visit()
     until(lambda: real.idle, PATIENCE, "the leave")
-    until(lambda: "flexgui-crew" not in threads(), PATIENCE, "the rest of the crew")
+    until(lambda: "flexgui-pool" not in threads(), PATIENCE, "the rest of the crew")
     before = (len(threads()), descriptors())
     for _ in range(SOME):
         visit()

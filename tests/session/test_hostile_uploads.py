@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.jobs import JobPool, inputs
+from flexgui.jobs import JobPool, file_jobs
 from flexgui.server.viser_patches import CALLBACK_THREADS
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
@@ -73,8 +73,8 @@ def test_sliders_answer_while_more_files_than_threads_wait_for_a_worker(
     session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     content, names = good_csv(session), [f"{k}.csv" for k in range(CALLBACK_THREADS)]
-    with ThreadPoolExecutor(CALLBACK_THREADS) as threads, JobPool(0, inputs.SETTINGS) as nobody:
-        monkeypatch.setattr(inputs, "_pool", cache(lambda: nobody))
+    with ThreadPoolExecutor(CALLBACK_THREADS) as threads, JobPool(0, file_jobs.SETTINGS) as nobody:
+        monkeypatch.setattr(file_jobs, "_pool", cache(lambda: nobody))
         brought = [threads.submit(session.recordings.upload, name, content) for name in names]
         threads.submit(session.document.set_live, snr_db=30.0).result(SOON)
         assert session.document.live.snr_db == 30.0

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.jobs import JobPool, inputs
+from flexgui.jobs import JobPool, file_jobs
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.study.state import DONE
@@ -40,7 +40,7 @@ def offered() -> Iterator[Offered]:
 
 @pytest.fixture(scope="module")
 def readers() -> Iterator[JobPool]:
-    with JobPool(1, replace(inputs.SETTINGS, silence=SILENCE, niceness=0)) as pool:
+    with JobPool(1, replace(file_jobs.SETTINGS, silence=SILENCE, niceness=0)) as pool:
         yield pool
 
 
@@ -139,7 +139,7 @@ def test_a_lost_reader_costs_one_upload(
     number: int,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(inputs, "_pool", cache(lambda: readers))
+    monkeypatch.setattr(file_jobs, "_pool", cache(lambda: readers))
     content = good_csv(session)
     before = {path.name for path in session.folder.iterdir()}
     lose_worker(readers, number)
@@ -153,7 +153,7 @@ def test_a_lost_reader_costs_one_upload(
 def test_a_lost_worker_costs_one_long_simulation(
     session: Session, readers: JobPool, number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(inputs, "_pool", cache(lambda: readers))
+    monkeypatch.setattr(file_jobs, "_pool", cache(lambda: readers))
     assert session.document.change(set_value(("recordings", 0, "simulate", "seconds"), 31.0))
     assert session.wait_idle(WARM)
     session.playback.recording = session._recording_key = None

@@ -157,7 +157,7 @@ def test_a_session_that_leaves_stops_its_study(quick: Session, services: Offered
     quick.study.choose(runs=MANY)
     quick.study.start()
     until(lambda: quick.study.state.done >= 1)
-    services.pool.leave(quick.key)
+    services.pool.cancel_session(quick.key)
     ended(quick)
     assert quick.study.state.phase == STOPPED and quick.study.state.done < quick.study.state.total
 

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from flexgui.jobs import inbox
-from flexgui.jobs.inbox import Crew
+from flexgui.jobs.inbox import ThreadPool
 from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import Faults, PagePart
 from tests.session.helpers import until
@@ -19,11 +19,11 @@ SHORT = 0.2
 
 
 def serving() -> int:
-    return sum(thread.name == "flexgui-crew" for thread in threading.enumerate())
+    return sum(thread.name == "flexgui-pool" for thread in threading.enumerate())
 
 
 def test_threads_serve_whoever_has_work_and_end_soon_after() -> None:
-    crew, done, before = Crew(SHORT), list[int](), serving()
+    crew, done, before = ThreadPool(SHORT), list[int](), serving()
     for k in range(50):
         crew.run(lambda k=k: done.append(k))  # type: ignore[misc]
         until(lambda k=k: len(done) == k + 1)  # type: ignore[misc]
@@ -33,7 +33,7 @@ def test_threads_serve_whoever_has_work_and_end_soon_after() -> None:
 
 
 def test_long_work_holds_up_nobody_else() -> None:
-    crew, held, done = Crew(SHORT), threading.Event(), threading.Event()
+    crew, held, done = ThreadPool(SHORT), threading.Event(), threading.Event()
     for _ in range(40):
         crew.run(held.wait)  # type: ignore[arg-type]
     crew.run(done.set)
@@ -42,7 +42,7 @@ def test_long_work_holds_up_nobody_else() -> None:
 
 
 def test_a_hundred_workers_at_rest_have_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inbox, "CREW", Crew(SHORT))
+    monkeypatch.setattr(inbox, "THREADS", ThreadPool(SHORT))
     before = serving()
     workers = [LatestRequest(FAULTS, PagePart.MODEL) for k in range(100)]
     done: list[int] = []

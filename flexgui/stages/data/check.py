@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from flexgui.core.check.finding import Finding, mended_columns
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
-from flexgui.jobs.inputs import ask
+from flexgui.jobs.file_jobs import run_task
 from flexgui.jobs.messages import Task
 from flexgui.session.scenario_edits import Edit, ScenarioDict
 from flexgui.session.scheduling import LatestRequest
@@ -91,7 +91,7 @@ class Check:
         arguments = {"folder": str(self._session.folder), "scenario": _looked_at(scenario)}
         try:
             task = Task.of(findings, TITLE, **arguments)
-            found: tuple[Finding, ...] = ask(self._session.key, task)
+            found: tuple[Finding, ...] = run_task(self._session.key, task)
         except InputError as error:
             found = ()
             self._session.show_message(str(error), bad=True)

@@ -18,7 +18,7 @@ from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.data_folder import check_plain
 from flexgui.core.scenario.read import LONGEST, parse_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.jobs.inputs import Errands, Steps
+from flexgui.jobs.file_jobs import FileJobs, TaskSteps
 from flexgui.jobs.messages import Task
 from flexgui.session.scenario_edits import (
     Edit,
@@ -61,13 +61,13 @@ class Recordings:
         """Files with other columns, which are asked about once the one that waits is read."""
         self._bringing = threading.Lock()
         """Held while a file is written: several chosen at once come one by one."""
-        self._errands = Errands(
+        self._file_jobs = FileJobs(
             session.key, lambda text: session.show_message(f"{text} …"), self._show_error
         )
 
     def close(self) -> None:
         """Reads nothing more."""
-        self._errands.close()
+        self._file_jobs.close()
 
     def upload(self, name: str, content: bytes) -> Future[bool]:
         """Keeps a file; soon it is read, or its columns are asked for, or a scenario is opened.
@@ -85,9 +85,9 @@ class Recordings:
             refused: Future[bool] = Future()
             refused.set_result(False)
             return refused
-        return self._errands.begin(self._brought(path, limit))
+        return self._file_jobs.start(self._brought(path, limit))
 
-    def _brought(self, path: Path, limit: int) -> Steps:
+    def _brought(self, path: Path, limit: int) -> TaskSteps:
         kind = path.suffix.lower()
         try:
             if self.waiting is not None and (self.waiting.recording or kind in (".zip", ".toml")):
@@ -104,14 +104,14 @@ class Recordings:
             path.unlink(missing_ok=True)
             raise
 
-    def _unpacked(self, path: Path, limit: int) -> Steps:
+    def _unpacked(self, path: Path, limit: int) -> TaskSteps:
         try:
             scenario = yield from self._asked(unpack, path.name, limit=limit)
         finally:
             shutil.rmtree(unpacking_folder(path), ignore_errors=True)
         return self._session.folder / scenario
 
-    def _taken_in(self, path: Path) -> Steps:
+    def _taken_in(self, path: Path) -> TaskSteps:
         """Read as it is, or waiting for answers: alone, with the file that waits, or after it."""
         before = self.waiting
         found: Inspection = yield from self._inspected(path.name, before)
@@ -132,7 +132,7 @@ class Recordings:
                 self._queued = (*self._queued, path.name)
         return False
 
-    def _inspected(self, file: str, like: Waiting | None = None) -> Steps:
+    def _inspected(self, file: str, like: Waiting | None = None) -> TaskSteps:
         known = None if like is None else (like.headers, like.columns)
         wanted, scenario = wanted_channels(*self._rig()), self._session.document.scenario
         return (
@@ -167,7 +167,7 @@ class Recordings:
         lacks = bool(waiting.missing) and not waiting.suits
         self._session.show_message(ASKED.format(waiting.file) if lacks else "", bad=lacks)
 
-    def _ask_next(self) -> Steps:
+    def _ask_next(self) -> TaskSteps:
         """Looks at the files that came while another one waited."""
         while self.waiting is None and self._queued:
             with self._session.lock:
@@ -181,9 +181,9 @@ class Recordings:
 
     def choose_columns(self, name: str) -> Future[bool]:
         """Opens the file of a recording again, to say what its columns hold."""
-        return self._errands.begin(self._opened_again(name))
+        return self._file_jobs.start(self._opened_again(name))
 
-    def _opened_again(self, name: str) -> Steps:
+    def _opened_again(self, name: str) -> TaskSteps:
         specs = self._session.document.scenario.recordings
         spec = next((s for s in specs if s.name == name), None)
         if spec is None or spec.file is None:
@@ -235,9 +235,9 @@ class Recordings:
     def read_waiting(self) -> Future[bool]:
         """Reads the waiting file with the columns that were chosen."""
         file = "" if self.waiting is None else self.waiting.file
-        return self._errands.begin(self._read_all(file))
+        return self._file_jobs.start(self._read_all(file))
 
-    def _read_all(self, file: str) -> Steps:
+    def _read_all(self, file: str) -> TaskSteps:
         waiting = self.waiting
         if waiting is None or waiting.file != file:
             return False
@@ -260,7 +260,7 @@ class Recordings:
         yield from self._ask_next()
         return True
 
-    def _read(self, file: str, waiting: Waiting, extra: Mapping[str, Any]) -> Steps:
+    def _read(self, file: str, waiting: Waiting, extra: Mapping[str, Any]) -> TaskSteps:
         """Takes the file in, or gives the recording of that name other columns; InputError else."""
         entry: ScenarioDict = {"file": file}
         entry |= {"columns": waiting.columns} if waiting.columns else {}
@@ -283,7 +283,7 @@ class Recordings:
     def leave_file(self) -> None:
         """Forgets the waiting file; a recording that has it already keeps it."""
         self._forget_file()
-        self._errands.begin(self._ask_next())
+        self._file_jobs.start(self._ask_next())
 
     def _forget_file(self) -> None:
         if self.waiting is not None:
@@ -317,11 +317,11 @@ class Recordings:
     def _become(self, edit: Edit) -> bool:
         changed = self._session.document.change(edit)
         if changed:
-            self._errands.begin(self._looked_anew())
+            self._file_jobs.start(self._looked_anew())
             self._session.notify(Topic.RECORDINGS)
         return changed
 
-    def _looked_anew(self) -> Steps:
+    def _looked_anew(self) -> TaskSteps:
         waiting = self.waiting
         if waiting is None or waiting.recording:
             return
@@ -330,7 +330,7 @@ class Recordings:
         if asked is not None and self.waiting is not None:  # still
             self._ask(replace(asked, companions=self.waiting.companions))
 
-    def _asked(self, function: Any, file: str, **arguments: Any) -> Steps:
+    def _asked(self, function: Any, file: str, **arguments: Any) -> TaskSteps:
         """What the worker that reads says of a file.
 
         It is given the name, and finds no file by it but one of the session's folder.

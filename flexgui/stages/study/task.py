@@ -100,7 +100,7 @@ def _collect(
             raise InputError(job.ending.sentence)
         if isinstance(job.ending, WorkerLost):
             give_again(index, waiting, losses)
-        if job.stop_wished is not None or isinstance(job.ending, Stopped):
+        if job.stop_requested_at is not None or isinstance(job.ending, Stopped):
             waiting.clear()  # whoever ended it wants no other one begun
         if job.result is not None:
             yield index, job.result

@@ -1,7 +1,7 @@
-"""Where files that people bring are read, and long recordings simulated: never in the server.
+"""Reads uploaded files and simulates long recordings in workers of their own, not in the server.
 
-A worker of its own, with limits of memory and time, so that neither a damaged nor a hostile file
-takes the page down, and nobody's upload waits behind an identification.
+These workers have limits of memory and time: a damaged or hostile file cannot stop the page, and no
+upload waits behind an identification.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ MEMORY = 700_000_000
 """Bytes: the largest table that is read (160 MB of numbers), its columns in SI units, and room to
 put the pieces of both together."""
 SECONDS = 60.0
-"""For one file: the largest that is read, or the longest that is simulated, takes twenty alone."""
+"""For one file: the largest file, or the longest simulation, takes 20 s on a free machine."""
 WORKERS = 2
-"""So that one file which takes all its time leaves the other worker to everybody else."""
+"""Two, so that one slow file does not block all others."""
 SETTINGS = PoolSettings(
     queued_per_session=16,
-    calm=float("inf"),  # the second one only where somebody waits for it
+    start_delay=float("inf"),  # the second worker starts only for a waiting job
     niceness=5,
     memory=MEMORY,
     seconds=SECONDS,
-    warm_up="flexgui.jobs.inputs:warm_inputs",
+    warm_up="flexgui.jobs.file_jobs:warm_file_worker",
 )
 
 
-def warm_inputs() -> None:
-    """Reads nothing yet: the libraries that reading needs, so that the first file is not slow."""
+def warm_file_worker() -> None:
+    """Imports the libraries that reading needs, so that the first file is not slow."""
     import pyarrow.csv
     import pyarrow.parquet  # noqa: F401
 
@@ -55,14 +55,14 @@ def warm_inputs() -> None:
 
 @cache
 def _pool() -> JobPool:
-    """Made by the first wish; it ends with the process."""
+    """Made by the first call; ends with the process."""
     return JobPool(WORKERS, SETTINGS)
 
 
-def ask(session: str, task: Task) -> Any:
-    """The task's result, when it is there; InputError where it is refused, too large or too long.
+def run_task(session: str, task: Task) -> Any:
+    """Waits for the task and returns its result; InputError if it fails, is too large or too slow.
 
-    Waits for it: never on a thread that a browser's inputs need, which have `Errands`.
+    Do not call it on a thread that handles a browser's inputs: use `FileJobs` there.
     """
     job = _pool().submit(session, task, lambda event: None)
     job.wait()
@@ -72,59 +72,59 @@ def ask(session: str, task: Task) -> Any:
 def _result(task: Task, ending: Ended | None) -> Any:
     if isinstance(ending, Finished):
         return ending.result
-    if isinstance(ending, WorkerLost):  # killed by the system, most likely for its memory
+    if isinstance(ending, WorkerLost):  # the system killed it, most likely for its memory
         raise InputError(f"{task.title} {TOO_LARGE}")
     if isinstance(ending, Failed):
         raise InputError(ending.sentence)
     raise InputError(f"{task.title} was stopped.")
 
 
-def leave(session: str) -> None:
-    """Nobody waits for what a session has asked."""
+def cancel_session(session: str) -> None:
+    """Stops all file tasks of a session that has ended."""
     if _pool.cache_info().currsize:
-        _pool().leave(session)
+        _pool().cancel_session(session)
 
 
-Steps = Generator[Task, Any, Any]
-"""Yields tasks and is sent their results; what is refused is raised at the yield."""
+TaskSteps = Generator[Task, Any, Any]
+"""A generator that yields tasks and receives their results; errors are raised at the yield."""
 
 
-class Errands:
-    """What a session does with files, one after the other, in the order in which it was begun.
+class FileJobs:
+    """The file work of one session, one sequence of tasks after another, in the order of `start`.
 
-    No thread waits for a worker meanwhile: what follows a task is done by the job's callback.
+    No thread waits for a worker: the job's callback continues the sequence.
     """
 
     def __init__(
         self, session: str, on_text: Callable[[str], None], on_error: Callable[[Exception], None]
     ) -> None:
-        """`on_text` gets how far a task is, `on_error` what ended an errand."""
+        """`on_text` gets a task's progress, `on_error` the error that ended a sequence."""
         self._session, self._on_text, self._on_error = session, on_text, on_error
         self._lock = threading.Lock()
-        self._queue: deque[tuple[Steps, Future[bool]]] = deque()
-        """The first one is under way."""
+        self._queue: deque[tuple[TaskSteps, Future[bool]]] = deque()
+        """The first one is running."""
 
-    def begin(self, steps: Steps) -> Future[bool]:
-        """Returns at once; what the steps return will be its result, False after an error."""
+    def start(self, steps: TaskSteps) -> Future[bool]:
+        """Returns at once; the future gets what the steps return, False after an error."""
         done: Future[bool] = Future()
         with self._lock:
             self._queue.append((steps, done))
             first = len(self._queue) == 1
         if first:
-            self._go_on(steps, done, partial(next, steps))
+            self._continue(steps, done, partial(next, steps))
         return done
 
     def close(self) -> None:
-        """Nothing more is done."""
+        """Starts nothing more."""
         with self._lock:
-            left = list(self._queue)
+            waiting = list(self._queue)
             self._queue.clear()
-        for steps, _ in left:
-            with suppress(ValueError):  # one that is at work ends by itself
+        for steps, _ in waiting:
+            with suppress(ValueError):  # a running one ends by itself
                 steps.close()
 
-    def _go_on(self, steps: Steps, done: Future[bool], step: Callable[[], Task]) -> None:
-        """Until there is a task to wait for, or nothing more to do."""
+    def _continue(self, steps: TaskSteps, done: Future[bool], step: Callable[[], Task]) -> None:
+        """Runs steps until one is a task to wait for, or the queue is empty."""
         while True:
             try:
                 task = step()
@@ -140,13 +140,13 @@ class Errands:
                 step = partial(next, steps)
                 continue
             try:
-                _pool().submit(self._session, task, partial(self._hear, steps, done, task))
+                _pool().submit(self._session, task, partial(self._on_event, steps, done, task))
             except InputError as error:
                 step = partial(steps.throw, error)
             else:
                 return
 
-    def _hear(self, steps: Steps, done: Future[bool], task: Task, event: Event) -> None:
+    def _on_event(self, steps: TaskSteps, done: Future[bool], task: Task, event: Event) -> None:
         if isinstance(event, Advanced) and event.text:
             self._on_text(event.text)
         if not isinstance(event, Ended):
@@ -155,4 +155,4 @@ class Errands:
             step = partial(steps.send, _result(task, event))
         except InputError as error:
             step = partial(steps.throw, error)
-        self._go_on(steps, done, step)
+        self._continue(steps, done, step)
