@@ -15,7 +15,7 @@ from .check.run import check_scenario
 from .diagnose.diagnose import diagnose
 from .diagnose.linear_or_nonlinear import AUTO, choose_level
 from .diagnose.output_noise import stated_noise
-from .diagnose.repeated_motions import runs_compared
+from .diagnose.repeated_motions import compare_repeated_runs
 from .diagnose.search_state import Options
 from .diagnosed import diagnosed_scenario
 from .identify import predictor
@@ -125,7 +125,7 @@ def run_scenario(
         findings=findings,
         arm_table=_arm_table(model),
         diagnosis=diagnosis,
-        repeated=runs_compared(fits),
+        repeated=compare_repeated_runs(fits),
         origins=_origins(setup.model, fits),
         mechanism=mechanism(standing, values),
     )

@@ -1,7 +1,7 @@
-"""What one round puts into the model: a set of effects as a whole, or the best effect on its own.
+"""Which effects a round adds to the model: one set of effects, or the best single effect.
 
-What is accepted is polished first, then held against the bounds of its sizes, against the model
-without it, and against recordings that no fit saw.
+A candidate is refitted until it converges. Then four checks follow: parameter bounds, cost,
+distance from neutral, and validation recordings.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from ..diagnose.cost_minimum import converged
-from ..diagnose.effect_sets import FoundSet, best_set
+from ..diagnose.cost_minimum import converge
+from ..diagnose.effect_sets import EffectSet, best_effect_set
 from ..diagnose.evidence import (
     RELEVANT,
-    Weighed,
+    RefittedCandidate,
     acceptable,
+    assess_refit,
     at_bounds,
     ended_at_bound,
-    weigh,
 )
 from ..diagnose.fit_problem import Data, Hypothesis
-from ..diagnose.linear_screen import Screen, Screened
+from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.refit import Refit, refit_with, robust_covariance
 from ..diagnose.remaining_error import within_noise
 from ..diagnose.shape_refinement import refine_shape
@@ -34,60 +34,59 @@ from ..results import Objection, Reason
 
 @dataclass(frozen=True)
 class Refusal:
-    """An effect that explains enough and is not accepted."""
+    """An effect that explains enough of the error but is rejected."""
 
-    weighed: Weighed
+    refitted: RefittedCandidate
     objection: Objection
 
     @property
     def with_title(self) -> tuple[str, Objection]:
         """(title, why)"""
-        return self.weighed.screened.effect.title, self.objection
+        return self.refitted.screened.effect.title, self.objection
 
 
 @dataclass(frozen=True)
 class Round:
-    """What one round found."""
+    """Result of one round."""
 
     screen: Screen
-    weighed: tuple[Weighed, ...]
+    refitted: tuple[RefittedCandidate, ...]
     """Best first."""
-    accepted: Weighed | None
+    accepted: RefittedCandidate | None
     before: Refit
     after: Refit
     data: Data
     """Anchored at `after`."""
-    added: tuple[Weighed, ...] = ()
-    """What leads from `before` to `after`, in the order of what each explains."""
+    added: tuple[RefittedCandidate, ...] = ()
+    """The effects that lead from `before` to `after`, in the order of what each explains."""
     refusals: Sequence[Refusal] = ()
-    """What was good enough by itself and was refused, best first."""
+    """Effects that explained enough and were rejected, best first."""
     unfitted: tuple[str, ...] = ()
-    """Titles of effects of which no refit could be simulated."""
+    """Titles of effects whose refits could not be simulated."""
 
     @property
     def refused(self) -> tuple[tuple[str, Objection], ...]:
-        """Why the best was not accepted; empty where it was, or explains too little."""
-        return tuple(one.with_title for one in self.refusals[:1])
+        """Why the best effect was rejected; empty if it was accepted or explains too little."""
+        return tuple(refusal.with_title for refusal in self.refusals[:1])
 
 
 Gate = Callable[[Data, Refit], Objection | None]
-"""Why a polished model is not accepted; None where it is."""
+"""Why a converged model is rejected; None if it is accepted."""
 
 
-WHOLE = 0.9
-"""Share of the error above the floor that a set must explain to be added as a whole; where one
-effect alone explains as much, no set is tried. Effects hide each other, and the true ones show
-themselves together only; but they leave nothing. A set that leaves an error is a way to bend what
-is unknown, and the more parameters it has the further."""
+WHOLE_SHARE = 0.9
+"""Share of the error above the noise floor that a set must explain to be added as a whole. No set
+is tried if one effect alone explains as much. Effects can hide each other; the true ones together
+leave no error. A set that leaves an error only bends what is unknown."""
 
-PROMISING = 0.5
-"""The same as expected from straight lines, below which no joint refit is tried, and to be a part
-of the set is no merit; refits were seen to reach whole explanations from two thirds on."""
+PROMISING_SHARE = 0.5
+"""The same share as predicted by the linear screen. Below it no joint refit is tried, and
+membership in the set does not count. Refits reached whole explanations from two thirds on."""
 
 
 @dataclass(frozen=True)
 class Acceptance:
-    """What is needed to accept the outcome of a round."""
+    """What the checks of one round need."""
 
     data: Data
     before: Refit
@@ -97,94 +96,111 @@ class Acceptance:
     stopped: Callable[[], bool]
     gate: Gate
 
-    def sets(self, found: list[Weighed], most: int, tried: bool) -> tuple[Round | None, FoundSet]:
-        """A round that adds a set of effects as a whole, or the best set that was not refuted;
-        `tried`: whether one may be added."""
-        without: set[str] = set()
+    def try_sets(
+        self, refitted: list[RefittedCandidate], most: int, tried: bool
+    ) -> tuple[Round | None, EffectSet]:
+        """(round that adds a set of effects, or None; the best set that was not refuted). `tried`:
+        whether a set may be added."""
+        refuted_kinds: set[str] = set()
         while True:
-            together = best_set(self.seen, max(most, 1), self.data.count, without)
-            promised = self._share(together.plain_drop)
-            if not tried or len(together.members) < 2 or promised < PROMISING:
+            together = best_effect_set(self.seen, max(most, 1), self.data.count, refuted_kinds)
+            predicted_share = self._share(together.plain_drop)
+            if not tried or len(together.members) < 2 or predicted_share < PROMISING_SHARE:
                 return None, together
-            joint, refuted = self.jointly(together, found)
-            if joint is not None or not refuted:
-                return joint, together
-            without |= refuted  # to be a part of it is no merit any more
+            accepted, refuted = self.try_jointly(together, refitted)
+            if accepted is not None or not refuted:
+                return accepted, together
+            refuted_kinds |= refuted  # to be a part of it is no merit any more
 
-    def alone(self, found: list[Weighed], together: FoundSet, most: int) -> Round:
-        """The best effect that may be accepted, on its own."""
-        still = Round(self.seen, tuple(found), None, self.before, self.before, self.data)
-        promising = self._share(together.plain_drop) >= PROMISING
+    def try_single(
+        self, refitted: list[RefittedCandidate], together: EffectSet, most: int
+    ) -> Round:
+        """The round that adds the best acceptable single effect."""
+        still = Round(self.seen, tuple(refitted), None, self.before, self.before, self.data)
+        promising = self._share(together.plain_drop) >= PROMISING_SHARE
         members = {s.effect.kind for s in together.members if promising}
         refusals = list[Refusal]()
-        for best in found[:MOST_TRIED]:
+        for best in refitted[:MOST_TRIED]:
             part = best.screened.effect.kind in members
             if not acceptable(best, part) or self.stopped():
                 continue
             if not most:
                 return replace(still, accepted=best)
-            weighed, data, after = self._polished(best)
+            weighed, data, after = self._converge(best)
             refusal = self._refusal(weighed, data, after)
             if refusal is None:
-                return replace(self._adding(weighed, data, after, found), refusals=refusals)
+                return replace(self._round_with(weighed, data, after, refitted), refusals=refusals)
             refusals.append(refusal)
             at_bound = refusal.objection.reason is Reason.AT_BOUND
-            if at_bound and best.reduction >= WHOLE:
+            if at_bound and best.reduction >= WHOLE_SHARE:
                 # What is missing acts as it does: a weaker effect by itself would stand in too.
-                joint, _ = self.sets(found, most, tried=most > 1)
+                joint, _ = self.try_sets(refitted, most, tried=most > 1)
                 return replace(joint or still, refusals=refusals)
         return replace(still, refusals=refusals)
 
-    def _refusal(self, one: Weighed, data: Data, after: Refit) -> Refusal | None:
-        """Why a polished effect is not accepted; None where it is."""
-        found = (
+    def _refusal(self, candidate: RefittedCandidate, data: Data, after: Refit) -> Refusal | None:
+        """Why a converged effect is rejected; None if it is accepted."""
+        objection = (
             ended_at_bound(after, data)
-            or self._unsettled(after)
-            or indistinct([one.screened], after)
+            or self._cost_objection(after)
+            or indistinct_from_neutral([candidate.screened], after)
             or self.gate(data, after)
         )
-        return Refusal(one, found) if found else None
+        return Refusal(candidate, objection) if objection else None
 
-    def _adding(self, one: Weighed, data: Data, after: Refit, found: list[Weighed]) -> Round:
+    def _round_with(
+        self,
+        candidate: RefittedCandidate,
+        data: Data,
+        after: Refit,
+        refitted: list[RefittedCandidate],
+    ) -> Round:
         """The round that adds one effect."""
-        order = (one, *[w for w in found if w.screened is not one.screened])
-        return Round(self.seen, order, one, self.before, after, data, (one,))
+        order = (candidate, *[w for w in refitted if w.screened is not candidate.screened])
+        return Round(self.seen, order, candidate, self.before, after, data, (candidate,))
 
     def _share(self, drop: float) -> float:
-        """Of the squared error above the floor, by which the cost falls."""
+        """`drop` as a share of the squared error above the noise floor."""
         return drop / max(self.before.cost - self.data.count, 1.0)
 
-    def _unsettled(self, after: Refit) -> Objection | None:
-        """Where a model with more in it leaves more: it contains the one before."""
+    def _cost_objection(self, after: Refit) -> Objection | None:
+        """An objection if the larger model has a higher cost: it contains the smaller one."""
         return Objection(Reason.UNSETTLED) if after.cost > self.before.cost else None
 
-    def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
-        """Converged, in its best shape. What it explains is that of the converged fit."""
-        data, after = converged(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
-        data, after = self._shaped(data, after, [best.screened.effect, *self.present])
-        return self._with_share(best, self.before, after), data, after
+    def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, Data, Refit]:
+        """The candidate, converged, with its best shape and the share that it explains then."""
+        data, after = converge(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
+        data, after = self._with_best_shapes(data, after, [best.screened.effect, *self.present])
+        return self._with_explained(best, self.before, after), data, after
 
-    def _with_share(self, one: Weighed, before: Refit, after: Refit) -> Weighed:
-        """With the share of the error that a step of the ladder shows. Its evidence stays that of
-        the round, in which all candidates were refitted alike."""
-        step = weigh(one.screened, before, after, self.data.count, self.tried)
-        return replace(one, reduction=step.reduction, explained=step.explained)
+    def _with_explained(
+        self, candidate: RefittedCandidate, before: Refit, after: Refit
+    ) -> RefittedCandidate:
+        """The candidate with the share of the error that a ladder step shows. Its evidence stays
+        that of the round, in which all candidates were refitted alike."""
+        step = assess_refit(candidate.screened, before, after, self.data.count, self.tried)
+        return replace(candidate, reduction=step.reduction, explained=step.explained)
 
-    def _shaped(self, data: Data, after: Refit, effects: Sequence[Effect]) -> tuple[Data, Refit]:
-        """Converged anew with each of the effects in its best shape: what came later uncovers the
-        shape of what was there before, as long as an error is left. The shape of what is new is
-        looked at in any case: a wrong one may leave no more than noise too, on these recordings."""
+    def _with_best_shapes(
+        self, data: Data, after: Refit, effects: Sequence[Effect]
+    ) -> tuple[Data, Refit]:
+        """Converged again with the best shape of each effect. A new effect can reveal the shape of
+        an earlier one as long as an error is left. The new effect's shape is always refined: a
+        wrong one may leave no more than noise, too."""
         new = {e.kind for e in effects} - {e.kind for e in self.present}
-        for one in effects:
-            if one.kind not in new and within_noise(data, after.errors):
+        for effect in effects:
+            if effect.kind not in new and within_noise(data, after.errors):
                 break
-            other = refine_shape(data, after, one, self.stopped)
-            if other is not after:
-                data, after = converged(data, other.hypothesis, self.seen.whitener, self.stopped)
+            reshaped = refine_shape(data, after, effect, self.stopped)
+            if reshaped is not after:
+                data, after = converge(data, reshaped.hypothesis, self.seen.whitener, self.stopped)
         return data, after
 
     def _refit(
-        self, members: Sequence[Screened], values: Mapping[str, float], scanned: Sequence[str]
+        self,
+        members: Sequence[ScreenedCandidate],
+        values: Mapping[str, float],
+        scanned: Sequence[str],
     ) -> Refit:
         effects = [*self.present, *[s.effect for s in members]]
         return refit_with(
@@ -192,53 +208,56 @@ class Acceptance:
             self.seen.slopes, scanned, self.stopped,
         )  # fmt: skip
 
-    def jointly(self, together: FoundSet, found: list[Weighed]) -> tuple[Round | None, set[str]]:
-        """The set, where together it explains everything and passes the gate; and the members that
-        were refuted, by a size at its bound, or all of them by the gate."""
+    def try_jointly(
+        self, together: EffectSet, refitted: list[RefittedCandidate]
+    ) -> tuple[Round | None, set[str]]:
+        """(round that adds the set, or None; kinds that were refuted). A size at its bound refutes
+        its effect; the gate refutes all of them."""
         members = together.members
-        refitted = {w.screened.effect.kind: w.refit.hypothesis.values() for w in found}
+        sizes = {w.screened.effect.kind: w.refit.hypothesis.values() for w in refitted}
         values: dict[str, float] = {}
         for s in members:
             own = dict(s.values)
-            values |= own | {k: refitted.get(s.effect.kind, own).get(k, v) for k, v in own.items()}
-        whole = self._refit(members, values, [name for s in members for name in s.scanned])
-        if not np.isfinite(whole.cost) or self.stopped():
+            values |= own | {k: sizes.get(s.effect.kind, own).get(k, v) for k, v in own.items()}
+        joint = self._refit(members, values, [name for s in members for name in s.scanned])
+        if not np.isfinite(joint.cost) or self.stopped():
             return None, set()
-        best = min((w.refit.cost for w in found), default=self.before.cost)
-        share = self._share(self.before.cost - whole.cost)
-        if best - whole.cost < RELEVANT * self.data.count or share < WHOLE:
-            return None, {kind for kind, _ in at_bounds(whole, self.data)}
-        data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
-        data, after = self._shaped(data, after, [s.effect for s in members])
-        there = {e.kind for e in after.hypothesis.model.effects}
-        members = tuple(s for s in members if s.effect.kind in there)
-        ended = {kind for kind, _ in at_bounds(after, data)}
-        if ended or self._unsettled(after) or self.gate(data, after):
-            return None, ended or {s.effect.kind for s in members}
-        if len(members) < 2 or indistinct(members, after):
+        best = min((w.refit.cost for w in refitted), default=self.before.cost)
+        share = self._share(self.before.cost - joint.cost)
+        if best - joint.cost < RELEVANT * self.data.count or share < WHOLE_SHARE:
+            return None, {kind for kind, _ in at_bounds(joint, self.data)}
+        data, after = converge(self.data, joint.hypothesis, self.seen.whitener, self.stopped)
+        data, after = self._with_best_shapes(data, after, [s.effect for s in members])
+        kinds = {e.kind for e in after.hypothesis.model.effects}
+        members = tuple(s for s in members if s.effect.kind in kinds)
+        refuted = {kind for kind, _ in at_bounds(after, data)}
+        if refuted or self._cost_objection(after) or self.gate(data, after):
+            return None, refuted or {s.effect.kind for s in members}
+        if len(members) < 2 or indistinct_from_neutral(members, after):
             return None, set()
-        alone = {w.screened.effect.kind: w for w in found}
+        singles = {w.screened.effect.kind: w for w in refitted}
         added = tuple(
-            alone.get(s.effect.kind) or weigh(s, self.before, after, self.data.count, self.tried)
+            singles.get(s.effect.kind)
+            or assess_refit(s, self.before, after, self.data.count, self.tried)
             for s in members
         )
-        order = (*added, *[w for w in found if w not in added])
+        order = (*added, *[w for w in refitted if w not in added])
         return Round(self.seen, order, added[0], self.before, after, data, added), set()
 
 
 MOST_TRIED = 3
-"""Of a ranking: what is refused gives way to the next, but a fourth would be a guess."""
+"""Effects of a ranking that are tried; after a rejection the next one follows."""
 
 
 DISTINCT = 0.05
-"""Probability that the stated deviations give to sizes as far from neutral by noise alone, above
-which an effect is not named: a reader would see 0.24 +- 0.24. Evidence counts samples as a whitener
-leaves them, and where the encoders' noise shakes the arm that was 170 in favour of such a size."""
+"""An effect is not named if noise alone gives sizes this far from neutral with a higher
+probability: a reader would see 0.24 +- 0.24. Whitened evidence alone does not suffice: encoder
+noise that excites the arm gave 170 in favour of such a size."""
 
 
-def indistinct(members: Sequence[Screened], after: Refit) -> Objection | None:
-    """Where a fit cannot distinguish the sizes of one of the effects from neutral; None where it
-    distinguishes all. A size at its bound has no deviation, and counts as distinct."""
+def indistinct_from_neutral(members: Sequence[ScreenedCandidate], after: Refit) -> Objection | None:
+    """An objection if a fit cannot distinguish the sizes of one effect from neutral, else None. A
+    size at its bound has no standard deviation and counts as distinct."""
     covariance, h = robust_covariance(after), after.hypothesis
     labels = list(h.unknowns.labels)
     for s in members:
@@ -246,14 +265,16 @@ def indistinct(members: Sequence[Screened], after: Refit) -> Objection | None:
         C = covariance[np.ix_(which, which)]
         if not which or not np.isfinite(C).all():
             continue
-        apart = h.vector[which] - np.array([_neutral(h, s.effect, labels[j]) for j in which])
-        wald = float(apart @ np.linalg.pinv(C, hermitian=True) @ apart)
+        distance = h.vector[which] - np.array(
+            [_neutral_value(h, s.effect, labels[j]) for j in which]
+        )
+        wald = float(distance @ np.linalg.pinv(C, hermitian=True) @ distance)
         if scipy.stats.chi2.sf(wald, len(which)) > DISTINCT:
             return Objection(Reason.INDISTINCT)
     return None
 
 
-def _neutral(h: Hypothesis, one: Effect, name: str) -> float:
+def _neutral_value(h: Hypothesis, effect: Effect, name: str) -> float:
     model = h.model
-    own = one.parameters(model.arm, model.drive, typical(model.arm))
+    own = effect.parameters(model.arm, model.drive, typical(model.arm))
     return next((k.neutral for k in own if k.parameter.name == name), 0.0)

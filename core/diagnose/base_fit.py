@@ -1,4 +1,4 @@
-"""The data of a diagnosis: what is compared, the nuisance, the floors, and a converged base fit."""
+"""The base fit: compared outputs, nuisance unknowns, noise floors, and the converged base model."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnose.cost_minimum import converged, missed_by_laws
+from ..diagnose.cost_minimum import converge, idealisation_error
 from ..diagnose.fit_problem import (
-    ANCHORED,
+    ANCHORED_ERROR,
     MOST_STEPS,
     Data,
     NeededSteps,
     enough_steps,
     hypothesis,
 )
-from ..diagnose.ladder_steps import Validated, validated
+from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.noise_floor import Floor, channel_floors
 from ..diagnose.refit import Refit, fit
 from ..effects.effect import Effect
@@ -43,69 +43,76 @@ from ..scenario.schema import IdentifySpec
 from ..sensors import Sensor
 
 START_BOUND = 0.05
-"""rad (m): how far an encoder's first sample may be from the truth."""
+"""rad (m): largest error of an encoder's first sample."""
 
 
 @dataclass(frozen=True)
-class Begun:
-    """Where the ladder starts."""
+class BaseFit:
+    """The base model, fitted; the ladder starts there."""
 
     data: Data
     base: Refit
     validation: Data | None = None
-    """Recordings that no fit sees."""
-    known: Validated | None = None
-    """The base on them, where it was asked before."""
+    """Validation recordings, which no fit uses."""
+    known: ValidationFit | None = None
+    """The base model on them, if known already."""
 
     @cached_property
-    def validated(self) -> Validated | None:
-        """The base on them."""
-        return self.known or validated(self.validation, self.base)
+    def validation_fit(self) -> ValidationFit | None:
+        """The base model on the validation recordings."""
+        return self.known or fit_validation(self.validation, self.base)
 
-    def for_others(
+    def validation_data(
         self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]
     ) -> Data | None:
-        """The same comparison on recordings that no fit sees; None where they lack an output."""
+        """The same comparison on validation recordings; None if they lack an output."""
         outputs = self.data.experiments[0].outputs
         model = self.base.hypothesis.model
-        able = [r for r in recordings if all(can_measure(model, r, s) for s in outputs)]
-        experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in able)
+        usable = [r for r in recordings if all(can_measure(model, r, s) for s in outputs)]
+        experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in usable)
         if not experiments:
             return None
-        nuisance = tuple(nuisance_of(model, spec, able))
+        nuisance = tuple(nuisance_unknowns(model, spec, usable))
         others = replace(
             self.data, experiments=experiments, nuisance=nuisance, anchor=None, noise_ratios=()
         )
         return replace(others, weights=others.weights_at(self.data.floors))
 
 
-def outputs_of(model: Model, fitted: Sequence[Sensor], recordings: Sequence[Recording]):  # type: ignore[no-untyped-def]
-    """With a servo what is fitted; otherwise all that was measured, else what is fitted."""
+def compared_outputs(model: Model, fitted: Sequence[Sensor], recordings: Sequence[Recording]):  # type: ignore[no-untyped-def]
+    """The fitted outputs with a virtual servo; else all measured outputs, or the fitted ones if
+    none."""
     if model.steering is not None:
         return tuple(fitted)
-    found = tuple(s for s in primary_sensors() if all(s.direct(r, model.arm) for r in recordings))
-    return found or tuple(fitted)
+    measured = tuple(
+        s for s in primary_sensors() if all(s.direct(r, model.arm) for r in recordings)
+    )
+    return measured or tuple(fitted)
 
 
-def nuisance_of(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> list[Unknown]:
-    """Nominal parameters within the user's bounds or physical ones, and each recording's start."""
-    found = list(collect_unknowns(model, spec, recordings).items)
+def nuisance_unknowns(
+    model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
+) -> list[Unknown]:
+    """Nominal parameters within the user's or physical bounds, and each recording's start."""
+    unknowns = list(collect_unknowns(model, spec, recordings).items)
     resting = [r for r in recordings if not starts_unknown(spec, r)]
     if model.steering is None and resting:
         starts = [f"{START}theta{k + 1}" for k in range(model.arm.joints)]
-        starting = spec.model_copy(
+        starts_only = spec.model_copy(
             update={"parameters": (), "bounds": {}, "prior": {}, "offsets": ()}
         ).model_copy(update={"per_recording": tuple(starts)})
-        found += [_near(u) for u in collect_unknowns(model, starting, resting).items]
-    return found
+        unknowns += [
+            _with_start_bounds(u) for u in collect_unknowns(model, starts_only, resting).items
+        ]
+    return unknowns
 
 
-def _near(u: Unknown) -> Unknown:
+def _with_start_bounds(u: Unknown) -> Unknown:
     parameter = replace(u.parameter, lower=-START_BOUND, upper=START_BOUND)
     return replace(u, parameter=parameter)
 
 
-def begin(
+def fit_base(
     model: Model,
     fitted: Sequence[Sensor],
     processing: Processing,
@@ -116,40 +123,40 @@ def begin(
     stopped: Callable[[], bool] = lambda: False,
     identified: Mapping[str, float] | None = None,
     stated_rig: Mapping[str, str] | None = None,
-) -> Begun:
-    """Fits the model as given until converged, with the full equations.
+) -> BaseFit:
+    """Fits the base model with the full equations until it converges.
 
-    Begins at the nominal values and where the identification ended (`identified`: label ->
-    value), and keeps the better. `stated_rig`: what is known of the rig beforehand.
+    It starts at the nominal values and at `identified` (label -> value) and keeps the better fit.
+    `stated_rig`: what is stated of the rig.
     """
     model = full_equations(model)
-    outputs = outputs_of(model, fitted, recordings)
+    outputs = compared_outputs(model, fitted, recordings)
     experiments = tuple(prepare(model, r, outputs, processing) for r in recordings)
     _check_counted(experiments)
-    nuisance = tuple(nuisance_of(model, spec, recordings))
-    held = fixed_values(model, spec, Unknowns(nuisance))
-    ones = tuple(_spread_weights(e) for e in experiments)
+    nuisance = tuple(nuisance_unknowns(model, spec, recordings))
+    fixed = fixed_values(model, spec, Unknowns(nuisance))
+    weights = tuple(_spread_weights(e) for e in experiments)
     effects, bare = model.effects, model.bare or model
     dt = max(e.recording.sample_time for e in experiments)
     steps = max(int(np.ceil(dt / points_led(model, dt) / FIRST_STEP)), 1)
-    data = Data(bare, experiments, nuisance, ones, {}, held, typical(model.arm), steps)
-    limited = _held_and_limited(model, spec, nuisance)
+    data = Data(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), steps)
+    limited = _fixed_and_limited(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **limited)
-    rough = _better_start(data, effects, model.effect_values, identified or {}, stopped)
+    rough = _fit_from_better_start(data, effects, model.effect_values, identified or {}, stopped)
     motions = rough.hypothesis.motions()
-    unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]
+    unweighted = [b / w for b, w in zip(rough.errors, weights, strict=True)]
     prepared = rough.hypothesis.residuals.experiments
-    known = channel_floors(prepared, unweighted, motions, stated, fidelity)
+    floors = channel_floors(prepared, unweighted, motions, stated, fidelity)
     sizes = sizes_of([m for m, _, _ in motions])
-    data = replace(data, sizes=sizes, noise_ratios=_noise_ratios(known, experiments))
-    data = data.in_floors(known)
+    data = replace(data, sizes=sizes, noise_ratios=_noise_ratios(floors, experiments))
+    data = data.in_floors(floors)
     values = {**model.effect_values, **rough.hypothesis.values()}
-    few = enough_steps(data, effects, values, ANCHORED)
+    few = enough_steps(data, effects, values, ANCHORED_ERROR)
     few = steps_for_directions(data, effects, values, few)
     steps = enough_steps(data, effects, values, least=few)
-    data = replace(data, steps=steps, few=few, needed=NeededSteps())
-    data, base = converged(data, hypothesis(data, effects, values), None, stopped)
-    return Begun(replace(data, idealised=missed_by_laws(data, base)), base)
+    data = replace(data, steps=steps, anchored_steps=few, mode_steps=NeededSteps())
+    data, base = converge(data, hypothesis(data, effects, values), None, stopped)
+    return BaseFit(replace(data, idealised=idealisation_error(data, base)), base)
 
 
 def _noise_ratios(
@@ -164,7 +171,7 @@ def _noise_ratios(
 
 
 def _check_counted(experiments: Sequence[Prepared]) -> None:
-    """InputError where a channel has no sample that counts in any recording."""
+    """InputError if no sample of a channel counts in any recording."""
     counts = np.array([e.counted.sum(axis=0) for e in experiments]).sum(axis=0)
     names = [name for name, _ in experiments[0].channels]
     empty = [name for name, count in zip(names, counts, strict=True) if not count]
@@ -175,37 +182,36 @@ def _check_counted(experiments: Sequence[Prepared]) -> None:
         )
 
 
-def _held_and_limited(
+def _fixed_and_limited(
     model: Model, spec: IdentifySpec, nuisance: Sequence[Unknown]
 ) -> dict[str, Any]:
-    """What a user says of the effects in the model counts here too: what is not estimated is held
-    where it stands, and stated bounds and priors replace those of the effect."""
+    """The user's settings for stated effects: parameters that are not estimated keep their values,
+    and stated bounds and priors replace those of the effect."""
     own = set(model.effect_parameters)
     free = {u.parameter.name for u in nuisance}
     limited = own & free & {*spec.bounds, *spec.prior, *spec.per_recording}
-    held = {name: float(model.effect_values[name]) for name in sorted(own - free)}
-    return {"held": held, "limited": frozenset(limited)}
+    fixed = {name: float(model.effect_values[name]) for name in sorted(own - free)}
+    return {"fixed_effect_values": fixed, "limited": frozenset(limited)}
 
 
 def full_equations(model: Model) -> Model:
-    """The same model without its linearisation."""
+    """The model with the full equations."""
     bare = None if model.bare is None else model.bare.at_level("nonlinear")
     return replace(model.at_level("nonlinear"), bare=bare)
 
 
 ALIGNED = 0.9
-"""Cosine between what an unknown does to the outputs with some steps and with twice as many: along
-a direction that is so far off a step still takes eight tenths (its square) of what there is to
-take. A descent ends where none that it knows leads further down: with a link that swings at half
-the sampling rate, one step per sample and a cosine of -0.2, a stiffness stopped 8 per cent off, and
-a soft base was found for what was left."""
+"""Least cosine between an unknown's sensitivity with some steps and with twice as many. A step
+along a direction this far off still takes eight tenths (its square) of the possible reduction. With
+a link at half the sampling rate, one step per sample and a cosine of -0.2, a stiffness stopped 8
+per cent off and a soft base was named."""
 
 
 def steps_for_directions(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float], least: int
 ) -> int:
-    """Steps per sample, from `least` on, with which a descent knows its directions: what all
-    recordings share moves the outputs alike with twice as many."""
+    """Steps per sample, from `least` on, for reliable descent directions: twice as many change the
+    shared sensitivities little."""
     half = max(least // 2, 1)  # of the steps are what directions are taken with
     slopes = _slopes(data, effects, values, half)
     while 2 * half < MOST_STEPS:
@@ -219,44 +225,44 @@ def steps_for_directions(
 def _slopes(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float], steps: int
 ) -> list[np.ndarray]:
-    """(N,) of each unknown that all recordings share, with so many steps per sample."""
+    """Sensitivity (N,) to each shared unknown, with so many steps per sample."""
     h = hypothesis(replace(data, steps=steps), effects, values)
     shared = [k for k, u in enumerate(h.unknowns.items) if u.recording is None]
     if not shared:
         return []
-    found = h.residuals.sensitivities(h.vector, central=False, only=shared)
-    return [np.concatenate([S[:, :, k].ravel() for S in found]) for k in shared]
+    sensitivities = h.residuals.sensitivities(h.vector, central=False, only=shared)
+    return [np.concatenate([S[:, :, k].ravel() for S in sensitivities]) for k in shared]
 
 
 def _least_cosine(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> float:
-    """Of vectors (N,) that are not zero; one where there are none."""
+    """Least cosine of pairs of non-zero vectors (N,); one if there are none."""
     sizes = [np.linalg.norm(a) * np.linalg.norm(b) for a, b in zip(first, second, strict=True)]
     cosines = [a @ b / s for a, b, s in zip(first, second, sizes, strict=True) if s > 0.0]
     return float(min(cosines, default=1.0))
 
 
 FIRST_STEP = 5e-4
-"""s: of the very first fit, before it is known what the errors are measured against."""
+"""s: step of the very first fit, before the noise floors are known."""
 
 LOOK = 4
-"""Iterations from each start before the one that is ahead goes on alone."""
+"""Iterations from each start before only the best continues."""
 
 
-def _better_start(
+def _fit_from_better_start(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float],
     identified: Mapping[str, float], stopped: Callable[[], bool],
 ) -> Refit:  # fmt: skip
-    """A first fit from the start that leads further."""
+    """The first fit, from the better start."""
     starts = [dict(values)]
     labels = {u.label: u.parameter.value for u in data.nuisance}
     if any(labels.get(k, v) != v for k, v in identified.items()):
         starts.append({**values, **identified})
-    looks = [fit(hypothesis(data, effects, s), None, stopped, LOOK) for s in starts]
-    best = min(looks, key=lambda one: one.cost)
+    trials = [fit(hypothesis(data, effects, s), None, stopped, LOOK) for s in starts]
+    best = min(trials, key=lambda trial: trial.cost)
     return fit(best.hypothesis, None, stopped, MOST_ITERATIONS)
 
 
 def _spread_weights(e: Prepared) -> np.ndarray:
-    """(k,) one over the spread of each channel, before the floors are known."""
+    """(k,) one over the spread of each channel, before the noise floors are known."""
     spread = [float(np.std(e.measured[e.counted[:, k], k])) for k in range(e.measured.shape[1])]
     return np.array([1.0 / s if s > 0.0 else 1.0 for s in spread])

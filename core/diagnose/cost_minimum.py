@@ -1,11 +1,8 @@
-"""The minimum of a model, with as many steps per sample as it needs, and out of the valleys that a
-missing effect led into; what idealised laws may miss there, and deviations where the encoders'
-noise shakes the arm.
+"""The cost minimum of a model: enough steps per sample, other minima, standard deviations.
 
-Where a servo leads the joints, that noise sets lightly damped links swinging, and they swing for
-the whole recording at the frequency by which a stiffness shows. A fit takes most of that up, so the
-residual does not show it: what the noise does to the estimates is drawn, with the model's own
-equations.
+With a virtual servo, encoder noise excites lightly damped links for the whole recording, at the
+frequency that determines a stiffness. A fit absorbs most of it, so the residual does not show it.
+Its effect on the estimates is simulated with draws of the noise.
 """
 
 from __future__ import annotations
@@ -16,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..diagnose.evidence import RELEVANT
-from ..diagnose.fit_problem import Data, Hypothesis, again, hypothesis
-from ..diagnose.output_noise import noise_drawn
-from ..diagnose.refit import Refit, fit, settled, whitened
-from ..diagnose.refit_starts import from_nominal_values
+from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
+from ..diagnose.output_noise import draw_noise
+from ..diagnose.refit import Refit, fit, whitened_cost, with_robust_covariance
+from ..diagnose.refit_starts import start_from_nominal
 from ..diagnose.remaining_error import channel_rms
 from ..diagnose.whitening import Whitener
 from ..identify.defect_correction import (
@@ -37,18 +34,18 @@ from ..least_squares import (
 )
 
 SAME = 0.05
-"""In noise floors, rms: by less than this more steps change nothing."""
+"""In noise floors, rms: a smaller change by more steps is negligible."""
 
 MOST_FINE = 256
 """Steps per sample."""
 
 
-def anchored(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
-    """The data with the error of few steps taken from a model at its vector, and the model's
-    errors (M, k) with as many steps as it takes until more of them change nothing.
+def anchor_at(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
+    """The data with the step error of a model at its vector, and the model's errors (M, k) with
+    enough steps.
 
-    What is taken off is extrapolated from the last two: over thousands of samples a twentieth of a
-    floor is significant, and gave a complete model p-values of a billionth.
+    The correction is extrapolated from two numbers of steps. Over thousands of samples a twentieth
+    of a noise floor is significant: it gave a complete model p-values of 1e-9.
     """
     dt = max(e.recording.sample_time for e in data.experiments)
     assert data.steps is not None
@@ -64,123 +61,132 @@ def anchored(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
 
 
 MOST_DESCENTS = 4
-"""From one minimum with its steps corrected to the next; two are usual."""
+"""Descents, each with a new step correction; two are usual."""
 
 
-def converged(
+def converge(
     data: Data, h: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool]
 ) -> tuple[Data, Refit]:
-    """The minimum near a hypothesis with as many steps as it needs, and the data anchored there.
+    """The minimum near a hypothesis with enough steps, and the data anchored there.
 
-    What few steps miss is taken off as it was where the descent began. Far from there correction
-    and directions no longer fit (an elastic joint stopped at three times the error of its
-    minimum), so the descent begins anew from where it ended until that gains nothing.
+    The step correction is that of the start of a descent. Far from there it and the directions are
+    wrong (an elastic joint stopped at three times its minimal error). So the descent restarts from
+    its end until that gains nothing.
     """
-    data, found = _descended(data, h, whitener, stopped)
-    for elsewhere in (_off_bounds, _other_valley):
-        start = elsewhere(data, found.hypothesis, stopped)
+    data, refit = _descend(data, h, whitener, stopped)
+    for find_start in (_start_off_bounds, _start_in_other_minimum):
+        start = find_start(data, refit.hypothesis, stopped)
         if start is not None and not stopped():
-            other = _descended(replace(data, anchor=None), start, whitener, stopped)
-            if other[1].cost < found.cost:
-                data, found = other
-    return data, found
+            other = _descend(replace(data, anchor=None), start, whitener, stopped)
+            if other[1].cost < refit.cost:
+                data, refit = other
+    return data, refit
 
 
-def _other_valley(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:
-    """The same where the first swings lead, if that leaves less of the whole recordings: a fit that
-    lacked an effect may have left the valley. None where nothing better is found."""
-    values = from_nominal_values(data, h, stopped)
+def _start_in_other_minimum(
+    data: Data, h: Hypothesis, stopped: Callable[[], bool]
+) -> Hypothesis | None:
+    """The hypothesis at the minimum over the first periods, if its cost over whole recordings is
+    lower: a fit that lacked an effect may have left that minimum. Else None."""
+    values = start_from_nominal(data, h, stopped)
     if values is None:
         return None
     bare = replace(data, anchor=None)
-    here, there = again(bare, h, finer=1), again(bare, h, values, finer=1)
-    lower = cost_of(there.errors(there.vector)) < cost_of(here.errors(here.vector))
-    return there if lower else None
+    current, other = with_values(bare, h, finer=1), with_values(bare, h, values, finer=1)
+    lower = cost_of(other.errors(other.vector)) < cost_of(current.errors(current.vector))
+    return other if lower else None
 
 
 NEAR = 0.05
-"""Share of a bound within which a nominal parameter no longer says anything: a beam ten times too
-stiff is a rigid one, and hardly moves an output."""
+"""Share of a bound within which a nominal parameter has no influence: a beam ten times too stiff is
+rigid."""
 
 
-def _off_bounds(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:
-    """The same with the nominal values of what ended at a bound while an effect was missing: there
-    the error is flat, and no descent leads back. None where nothing did."""
+def _start_off_bounds(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:
+    """The hypothesis with nominal values for parameters that ended at a bound while an effect was
+    missing: the cost is flat there. None if there are none."""
     at, moved = h.values(), dict[str, float]()
     for u in data.nuisance:
         p, x = u.parameter, at.get(u.label, u.parameter.value)
         near = x > (1.0 - NEAR) * p.upper or x < (1.0 + NEAR) * p.lower
         if u.recording is None and p.positive and near:
             moved[u.label] = p.value
-    return again(data, h, moved, finer=1) if moved else None
+    return with_values(data, h, moved, finer=1) if moved else None
 
 
-def _descended(
+def _descend(
     data: Data, h: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool]
 ) -> tuple[Data, Refit]:
-    data, before = anchored(data, h)
+    data, before = anchor_at(data, h)
     for _ in range(MOST_DESCENTS):
-        start = again(data, h, finer=1)
-        found = fit(start, whitener, stopped, MOST_ITERATIONS, exactly_downhill=True)
-        data, errors = anchored(data, found.hypothesis)
-        h = found.hypothesis
+        start = with_values(data, h, finer=1)
+        refit = fit(start, whitener, stopped, MOST_ITERATIONS, exact_directions=True)
+        data, errors = anchor_at(data, refit.hypothesis)
+        h = refit.hypothesis
         gained = cost_of(before) - cost_of(errors)
         if stopped() or not gained > RELEVANT * data.count:
             break
         before = errors
-    return data, _at(data, found, errors, whitener)
+    return data, _refit_at(data, refit, errors, whitener)
 
 
-def _at(data: Data, found: Refit, errors: Sequence[np.ndarray], whitener: Whitener | None) -> Refit:
-    at = replace(found.descended, blocks=tuple(errors), cost=cost_of(errors))
-    h = again(data, found.hypothesis, finer=1)
-    white, _ = whitened(h, at, whitener) if whitener is not None else (at.cost, None)
-    return settled(Refit(h, at, white, found.covariance))
+def _refit_at(
+    data: Data, refit: Refit, errors: Sequence[np.ndarray], whitener: Whitener | None
+) -> Refit:
+    descended = replace(refit.descended, blocks=tuple(errors), cost=cost_of(errors))
+    h = with_values(data, refit.hypothesis, finer=1)
+    white, _ = (
+        whitened_cost(h, descended, whitener) if whitener is not None else (descended.cost, None)
+    )
+    return with_robust_covariance(Refit(h, descended, white, refit.covariance))
 
 
-def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data, Refit]:
-    """The same minimum to within a small share of the deviations that are stated.
+def converge_precisely(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data, Refit]:
+    """The same minimum to within a small share of the stated standard deviations.
 
-    For a ranking a descent may take directions from half the steps and end where a further step
-    gains next to nothing per sample; over thousands of samples that can be many deviations. So can
-    what the steps themselves miss, which is extrapolated here.
+    For a ranking, a descent may use half the steps and end early; over thousands of samples that
+    can be many standard deviations. So can the step error, which is extrapolated here.
     """
-    h = again(replace(data, anchor=None, steps=data.fine or 1), refit.hypothesis, finer=1)
+    h = with_values(replace(data, anchor=None, steps=data.fine or 1), refit.hypothesis, finer=1)
     slopes = refit.descended.slopes
-    _, found = corrected_minimum(h.residuals, h.vector, slopes, h.limits, stopped)
-    if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT * data.count:
+    _, descended = corrected_minimum(h.residuals, h.vector, slopes, h.limits, stopped)
+    if not np.isfinite(descended.cost) or descended.cost > refit.cost + RELEVANT * data.count:
         return data, refit
-    at = refit.hypothesis.at(found.vector)
-    data, errors = anchored(data, at)  # what is stated is what page and report show: no mix of two
-    return data, _at(data, Refit(at, found, found.cost, refit.covariance), errors, None)
+    minimum = refit.hypothesis.at(descended.vector)
+    data, errors = anchor_at(
+        data, minimum
+    )  # what is stated is what page and report show: no mix of two
+    return data, _refit_at(
+        data, Refit(minimum, descended, descended.cost, refit.covariance), errors, None
+    )
 
 
-def missed_by_laws(data: Data, refit: Refit) -> dict[str, float]:
-    """channel -> mean square, in floors, that the laws of the model's effects may miss: of each the
-    share that it states of what it does to the outputs, everything else as it is."""
+def idealisation_error(data: Data, refit: Refit) -> dict[str, float]:
+    """channel -> mean square, in noise floors, that the idealised laws of the model's effects may
+    miss: for each effect its stated share of its change of the outputs."""
     h, missed = refit.hypothesis, dict[str, float]()
-    for one in h.model.effects:
-        if not one.idealised:
+    for effect in h.model.effects:
+        if not effect.idealised:
             continue
-        rest = [e for e in h.model.effects if e is not one and one.kind not in e.includes]
-        without = hypothesis(data, rest, {**h.model.effect_values, **h.values()})
+        others = [e for e in h.model.effects if e is not effect and effect.kind not in e.includes]
+        without = hypothesis(data, others, {**h.model.effect_values, **h.values()})
         for name, rms in _change(data, without.errors(without.vector), refit.errors).items():
-            missed[name] = missed.get(name, 0.0) + (one.idealised * rms) ** 2
+            missed[name] = missed.get(name, 0.0) + (effect.idealised * rms) ** 2
     return missed
 
 
 def _change(data: Data, a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> dict[str, float]:
-    """channel -> rms in floors of what changes between two models."""
+    """channel -> rms difference of two models' errors, in noise floors."""
     return channel_rms(data.experiments, [x - y for x, y in zip(a, b, strict=True)])
 
 
 DRAWN = 24
-"""Of all recordings together: a variance of so many draws is good to a third, and deviations of it
-hold nearly as often as if it were known (2.06 of them for 1.96; of six draws 2.45)."""
+"""Draws for all recordings together: a variance from so many is good to a third, and 2.06 of its
+standard deviations hold as often as 1.96 of a known one (2.45 with six draws)."""
 
 
-def widened(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
-    """The fit with deviations that are no smaller than what draws of the noise make of them.
+def with_drawn_deviations(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
+    """The fit with standard deviations at least as large as draws of the noise give.
 
     Args:
         data: recordings along which a servo leads the joints.
@@ -188,30 +194,29 @@ def widened(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
         stated: column -> standard deviation of the sensor's noise, SI, where it is known.
     """
     C = refit.covariance
-    known = np.flatnonzero(np.isfinite(np.diag(C)))
-    if not len(known):
+    finite = np.flatnonzero(np.isfinite(np.diag(C)))
+    if not len(finite):
         return refit
-    drawn = _variances(data, refit, known, stated)
+    drawn = _variances(data, refit, finite, stated)
     wider = np.ones(len(C))
-    wider[known] = np.sqrt(np.maximum(drawn / np.maximum(np.diag(C)[known], 1e-300), 1.0))
+    wider[finite] = np.sqrt(np.maximum(drawn / np.maximum(np.diag(C)[finite], 1e-300), 1.0))
     return replace(refit, covariance=C * np.outer(wider, wider))
 
 
 def _variances(
-    data: Data, refit: Refit, known: np.ndarray, stated: Mapping[str, float]
+    data: Data, refit: Refit, which: np.ndarray, stated: Mapping[str, float]
 ) -> np.ndarray:
-    """(p,) of the unknowns `known`: of (S'S)^-1 S'e over draws e, which recordings make apart. A
-    channel's draws are at most its noise floor, where the model has shown that its columns are less
-    noisy than they seemed."""
+    """(p,) variances of the unknowns `which`: of (S'S)^-1 S'e over draws e, by recording. A
+    channel's draws are limited to its noise floor, in case the model showed less noise."""
     h = refit.hypothesis
-    slopes = [S[:, :, known].reshape(-1, len(known)) for S in refit.descended.slopes]
+    slopes = [S[:, :, which].reshape(-1, len(which)) for S in refit.descended.slopes]
     inverse = pseudo_inverse(np.asarray(sum(S.T @ S for S in slopes)))
     meat = np.zeros_like(inverse)
     experiments, motions = h.residuals.experiments, h.motions()
     drawn = [
         np.array([x * weights for x in draws])
         for draws, weights in zip(
-            noise_drawn(experiments, motions, stated, DRAWN), data.weights, strict=True
+            draw_noise(experiments, motions, stated, DRAWN), data.weights, strict=True
         )
     ]
     sizes = channel_rms(experiments, [np.sqrt(np.mean(x**2, axis=0)) for x in drawn])

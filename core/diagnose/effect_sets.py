@@ -1,8 +1,8 @@
-"""Which effects together explain the error: a search over the products of all columns at once.
+"""Which effects together explain the error, by a search over all columns.
 
-One whitened Gram matrix answers what any set of columns explains, so sets are compared without a
-simulation. Forward selection with exchange: a stand-in that comes first loses its place to the
-pair that is true. What is chosen is refitted jointly afterwards.
+The whitened Gram matrix shows what any set explains, so sets need no simulation. Forward selection
+with exchange: an imitation that came first is replaced by the true pair. The chosen set is then
+refitted.
 """
 
 from __future__ import annotations
@@ -12,69 +12,72 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnose.gram_matrix import explain
-from ..diagnose.linear_screen import Screen, Screened
+from ..diagnose.gram_matrix import explained_by
+from ..diagnose.linear_screen import Screen, ScreenedCandidate
 
 MOST_TOGETHER = 4
-"""Effects of one set: linear predictions of more say little before a refit."""
+"""Effects of one set: linear predictions of more say little."""
 
 SHORTLIST = 12
-"""Candidates from which sets are made, the best alone by evidence and by the plain error."""
+"""Candidates for sets: the best by evidence and by expected reduction."""
 
 EXCHANGES = 6
 """Rounds of exchange; two or three end it."""
 
 
 @dataclass(frozen=True)
-class FoundSet:
-    """Effects that explain the error together, as far as straight lines tell."""
+class EffectSet:
+    """Effects that explain the error together, by linear prediction."""
 
-    members: tuple[Screened, ...]
-    """In the order in which each adds most to those before it."""
+    members: tuple[ScreenedCandidate, ...]
+    """Each adds most to those before it."""
     plain_drop: float
     """Reduction of the squared error, in floors squared."""
 
 
-def best_set(seen: Screen, most: int, count: int, without: Collection[str] = ()) -> FoundSet:
-    """The set of at most `most` effects with the best BIC over `count` samples; `without` some
-    kinds of effect."""
-    search = _Search(seen, count, without)
-    chosen: list[Screened] = []
+def best_effect_set(
+    screened: Screen, most: int, count: int, excluded: Collection[str] = ()
+) -> EffectSet:
+    """The set of at most `most` effects with the best BIC over `count` samples, without the kinds
+    `excluded`."""
+    search = _Search(screened, count, excluded)
+    chosen: list[ScreenedCandidate] = []
     while len(chosen) < min(most, MOST_TOGETHER):
         best = search.best_addition(chosen)
         if best is None:
             break
         chosen = search.exchanged([*chosen, best])
     chosen = search.ordered(chosen)
-    return FoundSet(tuple(chosen), search.plain_drop(chosen))
+    return EffectSet(tuple(chosen), search.plain_drop(chosen))
 
 
 class _Search:
-    def __init__(self, seen: Screen, count: int, without: Collection[str]) -> None:
-        self._white, self._plain = seen.white.projected(), seen.plain.projected()
-        self._sided = [c.one_sided for c in seen.columns]
+    def __init__(self, screened: Screen, count: int, excluded: Collection[str]) -> None:
+        self._white, self._plain = screened.white.projected(), screened.plain.projected()
+        self._sided = [c.one_sided for c in screened.columns]
         self._price = float(np.log(max(count, 2)))
-        self._choice = 2.0 * float(np.log(max(len(seen.candidates), 1)))
-        left = [s for s in seen.candidates if s.effect.kind not in without]
-        by_score = sorted(left, key=lambda s: -s.score)
-        by_drop = sorted(left, key=lambda s: -s.drop)
+        self._choice = 2.0 * float(np.log(max(len(screened.candidates), 1)))
+        allowed = [s for s in screened.candidates if s.effect.kind not in excluded]
+        by_score = sorted(allowed, key=lambda s: -s.score)
+        by_drop = sorted(allowed, key=lambda s: -s.drop)
         listed = {s.effect.kind: s for pair in zip(by_score, by_drop, strict=True) for s in pair}
         self._candidates = list(listed.values())[:SHORTLIST]
 
-    def _value(self, chosen: Sequence[Screened]) -> float:
-        """Reduction of the whitened squared error minus the price of what is free, and of the
+    def _value(self, chosen: Sequence[ScreenedCandidate]) -> float:
+        """Reduction of the whitened squared error minus the price of free parameters and of the
         choice among many (extended BIC, Chen and Chen, Biometrika 95, 2008)."""
         at = [i for s in chosen for i in s.columns]
         each = (s.freedom * self._price + 2.0 * np.log(max(s.tried, 1.0)) for s in chosen)
         price = sum(each) + len(chosen) * self._choice
-        return explain(self._white, at, [self._sided[i] for i in at]).drop - price
+        return explained_by(self._white, at, [self._sided[i] for i in at]).drop - price
 
-    def plain_drop(self, chosen: Sequence[Screened]) -> float:
+    def plain_drop(self, chosen: Sequence[ScreenedCandidate]) -> float:
         at = [i for s in chosen for i in s.columns]
-        return explain(self._plain, at, [self._sided[i] for i in at]).drop
+        return explained_by(self._plain, at, [self._sided[i] for i in at]).drop
 
-    def _compatible(self, chosen: Sequence[Screened]) -> list[Screened]:
-        """What may join a set: not what is in it, nor what contains or is part of a member."""
+    def _compatible(self, chosen: Sequence[ScreenedCandidate]) -> list[ScreenedCandidate]:
+        """Candidates that may join a set: neither members, nor effects that contain or are part of
+        one."""
         have = {s.effect.kind for s in chosen}
         parts = {kind for s in chosen for kind in s.effect.includes}
         return [
@@ -83,29 +86,29 @@ class _Search:
             if s.effect.kind not in have | parts and not have & set(s.effect.includes)
         ]
 
-    def best_addition(self, chosen: Sequence[Screened]) -> Screened | None:
+    def best_addition(self, chosen: Sequence[ScreenedCandidate]) -> ScreenedCandidate | None:
         before = self._value(chosen) if chosen else 0.0
-        found = [(self._value([*chosen, s]), s) for s in self._compatible(chosen)]
-        value, best = max(found, key=lambda one: one[0], default=(before, None))
+        additions = [(self._value([*chosen, s]), s) for s in self._compatible(chosen)]
+        value, best = max(additions, key=lambda pair: pair[0], default=(before, None))
         return best if value > before else None
 
-    def exchanged(self, chosen: list[Screened]) -> list[Screened]:
-        """With members replaced by others as long as that explains more."""
+    def exchanged(self, chosen: list[ScreenedCandidate]) -> list[ScreenedCandidate]:
+        """The set after exchanges of members, as long as each explains more."""
         for _ in range(EXCHANGES):
             before = chosen
             for place in range(len(chosen)):
-                rest = [*chosen[:place], *chosen[place + 1 :]]
+                others = [*chosen[:place], *chosen[place + 1 :]]
                 tried = [chosen[place], *self._compatible(chosen)]
-                best = max(tried, key=lambda s: self._value([*rest, s]))  # noqa: B023
+                best = max(tried, key=lambda s: self._value([*others, s]))  # noqa: B023
                 chosen = [*chosen[:place], best, *chosen[place + 1 :]]
             if chosen == before:
                 break
         return chosen
 
-    def ordered(self, chosen: Sequence[Screened]) -> list[Screened]:
-        left, order = list(chosen), list[Screened]()
-        while left:
-            best = max(left, key=lambda s: self.plain_drop([*order, s]))
+    def ordered(self, chosen: Sequence[ScreenedCandidate]) -> list[ScreenedCandidate]:
+        remaining, order = list(chosen), list[ScreenedCandidate]()
+        while remaining:
+            best = max(remaining, key=lambda s: self.plain_drop([*order, s]))
             order.append(best)
-            left.remove(best)
+            remaining.remove(best)
         return order

@@ -1,7 +1,5 @@
-"""Where a model fails: its error by recording along time and frequency, and its worst places.
-
-The error against the motion: does it follow a joint's speed, place, acceleration or bending?
-"""
+"""Error maps: error by recording over time and frequency, worst places, and error over the
+motion."""
 
 from __future__ import annotations
 
@@ -22,23 +20,23 @@ from ..results import (
 )
 
 WINDOWS = 12
-"""Of time, along the longest recording."""
+"""Time windows, along the longest recording."""
 
 MOST_BANDS = 9
 """Octaves below half the sampling rate; the lowest band reaches down to zero."""
 
 CYCLES = 4.0
-"""The lowest band holds at least so many cycles of the longest recording: fewer tell nothing."""
+"""Least cycles of the longest recording in the lowest band."""
 
 WORST = 10
-"""Places that are listed."""
+"""Worst places that are listed."""
 
 FEWEST = 8
-"""Samples in a cell; fewer have no rms worth a colour."""
+"""Samples in a cell; fewer give no rms."""
 
 
 @dataclass(frozen=True)
-class Regular:
+class EvenlySampled:
     """A channel's error (n,) on its own grid, zero where no sample counts."""
 
     dt: float
@@ -47,7 +45,7 @@ class Regular:
 
 
 Cells = tuple[np.ndarray, np.ndarray]
-"""rms (n,) and floor (n,) of one recording."""
+"""rms (n,) and noise floor (n,) of one recording."""
 
 Parts = list[tuple[RecordingComparison, ChannelComparison]]
 """One channel of all recordings that have it."""
@@ -56,10 +54,10 @@ Parts = list[tuple[RecordingComparison, ChannelComparison]]
 def error_maps(
     comparisons: Sequence[RecordingComparison], floors: Mapping[str, float] | None = None
 ) -> ErrorMaps:
-    """The maps of all channels with a floor; without floors, the noise seen in each error is it."""
+    """The maps of all channels with a noise floor; without floors, the noise seen in each error."""
     floors = noise_floors(comparisons) if floors is None else floors
     shown = [name for name in _channels(comparisons) if name in floors]
-    parts = {name: _parts(comparisons, name) for name in shown}
+    parts = {name: _channel_parts(comparisons, name) for name in shown}
     by_time = tuple(_time_map(parts[name], floors[name]) for name in shown)
     by_frequency = tuple(_frequency_map(parts[name], floors[name]) for name in shown)
     over = errors_over(comparisons, {name: floors[name] for name in shown})
@@ -68,17 +66,17 @@ def error_maps(
 
 def noise_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, float]:
     """channel -> rms of the white noise in its error, the median over the recordings."""
-    found: dict[str, list[float]] = {}
+    levels: dict[str, list[float]] = {}
     for comparison in comparisons:
         for c in comparison.channels:
-            noise = noise_of(_regular(c).error)
+            noise = noise_of(_evenly_sampled(c).error)
             if noise > 0.0:
-                found.setdefault(c.channel, []).append(noise)
-    return {name: float(np.median(values)) for name, values in found.items()}
+                levels.setdefault(c.channel, []).append(noise)
+    return {name: float(np.median(values)) for name, values in levels.items()}
 
 
 def worst_cells(maps: Sequence[ErrorMap], count: int = WORST) -> tuple[WorstCell, ...]:
-    """The cells furthest above their floor, worst first."""
+    """The cells furthest above their noise floor, worst first."""
     cells = [
         WorstCell(
             name, m.channel, m.unit, m.axis, m.axis_unit, float(m.edges[j]),
@@ -95,21 +93,21 @@ def _channels(comparisons: Sequence[RecordingComparison]) -> list[str]:
     return list(dict.fromkeys(c.channel for r in comparisons for c in r.channels))
 
 
-def _parts(comparisons: Sequence[RecordingComparison], channel: str) -> Parts:
+def _channel_parts(comparisons: Sequence[RecordingComparison], channel: str) -> Parts:
     return [(r, c) for r in comparisons for c in r.channels if c.channel == channel]
 
 
-def _regular(c: ChannelComparison) -> Regular:
-    """A camera may give every tenth sample only; its spectrum ends at its own half rate."""
+def _evenly_sampled(c: ChannelComparison) -> EvenlySampled:
+    """The channel's error at its own rate: a camera may give only every tenth sample."""
     good = c.counted & np.isfinite(c.residual)
     index = np.flatnonzero(good)
     dt = float(c.time[1] - c.time[0]) if len(c.time) > 1 else 1.0
     if index.size < FEWEST:
-        return Regular(dt, np.zeros(0), 0)
+        return EvenlySampled(dt, np.zeros(0), 0)
     stride = max(int(np.median(np.diff(index))), 1)
     rows = slice(index[0], index[-1] + 1, stride)
     error = np.where(good[rows], c.residual[rows], 0.0)
-    return Regular(dt * stride, error, int(good[rows].sum()))
+    return EvenlySampled(dt * stride, error, int(good[rows].sum()))
 
 
 def _map(
@@ -150,7 +148,7 @@ def _in_windows(c: ChannelComparison, edges: np.ndarray, floor: float) -> Cells:
 
 
 def _frequency_map(parts: Parts, floor: float) -> ErrorMap:
-    grids = [_regular(c) for _, c in parts]
+    grids = [_evenly_sampled(c) for _, c in parts]
     longest = max(g.dt * len(g.error) for g in grids)
     edges = bands(max(0.5 / g.dt for g in grids), longest)
     cells = [in_bands(g, edges, floor) for g in grids]
@@ -164,35 +162,34 @@ def bands(highest: float, seconds: float) -> np.ndarray:
     return np.concatenate([[0.0], highest / 2.0**halvings])
 
 
-def in_bands(seen: Regular, edges: np.ndarray, floor: float) -> Cells:
-    """rms (n,) of an error's part in each band, and what white noise of rms `floor` has there.
+def in_bands(samples: EvenlySampled, edges: np.ndarray, floor: float) -> Cells:
+    """rms (n,) of an error in each band, and that of white noise of rms `floor`.
 
-    A Hann window keeps what is slow out of the fast bands; the squares of the bands add up to
-    the squared rms of the error.
+    A Hann window keeps slow parts out of fast bands; the bands' squares add up to the error's.
     """
-    error, n, top = seen.error, len(seen.error), 0.5 / seen.dt
+    error, n, top = samples.error, len(samples.error), 0.5 / samples.dt
     width = np.clip(np.minimum(edges[1:], top) - edges[:-1], 0.0, None)
     white = floor * np.sqrt(width / top)
     if n < FEWEST:
         return np.full(len(width), np.nan), np.where(width > 0.0, white, np.nan)
     power = np.abs(np.fft.rfft(error * np.hanning(n))) ** 2
     power[1 : (n + 1) // 2] *= 2.0  # both signs of a frequency
-    frequency = np.fft.rfftfreq(n, seen.dt)
+    frequency = np.fft.rfftfreq(n, samples.dt)
     place = np.clip(np.searchsorted(edges, frequency, side="left") - 1, 0, len(edges) - 2)
     total = np.bincount(place, power, minlength=len(edges) - 1)
-    scale = float(np.sum(error**2)) / seen.counted / max(float(power.sum()), 1e-300)
-    there = (np.bincount(place, minlength=len(edges) - 1) > 0) & (width > 0.0)
-    return np.where(there, np.sqrt(total * scale), np.nan), np.where(there, white, np.nan)
+    scale = float(np.sum(error**2)) / samples.counted / max(float(power.sum()), 1e-300)
+    filled = (np.bincount(place, minlength=len(edges) - 1) > 0) & (width > 0.0)
+    return np.where(filled, np.sqrt(total * scale), np.nan), np.where(filled, white, np.nan)
 
 
 BINS = 16
-"""Of a cloud along each axis."""
+"""Bins along the axis."""
 
 FEWEST = 20
 """Samples in a cell; the mean of fewer is noise."""
 
 TAILS = 0.5
-"""Per cent on each side that share the outermost bins: a few fast samples stretch no axis."""
+"""Per cent on each side in the outermost bins: a few fast samples must not stretch the axis."""
 
 QUANTITIES = {
     "position": lambda unit: unit,
@@ -200,12 +197,12 @@ QUANTITIES = {
     "acceleration": lambda unit: f"{unit}/s²",
     "deflection": lambda unit: "m",
 }
-"""What of a joint's motion an error may follow -> its unit, from that of the joint."""
+"""Quantity of a joint's motion that an error may depend on -> its unit, from the joint's unit."""
 
 
 @dataclass(frozen=True)
 class _Samples:
-    """One channel's counted errors (N,) over all recordings, and how the arm moved then."""
+    """One channel's counted errors (N,) over all recordings, and the motion then."""
 
     unit: str
     error: np.ndarray
@@ -215,21 +212,21 @@ class _Samples:
 def errors_over(
     comparisons: Sequence[RecordingComparison], floors: Mapping[str, float]
 ) -> tuple[ErrorOver, ...]:
-    """Each channel against each quantity of each joint; the clearest pattern first."""
-    found = []
+    """Each channel over each quantity of each joint, the clearest pattern first."""
+    records = []
     for channel, floor in floors.items():
-        samples = _gathered(comparisons, channel)
+        samples = _all_samples(comparisons, channel)
         if samples is None:
             continue
         for quantity in QUANTITIES:
             for k in range(len(samples.motion.units)):
-                one = _over(channel, samples, quantity, k, floor)
-                if one is not None:
-                    found.append(one)
-    return tuple(sorted(found, key=lambda one: -one.explained))
+                record = _error_over(channel, samples, quantity, k, floor)
+                if record is not None:
+                    records.append(record)
+    return tuple(sorted(records, key=lambda record: -record.explained))
 
 
-def _gathered(comparisons: Sequence[RecordingComparison], channel: str) -> _Samples | None:
+def _all_samples(comparisons: Sequence[RecordingComparison], channel: str) -> _Samples | None:
     parts = [
         (c, r.motion)
         for r in comparisons
@@ -252,15 +249,17 @@ def _gathered(comparisons: Sequence[RecordingComparison], channel: str) -> _Samp
     return _Samples(parts[0][0].unit, error, motion)
 
 
-def _over(channel: str, samples: _Samples, quantity: str, k: int, floor: float) -> ErrorOver | None:
+def _error_over(
+    channel: str, samples: _Samples, quantity: str, k: int, floor: float
+) -> ErrorOver | None:
     x = getattr(samples.motion, quantity)[:, k]
-    known = np.isfinite(x)
-    x, error = x[known], samples.error[known]
+    finite = np.isfinite(x)
+    x, error = x[finite], samples.error[finite]
     if x.size < 2 * FEWEST or np.ptp(x) == 0.0:
         return None
     low, high = np.percentile(x, [TAILS, 100.0 - TAILS])
     edges = np.linspace(low, high, BINS + 1) if high > low else np.linspace(x.min(), x.max(), 2)
-    backwards = samples.motion.velocity[known, k] < 0.0
+    backwards = samples.motion.velocity[finite, k] < 0.0
     bins = len(edges) - 1
     place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, bins - 1) + bins * backwards
     count = np.bincount(place, minlength=2 * bins)
@@ -283,11 +282,8 @@ def _over(channel: str, samples: _Samples, quantity: str, k: int, floor: float) 
 
 
 def _explained(error: np.ndarray, place: np.ndarray, bins: int) -> float:
-    """The correlation ratio: variance between the bins over all variance.
-
-    Both directions together: what depends on the direction alone would otherwise be a pattern
-    over every quantity, while over the velocity it is one anyway.
-    """
+    """The correlation ratio: variance between the bins over all variance, both directions together.
+    Dependence on the direction alone would otherwise be a pattern over every quantity."""
     centred = error - error.mean()
     whole = float(np.sum(centred**2))
     count = np.bincount(place, minlength=bins)

@@ -1,4 +1,4 @@
-"""What a diagnosis looks at: the recordings, how they are compared, and the floors."""
+"""The fit problem of a diagnosis: recordings, unknowns, noise floors, and models with effects."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from ..model import Model
 
 
 class NeededSteps:
-    """Steps per sample that the arm needs with more bending modes than it was given; found once.
+    """Steps per sample that an arm with more bending modes needs; found once per number of modes.
 
-    A further mode swings several times as fast, and what few steps miss of it is nothing that an
-    `Anchor` on the model without it knows.
+    A further mode is several times as fast, and the `Anchor` of a model without it does not know
+    its error.
     """
 
     def __init__(self) -> None:
         self._found: dict[tuple[int, ...], int] = {}
         self._lock = threading.Lock()
 
-    def of(self, modes: tuple[int, ...], find: Callable[[], int]) -> int:
-        """Those of an arm with so many modes per segment; `find` counts them the first time."""
+    def steps_for(self, modes: tuple[int, ...], find: Callable[[], int]) -> int:
+        """Steps of an arm with so many modes per segment; `find` computes them the first time."""
         with self._lock:
             if modes not in self._found:
                 self._found[modes] = find()
@@ -45,51 +45,52 @@ class NeededSteps:
 
 @dataclass(frozen=True)
 class Data:
-    """Prepared recordings of the bare model with the nuisance unknowns that every model has."""
+    """Prepared recordings of the bare model, with the nuisance unknowns of every model."""
 
     bare: Model
     """With the virtual servo where one is used."""
     experiments: tuple[Prepared, ...]
     nuisance: tuple[Unknown, ...]
-    """Nominal parameters, starts, offsets: what may explain an error without any effect."""
+    """Nominal parameters, starts, offsets: they may explain an error without any effect."""
     weights: tuple[np.ndarray, ...]
-    """(k,) per recording: one over the floor of each channel."""
+    """(k,) per recording: one over the noise floor of each channel."""
     floors: Mapping[str, float]
     fixed: Mapping[str, float]
     sizes: Sizes
     steps: int | None
     """Steps per sample of the search; None: not known yet."""
-    few: int | None = None
-    """The same for models of the arm whose steps' error the anchor takes off; None: as many."""
+    anchored_steps: int | None = None
+    """The same for arms whose step error the anchor corrects; None: as many."""
     fine: int | None = None
-    """Steps per sample from which on more change nothing: for what is stated."""
+    """Steps per sample beyond which nothing changes: for results that are stated."""
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes belong to these recordings alone."""
     anchor: Anchor | None = None
-    """What few steps per sample miss, as found on one model; None: nothing is taken off."""
+    """Error of few steps per sample, taken from one model; None: no correction."""
     floor_sources: Mapping[str, str] = field(default_factory=dict)
-    """channel -> where its noise comes from: repetition, stated or estimated."""
+    """channel -> source of its noise: repetition, stated or estimated."""
     floors_within: Mapping[str, float] = field(default_factory=dict)
-    """channel -> the factor within which its floor is known."""
+    """channel -> factor within which its noise floor is known."""
     idealised: Mapping[str, float] = field(default_factory=dict)
-    """channel -> mean square, in floors, that the laws of the effects in the model may miss."""
+    """channel -> mean square, in noise floors, that the idealised laws of the model's effects may
+    miss."""
     noise_ratios: tuple[np.ndarray, ...] = ()
-    """(k,) per recording: times those floors, where recordings have a noise of their own."""
-    held: Mapping[str, float] = field(default_factory=dict)
-    """Parameters of the effects in the model as given that are not estimated, and their values."""
+    """(k,) per recording: factor of those floors, if recordings have a noise of their own."""
+    fixed_effect_values: Mapping[str, float] = field(default_factory=dict)
+    """Parameters of stated effects that are not estimated, and their values."""
     known: KnownMotions = field(default_factory=KnownMotions)
-    """Of the model that others are compared with: what a sensor does, or a force at a held joint,
-    moves nothing."""
-    needed: NeededSteps | None = None
-    """Of arms with other modes; None: as many as `steps`."""
+    """Motions of the base model. Sensor effects and forces at prescribed joints do not change
+    them."""
+    mode_steps: NeededSteps | None = None
+    """Steps for arms with other modes; None: as many as `steps`."""
     limited: frozenset[str] = frozenset()
-    """Parameters of those effects with bounds, a prior or recordings of their own: they stay as
-    they are among `nuisance`."""
+    """Parameters of stated effects with bounds, a prior or recordings of their own; they stay in
+    `nuisance`."""
     stated_rig: Mapping[str, str] = field(default_factory=dict)
-    """What is known of the rig beforehand: `RigSpec.statements`."""
+    """What is stated of the rig: `RigSpec.statements`."""
 
     def weights_at(self, floors: Mapping[str, float]) -> tuple[np.ndarray, ...]:
-        """(k,) per recording: one over the floor of each channel there."""
+        """(k,) per recording: one over these noise floors of its channels."""
         own = self.noise_ratios or [np.ones(len(e.channels)) for e in self.experiments]
         return tuple(
             np.array([1.0 / floors[n] for n, _ in e.channels]) / times
@@ -97,7 +98,7 @@ class Data:
         )
 
     def in_floors(self, floors: Mapping[str, Floor]) -> Data:
-        """The same recordings in other floors, which no model is anchored in yet."""
+        """The same data with other noise floors, without an anchor."""
         values = {n: f.value for n, f in floors.items()}
         return replace(
             self, weights=self.weights_at(values), floors=values, anchor=None,
@@ -107,12 +108,12 @@ class Data:
 
     @property
     def count(self) -> int:
-        """Samples that count."""
+        """Number of samples that count."""
         return int(sum(e.counted.sum() for e in self.experiments))
 
     @property
     def rig(self) -> Rig:
-        """What these recordings can show."""
+        """The rig: what these recordings can show."""
         kinds = tuple(s.kind for s in self.experiments[0].outputs)
         servo = self.bare.steering is not None
         model = self.bare
@@ -121,7 +122,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A model with effects, its unknowns, and where they stand."""
+    """A model with effects, its unknowns and their values."""
 
     model: Model
     unknowns: Unknowns
@@ -135,41 +136,42 @@ class Hypothesis:
 
     @property
     def steps(self) -> int | None:
-        """Per sample; None where they are not known yet."""
+        """Steps per sample; None: not known yet."""
         return self.residuals.predictor.steps
 
     def errors(self, vector: np.ndarray) -> list[np.ndarray]:
         """Weighted errors (M, k) per recording."""
-        return self.errors_of([vector])[0]
+        return self.errors_at([vector])[0]
 
-    def errors_of(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
-        """The errors at each of several vectors (P,), simulated together."""
+    def errors_at(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
+        """Errors at each of several vectors (P,), simulated together."""
         return self.residuals.blocks_of(vectors)
 
     def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
-        """Their derivatives (M, k, P) per recording, with half the steps: a direction need not be
-        as exact as the error that it lowers."""
+        """Derivatives (M, k, P) of the errors per recording, with half the steps: directions need
+        less accuracy than errors."""
         return self.coarse.residuals.sensitivities(vector, central=False)
 
     def exact_slopes(self, vector: np.ndarray) -> list[np.ndarray]:
-        """The same with all steps."""
+        """The same derivatives with all steps."""
         return self.residuals.sensitivities(vector, central=False)
 
-    def slopes_with(
-        self, vector: np.ndarray, known: Mapping[str, tuple[np.ndarray, ...]]
+    def slopes_reusing(
+        self, vector: np.ndarray, reused: Mapping[str, tuple[np.ndarray, ...]]
     ) -> list[np.ndarray]:
-        """The same, with the columns (M, k) per recording of the unknowns in `known` as given."""
+        """The same derivatives; `reused` gives the columns (M, k) per recording of some
+        unknowns."""
         labels = self.unknowns.labels
-        fresh = [j for j, label in enumerate(labels) if label not in known]
-        found = self.coarse.residuals.sensitivities(vector, central=False, only=fresh)
+        computed = [j for j, label in enumerate(labels) if label not in reused]
+        slopes = self.coarse.residuals.sensitivities(vector, central=False, only=computed)
         for j, label in enumerate(labels):
-            for S, column in zip(found, known.get(label, ()), strict=False):
+            for S, column in zip(slopes, reused.get(label, ()), strict=False):
                 S[:, :, j] = column
-        return found
+        return slopes
 
     @cached_property
     def coarse(self) -> Hypothesis:
-        """With half the steps per sample."""
+        """The hypothesis with half the steps per sample."""
         fine = self.residuals.predictor
         if fine.steps is None:
             return self
@@ -181,18 +183,18 @@ class Hypothesis:
         return dict(zip(self.unknowns.labels, (float(v) for v in self.vector), strict=True))
 
     def motions(self) -> list[Motion]:
-        """(motion, numbers, values) along each recording."""
+        """(motion, numbers, values) of each recording."""
         everything = range(len(self.residuals.experiments))
         return self.residuals.predictor.trajectories([(self.vector, everything)])[0]
 
     def at(self, vector: np.ndarray) -> Hypothesis:
-        """The same hypothesis at another point of its unknowns."""
+        """The same hypothesis at another vector (P,)."""
         return replace(self, vector=np.asarray(vector, dtype=float))
 
 
-LOOSE = 2.0
-"""Times the longest step of an effect while models are compared: with the steps' error of the base
-taken off, friction with steps of 0.5 ms is within 0.01 mm of steps of 16 us."""
+LONGER_STEPS = 2.0
+"""Factor on an effect's longest step while models are compared. With the step error of the base
+corrected, friction at 0.5 ms is within 0.01 mm of steps of 16 us."""
 
 
 def hypothesis(
@@ -204,75 +206,80 @@ def hypothesis(
     secondary: bool = True,
     finer: float = 1,
 ) -> Hypothesis:
-    """The bare model with `effects`, its nuisance unknowns and the effects' parameters.
+    """The bare model with `effects`, its nuisance unknowns and the parameters of the effects.
 
-    `values` label -> start, for nuisance and effects alike; `freed` replaces the effects'
-    unknowns; without `secondary` only sizes are unknown, not what shapes them. `finer` times as
-    many steps are taken.
+    `values`: label -> start. `freed` replaces the unknowns of the effects. Without `secondary`,
+    shape parameters are not unknown. `finer`: factor on the number of steps.
     """
-    plain = {k: v for k, v in values.items() if "@" not in k} | dict(data.held)
-    hidden = unseen(data, effects)
+    plain = {k: v for k, v in values.items() if "@" not in k} | dict(data.fixed_effect_values)
+    undetectable = undetectable_parameters(data, effects)
     model = data.bare.with_effects(effects, plain, data.sizes)
-    held = {name: x for name, x in hidden.items() if name in model.effect_values}
-    model = replace(model, effect_values={**model.effect_values, **held}) if held else model
+    neutral_values = {name: x for name, x in undetectable.items() if name in model.effect_values}
+    model = (
+        replace(model, effect_values={**model.effect_values, **neutral_values})
+        if neutral_values
+        else model
+    )
     own = effect_unknowns(model, data.sizes, secondary) if freed is None else tuple(freed)
-    theirs = {*hidden, *data.held, *(data.limited if freed is None else ())}
+    theirs = {*undetectable, *data.fixed_effect_values, *(data.limited if freed is None else ())}
     own = tuple(u for u in own if u.parameter.name not in theirs)
     names = {u.parameter.name for u in own}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in names)
-    items = tuple(_started(u, values) for u in (*nuisance, *own))
+    items = tuple(_with_start(u, values) for u in (*nuisance, *own))
     unknowns = Unknowns(items)
-    experiments = [moved(e, model) for e in data.experiments]
+    experiments = [for_model(e, model) for e in data.experiments]
     steps = None
     if data.steps is not None:
         dt = max(e.recording.sample_time for e in data.experiments)
-        loose = 1.0 if data.anchor is None else LOOSE
-        steps = max(int(steps_needed(model, dt, _fewest(data, model), loose) * finer), 1)
+        loose = 1.0 if data.anchor is None else LONGER_STEPS
+        steps = max(int(steps_needed(model, dt, _search_steps(data, model), loose) * finer), 1)
     predictor = Predictor(experiments, unknowns, data.fixed, steps=steps, known=data.known)
     residuals = Residuals(predictor, list(data.weights), data.anchor)
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
 
 
-def _fewest(data: Data, model: Model) -> int:
-    """Steps per sample of the search, on the arm of a model."""
+def _search_steps(data: Data, model: Model) -> int:
+    """Steps per sample of the search for a model's arm."""
     assert data.steps is not None
-    if data.needed is None or model.arm.modes == data.bare.arm.modes:
+    if data.mode_steps is None or model.arm.modes == data.bare.arm.modes:
         anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
-        return data.few if anchored and data.few else data.steps
+        return data.anchored_steps if anchored and data.anchored_steps else data.steps
     # Whoever asks first, the answer is that of the nominal values and the modes alone.
-    shapes = [one for one in model.effects if one.resolution]
-    alone = replace(data, needed=None, anchor=None)
-    found = data.needed.of(model.arm.modes, lambda: enough_steps(alone, shapes, {}, UNKNOWN))
-    return max(found, data.steps)
+    shape_effects = [e for e in model.effects if e.resolution]
+    unanchored = replace(data, mode_steps=None, anchor=None)
+    steps = data.mode_steps.steps_for(
+        model.arm.modes, lambda: enough_steps(unanchored, shape_effects, {}, UNANCHORED_ERROR)
+    )
+    return max(steps, data.steps)
 
 
-CLOSE = 0.6
-"""In noise floors, rms: what few steps may miss in the search. `Anchor` takes it off and leaves
-about a tenth of it (measured with friction, elastic joints, lag and damping)."""
+SEARCH_ERROR = 0.6
+"""In noise floors, rms: largest step error in the search. `Anchor` corrects it and leaves about a
+tenth (measured with friction, elastic joints, lag and damping)."""
 
-ANCHORED = 2.4
-"""The same where the anchor is of the same arm. What is compared is simulated with twice as many
-steps (core.diagnose.refit.EXACT), which miss a quarter, so that as little is left of it. An arm
-with other vibrations has an error of its own that no anchor knows."""
+ANCHORED_ERROR = 2.4
+"""The same if the anchor is of the same arm. Compared errors use twice as many steps
+(core.diagnose.refit.FINER_STEPS), which miss a quarter. The anchor does not know the step error of
+an arm with other vibrations."""
 
-UNKNOWN = 0.2
-"""The same of arms with other bending shapes, of whose steps no anchor knows the error: squared it
-is no relevant part of the noise. With three times as much a further shape, near the noise, lost by
-its steps all that it explained."""
+UNANCHORED_ERROR = 0.2
+"""The same for arms with other bending shapes, which no anchor corrects: squared, it is no relevant
+part of the noise. With three times as much, the step error hid all that a further shape
+explained."""
 
 MOST_STEPS = 64
-"""Per sample: beyond it a simulation takes minutes."""
+"""Steps per sample: more would take minutes."""
 
 
 def enough_steps(
     data: Data,
     effects: Sequence[Effect],
     values: Mapping[str, float],
-    close: float = CLOSE,
+    tolerance: float = SEARCH_ERROR,
     least: int = 1,
 ) -> int:
-    """Steps per sample, from `least` on, such that twice as many move the outputs by less than
-    `close` floors."""
+    """Steps per sample, from `least` on, such that twice as many change the outputs by less than
+    `close` noise floors."""
 
     def errors_with(steps: int) -> list[np.ndarray]:
         h = hypothesis(replace(data, steps=steps), effects, values)
@@ -281,18 +288,18 @@ def enough_steps(
     steps, coarse = least, errors_with(least)
     while steps < MOST_STEPS:
         fine = errors_with(2 * steps)
-        apart = [a - b for a, b in zip(coarse, fine, strict=True)]
-        change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
-        if change < close:
+        difference = [a - b for a, b in zip(coarse, fine, strict=True)]
+        change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in difference]) ** 2)))
+        if change < tolerance:
             break
         steps, coarse = 2 * steps, fine
     return steps
 
 
-def again(
+def with_values(
     data: Data, h: Hypothesis, values: Mapping[str, float] | None = None, *, finer: float
 ) -> Hypothesis:
-    """The same model and unknowns, with some other `values` and as many times the steps."""
+    """The same model and unknowns, with some other `values` and `finer` times the steps."""
     # Not by the model's effects: one that ended at neutral has left it, its unknowns have not.
     nominal = {u.parameter.name for u in data.nuisance}
     own = tuple(u for u in h.unknowns.items if u.parameter.name not in nominal)
@@ -300,50 +307,50 @@ def again(
     return hypothesis(data, h.model.effects, start, freed=own, finer=finer)
 
 
-def sharing_motions(data: Data, h: Hypothesis) -> Data:
-    """The data with the motions of a hypothesis, for the models that are compared with it; with its
-    steps and with half of them, as directions are taken."""
+def with_shared_motions(data: Data, h: Hypothesis) -> Data:
+    """The data with the motions of a hypothesis, with its steps and half of them, for models
+    compared with it."""
     if h.steps is None:
         return data
-    fine, coarse = (one.residuals.predictor.simulated_at(h.vector) for one in (h, h.coarse))
+    fine, coarse = (x.residuals.predictor.simulated_at(h.vector) for x in (h, h.coarse))
     return replace(data, known=KnownMotions({**fine.motions, **coarse.motions}, fine.recordings))
 
 
-def moved(experiment: Prepared, model: Model) -> Prepared:
-    """The same recording for another model."""
+def for_model(experiment: Prepared, model: Model) -> Prepared:
+    """The recording, prepared for another model."""
     if experiment.model is model:
         return experiment
     return replace(experiment, model=model, task=make_task(model, experiment.recording))
 
 
-def unseen(data: Data, effects: Sequence[Effect]) -> dict[str, float]:
-    """Parameters of the effects that these recordings cannot show or that cannot be, at their
-    neutral values."""
+def undetectable_parameters(data: Data, effects: Sequence[Effect]) -> dict[str, float]:
+    """Parameters of the effects that these recordings cannot show or that the rig rules out, at
+    neutral."""
     return {
         effect_parameter.parameter.name: effect_parameter.neutral
-        for one in effects
-        for effect_parameter in one.parameters(data.bare.arm, data.bare.drive, data.sizes)
-        if not one.sought(effect_parameter, data.rig)
+        for e in effects
+        for effect_parameter in e.parameters(data.bare.arm, data.bare.drive, data.sizes)
+        if not e.sought(effect_parameter, data.rig)
     }
 
 
 def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple[Unknown, ...]:
-    """The parameters of a model's effects as unknowns shared by all recordings."""
-    found: dict[str, Unknown] = {}
-    for one in model.effects:
-        for own in one.parameters(model.arm, model.drive, sizes or typical(model.arm)):
-            if secondary or not own.secondary:
-                found[own.parameter.name] = Unknown(own.parameter)
-    return tuple(found.values())
+    """The parameters of a model's effects, as unknowns shared by all recordings."""
+    unknowns: dict[str, Unknown] = {}
+    for effect in model.effects:
+        for item in effect.parameters(model.arm, model.drive, sizes or typical(model.arm)):
+            if secondary or not item.secondary:
+                unknowns[item.parameter.name] = Unknown(item.parameter)
+    return tuple(unknowns.values())
 
 
-def names_of(one: Effect, model: Model, sizes: Sizes) -> tuple[str, ...]:
-    """The parameters of an effect, with those of the effects that it includes."""
-    each = (part.parameters(model.arm, model.drive, sizes) for part in with_included([one]))
+def parameter_names(effect: Effect, model: Model, sizes: Sizes) -> tuple[str, ...]:
+    """Names of the parameters of an effect and of the effects that it includes."""
+    each = (part.parameters(model.arm, model.drive, sizes) for part in with_included([effect]))
     return tuple(e.parameter.name for some in each for e in some)
 
 
-def _started(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
+def _with_start(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
     p = unknown.parameter
     value = float(np.clip(values.get(unknown.label, p.value), p.lower, p.upper))
     return replace(unknown, parameter=replace(p, value=value))

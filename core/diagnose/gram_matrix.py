@@ -1,7 +1,7 @@
-"""All inner products of residual, nuisance and candidates: every linear question is answered here.
+"""The Gram matrix of residual, nuisance and candidates, which answers every linear question.
 
-With the columns side by side, C = [S G r], one (P + Q + 1)^2 matrix per recording holds what
-projections, scores, angles between candidates and hold-outs need.
+For the columns C = [S G r], one (P + Q + 1)^2 matrix per recording gives projections, scores,
+angles between candidates and hold-outs.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-NOTHING = 1e-20
-"""In noise floors squared: a column that moves no output."""
+NO_OUTPUT = 1e-20
+"""In squared noise floors: a column that changes no output."""
 
 RANK = 1e-10
-"""Relative eigenvalue below which a direction of the nuisance is not there."""
+"""Relative eigenvalue below which a nuisance direction is absent."""
 
 
 @dataclass(frozen=True)
-class Gram:
+class GramMatrix:
     """Inner products over recordings; nuisance first, then columns, the residual last."""
 
     parts: np.ndarray
@@ -32,33 +32,33 @@ class Gram:
         """The Gram matrix of all recordings together."""
         return np.asarray(self.parts.sum(axis=0))
 
-    def without(self, i: int) -> Gram:
-        """The same without one recording."""
-        return Gram(np.delete(self.parts, i, axis=0), self.nuisance)
+    def without(self, i: int) -> GramMatrix:
+        """The matrix without one recording."""
+        return GramMatrix(np.delete(self.parts, i, axis=0), self.nuisance)
 
     def projected(self) -> np.ndarray:
-        """(Q + 1, Q + 1): inner products of columns and residual off the nuisance's span."""
+        """(Q + 1, Q + 1): inner products of columns and residual, nuisance projected out."""
         P, C = self.nuisance, self.total
         if not P:
             return C
         size = np.diag(C)[:P]
-        d = np.where(size > NOTHING, np.sqrt(np.maximum(size, NOTHING)), np.inf)
+        d = np.where(size > NO_OUTPUT, np.sqrt(np.maximum(size, NO_OUTPUT)), np.inf)
         values, vectors = np.linalg.eigh(C[:P, :P] / np.outer(d, d))
         kept = values > RANK * values.max()
         half = (vectors[:, kept] / np.sqrt(values[kept])).T @ (C[:P, P:] / d[:, None])
         return np.asarray(C[P:, P:] - half.T @ half)
 
 
-def gram(
+def gram_matrix(
     residuals: Sequence[np.ndarray],
     slopes: Sequence[np.ndarray],
     columns: Sequence[Sequence[np.ndarray]],
     whiten: Callable[[int, np.ndarray], np.ndarray],
-) -> Gram:
-    """From residuals (M, k), nuisance slopes (M, k, P) and columns (M, k) per recording.
+) -> GramMatrix:
+    """The matrix of residuals (M, k), nuisance slopes (M, k, P) and columns (M, k) per recording.
 
-    Slopes are of errors, columns of outputs; both are taken as directions of the outputs. `whiten`
-    makes samples (K, ...) of a recording's number and block (M, k, ...).
+    Slopes are those of errors, columns those of outputs; both become directions of the outputs.
+    `whiten` takes a recording's number and a block (M, k, ...) and returns (K, ...).
     """
     parts = []
     for i, r in enumerate(residuals):
@@ -67,7 +67,7 @@ def gram(
         flat = whiten(i, both)
         parts.append(flat.T @ flat)
     P = slopes[0].shape[2]
-    return Gram(np.array(parts), P)
+    return GramMatrix(np.array(parts), P)
 
 
 @dataclass(frozen=True)
@@ -80,28 +80,32 @@ class Explained:
     """(m,) by which the columns are multiplied."""
 
 
-def explain(projected: np.ndarray, which: Sequence[int], one_sided: Sequence[bool]) -> Explained:
-    """Least squares on some of the projected columns, with fixed signs where so said."""
+def explained_by(
+    projected: np.ndarray, which: Sequence[int], one_sided: Sequence[bool]
+) -> Explained:
+    """Least squares on some projected columns, with fixed signs for one-sided ones."""
     at = list(which)
     if not at:
         return Explained(0.0, np.zeros(0))
     A, b = projected[np.ix_(at, at)], projected[at, -1]
-    there = np.diag(A) > NOTHING
-    d = np.where(there, np.sqrt(np.maximum(np.diag(A), NOTHING)), np.inf)
+    nonzero = np.diag(A) > NO_OUTPUT
+    d = np.where(nonzero, np.sqrt(np.maximum(np.diag(A), NO_OUTPUT)), np.inf)
     normal = A / np.outer(d, d) + 1e-12 * np.eye(len(at))
     values, vectors = np.linalg.eigh(normal)  # rounding can leave a tiny negative one
     roots = np.sqrt(np.maximum(values, 0.0) + 1e-9)
     right = (vectors / roots).T @ (b / d)
-    x = _signed(roots[:, None] * vectors.T, right, one_sided)
+    x = _signed_least_squares(roots[:, None] * vectors.T, right, one_sided)
     drop = float(2.0 * x @ (b / d) - x @ normal @ x)
     return Explained(max(drop, 0.0), x / d)
 
 
-def _signed(F: np.ndarray, right: np.ndarray, one_sided: Sequence[bool]) -> np.ndarray:
+def _signed_least_squares(
+    F: np.ndarray, right: np.ndarray, one_sided: Sequence[bool]
+) -> np.ndarray:
     """argmin |F x - right| with x_i >= 0 where one-sided: a free entry is two that are not."""
     free = [i for i, fixed in enumerate(one_sided) if not fixed]
     wide = np.hstack([F, -F[:, free]])
-    found, _ = scipy.optimize.nnls(wide, right)
-    x = found[: F.shape[1]].copy()
-    x[free] -= found[F.shape[1] :]
+    solution, _ = scipy.optimize.nnls(wide, right)
+    x = solution[: F.shape[1]].copy()
+    x[free] -= solution[F.shape[1] :]
     return np.asarray(x)

@@ -1,4 +1,4 @@
-"""The error ladder: what each step's model still misses, on estimation and validation data."""
+"""Steps of the error ladder: errors of each model on estimation and validation data."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, names_of
+from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, parameter_names
 from ..diagnose.refit import Refit
 from ..diagnose.remaining_error import channel_rms
 from ..identify.identifiability import analyse, identified
@@ -18,20 +18,21 @@ from ..model import Model
 from ..results import ChannelError, Estimate, LadderStep
 
 VALIDATION_ITERATIONS = 4
-"""Zeros and starts of a recording enter almost linearly."""
+"""Offsets and starts of a recording enter almost linearly."""
 
 
 def ladder_step(
-    data: Data, later: Validated | None, refit: Refit, added: str | None, title: str,
+    data: Data, validation: ValidationFit | None, refit: Refit, added: str | None, title: str,
     names: Sequence[str],
 ) -> LadderStep:  # fmt: skip
-    """`names`: parameters of what was added, listed first; with none all unknowns are listed."""
+    """A ladder step; `names`: parameters of the added effect, listed first; if empty, all unknowns
+    are listed."""
     errors = _by_channel(data, refit.errors)
-    unseen = {} if later is None else _by_channel(later.data, later.errors)
+    unseen = {} if validation is None else _by_channel(validation.data, validation.errors)
     listed, floors = estimates(refit), _floors(data, refit.errors, errors)
     return LadderStep(
         added=added,
-        model=tuple(one.kind for one in refit.hypothesis.model.effects),
+        model=tuple(e.kind for e in refit.hypothesis.model.effects),
         title=title,
         parameters=_sizes(listed, refit.hypothesis.model, names),
         errors=tuple(
@@ -42,7 +43,7 @@ def ladder_step(
             )
             for name, (unit, rms, _) in errors.items()
         ),
-        tip_rms=_tip(errors),
+        tip_rms=_tip_rms(errors),
         cost_per_sample=refit.cost / data.count,
         fit_percent=tuple(f for _, _, f in errors.values()),
         validation_fit_percent=tuple(f for _, _, f in unseen.values()),
@@ -52,8 +53,8 @@ def ladder_step(
 def _floors(
     data: Data, errors: Sequence[np.ndarray], figures: Mapping[str, tuple[str, float, float]]
 ) -> dict[str, float]:
-    """channel -> its noise floor. Where each recording has its own, one that gives the same ratio:
-    the rms error over the rms of what it is in each recording's floor."""
+    """channel -> its noise floor. If recordings have their own, the one with the same ratio: rms
+    error over the rms of error over floor."""
     if not data.noise_ratios:
         return dict(data.floors)
     times = channel_rms(data.experiments, errors)
@@ -63,14 +64,14 @@ def _floors(
 
 
 def _sizes(listed: Sequence[Estimate], model: Model, names: Sequence[str]) -> tuple[Estimate, ...]:
-    """Of all effects as they stand now: what is added later moves those that came before."""
+    """Current sizes of all effects, as later effects change earlier ones."""
     if not names:
         return tuple(listed)
     sizes = [e for e in listed if e.name in model.effect_parameters]
     return tuple(sorted(sizes, key=lambda e: e.name not in names))
 
 
-def _tip(errors: Mapping[str, tuple[str, float, float]]) -> float | None:
+def _tip_rms(errors: Mapping[str, tuple[str, float, float]]) -> float | None:
     if "z1" not in errors or "z2" not in errors:
         return None
     return float(np.hypot(errors["z1"][1], errors["z2"][1]))
@@ -78,11 +79,11 @@ def _tip(errors: Mapping[str, tuple[str, float, float]]) -> float | None:
 
 def _by_channel(data: Data, errors: Sequence[np.ndarray]) -> dict[str, tuple[str, float, float]]:
     """channel -> (unit, rms of the error in SI, FIT in per cent)."""
-    found: dict[str, list[tuple[Prepared, int, np.ndarray]]] = {}
+    parts_of: dict[str, list[tuple[Prepared, int, np.ndarray]]] = {}
     for e, r, w in zip(data.experiments, errors, data.weights, strict=True):
         for k, _ in enumerate(e.channels):
-            found.setdefault(e.channels[k][0], []).append((e, k, r[:, k] / w[k]))
-    return {name: _figures(name, parts) for name, parts in found.items()}
+            parts_of.setdefault(e.channels[k][0], []).append((e, k, r[:, k] / w[k]))
+    return {name: _figures(name, parts) for name, parts in parts_of.items()}
 
 
 def _figures(
@@ -96,17 +97,17 @@ def _figures(
     return unit, float(np.sqrt(np.mean(error**2))), float(fit)
 
 
-def _anew(validation: Data, h: Hypothesis) -> tuple[Unknown, ...]:
-    """Sizes of effects that belong to the validation's own rig."""
+def _refitted_unknowns(validation: Data, h: Hypothesis) -> tuple[Unknown, ...]:
+    """Sizes of effects that belong to the validation rig."""
     model = h.model
-    own = [one for one in model.effects if one.kind in validation.per_recording]
-    names = {name for one in own for name in names_of(one, model, validation.sizes)}
+    own = [e for e in model.effects if e.kind in validation.per_recording]
+    names = {name for e in own for name in parameter_names(e, model, validation.sizes)}
     return tuple(u for u in h.unknowns.items if u.parameter.name in names)
 
 
 @dataclass(frozen=True)
-class Validated:
-    """A fitted model on recordings that no fit saw."""
+class ValidationFit:
+    """A fitted model on validation recordings."""
 
     data: Data
     hypothesis: Hypothesis
@@ -114,28 +115,28 @@ class Validated:
     """(M, k) per recording, in floors."""
 
 
-def validated(validation: Data | None, refit: Refit) -> Validated | None:
-    """What belongs to a recording is fitted to it alone; all else stays as it was found. None
-    where there is no such recording."""
+def fit_validation(validation: Data | None, refit: Refit) -> ValidationFit | None:
+    """A refit of what belongs to each validation recording alone; all else is fixed. None without
+    validation recordings."""
     if validation is None:
         return None
     h = refit.hypothesis
     shared = {k: v for k, v in h.values().items() if "@" not in k}
-    anew = _anew(validation, h)
-    shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in anew}}
+    refitted = _refitted_unknowns(validation, h)
+    shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in refitted}}
     own = tuple(u for u in validation.nuisance if u.recording is not None)
     fixed = {**validation.fixed, **shared}
-    held = replace(validation, nuisance=own, fixed=fixed, steps=validation.fine)
+    fixed_data = replace(validation, nuisance=own, fixed=fixed, steps=validation.fine)
     values = {**h.model.effect_values, **h.values()}
-    tried = hypothesis(held, h.model.effects, values, freed=anew)
-    found = descend(
-        tried.errors, tried.slopes, tried.vector, tried.limits, most=VALIDATION_ITERATIONS
+    start = hypothesis(fixed_data, h.model.effects, values, freed=refitted)
+    descended = descend(
+        start.errors, start.slopes, start.vector, start.limits, most=VALIDATION_ITERATIONS
     )
-    return Validated(held, tried.at(found.vector), found.blocks)
+    return ValidationFit(fixed_data, start.at(descended.vector), descended.blocks)
 
 
-def _seen(refit: Refit) -> np.ndarray:
-    """(P,) bool: unknowns that have no part in what no measurement shows."""
+def _identified(refit: Refit) -> np.ndarray:
+    """(P,) bool: unknowns that the measurements determine."""
     h, slopes = refit.hypothesis, refit.descended.slopes
     if not len(h.vector):
         return np.zeros(0, dtype=bool)
@@ -145,19 +146,19 @@ def _seen(refit: Refit) -> np.ndarray:
 
 
 def estimates(refit: Refit) -> tuple[Estimate, ...]:
-    """All shared unknowns with their deviations under coloured noise; none where the data leave
-    them free."""
+    """All shared unknowns with standard deviations under coloured noise; NaN where the data do not
+    determine them."""
     h = refit.hypothesis
-    seen, found = _seen(refit), []
+    identified, rows = _identified(refit), []
     for i, u in enumerate(h.unknowns.items):
         item, value = u.parameter, float(h.vector[i])
         variance = float(refit.covariance[i, i])
-        std = float(np.sqrt(variance)) if seen[i] and variance >= 0.0 else float("nan")
-        found.append(
+        std = float(np.sqrt(variance)) if identified[i] and variance >= 0.0 else float("nan")
+        rows.append(
             Estimate(
                 item.name, value, std, item.unit, bool(np.isfinite(std)), item.symbol,
                 item.value, item.lower, item.upper, u.recording,
                 item.at_bound(value), item.title,
             )
         )  # fmt: skip
-    return tuple(e for e in found if e.recording is None)
+    return tuple(e for e in rows if e.recording is None)

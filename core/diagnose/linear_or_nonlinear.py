@@ -1,4 +1,4 @@
-"""Whether the linear model is good enough for some recordings, or the full equations are needed."""
+"""Whether the linear model suffices for some recordings, or the full equations are needed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..diagnose.base_fit import full_equations, outputs_of
+from ..diagnose.base_fit import compared_outputs, full_equations
 from ..diagnose.noise_floor import channel_floors
 from ..identify.predictor import Predictor
 from ..identify.prepared import prepare
@@ -19,18 +19,17 @@ from ..sensors import Sensor
 
 AUTO = "auto"
 
-BELOW = 0.5
-"""In noise floors, rms, over the worst channel: what the linear model may miss. Its error then adds
-an eighth to the noise's standard deviation, and moves no estimate by more than its own
-deviation."""
+LINEAR_ERROR = 0.5
+"""In noise floors, rms, in the worst channel: largest error of the linear model. It adds an eighth
+to the noise's standard deviation, and changes no estimate by more than its own."""
 
 
 MOST_SAMPLES = 30_000
-"""Of all recordings together: as many as decide within a second or two; of a longer one the part
-in which the joints move most."""
+"""Samples of all recordings together, which decide within two seconds; of a longer one, the part in
+which the joints move most."""
 
 FEWEST_SAMPLES = 2_000
-"""Of one recording: enough for the spectrum from which its floor is estimated."""
+"""Samples of one recording, enough for the spectrum of its noise floor."""
 
 
 def choose_level(
@@ -41,18 +40,18 @@ def choose_level(
     stated: Mapping[str, float],
     fidelity: float,
 ) -> LevelChoice:
-    """The linear model where it differs from the full equations by less than the floor of every
-    channel on the recordings' motions, at the stated values.
+    """The linear model if it differs from the full equations by less than the noise floor of every
+    channel, along the recordings' motions at the stated values; else the full equations.
 
-    `stated`: channel -> standard deviation of the noise in SI, where it is known; `fidelity`:
-    share of a channel's spread that no model is asked to explain.
+    `stated`: channel -> stated standard deviation of the noise, SI; `fidelity`: relative modelling
+    tolerance, as a share of a channel's spread.
     """
     chosen = [r for r in recordings if r.role == "estimate"]
     chosen = [r.excerpt(max(MOST_SAMPLES // len(chosen), FEWEST_SAMPLES)) for r in chosen]
     full = full_equations(model)
     if full.steering is not None or not _linear(model):
         return LevelChoice("nonlinear")
-    outputs = outputs_of(full, fitted, chosen)
+    outputs = compared_outputs(full, fitted, chosen)
     exact = [prepare(full, r, outputs, processing) for r in chosen]
     straight = full.at_level("lpv")
     linear = [prepare(straight, r, outputs, processing) for r in chosen]
@@ -64,13 +63,13 @@ def choose_level(
     floors = channel_floors(exact, errors, motions, stated, fidelity)
     worst, name = 0.0, ""
     for k, (channel, _) in enumerate(exact[0].channels):
-        apart = np.concatenate([x[:, k] - y[:, k] for x, y in zip(a, b, strict=True)])
-        ratio = float(np.sqrt(np.mean(apart**2))) / floors[channel].value
+        difference = np.concatenate([x[:, k] - y[:, k] for x, y in zip(a, b, strict=True)])
+        ratio = float(np.sqrt(np.mean(difference**2))) / floors[channel].value
         if not ratio <= worst and not np.isnan(worst):  # nothing is worse than no number
             worst, name = ratio, channel
-    return LevelChoice("lpv" if worst <= BELOW else "nonlinear", name, worst)
+    return LevelChoice("lpv" if worst <= LINEAR_ERROR else "nonlinear", name, worst)
 
 
 def _linear(model: Model) -> bool:
-    """Whether everything in the model has a place in a linear one."""
-    return all(one.level("lpv") == "lpv" for one in model.effects)
+    """Whether all effects of the model have a linear model."""
+    return all(e.level("lpv") == "lpv" for e in model.effects)

@@ -1,4 +1,4 @@
-"""The linear screen: which candidates point where the residual points, nuisance projected out."""
+"""The linear screen: which candidates explain the residual, nuisance projected out."""
 
 from __future__ import annotations
 
@@ -10,9 +10,16 @@ import numpy as np
 import scipy
 
 from ..diagnose.fit_problem import Data, Hypothesis
-from ..diagnose.gram_matrix import NOTHING, Gram, explain, gram
-from ..diagnose.output_changes import Column, Trial, Zeros, must_compile, simulated, trials
-from ..diagnose.shape_refinement import best_shape, own_shape
+from ..diagnose.gram_matrix import NO_OUTPUT, GramMatrix, explained_by, gram_matrix
+from ..diagnose.output_changes import (
+    BaseErrors,
+    Column,
+    Trial,
+    must_compile,
+    simulate_column,
+    trials,
+)
+from ..diagnose.shape_refinement import best_shape, joint_shape
 from ..diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 from ..effects.effect import Effect
 from ..identify import predictor
@@ -20,74 +27,73 @@ from ..least_squares import whole
 
 
 @dataclass(frozen=True)
-class Screened:
-    """One candidate as the screen sees it."""
+class ScreenedCandidate:
+    """One candidate in the screen."""
 
     effect: Effect
     score: float
-    """Whitened score LM: chi-squared with `freedom` degrees where the effect is absent."""
+    """Whitened score LM: chi-squared with `freedom` degrees if the effect is absent."""
     freedom: int
     tried: float
-    """How many sizes and shapes were tried for each of them."""
+    """Sizes and shapes that were tried for each parameter."""
     p_value: float
-    """Corrected for what was tried."""
+    """Corrected for the number of trials."""
     drop: float
-    """Expected reduction of the squared error, in floors squared."""
+    """Expected reduction of the squared error, in squared noise floors."""
     reach: float
-    """The same at the sizes where it is largest, which need not be those of the best score."""
+    """The largest expected reduction; its sizes need not be those of the best score."""
     values: Mapping[str, float]
-    """Where a refit may begin."""
+    """Start values of a refit."""
     columns: tuple[int, ...]
     """Indices of the columns that were combined."""
     parameters: tuple[str, ...]
     """The sizes that were combined."""
     scanned: tuple[str, ...]
-    """Parameters among `values` that come from a scan, those of the shape too."""
+    """Parameters among `values` that come from a grid, shape parameters too."""
     prediction: tuple[np.ndarray, ...]
-    """(M, k) per recording, in floors: the residual that the effect predicts."""
+    """(M, k) per recording, in noise floors: the residual that the effect predicts."""
 
 
 @dataclass(frozen=True)
 class Screen:
     """The screen of one round."""
 
-    candidates: tuple[Screened, ...]
+    candidates: tuple[ScreenedCandidate, ...]
     """Best first."""
-    white: Gram
-    plain: Gram
+    white: GramMatrix
+    plain: GramMatrix
     whitener: Whitener
     errors: tuple[np.ndarray, ...]
     """The base's errors (M, k) per recording, in floors."""
     slopes: tuple[np.ndarray, ...]
     columns: tuple[Column, ...]
     remainders: tuple[np.ndarray, ...]
-    """What the errors hold that neither the base's unknowns nor all candidates together explain."""
-    to_come: int = 0
+    """(M, k) per recording: errors that neither the base's unknowns nor all candidates explain."""
+    untried: int = 0
     """Sizes that are still to be tried."""
 
     @property
     def diverged(self) -> tuple[str, ...]:
         """Titles of effects that could not be simulated at any size."""
-        held = {c.effect.kind for c in self.columns if not c.diverged}
-        lost = (c.effect for c in self.columns if c.effect.kind not in held)
-        return tuple(dict.fromkeys(e.title for e in lost))
+        simulated = {c.effect.kind for c in self.columns if not c.diverged}
+        diverged = (c.effect for c in self.columns if c.effect.kind not in simulated)
+        return tuple(dict.fromkeys(e.title for e in diverged))
 
 
-def map_threads(work: Callable[[int], Column], which: Sequence[int]) -> Generator[Column]:
-    """The columns in their order, made on all cores; closing it drops what has not begun."""
+def columns_on_threads(work: Callable[[int], Column], which: Sequence[int]) -> Generator[Column]:
+    """The columns in their order, computed on all cores; closing it cancels what has not begun."""
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         waiting = [pool.submit(work, i) for i in which]
         try:
-            for one in waiting:
-                yield one.result()
+            for task in waiting:
+                yield task.result()
         finally:
-            for one in waiting:
-                one.cancel()
+            for task in waiting:
+                task.cancel()
 
 
-SKETCHED = (1, 2, 4)
-"""Rounds after which a screen is scored before it is through: each scoring costs as much as some
-simulations."""
+INTERIM_ROUNDS = (1, 2, 4)
+"""Rounds after which an interim screen is scored; each costs as much as some simulations."""
 
 
 def screen(
@@ -96,41 +102,45 @@ def screen(
     accepted: Sequence[Effect],
     candidates: Sequence[Effect],
     on_progress: Callable[[str], bool] = lambda _: False,
-    sketched: Callable[[Screen], None] | None = None,
+    on_interim: Callable[[Screen], None] | None = None,
 ) -> Screen:
-    """Scores every candidate; `on_progress(title)` after each, True stops early. `sketched` gets
-    the screen as far as it has come, after the first round and now and then.
+    """Scores every candidate. `on_progress(title)` is called after each; True stops. `on_interim`
+    gets interim screens.
 
-    First each is tried at one size, then at another one, so that early on all can be compared; what
-    must be compiled has its first turn in the second round.
+    Each candidate is tried at one size, then at the next, so that all can be compared early. Trials
+    that need compilation begin in the second round.
     """
     errors = [np.asarray(b) for b in base.errors(base.vector)]
     slopes = [whole(s) for s in base.slopes(base.vector)]
     planned = [t for c in candidates for t in trials(base, c, data)]
     new = {i for i, t in enumerate(planned) if must_compile(t, base.model.arm)}
-    rounds = in_rounds(planned, new)
-    zeros, columns = Zeros(base), dict[int, Column]()
+    rounds = trial_rounds(planned, new)
+    zeros, columns = BaseErrors(base), dict[int, Column]()
     rows = whitened_rows(data.experiments)
 
     def scored() -> Screen:
-        known = [columns[i] for i in sorted(columns)]
-        return _scored(errors, slopes, known, candidates, len(planned) - len(columns), rows)
+        finished = [columns[i] for i in sorted(columns)]
+        return _score_columns(
+            errors, slopes, finished, candidates, len(planned) - len(columns), rows
+        )
 
     for number, which in enumerate(rounds, start=1):
-        tried = map_threads(lambda i: simulated(data, base, accepted, planned[i], zeros), which)  # noqa: B023
+        tried = columns_on_threads(
+            lambda i: simulate_column(data, base, accepted, planned[i], zeros), which
+        )  # noqa: B023
         for i, column in zip(which, tried, strict=True):
             columns[i] = column
-            if on_progress(_done(i, planned, columns)):
+            if on_progress(_finished_title(i, planned, columns)):
                 tried.close()
                 return scored()
-        if sketched is not None and number in SKETCHED and number < len(rounds):
-            sketched(scored())
+        if on_interim is not None and number in INTERIM_ROUNDS and number < len(rounds):
+            on_interim(scored())
     return scored()
 
 
-def in_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[int]]:
-    """Indices of the trials: each round tries each parameter of each candidate at one more size,
-    the middle of its grid first. Those that are `late` begin one round after the others."""
+def trial_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[int]]:
+    """Indices of the trials by round: each round tries one more size of each parameter, the middle
+    of its grid first. Trials in `late` begin one round later."""
     grids: dict[tuple[str, str, bool], list[int]] = {}
     for i, trial in enumerate(planned):
         grids.setdefault((trial.effect.kind, trial.parameter, i in late), []).append(i)
@@ -143,14 +153,14 @@ def in_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[
     return [rounds[number] for number in sorted(rounds)]
 
 
-def _done(i: int, planned: Sequence[Trial], columns: Mapping[int, Column]) -> str:
-    """The title of a candidate that has been tried at all sizes by trial i, else ''."""
+def _finished_title(i: int, planned: Sequence[Trial], columns: Mapping[int, Column]) -> str:
+    """Title of a candidate of which trial i was the last one; else ''."""
     effect = planned[i].effect
     waits = any(t.effect is effect and k not in columns for k, t in enumerate(planned))
     return "" if waits else effect.title
 
 
-def _scored(
+def _score_columns(
     errors: list[np.ndarray],
     slopes: list[np.ndarray],
     columns: list[Column],
@@ -159,13 +169,13 @@ def _scored(
     rows: Sequence[Sequence[np.ndarray]],
 ) -> Screen:
     blocks = [c.blocks for c in columns]
-    plain = gram(errors, slopes, blocks, no_whitening)
+    plain = gram_matrix(errors, slopes, blocks, no_whitening)
     remainders = _remainders(plain, errors, slopes, blocks)
     whitener = fit_whitener(remainders, rows)
-    white = gram(errors, slopes, blocks, whitener)
+    white = gram_matrix(errors, slopes, blocks, whitener)
     w, u = white.projected(), plain.projected()
-    found = [_score(c, columns, w, u) for c in candidates]
-    kept = sorted((s for s in found if s is not None), key=lambda s: -s.score)
+    scores = [_score(c, columns, w, u) for c in candidates]
+    kept = sorted((s for s in scores if s is not None), key=lambda s: -s.score)
     return Screen(
         tuple(kept), white, plain, whitener, tuple(errors), tuple(slopes), tuple(columns),
         tuple(remainders), to_come,
@@ -173,24 +183,24 @@ def _scored(
 
 
 def _remainders(  # type: ignore[no-untyped-def]
-    plain: Gram, errors, slopes, blocks
+    plain: GramMatrix, errors, slopes, blocks
 ) -> list[np.ndarray]:
     """The residual with nuisance and all candidates projected out, (M, k) per recording."""
     C = plain.total
     A, b = C[:-1, :-1], C[:-1, -1]
-    d = np.where(np.diag(A) > NOTHING, np.sqrt(np.maximum(np.diag(A), NOTHING)), np.inf)
+    d = np.where(np.diag(A) > NO_OUTPUT, np.sqrt(np.maximum(np.diag(A), NO_OUTPUT)), np.inf)
     x = np.linalg.lstsq(A / np.outer(d, d), b / d, rcond=1e-9)[0] / d
-    found = []
+    remainders = []
     for i, r in enumerate(errors):
         own = np.stack([c[i] for c in blocks], axis=-1) if blocks else np.zeros((*r.shape, 0))
-        found.append(r - np.concatenate([-slopes[i], own], axis=-1) @ x)
-    return found
+        remainders.append(r - np.concatenate([-slopes[i], own], axis=-1) @ x)
+    return remainders
 
 
 def _score(
     candidate: Effect, columns: Sequence[Column], w: np.ndarray, u: np.ndarray
-) -> Screened | None:
-    """`w`, `u`: the projected products, whitened and plain."""
+) -> ScreenedCandidate | None:
+    """`w`, `u`: projected Gram matrices, whitened and plain."""
     mine = [i for i, c in enumerate(columns) if c.effect is candidate]
     if not mine:
         return None
@@ -198,13 +208,13 @@ def _score(
     chosen, explained = best.chosen, best.explained
     p = min(float(scipy.stats.chi2.sf(explained.drop, len(chosen))) * best.tried, 1.0)
     fixed = [columns[i].one_sided for i in chosen]
-    return Screened(
+    return ScreenedCandidate(
         effect=candidate,
         score=explained.drop,
         freedom=len(chosen),
         tried=best.tried,
         p_value=p,
-        drop=(drop := explain(u, chosen, fixed).drop),
+        drop=(drop := explained_by(u, chosen, fixed).drop),
         reach=max(drop, best_shape(mine, columns, u).explained.drop),
         values=_values(columns, chosen, explained.coefficients, w),
         columns=tuple(chosen),
@@ -216,17 +226,17 @@ def _score(
 
 def _scanned(columns: Sequence[Column], chosen: Sequence[int]) -> tuple[str, ...]:
     sizes = [columns[i].parameter for i in chosen if columns[i].scanned and columns[i].parameter]
-    shapes = {name: None for i in chosen for name in own_shape(columns[i])}
+    shapes = {name: None for i in chosen for name in joint_shape(columns[i])}
     return (*sizes, *shapes)
 
 
 FAR = 100.0
-"""Times the size tried: from there on a straight line to neutral means nothing."""
+"""Times the tried size: a neutral value further away is no limit of a linear response."""
 
 
 def _best_of_scan(columns: Sequence[Column], like: Column, w: np.ndarray) -> dict[str, float]:
-    """The size of a parameter's grid whose secant, taken whole, leaves least; nothing where each of
-    them leaves more than there was."""
+    """The grid size whose full response leaves the least error; empty if all of them leave more
+    than there was."""
     if not like.scanned:
         return {}
     alike = [
@@ -234,8 +244,8 @@ def _best_of_scan(columns: Sequence[Column], like: Column, w: np.ndarray) -> dic
         for i, c in enumerate(columns)
         if (c.effect.kind, c.parameter, c.shape) == (like.effect.kind, like.parameter, like.shape)
     ]
-    left, at = min((w[i, i] - 2.0 * w[i, -1], i) for i in alike)
-    if left >= 0.0:
+    change, at = min((w[i, i] - 2.0 * w[i, -1], i) for i in alike)
+    if change >= 0.0:
         return {}
     return {name: columns[at].values[name] for name in like.sizes if name}
 
@@ -243,15 +253,15 @@ def _best_of_scan(columns: Sequence[Column], like: Column, w: np.ndarray) -> dic
 def _values(
     columns: Sequence[Column], chosen: Sequence[int], coefficients: np.ndarray, w: np.ndarray
 ) -> dict[str, float]:
-    """Where a refit begins: the size of a scan that leaves least as it is, else neutral +
-    coefficient times the size tried.
+    """Start values of a refit: the best grid size as it is, else neutral + coefficient times the
+    tried size.
 
-    A scanned size whose neutral value is far away (a limit that nothing reaches) stays as it is.
+    A grid size whose neutral value is far away (a limit that nothing reaches) stays as it is.
     """
     values: dict[str, float] = {}
     for i, coefficient in zip(chosen, coefficients, strict=True):
         c = columns[i]
-        values |= own_shape(c)
+        values |= joint_shape(c)
         for name, size in c.sizes.items():
             if name:
                 far = c.scanned and abs(size) > FAR * abs(c.values[name])

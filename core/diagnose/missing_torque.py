@@ -1,4 +1,4 @@
-"""The joint torque that a model lacks, where no virtual servo tells it."""
+"""The joint torque that a model lacks, without a virtual servo."""
 
 from __future__ import annotations
 
@@ -17,30 +17,33 @@ from ..simulate.posture import Posture, posture
 MOST_ROWS = 20_000
 """Longer recordings would take seconds each."""
 
-NEAR = 0.25
-"""rad (m) beside its mean that a joint beyond the first may move: the coupling of two links goes
-with the cosine of the angle between them, and changes by a quarter at most. The first turns the
-whole arm, whose inertia stays."""
+MOST_MOVED = 0.25
+"""rad (m) that a joint beyond the first may move from its mean: coupling of two links depends on
+the cosine of their angle and changes by a quarter at most. The first joint turns the whole arm,
+whose inertia stays."""
 
-SLOW = 3
-"""Frequencies of a recording that hold what is constant or drifts: much may cause that."""
+FIRST_FREQUENCY = 3
+"""Lowest frequencies that are left out: constants and drift have many causes."""
 
-Found = tuple[tuple[MissingTorque, ...], float | None]
-"""A joint each, and the agility that was used or chosen."""
+MissingTorques = tuple[tuple[MissingTorque, ...], float | None]
+"""One record per joint, and the agility that was used or chosen."""
 
 
 def missing_torque(
-    h: Hypothesis, i: int, seen: RecordingComparison, floors: Mapping[str, float],
+    h: Hypothesis, i: int, comparison: RecordingComparison, floors: Mapping[str, float],
     agility: float | None,
-) -> Found:  # fmt: skip
-    """Of recording i of a hypothesis; nothing where it is known already, where the arm moves too
-    far for one linear model, or where the outputs passed a filter."""
+) -> MissingTorques:  # fmt: skip
+    """Missing torque along recording i; none if a servo shows it already, if one linear model does
+    not hold, or if the outputs are filtered."""
     experiment = h.residuals.experiments[i]
-    chosen = [c for c in seen.channels if c.channel in floors and c.counted.all()]
-    if not (_plain(h, experiment) and chosen and seen.motion) or len(chosen[0].time) > MOST_ROWS:
+    chosen = [c for c in comparison.channels if c.channel in floors and c.counted.all()]
+    if (
+        not (_one_linear_model(h, experiment) and chosen and comparison.motion)
+        or len(chosen[0].time) > MOST_ROWS
+    ):
         return (), agility
     behind = torque_behind(
-        _calm(h, experiment),
+        _linearised(h, experiment),
         [c.channel for c in chosen],
         np.column_stack([c.residual for c in chosen]),
         [floors[c.channel] for c in chosen],
@@ -50,74 +53,79 @@ def missing_torque(
     if behind is None:
         return (), agility
     motion = h.residuals.predictor.trajectories([(h.vector, [i])])[0][0][0]
-    each = (_one(k, behind, seen, motion.torque[:, k], h) for k in range(h.model.arm.joints))
+    each = (
+        _joint_record(k, behind, comparison, motion.torque[:, k], h)
+        for k in range(h.model.arm.joints)
+    )
     return tuple(each), behind.agility
 
 
-def _calm(h: Hypothesis, experiment: Prepared) -> Posture:
-    """The linear model at the working point, with the effects that have a place in one: the slope
-    of a wave or of a friction at rest says nothing about a motion through it."""
+def _linearised(h: Hypothesis, experiment: Prepared) -> Posture:
+    """The linear model at the working point, without effects that have no linear model: the slope
+    of friction at rest says nothing about a motion."""
     values = h.residuals.predictor.values(experiment, h.vector)
-    smooth = [one for one in h.model.effects if one.linear]
+    smooth = [e for e in h.model.effects if e.linear]
     model = h.model.with_effects(smooth, {**h.model.effect_values, **values})
     joints = np.mean(experiment.task.schedule[:, : model.arm.joints], axis=0)
     return posture(model, joints, model.numbers(values))
 
 
 @dataclass(frozen=True)
-class Pushed:
-    """A recording that tells what pushed its joints beside the model."""
+class ErrorResponse:
+    """A recording's error, and its response to joint torques."""
 
     place: np.ndarray
-    """(N, joints): how the joints moved"""
+    """(N, joints): joint positions"""
     speed: np.ndarray
     error: np.ndarray
-    """(N, k) in floors, of the channels that answer a torque linearly"""
+    """(N, k) in noise floors, of the channels that respond linearly to a torque"""
     answer: np.ndarray
-    """(F, k, joints): of these to a torque, at the frequencies of `numpy.fft.rfft` from SLOW on"""
+    """(F, k, joints): their response to a torque, at the frequencies of `numpy.fft.rfft` from
+    FIRST_FREQUENCY on"""
 
 
-def pushed(
+def error_response(
     h: Hypothesis, i: int, error: np.ndarray, floors: np.ndarray, agility: float | None
-) -> tuple[Pushed | None, float | None]:
-    """Of recording i, from its error (M, k), measured minus modelled, and the floors (k,); None
-    where `missing_torque` tells nothing either."""
+) -> tuple[ErrorResponse | None, float | None]:
+    """The response of recording i, from its error (M, k), measured minus modelled, and the noise
+    floors (k,); None where `missing_torque` gives nothing."""
     e = h.residuals.experiments[i]
-    if not (_plain(h, e) and e.counted.all()) or len(error) > MOST_ROWS:
+    if not (_one_linear_model(h, e) and e.counted.all()) or len(error) > MOST_ROWS:
         return None, agility
-    names, dt, at = [c[0] for c in e.channels], e.recording.sample_time, _calm(h, e)
+    names, dt, at = [c[0] for c in e.channels], e.recording.sample_time, _linearised(h, e)
     behind = torque_behind(at, names, error, floors.tolist(), dt, agility)
     if behind is None:
         return None, agility
-    known, answer = torque_answer(at, names, dt, np.fft.rfftfreq(len(error))[SLOW:])
+    which, answer = torque_answer(at, names, dt, np.fft.rfftfreq(len(error))[FIRST_FREQUENCY:])
     motion = h.residuals.predictor.trajectories([(h.vector, [i])])[0][0][0]
     nj = h.model.arm.joints
-    return Pushed(
+    return ErrorResponse(
         place=motion.q[:, :nj] + behind.place,
         speed=motion.v[:, :nj] + behind.speed,
-        error=error[:, known] / floors[known],
-        answer=answer / floors[known][None, :, None],
+        error=error[:, which] / floors[which],
+        answer=answer / floors[which][None, :, None],
     ), behind.agility
 
 
-def _plain(h: Hypothesis, experiment: Prepared) -> bool:
-    """Whether one linear model tells how the outputs answer a torque."""
+def _one_linear_model(h: Hypothesis, experiment: Prepared) -> bool:
+    """Whether one linear model gives the outputs' response to a torque."""
     places = experiment.task.schedule[:, 1 : h.model.arm.joints]
-    still = np.all(np.abs(places - places.mean(axis=0)) <= NEAR)
+    still = np.all(np.abs(places - places.mean(axis=0)) <= MOST_MOVED)
     return experiment.processing.nothing and h.model.steering is None and bool(still)
 
 
-def _one(
-    k: int, behind: Behind, seen: RecordingComparison, applied: np.ndarray, h: Hypothesis
+def _joint_record(
+    k: int, behind: Behind, comparison: RecordingComparison, applied: np.ndarray, h: Hypothesis
 ) -> MissingTorque:
-    """What the drive spends beyond what the model needs: the torque behind the error, turned."""
-    kind, time = joint(h.model.arm.segments[k].joint), seen.channels[0].time
-    assert seen.motion is not None
+    """The torque that the drive applies beyond the model's: minus the torque that explains the
+    error."""
+    kind, time = joint(h.model.arm.segments[k].joint), comparison.channels[0].time
+    assert comparison.motion is not None
     return MissingTorque(
         joint=k + 1,
         unit=kind.effort_unit,
         time=time,
-        velocity=seen.motion.velocity[:, k] + behind.speed[:, k],
+        velocity=comparison.motion.velocity[:, k] + behind.speed[:, k],
         velocity_unit=f"{kind.coordinate_unit}/s",
         missing=-behind.torque[:, k],
         applied=applied,

@@ -1,9 +1,9 @@
-"""The experiment that tells two effects apart, chosen before it is made.
+"""The experiment that distinguishes two effects, chosen before it is made.
 
-Both fitted models are simulated on an experiment that was not made yet. Were one of them true,
-the other would be refitted to it: what it can make good by its own parameters, by the nuisance
-and without spoiling its fit to the recordings there are is projected out. The expected score is
-what is left, LM = |(I - P)(y_A - y_B)|^2 / floor^2, the rise of the wrong one's squared error.
+Both fitted models are simulated on a planned experiment. If one of them were true, the other would
+be refitted to it. What its own parameters and the nuisance can absorb, without spoiling the fit to
+the existing recordings, is projected out. The expected score is the remainder, LM = |(I - P)(y_A -
+y_B)|^2 / floor^2: the increase of the wrong one's squared error.
 """
 
 from __future__ import annotations
@@ -36,20 +36,18 @@ POINTS = (np.pi / 4.0, np.pi / 2.0, 3.0 * np.pi / 4.0)
 """rad, working points of an arm with an elbow."""
 
 STRONGER = (1.0, 2.0)
-"""Times the amplitude of the recordings there are."""
+"""Factors on the amplitude of the existing recordings."""
 
 HOLDS = (0.02, 0.1)
-"""s: a fast excitation, and one with stretches of steady motion."""
+"""s: a fast excitation, and one with steady motion."""
 
 LONGEST = 3.0
-"""s: as long as the recordings there are, but no longer."""
+"""s: as long as the existing recordings, but no longer."""
 
 
-def possible(data: Data) -> tuple[SimulateSpec, ...]:
-    """Variations of what was recorded: posture, amplitude, pace.
-
-    None where a servo replays recorded torques: nobody knows what a new torque would be.
-    """
+def possible_experiments(data: Data) -> tuple[SimulateSpec, ...]:
+    """Variations of the recorded experiments: posture, amplitude, hold time. None if a servo
+    replays recorded torques: a new torque cannot be predicted."""
     if data.bare.steering is not None:
         return ()
     recording = data.experiments[0].recording
@@ -67,18 +65,18 @@ def possible(data: Data) -> tuple[SimulateSpec, ...]:
 
 
 def _amplitude(model: Model, recording: Recording) -> float:
-    """Half the range of the references there were."""
+    """Half the range of the recorded references."""
     names = model.drive.reference_channels(model.arm)
     return max(float(np.ptp(recording[name])) / 2.0 for name in names) or 1.0
 
 
 def planned_data(data: Data, spec: SimulateSpec) -> Data:
-    """The data of an experiment to come: nothing is measured, everything counts."""
-    return data_of(data, _recording(data.bare, spec, data.experiments[0].recording))
+    """The data of a planned experiment: everything counts."""
+    return data_for_recording(data, _recording(data.bare, spec, data.experiments[0].recording))
 
 
-def data_of(data: Data, recording: Recording) -> Data:
-    """The data of a recording that stands for an experiment to come."""
+def data_for_recording(data: Data, recording: Recording) -> Data:
+    """The data of a recording that represents a planned experiment."""
     like = data.experiments[0]
     prepared = prepare(data.bare, recording, like.outputs, like.processing)
     weights = np.array([1.0 / data.floors[name] for name, _ in prepared.channels])
@@ -97,11 +95,11 @@ def data_of(data: Data, recording: Recording) -> Data:
 
 
 def _recording(model: Model, spec: SimulateSpec, like: Recording) -> Recording:
-    """The channels that the recordings there are have, as often sampled; zero but for the
+    """A recording with the channels and sample times of the existing ones; zero but for the
     references and the joints' start."""
     task, theta2 = make_task(model, spec, NAME)
     N = len(task.time)
-    channels = {name: _blank(values, N) for name, values in like.channels.items()}
+    channels = {name: _zeros_like(values, N) for name, values in like.channels.items()}
     for k, name in enumerate(model.drive.reference_channels(model.arm)):
         channels[name] = task.references[:, k]
     for k, place in enumerate(start_joints(model, spec, NAME)):
@@ -113,23 +111,23 @@ def _recording(model: Model, spec: SimulateSpec, like: Recording) -> Recording:
 def expected_recording(
     model: Model, task: Task, theta2: float | None, motion: Trajectory, like: Recording
 ) -> Recording:
-    """What the sensors of the recordings there are would read along a motion, as often sampled."""
+    """What the sensors of the existing recordings would read along a motion."""
     N, spec = len(task.time), SimulateSpec(sample_time=task.sample_time)
     read = read_sensors(model, motion, spec, NO_NOISE)
-    channels = {n: _blank(values, N) + read.get(n, 0.0) for n, values in like.channels.items()}
+    channels = {n: _zeros_like(values, N) + read.get(n, 0.0) for n, values in like.channels.items()}
     for k, name in enumerate(model.drive.reference_channels(model.arm)):
         channels[name] = task.references[:, k]
     return Recording(NAME, task.time, channels, theta2=theta2)
 
 
-def _blank(values: np.ndarray, N: int) -> np.ndarray:
+def _zeros_like(values: np.ndarray, N: int) -> np.ndarray:
     """Zeros (N,), NaN between the samples of a slower sensor."""
     index = np.flatnonzero(np.isfinite(values))
     stride = max(int(np.median(np.diff(index))), 1) if index.size > 1 else 1
     return np.where(np.arange(N) % stride == 0, 0.0, np.nan)
 
 
-Known = Mapping[tuple[str, str], float]
+NormalMatrix = Mapping[tuple[str, str], float]
 """(label, label) -> entry of J'J"""
 
 
@@ -141,19 +139,19 @@ def next_experiments(
     candidates: Sequence[SimulateSpec],
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[PlannedExperiment, ...]:
-    """The candidates, best first; `first` and `second` stand at their fitted vectors."""
-    known = list(on_all_cores(shared_normal_matrix, (first, second)))
+    """The planned experiments, best first; `first` and `second` are at their fitted vectors."""
+    normal = list(on_all_cores(shared_normal_matrix, (first, second)))
     unit = channel_kind(data.bare.drive.reference_channels(data.bare.arm)[0]).units[0]
 
     def planned(spec: SimulateSpec) -> PlannedExperiment | None:
         if stopped():
             return None
-        score = expected_score(data, first, second, spec, known)
+        score = expected_score(data, first, second, spec, normal)
         settings = spec.model_dump(exclude_defaults=True)
         return PlannedExperiment(settings, unit, score, titles)
 
-    found = [one for one in on_all_cores(planned, candidates) if one is not None]
-    return tuple(sorted(found, key=lambda e: -e.score))
+    plans = [plan for plan in on_all_cores(planned, candidates) if plan is not None]
+    return tuple(sorted(plans, key=lambda e: -e.score))
 
 
 def expected_score(
@@ -161,30 +159,28 @@ def expected_score(
     first: Hypothesis,
     second: Hypothesis,
     spec: SimulateSpec,
-    known: Sequence[Known] = ({}, {}),
+    normal: Sequence[NormalMatrix] = ({}, {}),
 ) -> float:
-    """The score on one experiment, in floors squared; the smaller of the two ways round.
-
-    `known` holds what the recordings there are say about each one's parameters.
-    """
-    return score_on(planned_data(data, spec), first, second, known)
+    """The score on one experiment, in squared noise floors; the smaller of the two directions.
+    `normal`: normal matrices of the existing recordings."""
+    return score_on_data(planned_data(data, spec), first, second, normal)
 
 
-def score_on(
-    there: Data, first: Hypothesis, second: Hypothesis, known: Sequence[Known] = ({}, {})
+def score_on_data(
+    planned: Data, first: Hypothesis, second: Hypothesis, normal: Sequence[NormalMatrix] = ({}, {})
 ) -> float:
-    """The same, of an experiment whose data are known."""
-    pair = [on_data(there, h) for h in (first, second)]
+    """The score on an experiment with its data."""
+    pair = [hypothesis_on(planned, h) for h in (first, second)]
     outputs = [h.residuals.predictor.predict(h.vector)[0] for h in pair]
     if not all(np.all(np.isfinite(y)) for y in outputs):
         return 0.0  # a model that does not hold together there decides nothing
-    prepared, weights = there.experiments[0], there.weights[0]
-    apart = np.where(prepared.counted, outputs[0] - outputs[1], 0.0) * weights
-    return min(_left(h, apart, i) for h, i in zip(pair, known, strict=True))
+    prepared, weights = planned.experiments[0], planned.weights[0]
+    difference = np.where(prepared.counted, outputs[0] - outputs[1], 0.0) * weights
+    return min(_unabsorbed(h, difference, i) for h, i in zip(pair, normal, strict=True))
 
 
-def shared_normal_matrix(h: Hypothesis) -> Known:
-    """J'J of the recordings there are, for the parameters that a new one shares with them."""
+def shared_normal_matrix(h: Hypothesis) -> NormalMatrix:
+    """J'J of the existing recordings, for the parameters that a new one shares with them."""
     A, _ = normal_equations(h.errors(h.vector), h.slopes(h.vector))
     # What belongs to one recording is free to follow: it is eliminated, not held.
     own = [i for i, u in enumerate(h.unknowns.items) if u.recording is not None]
@@ -195,33 +191,33 @@ def shared_normal_matrix(h: Hypothesis) -> Known:
     return {(a, b): float(kept[i, j]) for i, a in enumerate(labels) for j, b in enumerate(labels)}
 
 
-def on_data(there: Data, h: Hypothesis) -> Hypothesis:
-    """A fitted model on another experiment."""
+def hypothesis_on(data: Data, h: Hypothesis) -> Hypothesis:
+    """A fitted model on other data."""
     own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
     shared = {k: v for k, v in h.values().items() if "@" not in k}
-    return hypothesis(there, h.model.effects, {**h.model.effect_values, **shared}, freed=own)
+    return hypothesis(data, h.model.effects, {**h.model.effect_values, **shared}, freed=own)
 
 
-def _left(h: Hypothesis, apart: np.ndarray, known: Known) -> float:
-    """Squared error that a refit of `h` to the other's outputs leaves."""
+def _unabsorbed(h: Hypothesis, difference: np.ndarray, normal: NormalMatrix) -> float:
+    """Squared error that remains after a refit of `h` to the other's outputs."""
     if not len(h.vector):
-        return float(np.sum(apart**2))
-    A, b = normal_equations([apart], h.slopes(h.vector))
+        return float(np.sum(difference**2))
+    A, b = normal_equations([difference], h.slopes(h.vector))
     labels = h.unknowns.labels
-    A += np.array([[known.get((i, j), 0.0) for j in labels] for i in labels])
-    return max(float(np.sum(apart**2) - b @ pseudo_inverse(A) @ b), 0.0)
+    A += np.array([[normal.get((i, j), 0.0) for j in labels] for i in labels])
+    return max(float(np.sum(difference**2) - b @ pseudo_inverse(A) @ b), 0.0)
 
 
-def deciding(
-    found: Round, ranking: Sequence[RankedEffect], data: Data, progress: Progress
+def deciding_experiments(
+    result: Round, ranking: Sequence[RankedEffect], data: Data, progress: Progress
 ) -> tuple[PlannedExperiment, ...]:
-    """Best first; none where nothing was found or nothing competes with it."""
-    best = found.accepted
+    """Experiments that would decide between the accepted effect and its competitor, best first."""
+    best = result.accepted
     if best is None:
         return ()
     named = next(r for r in ranking if r.effect == best.screened.effect.kind)
-    competitors = [w for w in found.weighed if w.screened.effect.kind in named.confused_with[:1]]
-    specs = possible(data)
+    competitors = [w for w in result.refitted if w.screened.effect.kind in named.confused_with[:1]]
+    specs = possible_experiments(data)
     if not competitors or not specs:
         return ()
     progress.advance(0, "Planning the experiment that would decide")

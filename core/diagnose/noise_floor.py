@@ -1,9 +1,8 @@
-"""Below what an error says nothing about the model: the noise, and what a model may miss at all.
+"""The noise floor of each channel: below it an error says nothing about the model.
 
-The noise comes from the best source there is: what does not repeat when a motion is made again,
-else what is stated of the sensors, else their own high band. The last two are noise of the columns
-as they were written, and go the way of the measurement: logger, differentiation, servo, filters,
-decimation.
+The noise comes from the best source: motions that repeat, else stated sensor noise, else the
+sensors' high frequencies. The last two are noise of recorded columns. It is propagated through
+logger, differentiation, servo, filters and decimation.
 """
 
 from __future__ import annotations
@@ -13,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnose.output_noise import noise_in_outputs
+from ..diagnose.output_noise import output_noise
 from ..diagnose.remaining_error import channel_rms
-from ..diagnose.repeated_motions import repeated, scatter
+from ..diagnose.repeated_motions import repeated_groups, unrepeated_rms
 from ..diagnose.sensor_noise import ESTIMATED
 from ..identify.predictor import Motion
 from ..identify.prepared import Prepared
@@ -29,17 +28,17 @@ Stated noise counts as exact, and so does noise from repeated motions, which hav
 
 @dataclass(frozen=True)
 class Floor:
-    """Of one channel, SI."""
+    """Noise floor of one channel, SI."""
 
     value: float
-    """rms below which an error says nothing: noise and fidelity"""
+    """rms below which an error says nothing: noise and modelling tolerance."""
     noise: float
     source: str
-    """Where the noise comes from: repetition, stated or estimated"""
+    """Source of the noise: repetition, stated or estimated."""
     within: float = 1.0
-    """The factor within which it is known"""
+    """Factor within which it is known."""
     ratios: tuple[float, ...] = ()
-    """Of the floor in each recording to this value"""
+    """Floor of each recording over this value."""
 
 
 def channel_floors(
@@ -49,27 +48,36 @@ def channel_floors(
     stated: Mapping[str, float],
     fidelity: float,
 ) -> dict[str, Floor]:
-    """channel -> its floor over all recordings.
+    """channel -> its noise floor over all recordings.
+
+    `errors` (M, k) per recording, measured minus model, of the fitted `motions`; `stated` standard
+    deviations by column, as the sensor writes them; `fidelity`: relative modelling tolerance, as a
+    share of a channel's spread. A residual refutes estimated noise that is more than WITHIN times
+    as large.
 
     `errors` (M, k) per recording, measured minus model, of the fitted `motions`; `stated` standard
     deviations by column of a recording, as the sensor writes it; `fidelity` the share of a
     channel's spread that no model of this kind is asked to explain. What the model leaves
     refutes an estimated noise that is more than WITHIN times as large.
     """
-    again = scatter(repeated(experiments), experiments, errors)
-    drawn = noise_in_outputs(experiments, motions, stated, without=again)
-    left = channel_rms(experiments, errors)
-    found = {}
+    repeated_noise = unrepeated_rms(repeated_groups(experiments), experiments, errors)
+    drawn = output_noise(experiments, motions, stated, excluded=repeated_noise)
+    residual_rms = channel_rms(experiments, errors)
+    floors = {}
     for name, spread in _spreads(experiments).items():
-        alike = (1.0,) * len(experiments)
-        noise, source, ratios = (again[name], REPETITION, alike) if name in again else drawn[name]
-        noise = min(noise, WITHIN * left[name]) if source == ESTIMATED else noise
-        beside = fidelity * spread
-        value = float(np.hypot(noise, beside)) or 1e-12
-        own = [float(np.hypot(noise * ratio, beside)) / value for ratio in ratios]
+        equal = (1.0,) * len(experiments)
+        noise, source, ratios = (
+            (repeated_noise[name], REPETITION, equal) if name in repeated_noise else drawn[name]
+        )
+        noise = min(noise, WITHIN * residual_rms[name]) if source == ESTIMATED else noise
+        allowance = fidelity * spread
+        value = float(np.hypot(noise, allowance)) or 1e-12
+        in_recordings = [float(np.hypot(noise * ratio, allowance)) / value for ratio in ratios]
         within = WITHIN if source == ESTIMATED else 1.0
-        found[name] = Floor(value, noise, source, within, alike if ratios == alike else tuple(own))
-    return found
+        floors[name] = Floor(
+            value, noise, source, within, equal if ratios == equal else tuple(in_recordings)
+        )
+    return floors
 
 
 def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:

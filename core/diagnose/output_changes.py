@@ -1,4 +1,4 @@
-"""How each candidate would change the outputs: sensitivities, and secants where there are none."""
+"""How each candidate changes the outputs: sensitivities, or secants where no sensitivity exists."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ..identify.defect_correction import with_steps
 from ..identify.unknowns import Unknown
 
 SLOPE_SHARE = 0.1
-"""Of a plausible size: small enough to be a slope, large enough to stand above rounding."""
+"""Of a plausible size: small enough for a linear response, large enough to stand above rounding."""
 
 
 COARSE = 0.5
-"""Share of the steps per sample for columns: they need a direction, not the error's exactness."""
+"""Share of the steps per sample for columns: only their direction matters."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Trial:
     parameter: str
     values: Mapping[str, float]
     sizes: Mapping[str, float]
-    """How far each size is from neutral: what a coefficient multiplies."""
+    """Distance of each size from neutral; a coefficient multiplies it."""
     one_sided: bool
     """Whether the sign of the size is fixed."""
     scanned: bool
-    """Whether the size is one of a grid: the response is no line through neutral."""
+    """Whether the size is one of a grid, because the response is not linear from neutral on."""
     shape: tuple[tuple[str, float], ...]
     """Secondary values: columns of one effect are combined only within one shape."""
 
@@ -46,47 +46,47 @@ class Column(Trial):
     """One direction in which an effect moves the outputs."""
 
     blocks: tuple[np.ndarray, ...]
-    """(M, k) per recording, in floors: by how much the outputs change when the parameters go from
-    neutral to `values`; zero where it diverged."""
+    """(M, k) per recording, in noise floors: change of the outputs from neutral to `values`; zero
+    if the simulation diverged."""
     diverged: bool = False
-    """Whether the simulation came apart at every size that was tried."""
+    """Whether the simulation diverged at every size that was tried."""
 
 
 def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
-    """What is simulated for one candidate."""
+    """The trials of one candidate."""
     arm = candidate.changed_arm(base.model.arm, {})
     effect_parameters = candidate.parameters(arm, base.model.drive, data.sizes)
     if not effect_parameters:
         return [Trial(candidate, "", {}, {"": 1.0}, True, True, ())]
     primary = [k for k in effect_parameters if not k.secondary]
     sought = [k for k in primary if candidate.sought(k, data.rig)]
-    found = []
+    planned = []
     for shape in _shapes([k for k in effect_parameters if k.secondary]):
-        for one in sought:
-            p, name = one.parameter, one.parameter.name
-            for value in _sizes(one):
+        for item in sought:
+            p, name = item.parameter, item.parameter.name
+            for value in _sizes(item):
                 values = {other.parameter.name: other.neutral for other in primary}
                 values |= dict(shape) | {name: value}
-                size = {name: value - one.neutral}
-                fixed = p.lower >= one.neutral or p.upper <= one.neutral
-                found.append(Trial(candidate, name, values, size, fixed, bool(one.grid), shape))
-    return found
+                size = {name: value - item.neutral}
+                fixed = p.lower >= item.neutral or p.upper <= item.neutral
+                planned.append(Trial(candidate, name, values, size, fixed, bool(item.grid), shape))
+    return planned
 
 
 def must_compile(trial: Trial, arm: Arm) -> bool:
-    """Whether the trial is of an arm that this machine has never compiled, which takes seconds."""
+    """Whether the trial needs an arm that was never compiled here, which takes seconds."""
     changed = Structure.of(trial.effect.changed_arm(arm, trial.values))
     return changed != Structure.of(arm) and not is_compiled(changed)
 
 
-def _sizes(one: EffectParameter) -> tuple[float, ...]:
-    if one.grid:
-        return one.grid
-    return (one.neutral + SLOPE_SHARE * (one.parameter.value - one.neutral),)
+def _sizes(item: EffectParameter) -> tuple[float, ...]:
+    if item.grid:
+        return item.grid
+    return (item.neutral + SLOPE_SHARE * (item.parameter.value - item.neutral),)
 
 
 def _shapes(secondary: Sequence[EffectParameter]) -> list[tuple[tuple[str, float], ...]]:
-    """Grids of secondary parameters, varied together by their place in the grid."""
+    """Grids of secondary parameters; all take the same index."""
     longest = max((len(k.grid) for k in secondary), default=0)
     if not longest:
         return [tuple((k.parameter.name, k.parameter.value) for k in secondary)]
@@ -100,8 +100,9 @@ def _shapes(secondary: Sequence[EffectParameter]) -> list[tuple[tuple[str, float
 
 
 @dataclass
-class Zeros:
-    """The base's errors (M, k) per recording by steps per sample: what columns are taken from.
+class BaseErrors:
+    """Errors (M, k) per recording of the base model by steps per sample; columns are differences
+    from them. Both are simulated equally coarsely, so that the error of the steps cancels.
 
     Simulated as coarsely as the trial, so that the steps' own error cancels.
     """
@@ -111,7 +112,7 @@ class Zeros:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def at(self, steps: int | None) -> list[np.ndarray]:
-        """With that many steps."""
+        """Errors with so many steps per sample."""
         with self.lock:
             if steps not in self.found:
                 residuals = replace(self.base.residuals, anchor=None)
@@ -122,82 +123,86 @@ class Zeros:
 
 
 SMALLER_TRIES = 5
-"""Sizes of a slope that are tried; the second one suffices unless the first is far out of step."""
+"""Sizes tried for a sensitivity; the second suffices unless a vibration is far out of phase."""
 
-WITHIN = 0.3
-"""Of what the outputs are off: what a straight line leaves out grows with the square, so it is a
-tenth where it is as much as the line at what they are off."""
+LARGEST_CHANGE = 0.3
+"""Largest change of the outputs over the error of the base. The remainder of a linear response
+grows with the square; here it is a tenth."""
 
-MARGIN = 0.5
-"""Of the size that a straight line asks for: one that bends asks for less."""
+SIZE_MARGIN = 0.5
+"""Of the size that linear extrapolation gives; a curved response needs less."""
 
 SMALLEST_SHARE = 1e-2
-"""Of the size before it."""
+"""Smallest next size, over the size before it."""
 
 
-def simulated(
+def simulate_column(
     data: Data,
     base: Hypothesis,
     accepted: Sequence[Effect],
     trial: Trial,
-    zeros: Zeros,
+    zeros: BaseErrors,
 ) -> Column:
     """The column of one trial, with COARSE of the steps.
+
+    A sensitivity is taken at a size that changes the outputs by less than the error of the base. A
+    larger size can put a vibration out of phase. Diverging simulations are repeated at smaller
+    sizes.
 
     A slope is asked for at a size that moves the outputs by less than they are off: where a
     vibration falls out of step, a line through a larger size says nothing of the smaller ones. A
     simulation that comes apart is tried at smaller sizes, too.
     """
     for _ in range(SMALLER_TRIES):
-        blocks, zero = _moved(data, base, accepted, trial, zeros)
-        held = all(np.all(np.abs(b) < FAR_OFF) for b in blocks)
-        share = WITHIN * _rms(zero) / max(_rms(blocks), 1e-300)
-        if held and (trial.scanned or not share < 1.0) or not trial.values:
+        blocks, zero = _output_change(data, base, accepted, trial, zeros)
+        bounded = all(np.all(np.abs(b) < DIVERGED) for b in blocks)
+        share = LARGEST_CHANGE * _rms(zero) / max(_rms(blocks), 1e-300)
+        if bounded and (trial.scanned or not share < 1.0) or not trial.values:
             break
-        trial = _smaller(trial, max(MARGIN * share if held else 0.0, SMALLEST_SHARE))
-    blocks = blocks if held else [np.zeros_like(b) for b in blocks]
-    return Column(**vars(trial), blocks=tuple(blocks), diverged=not held)
+        trial = _smaller(trial, max(SIZE_MARGIN * share if bounded else 0.0, SMALLEST_SHARE))
+    blocks = blocks if bounded else [np.zeros_like(b) for b in blocks]
+    return Column(**vars(trial), blocks=tuple(blocks), diverged=not bounded)
 
 
-def _moved(
-    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zeros: Zeros
+def _output_change(
+    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zeros: BaseErrors
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """By how much a trial changes the outputs, and the base's errors, both (M, k) per recording."""
+    """Change of the outputs by a trial, and the errors of the base; both (M, k) per recording."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
     changed = dict(trial.values)
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
     values = {**base.model.effect_values, **base.values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
-    tried = hypothesis(
+    hypothesis_tried = hypothesis(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
         finer=COARSE,
     )  # fmt: skip
     # As coarse as the zero, so that steps cancel.
-    errors = replace(tried.residuals, anchor=None).blocks(tried.vector)
-    zero = zeros.at(tried.residuals.predictor.steps)
+    errors = replace(hypothesis_tried.residuals, anchor=None).blocks(hypothesis_tried.vector)
+    zero = zeros.at(hypothesis_tried.residuals.predictor.steps)
     return [a - b for a, b in zip(zero, errors, strict=True)], zero
 
 
 def _smaller(trial: Trial, share: float) -> Trial:
-    """The same with its size that many times as far from neutral."""
+    """The trial with `share` times its distance from neutral."""
     changed = {n: v - (1.0 - share) * trial.sizes.get(n, 0.0) for n, v in trial.values.items()}
     return replace(trial, values=changed, sizes={n: share * x for n, x in trial.sizes.items()})
 
 
 def _rms(blocks: Sequence[np.ndarray]) -> float:
-    """Of all recordings together, infinite where one came apart."""
-    found = math.sqrt(sum(float(np.sum(b**2)) for b in blocks) / sum(b.size for b in blocks))
-    return found if math.isfinite(found) else math.inf
+    """Rms of all recordings together; infinite if one diverged."""
+    rms = math.sqrt(sum(float(np.sum(b**2)) for b in blocks) / sum(b.size for b in blocks))
+    return rms if math.isfinite(rms) else math.inf
 
 
-FAR_OFF = 1e7
-"""In noise floors: a trial that moves an output this far has come apart."""
+DIVERGED = 1e7
+"""In noise floors: beyond this change of an output a simulation has diverged."""
 
 
 def nearer_to_neutral(
     effect: Effect, arm: Arm, data: Data, values: Mapping[str, float]
 ) -> dict[str, float]:
-    """The values with those of an effect at SMALLEST_SHARE of their distance from neutral."""
+    """The values, with the sizes of one effect at SMALLEST_SHARE of their distance from neutral."""
     own = effect.parameters(arm, data.bare.drive, data.sizes)
     neutral = {k.parameter.name: k.neutral for k in own if not k.secondary}
     return {

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.fit_problem import Data, Hypothesis, again, hypothesis
+from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, starts
 from ..diagnose.whitening import Whitener
 from ..effects.effect import Effect
@@ -27,16 +27,16 @@ class Refit:
     """A model fitted with one more effect."""
 
     hypothesis: Hypothesis
-    """At its fitted vector."""
+    """Hypothesis at the fitted vector."""
     descended: Descended
     white_cost: float
     """Whitened squared error at its own minimum."""
     covariance: np.ndarray
-    """(P, P), from the whitened information; that of the plain minimum once `settled`."""
+    """(P, P) from the whitened information; robust after `with_robust_covariance`."""
 
     @property
     def cost(self) -> float:
-        """Weighted sum of squares where the descent ended."""
+        """Weighted sum of squares at the end of the descent."""
         return self.descended.cost
 
     @property
@@ -45,8 +45,8 @@ class Refit:
         return self.descended.blocks
 
 
-Known = Mapping[str, tuple[np.ndarray, ...]]
-"""label -> the column (M, k) per recording of an unknown's slopes."""
+KnownSlopes = Mapping[str, tuple[np.ndarray, ...]]
+"""label -> sensitivity (M, k) per recording to an unknown."""
 
 
 def fit(
@@ -54,44 +54,47 @@ def fit(
     whitener: Whitener | None,
     stopped: Callable[[], bool],
     most: int,
-    known: Known | None = None,
+    reused: KnownSlopes | None = None,
     damping: float = FIRST_DAMPING,
-    exactly_downhill: bool = False,
+    exact_directions: bool = False,
 ) -> Refit:
-    """Descends from where the hypothesis stands; then the whitened minimum by one linear step.
+    """Descends from the hypothesis; then one linear step to the whitened minimum.
 
-    Slopes that are `known` are not taken again: nuisance columns hardly change with an effect,
-    and a descent needs only their direction. `exactly_downhill`: where such directions lead
-    nowhere, exact ones are taken.
+    Sensitivities in `reused` are not computed again: those to nuisance unknowns hardly change with
+    an effect, and a descent needs only their direction. `exact_directions`: if such directions stop
+    reducing the cost, exact ones are used.
     """
-    found = descend(
+    descended = descend(
         start.errors,
-        lambda x: start.slopes_with(x, known or {}),
+        lambda x: start.slopes_reusing(x, reused or {}),
         start.vector,
         start.limits,
         stopped,
         most=most,
         damping=damping,
-        exact=start.exact_slopes if exactly_downhill else None,
+        exact=start.exact_slopes if exact_directions else None,
     )
-    at = start.at(found.vector)
-    if whitener is None or not len(found.vector):
-        P = len(found.vector)
-        return Refit(at, found, found.cost, np.full((P, P), np.nan))
-    white, covariance = whitened(at, found, whitener)
-    return Refit(at, found, white, covariance)
+    at = start.at(descended.vector)
+    if whitener is None or not len(descended.vector):
+        P = len(descended.vector)
+        return Refit(at, descended, descended.cost, np.full((P, P), np.nan))
+    white, covariance = whitened_cost(at, descended, whitener)
+    return Refit(at, descended, white, covariance)
 
 
-def whitened(at: Hypothesis, found: Descended, whitener: Whitener) -> tuple[float, np.ndarray]:
-    """Least whitened squared error near a minimum, and the covariance there.
+def whitened_cost(
+    at: Hypothesis, descended: Descended, whitener: Whitener
+) -> tuple[float, np.ndarray]:
+    """Least whitened squared error near a minimum, and the covariance there. Parameters at a bound
+    stay there.
 
     Parameters at a bound stay there.
     """
-    slopes = [whitener(i, s) for i, s in enumerate(found.slopes)]
-    blocks = [whitener(i, b) for i, b in enumerate(found.blocks)]
+    slopes = [whitener(i, s) for i, s in enumerate(descended.slopes)]
+    blocks = [whitener(i, b) for i, b in enumerate(descended.blocks)]
     A, b = normal_equations(blocks, slopes)
     cost = float(sum(np.sum(x * x) for x in blocks))
-    which = np.flatnonzero(at.limits.inside(found.vector) & (np.diag(A) > 0.0))
+    which = np.flatnonzero(at.limits.inside(descended.vector) & (np.diag(A) > 0.0))
     inverse = pseudo_inverse(A[np.ix_(which, which)])
     covariance = np.full(A.shape, np.nan)
     covariance[np.ix_(which, which)] = inverse
@@ -109,19 +112,20 @@ def refit_with(
     stopped: Callable[[], bool],
     most: int = ROUGH_ITERATIONS,
 ) -> Refit:
-    """Fits the model with `effects` from the most promising of some starts.
+    """Fits the model with `effects` from the best of several starts, which are compared coarsely
+    after a few iterations.
 
     They race coarsely: which is ahead shows without the last digit, and there are several.
 
     `slopes` are the base's, (M, k, P) per recording; the parameters `scanned` have no slope at
     neutral.
     """
-    start, spent = ahead(data, base, effects, values, slopes, scanned, stopped)
-    known = columns_of(base, slopes)
-    return exactly(data, fit(start, None, stopped, most - spent, known), whitener)
+    start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
+    reused = columns_of(base, slopes)
+    return with_fine_errors(data, fit(start, None, stopped, most - spent, reused), whitener)
 
 
-def ahead(
+def best_start(
     data: Data,
     base: Hypothesis,
     effects: Sequence[Effect],
@@ -130,65 +134,65 @@ def ahead(
     scanned: Sequence[str],
     stopped: Callable[[], bool],
 ) -> tuple[Hypothesis, int]:
-    """The start that leads further, and the iterations that were spent on it."""
-    begun = starts(data, base, effects, values, scanned, stopped)
-    tried = [hypothesis(data, effects, start) for start in begun]
-    if len(tried) < 2 or stopped():
-        return tried[0], 0
-    known = columns_of(base, slopes)
-    looks = [fit(h.coarse, None, stopped, LOOK, known) for h in tried]
-    best = min(range(len(tried)), key=lambda k: looks[k].cost)
-    return tried[best].at(looks[best].hypothesis.vector), LOOK
+    """The best start, and the iterations spent to find it."""
+    candidates = starts(data, base, effects, values, scanned, stopped)
+    hypotheses = [hypothesis(data, effects, start) for start in candidates]
+    if len(hypotheses) < 2 or stopped():
+        return hypotheses[0], 0
+    reused = columns_of(base, slopes)
+    trials = [fit(h.coarse, None, stopped, TRIAL_ITERATIONS, reused) for h in hypotheses]
+    best = min(range(len(hypotheses)), key=lambda k: trials[k].cost)
+    return hypotheses[best].at(trials[best].hypothesis.vector), TRIAL_ITERATIONS
 
 
-EXACT = 2
-"""Times as many steps per sample for what is compared: no candidate may win by its steps."""
+FINER_STEPS = 2
+"""Factor on the steps per sample for errors that are compared: step errors must not decide."""
 
 
-def exactly(data: Data, rough: Refit, whitener: Whitener) -> Refit:
-    """The refit with its errors simulated finely, as those of the base are."""
+def with_fine_errors(data: Data, rough: Refit, whitener: Whitener) -> Refit:
+    """The refit with its errors simulated as finely as those of the base."""
     h = rough.hypothesis
-    fine = again(data, h, finer=EXACT)
+    fine = with_values(data, h, finer=FINER_STEPS)
     blocks = tuple(fine.errors(h.vector))
     cost = cost_of(blocks)
-    found = replace(rough.descended, blocks=blocks, cost=cost)
+    descended = replace(rough.descended, blocks=blocks, cost=cost)
     if not np.isfinite(cost):
-        return replace(rough, descended=found)
-    white, covariance = whitened(h, found, whitener)
-    return Refit(h, found, white, covariance)
+        return replace(rough, descended=descended)
+    white, covariance = whitened_cost(h, descended, whitener)
+    return Refit(h, descended, white, covariance)
 
 
-def columns_of(base: Hypothesis, slopes: Sequence[np.ndarray]) -> Known:
-    """The nuisance columns of the base's slopes (M, k, P) per recording."""
+def columns_of(base: Hypothesis, slopes: Sequence[np.ndarray]) -> KnownSlopes:
+    """Sensitivities of the base (M, k, P) per recording, by label."""
     return {
         label: tuple(S[:, :, j] for S in slopes) for j, label in enumerate(base.unknowns.labels)
     }
 
 
-LOOK = 2
-"""Iterations from each start or of each candidate before what is behind stops: the first goes to
-where straight lines lead, the second shows how far that was right."""
+TRIAL_ITERATIONS = 2
+"""Iterations of each start or candidate before the others stop. The first goes where the linear
+prediction leads; the second tests that prediction."""
 
 
-def settled(found: Refit) -> Refit:
-    """With the deviations that a reader is told."""
-    return replace(found, covariance=robust_covariance(found))
+def with_robust_covariance(refit: Refit) -> Refit:
+    """The refit with the standard deviations that are stated."""
+    return replace(refit, covariance=robust_covariance(refit))
 
 
 def robust_covariance(
-    found: Refit, relative: float = NOTHING, released: bool = False
+    refit: Refit, relative: float = NOTHING, released: bool = False
 ) -> np.ndarray:
-    """(P, P) of a least-squares minimum under coloured noise; NaN for what sits at a bound, unless
-    the bounds are `released`.
+    """(P, P) covariance of a least-squares minimum under coloured noise; NaN for parameters at a
+    bound, unless the bounds are `released`.
 
-    The estimate is the plain minimum, so its covariance is the sandwich of the noise's own
-    covariances (core.identify.uncertainty), not the inverse of the whitened information. It is zero
-    along directions whose `relative` eigenvalue of the normal equations is smaller.
+    It is the sandwich estimate from the noise's own autocovariance (core.identify.uncertainty), not
+    the inverse of the whitened information. It is zero along directions whose `relative` eigenvalue
+    of the normal equations is smaller.
     """
-    h, x = found.hypothesis, found.hypothesis.vector
+    h, x = refit.hypothesis, refit.hypothesis.vector
     inside = np.flatnonzero(h.limits.inside(x) | released)
-    slopes = [S[:, :, inside] for S in found.descended.slopes]
+    slopes = [S[:, :, inside] for S in refit.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)
     if len(inside):
-        out[np.ix_(inside, inside)] = covariance(slopes, found.errors, len(inside), relative)
+        out[np.ix_(inside, inside)] = covariance(slopes, refit.errors, len(inside), relative)
     return out

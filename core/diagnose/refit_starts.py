@@ -1,13 +1,12 @@
-"""Where a refit begins: from several starts, over a horizon that grows.
+"""Starts of a refit, chosen over a growing horizon.
 
-A fit that lacks an effect bends what it has, so with the effect added it begins from where the
-model without it stands and from the nominal values, each with the sizes that the screen found.
+A fit that lacks an effect distorts its other parameters. With the effect added, it starts from the
+fitted and from the nominal values, each with the sizes of the screen.
 
-A soft base, an elastic joint or play also swings. The fit that lacked it put the beams' own
-vibration where the recordings swing most, and over whole recordings the cost has a minimum wherever
-model and recording meet again after some more or fewer swings. Over the first swings there is one
-wide valley (core.identify.refinement), so there the starts are told apart, all sizes of the
-screen's grid and between them among these; what is best goes on over more of each recording.
+A soft base, an elastic joint or backlash also vibrates. Over whole recordings the cost then has
+many minima: model and recording meet again after some more or fewer periods. Over the first periods
+the cost has one minimum (core.identify.refinement). So the starts, with all sizes of the screen's
+grid and some between, are compared there; the best continue over more of each recording.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from typing import TypeVar
 import numpy as np
 
 from ..arm.arm import Structure
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, names_of
+from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, parameter_names
 from ..effects.effect import Effect
 from ..identify.refinement import FEWEST, SHARES, beginnings
 from ..lanes.wide import LANES
@@ -29,29 +28,29 @@ from ..least_squares import cost_of, descend, normal_equations, pseudo_inverse, 
 
 T = TypeVar("T")
 
-CLOSER = 1.15
-"""Ratio of neighbouring sizes that are compared: a spring that swings ten times in a recording has
-its best fit in a valley a tenth of its frequency wide, which is a fifth of its compliance."""
+GRID_RATIO = 1.15
+"""Ratio of neighbouring sizes that are compared. For a spring with ten periods in a recording, the
+minimum is a tenth of its frequency wide, a fifth of its compliance."""
 
-LOOK = 3
-"""Iterations from each start before the best go on."""
+TRIAL_ITERATIONS = 3
+"""Iterations from each start before the best continue."""
 
-BEST = 3
-"""Starts that go on."""
+KEPT_STARTS = 3
+"""Starts that continue."""
 
 ROUGH_ITERATIONS = 10
-"""Of a fit that is only compared with others; what is accepted is converged afterwards."""
+"""Iterations of a fit that is only compared; accepted models are converged afterwards."""
 
-LONGER = 4
-"""Times as much of each recording for the last descent, so that what begins on the whole is out of
-step by no more than a part of a swing."""
+HORIZON_GROWTH = 4
+"""Factor on the share of each recording for the last descent, so that the start on the whole is out
+of phase by less than a period."""
 
-SHOWN = 10.0
-"""Squared error above that of noise, in noise floors and per unknown, that a beginning must hold to
-say where a refit begins: a recording may begin at rest."""
+LEAST_ERROR = 10.0
+"""Squared error above noise, in noise floors and per unknown, that the first part must show: a
+recording may begin at rest."""
 
-MOVED = 0.02
-"""Share by which a parameter must have left its nominal value for another start to be worth it."""
+LEAST_CHANGE = 0.02
+"""Relative change of a parameter from nominal that makes a second start worthwhile."""
 
 Values = dict[str, float]
 """label -> value"""
@@ -65,7 +64,7 @@ def starts(
     scanned: Sequence[str],
     stopped: Callable[[], bool],
 ) -> list[Values]:
-    """Starts of the model with `effects`, whose other sizes are `values`, over whole recordings.
+    """Starts of the model with `effects` over whole recordings; other sizes are `values`.
 
     Args:
         data: the recordings, in noise floors.
@@ -78,59 +77,62 @@ def starts(
     Returns:
         The first begins where the base stands.
     """
-    begun = {**base.values(), **values}
-    elsewhere = _elsewhere(data, base.values())
-    horizon = Horizon.that_shows(data, base, effects, values, stopped)
+    from_base = {**base.values(), **values}
+    changes = _start_changes(data, base.values())
+    horizon = Horizon.for_effects(data, base, effects, values, stopped)
     if horizon is None:
-        return [{**begun, **arm} for arm in elsewhere]
-    first = horizon.best(grid_sizes(data, effects, scanned), begun, elsewhere)
-    return [begun] if first is None else [begun, first]
+        return [{**from_base, **arm} for arm in changes]
+    first = horizon.best(grid_sizes(data, effects, scanned), from_base, changes)
+    return [from_base] if first is None else [from_base, first]
 
 
-def from_nominal_values(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Values | None:
-    """A start of a fitted model in another valley than where it stands: where descents over the
-    first swings lead, from there and from the nominal values.
+def start_from_nominal(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Values | None:
+    """A start of a fitted model in another minimum: the best of descents over the first periods
+    from the fitted and the nominal values.
 
     Returns:
         None where nothing swings, where the nominal values are near, or where the first swings are
         met as well from where it stands.
     """
     arm, at = h.model.arm, h.values()
-    if arm.coordinates == arm.joints or not has_moved(data, at):
+    if arm.coordinates == arm.joints or not differs_from_nominal(data, at):
         return None
-    share = _shown_within(data, h, len(h.vector))
+    share = _informative_share(data, h, len(h.vector))
     if share is None:
         return None
     horizon = Horizon(data, h.model.effects, share, (), stopped)
     values = {**h.model.effect_values, **at}
     stands, _ = horizon.descended(values, 0)
-    tried = [horizon.descended({**values, **arm}, ROUGH_ITERATIONS) for arm in _elsewhere(data, at)]
-    best = min(tried, key=lambda one: one[0])
-    if not (stands - best[0]) * horizon.first.count >= SHOWN * len(h.vector):
+    tried = [
+        horizon.descended({**values, **arm}, ROUGH_ITERATIONS) for arm in _start_changes(data, at)
+    ]
+    best = min(tried, key=lambda pair: pair[0])
+    if not (stands - best[0]) * horizon.first.count >= LEAST_ERROR * len(h.vector):
         return None
-    return horizon.longer(best)
+    return horizon.extended(best)
 
 
-def has_moved(data: Data, values: Mapping[str, float]) -> bool:
-    """Whether a nominal parameter stands elsewhere."""
-    return any(abs(values.get(k, x) - x) > MOVED * abs(x) for k, x in nominal_values(data).items())
+def differs_from_nominal(data: Data, values: Mapping[str, float]) -> bool:
+    """Whether a nominal parameter has left its nominal value."""
+    return any(
+        abs(values.get(k, x) - x) > LEAST_CHANGE * abs(x) for k, x in nominal_values(data).items()
+    )
 
 
 def nominal_values(data: Data) -> Values:
-    """label -> value of what all recordings share, as it was stated."""
+    """label -> nominal value of each shared unknown."""
     return {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
 
 
-def _elsewhere(data: Data, at: Mapping[str, float]) -> list[Values]:
-    """What changes from where a model stands to where a fit may begin: nothing, or the nominal
-    values where they are others."""
-    return [{}, nominal_values(data)] if has_moved(data, at) else [{}]
+def _start_changes(data: Data, at: Mapping[str, float]) -> list[Values]:
+    """Changes of the current values for a start: none, or to the nominal values if they differ."""
+    return [{}, nominal_values(data)] if differs_from_nominal(data, at) else [{}]
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """Models with `effects` over the first `share` of each recording; sizes that are `held` stay:
-    a limit that no beginning reaches runs away."""
+    """Models with `effects` over the first `share` of each recording. Sizes in `held` are fixed: a
+    limit that the first part does not reach has no minimum."""
 
     data: Data
     effects: Sequence[Effect]
@@ -139,7 +141,7 @@ class Horizon:
     stopped: Callable[[], bool]
 
     @classmethod
-    def that_shows(
+    def for_effects(
         cls,
         data: Data,
         base: Hypothesis,
@@ -147,75 +149,79 @@ class Horizon:
         values: Mapping[str, float],
         stopped: Callable[[], bool],
     ) -> Horizon | None:
-        """None where the last effect leaves the arm's vibrations as they are, or where no beginning
-        of the recordings says enough."""
+        """None if the last effect leaves the arm's vibrations unchanged, or if no first part shows
+        enough."""
         model = data.bare.with_effects(effects, {**values}, data.sizes)
-        own = names_of(effects[-1], model, data.sizes)
+        own = parameter_names(effects[-1], model, data.sizes)
         other_arm = Structure.of(model.arm) != Structure.of(base.model.arm)
         if not other_arm and model.arm_catalogue.entries.keys().isdisjoint(own):
             return None
-        share = _shown_within(data, base, len(hypothesis(data, effects, values).vector))
-        held = tuple(base.model.effect_parameters)
-        return None if share is None else cls(data, effects, share, held, stopped)
+        share = _informative_share(data, base, len(hypothesis(data, effects, values).vector))
+        fixed = tuple(base.model.effect_parameters)
+        return None if share is None else cls(data, effects, share, fixed, stopped)
 
     @cached_property
     def first(self) -> Data:
-        """The comparison over the beginnings."""
-        return beginning(self.data, self.share)
+        """The data of the first parts."""
+        return first_part_of(self.data, self.share)
 
     def best(
-        self, sizes: Sequence[Values], begun: Mapping[str, float], elsewhere: Sequence[Values]
+        self, sizes: Sequence[Values], values: Mapping[str, float], changes: Sequence[Values]
     ) -> Values | None:
-        """Where the best of all starts leads: with each change `elsewhere` of `begun` the sizes
-        that it has and those, of some `sizes`, whose cost is below that of their neighbours."""
-        found: list[Values] = []
-        for arm in elsewhere:
-            at = {**begun, **arm}
-            found += [at, *self.valleys(at, sizes)]
-        distinct = [one for k, one in enumerate(found) if one not in found[:k]]
-        looks = sorted((self.descended(one, LOOK) for one in distinct), key=lambda one: one[0])
-        ended = [self.descended(one, ROUGH_ITERATIONS) for _, one in looks[:BEST]]
-        return self.longer(min(ended, key=lambda one: one[0]))
+        """Values that the best start leads to. Starts are `values` with each of `changes`, at their
+        own sizes and at the local minima among `sizes`."""
+        candidates: list[Values] = []
+        for arm in changes:
+            at = {**values, **arm}
+            candidates += [at, *self.local_minima(at, sizes)]
+        distinct = [start for k, start in enumerate(candidates) if start not in candidates[:k]]
+        trials = sorted(
+            (self.descended(start, TRIAL_ITERATIONS) for start in distinct),
+            key=lambda start: start[0],
+        )
+        descents = [self.descended(start, ROUGH_ITERATIONS) for _, start in trials[:KEPT_STARTS]]
+        return self.extended(min(descents, key=lambda start: start[0]))
 
     def descended(self, values: Mapping[str, float], most: int) -> tuple[float, Values]:
-        """Cost per sample and values after at most so many iterations."""
-        h = _free(self.first, self.effects, values, self.held).coarse
-        found = descend(h.errors, h.slopes, h.vector, h.limits, self.stopped, most=most)
-        return found.cost / self.first.count, {**values, **h.at(found.vector).values()}
+        """Cost per sample and values after at most `most` iterations."""
+        h = _with_free_sizes(self.first, self.effects, values, self.held).coarse
+        result = descend(h.errors, h.slopes, h.vector, h.limits, self.stopped, most=most)
+        return result.cost / self.first.count, {**values, **h.at(result.vector).values()}
 
-    def longer(self, found: tuple[float, Values]) -> Values | None:
-        """Where a start leads over more of each recording, all sizes free; None where it went
-        astray."""
-        cost, best = found
-        if LONGER * self.share < 1.0:
-            more = replace(self, share=LONGER * self.share, held=())
+    def extended(self, start: tuple[float, Values]) -> Values | None:
+        """Values after a descent over more of each recording, all sizes free; None if it
+        diverged."""
+        cost, best = start
+        if HORIZON_GROWTH * self.share < 1.0:
+            more = replace(self, share=HORIZON_GROWTH * self.share, held=())
             cost, best = more.descended(best, ROUGH_ITERATIONS)
         return best if np.isfinite(cost) else None
 
-    def valleys(self, at: Values, sizes: Sequence[Values]) -> list[Values]:
-        """The best of some sizes among their neighbours, all other unknowns following."""
-        h = _free(self.first, self.effects, at, self.held)
+    def local_minima(self, at: Values, sizes: Sequence[Values]) -> list[Values]:
+        """The best local minima among some sizes, all other unknowns adapted."""
+        h = _with_free_sizes(self.first, self.effects, at, self.held)
         labels = h.unknowns.labels
         tried = [{n: x for n, x in size.items() if n in labels} for size in sizes]
         if not any(tried):
             return []
         along = [labels.index(n) for n in tried[0]]
         vectors = np.repeat(h.vector[None], len(tried), axis=0)
-        vectors[:, along] = [list(one.values()) for one in tried]
-        ends = followed(h, along, list(vectors), self.stopped)
+        vectors[:, along] = [list(size_values.values()) for size_values in tried]
+        ends = profile_costs(h, along, list(vectors), self.stopped)
         edged = [np.inf, *(cost for cost, _ in ends), np.inf]
         lowest = [k for k in range(len(ends)) if edged[k] > edged[k + 1] <= edged[k + 2]]
-        best = sorted(lowest, key=lambda k: ends[k][0])[:BEST]
+        best = sorted(lowest, key=lambda k: ends[k][0])[:KEPT_STARTS]
         return [{**at, **h.at(ends[k][1]).values()} for k in best]
 
 
-def beginning(data: Data, share: float) -> Data:
-    """The same comparison over the first `share` of each recording."""
+def first_part_of(data: Data, share: float) -> Data:
+    """The data over the first `share` of each recording."""
     return replace(data, experiments=tuple(beginnings(data.experiments, share)), anchor=None)
 
 
-def _shown_within(data: Data, base: Hypothesis, unknowns: int) -> float | None:
-    """The least share of each recording over which the error of `base` is more than noise."""
+def _informative_share(data: Data, base: Hypothesis, unknowns: int) -> float | None:
+    """The smallest share of each recording over which the error of `base` exceeds noise; None:
+    none."""
     errors = base.errors(base.vector)
     for share in SHARES:
         cost, count = 0.0, 0
@@ -223,40 +229,41 @@ def _shown_within(data: Data, base: Hypothesis, unknowns: int) -> float | None:
             part = slice(0, int(np.ceil(share * len(r))))
             cost += float(np.sum(np.square(r[part])))
             count += int(e.counted[part].sum())
-        if count >= FEWEST * unknowns and cost > count + SHOWN * unknowns:
-            return share if beginning(data, share).experiments else None
+        if count >= FEWEST * unknowns and cost > count + LEAST_ERROR * unknowns:
+            return share if first_part_of(data, share).experiments else None
     return None
 
 
-def _free(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float], held: Collection[str]
+def _with_free_sizes(
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float], fixed: Collection[str]
 ) -> Hypothesis:
-    """The model with `effects` where all is free but the sizes that are `held`."""
+    """The model with `effects`; all is free but the sizes `fixed`."""
     h = hypothesis(data, effects, values)
-    if not held:
+    if not fixed:
         return h
     nominal = {u.parameter.name for u in data.nuisance}
     named = [u for u in h.unknowns.items if u.parameter.name not in nominal]
-    free = tuple(u for u in named if u.parameter.name not in held)
+    free = tuple(u for u in named if u.parameter.name not in fixed)
     return hypothesis(data, effects, values, freed=free)
 
 
 def grid_sizes(data: Data, effects: Sequence[Effect], scanned: Sequence[str]) -> list[Values]:
-    """The sizes that the screen tries, of all `scanned` parameters by place in their grids, and
-    between two of them so many that neighbours differ by CLOSER at most."""
+    """The sizes of the screen for all `scanned` parameters together, refined by GRID_RATIO."""
     arm = data.bare.with_effects(effects).arm
-    known = [k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)]
-    grids = {k.parameter.name: sorted(k.grid) for k in known if k.parameter.name in scanned}
+    items = [k for e in effects for k in e.parameters(arm, data.bare.drive, data.sizes)]
+    grids = {k.parameter.name: sorted(k.grid) for k in items if k.parameter.name in scanned}
     grids = {name: grid for name, grid in grids.items() if grid}
     places = range(max((len(grid) for grid in grids.values()), default=0))
-    return list(closely([{n: g[min(i, len(g) - 1)] for n, g in grids.items()} for i in places]))
+    return list(
+        refined_grid([{n: g[min(i, len(g) - 1)] for n, g in grids.items()} for i in places])
+    )
 
 
-def closely(places: Sequence[Mapping[str, float]]) -> Iterator[Values]:
-    """The places, and between two of them so many that neighbours differ by CLOSER at most."""
+def refined_grid(places: Sequence[Mapping[str, float]]) -> Iterator[Values]:
+    """The grid points, with points between them so that neighbours differ by GRID_RATIO at most."""
     for a, b in pairwise(places):
         ratios = [b[n] / a[n] for n in a if a[n] * b[n] > 0.0]
-        count = max((int(np.ceil(abs(np.log(x)) / np.log(CLOSER))) for x in ratios), default=1)
+        count = max((int(np.ceil(abs(np.log(x)) / np.log(GRID_RATIO))) for x in ratios), default=1)
         for share in np.arange(count) / count:
             yield {
                 n: float(a[n] * (b[n] / a[n]) ** share if a[n] * b[n] > 0.0 else a[n]) for n in a
@@ -264,37 +271,35 @@ def closely(places: Sequence[Mapping[str, float]]) -> Iterator[Values]:
     yield from (dict(last) for last in places[-1:])
 
 
-def followed(
+def profile_costs(
     h: Hypothesis,
     along: Collection[int],
     vectors: Sequence[np.ndarray],
     stopped: Callable[[], bool] = lambda: False,
 ) -> list[tuple[float, np.ndarray]]:
-    """The cost at each of `vectors`, which differ in the unknowns with the numbers `along`, with
-    the other unknowns where straight lines take them, and the vector (P,) there; fewer where it is
-    stopped.
+    """(cost, vector (P,)) at each of `vectors`, which differ in the unknowns `along`; the other
+    unknowns take one linear step. Fewer if stopped.
 
-    Seen with the others held, the valley in which the truth lies may be no valley at all: a first
-    beam bent by 2 % hid that of the second. The others' slopes are those of one place: beside a
-    valley they hide it, and in it they are right enough to show it. So are few steps.
+    With the others fixed, the true minimum may not show: a first beam wrong by 2 % hid that of the
+    second. Sensitivities of one point are accurate enough near the minimum, and so are few steps.
     """
     others, limits = ~np.isin(np.arange(len(h.vector)), list(along)), h.limits
-    theirs = [whole(S)[:, :, others] for S in h.slopes(h.vector)]
-    found: list[tuple[float, np.ndarray]] = []
+    slopes = [whole(S)[:, :, others] for S in h.slopes(h.vector)]
+    profile: list[tuple[float, np.ndarray]] = []
     for some in batched(vectors, LANES):
         if stopped():
             break
-        for x, errors in zip(some, h.coarse.errors_of(some), strict=True):
-            A, b = normal_equations([whole(e) for e in errors], theirs)
+        for x, errors in zip(some, h.coarse.errors_at(some), strict=True):
+            A, b = normal_equations([whole(e) for e in errors], slopes)
             inverse = pseudo_inverse(A)
-            there = x.copy()
-            there[others] -= inverse @ b
+            minimum = x.copy()
+            minimum[others] -= inverse @ b
             cost = cost_of(errors) - float(b @ inverse @ b)
-            found.append((cost, np.clip(there, limits.lower, limits.upper)))
-    return found
+            profile.append((cost, np.clip(minimum, limits.lower, limits.upper)))
+    return profile
 
 
 def batched(items: Sequence[T], count: int) -> Iterator[Sequence[T]]:
-    """Up to `count` of them at a time: one recording fills the lanes."""
+    """Batches of up to `count` items: one recording fills the lanes."""
     for first in range(0, len(items), count):
         yield items[first : first + count]

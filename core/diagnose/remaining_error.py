@@ -1,4 +1,4 @@
-"""Whether what remains is within the floor."""
+"""Whether the remaining error is within the noise floor."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ if TYPE_CHECKING:
 
 
 def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
-    """Whether nothing can be missing where errors (M, k) per recording, in noise floors, are left:
-    neither over all channels nor in one of them. The laws of what is in the model may miss a share
-    of what they do.
+    """Whether errors (M, k) per recording, in noise floors, are within noise: over all channels and
+    in each. The idealised laws of the model's effects may miss a stated share.
 
-    Where a servo leads the joints, the encoders' noise shakes the links, and a sharper limit than
-    that of the verdict would find what imitates it: links that are damped follow noise less.
+    With a virtual servo, encoder noise excites the links. A sharper limit than the verdict's would
+    find effects that imitate it: damped links follow noise less.
     """
     from ..least_squares import cost_of
 
@@ -35,7 +34,7 @@ def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
 def _by_channel(
     experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """channel -> its squared errors in noise floors, of what counts."""
+    """channel -> its squared errors in noise floors, at the samples that count."""
     squares: dict[str, list[np.ndarray]] = {}
     for e, r in zip(experiments, errors, strict=True):
         for k, (name, _) in enumerate(e.channels):
@@ -45,30 +44,32 @@ def _by_channel(
 
 
 def channel_rms(experiments: Sequence[Prepared], errors: Sequence[np.ndarray]) -> dict[str, float]:
-    """channel -> rms of errors (M, k) per recording, of what counts."""
+    """channel -> rms of errors (M, k) per recording, at the samples that count."""
     squares = _by_channel(experiments, errors)
     return {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
 
 
-def remains(data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None) -> Remains:
-    """From weighted errors (M, k) per recording, and the model that left them."""
+def remaining_error(
+    data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None
+) -> Remains:
+    """The remaining error of a fitted model, from weighted errors (M, k) per recording."""
     from ..diagnose.spectral_lines import unexplained_line
 
     squares = _by_channel(data.experiments, errors)
     by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
-    within = {name: data.floors_within.get(name, 1.0) for name in squares}
+    factors = {name: data.floors_within.get(name, 1.0) for name in squares}
     line = None
     if max(by_channel.values()) >= ABOVE:
-        found = unexplained_line(data.experiments, errors, fitted, ABOVE)
-        line = None if found is None else (found.channel, found.line.hz)
-    missed = {name: data.idealised.get(name, 0.0) for name in squares}
+        unexplained = unexplained_line(data.experiments, errors, fitted, ABOVE)
+        line = None if unexplained is None else (unexplained.channel, unexplained.line.hz)
+    idealised = {name: data.idealised.get(name, 0.0) for name in squares}
     return Remains(
-        _rms(squares), by_channel, line, within,
-        _rms({n: np.full(len(x), within[n] ** 2) for n, x in squares.items()}), missed,
-        _rms({n: np.full(len(x), missed[n]) for n, x in squares.items()}) ** 2,
+        _rms(squares), by_channel, line, factors,
+        _rms({n: np.full(len(x), factors[n] ** 2) for n, x in squares.items()}), idealised,
+        _rms({n: np.full(len(x), idealised[n]) for n, x in squares.items()}) ** 2,
     )  # fmt: skip
 
 
 def _rms(squares: Mapping[str, np.ndarray]) -> float:
-    """Over all channels."""
+    """rms over all channels."""
     return float(np.sqrt(np.mean(np.concatenate(list(squares.values())))))

@@ -1,11 +1,10 @@
-"""What an enlarged model does not need, and what stands in it for something better.
+"""Removal of needless effects, and exchange of effects for better ones.
 
-An effect that was accepted while others were missing has the largest share of an error to which
-several contribute, and what came after it is fitted around it. So in the end each is asked whether
-it is needed at all, or the simpler ones that it includes instead, and whether another fits better
-in its place, the others staying: all candidates linearly (from the last model's columns, without a
-simulation each), the best by a refit. So is every pair: a wrong gain and a wrong mass together are
-a motor's inertia.
+An effect that was accepted while others were missing explains part of their error, and later
+effects are fitted around it. So each effect is tested at the end: is it needed, do the simpler
+effects that it includes suffice, does another one fit better in its place? Candidates are compared
+by the linear screen of the last model; the best are refitted. Pairs are tested too: a wrong gain
+and a wrong mass together are a motor's inertia.
 """
 
 from __future__ import annotations
@@ -19,14 +18,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..diagnose.evidence import RELEVANT, TIE
-from ..diagnose.fit_problem import Data, hypothesis, names_of
-from ..diagnose.gram_matrix import gram
+from ..diagnose.fit_problem import Data, hypothesis, parameter_names
+from ..diagnose.gram_matrix import gram_matrix
 from ..diagnose.linear_screen import Screen
 from ..diagnose.output_changes import Column
-from ..diagnose.refit import Refit, fit, refit_with, settled, whitened
+from ..diagnose.refit import Refit, fit, refit_with, whitened_cost, with_robust_covariance
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.remaining_error import within_noise
-from ..diagnose.shape_refinement import best_shape, own_shape
+from ..diagnose.shape_refinement import best_shape, joint_shape
 from ..diagnose.whitening import fit_whitener, whitened_rows
 from ..effects import effect
 from ..effects.effect import Effect
@@ -35,219 +34,238 @@ from ..identify import predictor
 Stopped = Callable[[], bool]
 
 
-class Revised(NamedTuple):
-    """A fitted model with other effects."""
+class RevisedModel(NamedTuple):
+    """A fitted model with revised effects."""
 
     refit: Refit
     effects: tuple[Effect, ...]
 
 
-def without_needless(
-    data: Data, refit: Refit, present: Sequence[Effect], given: int, stopped: Stopped
-) -> Revised:
-    """Takes out effects without which the error hardly grows, or stays within the noise, or puts
-    the simpler ones that they include in their place; of several each time what leaves least.
+def needed_effects(
+    data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, stopped: Stopped
+) -> RevisedModel:
+    """Removes effects without which the error hardly grows or stays within noise, or replaces them
+    by the simpler ones that they include; each time the option with the best BIC.
 
-    The last added too: an effect of no size can lead the others out of a minimum that they were
-    stuck in. The first `given` are what the user put into the model: they stay.
+    The last effect may go, too: without size it can still have led the others to a better minimum.
+    The first `stated_count` effects are the user's and stay.
     """
-    now, most = Revised(refit, tuple(present)), refit.cost + RELEVANT * data.count
+    model, most = RevisedModel(refit, tuple(present)), refit.cost + RELEVANT * data.count
     while not stopped():
-        options = [o for k in range(given, len(now.effects)) for o in _without(now.effects, k)]
-        enough = [
-            one
-            for one in _refitted(data, now.refit, options, stopped)
-            if (one.refit.cost < most or within_noise(data, one.refit.errors))
-            and not _coarser_and_less_likely(data, one.refit, now.refit)
+        options = [
+            o
+            for k in range(stated_count, len(model.effects))
+            for o in _reduced_sets(model.effects, k)
         ]
-        if stopped() or not enough:
+        acceptable = [
+            option
+            for option in _refitted(data, model.refit, options, stopped)
+            if (option.refit.cost < most or within_noise(data, option.refit.errors))
+            and not _coarser_and_less_likely(data, option.refit, model.refit)
+        ]
+        if stopped() or not acceptable:
             break
-        now = min(enough, key=lambda one: priced(one.refit, data))
-    return now._replace(refit=settled(now.refit)) if now.effects != tuple(present) else now
+        model = min(acceptable, key=lambda option: bic(option.refit, data))
+    return (
+        model._replace(refit=with_robust_covariance(model.refit))
+        if model.effects != tuple(present)
+        else model
+    )
 
 
-def priced(found: Refit, data: Data) -> float:
-    """Squared error, and the price of the parameters (BIC)."""
-    return float(found.cost + len(found.hypothesis.unknowns) * np.log(data.count))
+def bic(refit: Refit, data: Data) -> float:
+    """Squared error plus the price of the parameters (BIC)."""
+    return float(refit.cost + len(refit.hypothesis.unknowns) * np.log(data.count))
 
 
 def _refitted(
     data: Data, refit: Refit, options: Sequence[tuple[Effect, ...]], stopped: Stopped
-) -> list[Revised]:
-    """Each set of effects fitted from where a model stands."""
+) -> list[RevisedModel]:
+    """Each set of effects, fitted from a model's current values."""
 
-    def tried(effects: tuple[Effect, ...]) -> Revised:
+    def tried(effects: tuple[Effect, ...]) -> RevisedModel:
         start = hypothesis(data, effects, refit.hypothesis.values())
-        return Revised(fit(start, None, stopped, ROUGH_ITERATIONS), effects)
+        return RevisedModel(fit(start, None, stopped, ROUGH_ITERATIONS), effects)
 
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         return list(pool.map(tried, options))
 
 
-def _without(effects: Sequence[Effect], place: int) -> Iterator[tuple[Effect, ...]]:
-    """The effects with nothing in one's place, or with what it includes; none where others need
-    it."""
-    one, before, after = effects[place], effects[:place], effects[place + 1 :]
-    if any(one.kind in e.includes for e in (*before, *after)):
+def _reduced_sets(effects: Sequence[Effect], place: int) -> Iterator[tuple[Effect, ...]]:
+    """Sets of effects without one of them, or with what it includes; none if others need it."""
+    omitted, before, after = effects[place], effects[:place], effects[place + 1 :]
+    if any(omitted.kind in e.includes for e in (*before, *after)):
         return
-    for simpler in _simpler(effects, place):
+    for simpler in _simpler_replacements(effects, place):
         yield (*before, *simpler, *after)
 
 
-def _simpler(effects: Sequence[Effect], place: int) -> list[tuple[Effect, ...]]:
-    """What may be left of an effect: nothing, or the simpler ones that it includes. A soft base
-    beside motors' inertia was an elastic joint, which has such motors."""
+def _simpler_replacements(effects: Sequence[Effect], place: int) -> list[tuple[Effect, ...]]:
+    """What may replace an effect: nothing, or the simpler ones that it includes. A soft base beside
+    motor inertia was an elastic joint, which has such motors."""
     have = {e.kind for e in effects}
     simpler = tuple(effect(kind) for kind in effects[place].includes if kind not in have)
     return [(), simpler] if simpler else [()]
 
 
-def _coarser_and_less_likely(data: Data, found: Refit, refit: Refit) -> bool:
-    """Whether a model has fewer bending shapes than another and the recordings are far less likely
-    under it: shapes cost no parameter, so the evidence alone decides on them."""
+def _coarser_and_less_likely(data: Data, candidate: Refit, refit: Refit) -> bool:
+    """Whether `candidate` has fewer bending shapes and the recordings are far less likely under it.
+    Shapes cost no parameter, so the evidence alone decides."""
     shapes, before = (
-        sum(e.resolution for e in one.hypothesis.model.effects) for one in (found, refit)
+        sum(e.resolution for e in fitted.hypothesis.model.effects) for fitted in (candidate, refit)
     )
     if shapes == before:
         return False
     whitener = fit_whitener(refit.errors, whitened_rows(data.experiments))
-    without, with_them = (whitened(r.hypothesis, r.descended, whitener)[0] for r in (found, refit))
+    without, with_them = (
+        whitened_cost(r.hypothesis, r.descended, whitener)[0] for r in (candidate, refit)
+    )
     return without - with_them > TIE
 
 
 TRIED = 2
-"""Rivals of one effect, or of all pairs, that are refitted: the best by the share that straight
-lines explain."""
+"""Replacements of one effect, or of all pairs, that are refitted: the best by predicted share."""
 
 SHARE = 0.5
-"""Of what an effect explains, that a competitor must explain by straight lines to be refitted: the
-refit moves the others too, and straight lines are right within a factor of two at most sizes."""
+"""Least predicted share of what an effect explains, for a replacement to be refitted. The refit
+changes the other effects too; predictions are right within a factor of two at most sizes."""
 
 
 class _Exchange(NamedTuple):
-    """The effects with one in the place of others, where to begin, and what a scan found."""
+    """Effects with one in the place of others, start values, and scanned parameters."""
 
     effects: tuple[Effect, ...]
     values: dict[str, float]
     scanned: tuple[str, ...]
     share: float
-    """Of what the replaced effects explain, that straight lines say it explains."""
+    """Predicted share of what the replaced effects explain."""
 
 
 def best_exchange(
-    data: Data, refit: Refit, present: Sequence[Effect], given: int, seen: Screen, stopped: Stopped
-) -> Revised | None:
-    """The model with one accepted effect replaced, where that is better by more than a tie of BIC,
-    or with one in the place of two, where that is better at all.
+    data: Data,
+    refit: Refit,
+    present: Sequence[Effect],
+    stated_count: int,
+    screened: Screen,
+    stopped: Stopped,
+) -> RevisedModel | None:
+    """The model with one added effect replaced, if that is better by more than a tie of BIC; or
+    with one effect in place of two, if that is better at all.
 
     Args:
         data: anchored at `refit`.
-        present: the effects in the model; the first `given` are the user's and stay.
-        seen: the screen of all candidates at `refit`.
+        present: the effects in the model; the first `stated_count` are the user's and stay.
+        screened: the screen of all candidates at `refit`.
 
     Returns:
         None where every effect is the best in its place.
     """
-    white, _ = whitened(refit.hypothesis, refit.descended, seen.whitener)
+    white, _ = whitened_cost(refit.hypothesis, refit.descended, screened.whitener)
     refit = replace(refit, white_cost=white)
 
-    def refitted(one: _Exchange) -> Refit:
-        start = {**refit.hypothesis.values(), **one.values}
+    def refitted(exchange: _Exchange) -> Refit:
+        start = {**refit.hypothesis.values(), **exchange.values}
         return refit_with(
-            data, refit.hypothesis, one.effects, start, seen.whitener, seen.slopes,
-            one.scanned, stopped,
+            data, refit.hypothesis, exchange.effects, start, screened.whitener, screened.slopes,
+            exchange.scanned, stopped,
         )  # fmt: skip
 
-    tried = list(_exchanges(data, refit, present, given, seen))
+    tried = list(_exchanges(data, refit, present, stated_count, screened))
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         refits = list(pool.map(refitted, tried))
     if stopped():
         return None
-    before, best, least = _bic(refit, data), None, 0.0
-    for one, found in zip(tried, refits, strict=True):
-        gained = before - _bic(found, data) if np.isfinite(found.cost) else -np.inf
-        enough = 0.0 if len(one.effects) < len(present) else TIE
-        if gained > max(enough, least):
-            best, least = Revised(found, one.effects), gained
+    before, best, best_gain = _white_bic(refit, data), None, 0.0
+    for exchange, candidate in zip(tried, refits, strict=True):
+        gained = before - _white_bic(candidate, data) if np.isfinite(candidate.cost) else -np.inf
+        least_gain = 0.0 if len(exchange.effects) < len(present) else TIE
+        if gained > max(least_gain, best_gain):
+            best, best_gain = RevisedModel(candidate, exchange.effects), gained
     return best
 
 
 def _exchanges(
-    data: Data, refit: Refit, present: Sequence[Effect], given: int, seen: Screen
+    data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen
 ) -> Iterator[_Exchange]:
-    ours = range(given, len(present))
-    for k in ours:
-        for simpler in _simpler(present, k):
-            yield from _instead(data, refit, present, (k,), seen, simpler)[:TRIED]
-    pairs = [x for ks in combinations(ours, 2) for x in _instead(data, refit, present, ks, seen)]
+    added = range(stated_count, len(present))
+    for k in added:
+        for simpler in _simpler_replacements(present, k):
+            yield from _replacements(data, refit, present, (k,), screened, simpler)[:TRIED]
+    pairs = [
+        x
+        for ks in combinations(added, 2)
+        for x in _replacements(data, refit, present, ks, screened)
+    ]
     yield from sorted(pairs, key=lambda x: -x.share)[:TRIED]
 
 
-def _instead(
+def _replacements(
     data: Data,
     refit: Refit,
     present: Sequence[Effect],
     places: Sequence[int],
-    seen: Screen,
+    screened: Screen,
     simpler: Sequence[Effect] = (),
 ) -> list[_Exchange]:
-    """What could stand in some places of the model together, the most likely first; beside what is
-    left of them, the `simpler` ones."""
-    gone = [present[k] for k in places]
-    rest = [e for k, e in enumerate(present) if k not in places]
-    if any(one.kind in e.includes for one in gone for e in rest):
+    """Replacements of the effects at some places, most likely first; `simpler` effects stay beside
+    them."""
+    removed = [present[k] for k in places]
+    kept = [e for k, e in enumerate(present) if k not in places]
+    if any(r.kind in e.includes for r in removed for e in kept):
         return []
     at = min(places)
-    rest[at:at] = simpler
+    kept[at:at] = simpler
     at += len(simpler)
     return [
-        _Exchange((*rest[:at], competitor, *rest[at:]), values, scanned, share)
-        for share, competitor, values, scanned in _competitors(data, refit, gone, rest, seen)
+        _Exchange((*kept[:at], competitor, *kept[at:]), values, scanned, share)
+        for share, competitor, values, scanned in _best_competitors(
+            data, refit, removed, kept, screened
+        )
     ]
 
 
-def _bic(refit: Refit, data: Data) -> float:
+def _white_bic(refit: Refit, data: Data) -> float:
     return refit.white_cost + len(refit.hypothesis.unknowns) * float(np.log(data.count))
 
 
-def _competitors(
-    data: Data, refit: Refit, gone: Sequence[Effect], rest: Sequence[Effect], seen: Screen
+def _best_competitors(
+    data: Data, refit: Refit, removed: Sequence[Effect], others: Sequence[Effect], screened: Screen
 ) -> list[tuple[float, Effect, dict[str, float], tuple[str, ...]]]:
-    """What explains most of the error without the effects `gone`: the share that is explained, the
-    effect, where to begin, and what was scanned."""
+    """(share, effect, start values, scanned parameters) of the effects that explain most of the
+    error left without the effects `removed`."""
     h = refit.hypothesis
-    without = hypothesis(data, rest, h.values())
+    without = hypothesis(data, others, h.values())
     errors = [np.asarray(e) for e in without.errors(without.vector)]
     if not all(np.all(np.isfinite(e)) for e in errors):
         return []
-    own = {n for e in gone for n in names_of(e, h.model, data.sizes)} - {
-        n for e in rest for n in names_of(e, h.model, data.sizes)
+    own = {n for e in removed for n in parameter_names(e, h.model, data.sizes)} - {
+        n for e in others for n in parameter_names(e, h.model, data.sizes)
     }
-    kept = [j for j, label in enumerate(h.unknowns.labels) if label not in own]
-    slopes = [S[:, :, kept] for S in seen.slopes]
-    blocks = [c.blocks for c in seen.columns]
-    products = gram(errors, slopes, blocks, seen.whitener).projected()
+    columns_kept = [j for j, label in enumerate(h.unknowns.labels) if label not in own]
+    slopes = [S[:, :, columns_kept] for S in screened.slopes]
+    blocks = [c.blocks for c in screened.columns]
+    products = gram_matrix(errors, slopes, blocks, screened.whitener).projected()
     explained = products[-1, -1] - refit.white_cost
-    found = []
-    for s in seen.candidates:
-        if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in gone):
+    competitors = []
+    for s in screened.candidates:
+        if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in removed):
             continue  # an effect and its part are weighed by the fit of their sizes
-        mine = [i for i, c in enumerate(seen.columns) if c.effect is s.effect]
-        shaped = best_shape(mine, seen.columns, products)
+        mine = [i for i, c in enumerate(screened.columns) if c.effect is s.effect]
+        shaped = best_shape(mine, screened.columns, products)
         if shaped.explained.drop > SHARE * explained:
-            chosen = [seen.columns[i] for i in shaped.chosen]
+            chosen = [screened.columns[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
             scanned = tuple(c.parameter for c in chosen if c.scanned and c.parameter)
             share = shaped.explained.drop / max(explained, 1e-300)
-            found.append((share, s.effect, values, scanned))
-    return sorted(found, key=lambda f: -f[0])
+            competitors.append((share, s.effect, values, scanned))
+    return sorted(competitors, key=lambda f: -f[0])
 
 
 def _start(chosen: Sequence[Column], coefficients: np.ndarray) -> dict[str, float]:
-    """Neutral plus coefficient times size; a scanned size as it is."""
+    """Start values: neutral plus coefficient times size; scanned sizes unchanged."""
     values: dict[str, float] = {}
     for c, coefficient in zip(chosen, coefficients, strict=True):
-        values |= own_shape(c)
+        values |= joint_shape(c)
         share = 1.0 if c.scanned else float(coefficient)
         values |= {n: c.values[n] - (1.0 - share) * size for n, size in c.sizes.items() if n}
     return values

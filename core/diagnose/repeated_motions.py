@@ -1,4 +1,4 @@
-"""What does not repeat when the same motion is made again: the surest noise floor there is."""
+"""Noise from repeated motions: what does not repeat is the best noise floor."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from ..identify.prepared import Prepared, start_joints
 from ..identify.repeatability import repeatability
 from ..results import Estimate, Repeated
 
-ALIKE = 1e-3
-"""Mean square difference of two cycles' inputs, over twice their variance: three per cent of the
-motion, what a loop's own noise leaves of a repeated one."""
+SAME_INPUTS = 1e-3
+"""Mean square difference of two cycles' inputs over twice their variance: three per cent of the
+motion, as a loop's own noise gives."""
 
-UNLIKE = 0.1
-"""The same: beyond it a signal has moved on, so that what comes back later is a new cycle."""
+DIFFERENT_INPUTS = 0.1
+"""The same: above it a signal has left, so that a later return is a new cycle."""
 
 SAME_START = 0.01
-"""rad (m): from where the same references make the same motion, as far as a floor goes."""
+"""rad (m): largest difference of starts for the same motion."""
 
 FEWEST_CYCLES = 2
-"""Whose difference says something of the noise."""
+"""Fewest cycles that show noise."""
 
 
 @dataclass(frozen=True)
@@ -42,19 +42,19 @@ class Group:
     length: int
 
 
-def repeated(experiments: Sequence[Prepared]) -> list[Group]:
-    """The cycles within each recording, else the recordings that repeat one another."""
+def repeated_groups(experiments: Sequence[Prepared]) -> list[Group]:
+    """The cycles within each recording, or the recordings that repeat one another."""
     groups = [g for i, e in enumerate(experiments) if (g := _cycles(i, e)) is not None]
     return groups or _repeated_recordings(experiments)
 
 
-def scatter(
+def unrepeated_rms(
     groups: Sequence[Group], experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
 ) -> dict[str, float]:
     """channel -> rms of the part of its error that does not repeat, SI.
 
-    `errors` (M, k) per recording. What repeats is the model's: taking the error instead of the
-    signal leaves out small differences of the motion.
+    `errors` (M, k) per recording. The repeating part is model error; errors instead of signals
+    leave out small differences of the motion.
     """
     squares: dict[str, list[np.ndarray]] = {}
     for group in groups:
@@ -89,9 +89,9 @@ def _stacked(
 
 
 def _cycles(i: int, e: Prepared) -> Group | None:
-    """The cycles of one recording. The first of three or more is left out, of two the first halves:
-    a motion that starts from rest takes some time until it repeats."""
-    inputs = inputs_of(e)
+    """The cycles of one recording. The first of three or more is left out; of two, the first
+    halves: a motion from rest takes time until it repeats."""
+    inputs = motion_inputs(e)
     length = period(inputs)
     if length is None:
         return None
@@ -102,8 +102,8 @@ def _cycles(i: int, e: Prepared) -> Group | None:
     return Group(tuple(starts), length - skipped)
 
 
-def inputs_of(e: Prepared) -> np.ndarray:
-    """(N, k) what the motion follows: references, or under a servo the measured joints."""
+def motion_inputs(e: Prepared) -> np.ndarray:
+    """(N, k) inputs of the motion: references, or the measured joints with a virtual servo."""
     if e.model.steering is None:
         return e.task.references
     joints = e.model.arm.joints
@@ -111,29 +111,28 @@ def inputs_of(e: Prepared) -> np.ndarray:
 
 
 def period(inputs: np.ndarray) -> int | None:
-    """Samples after which inputs (N, k) come again for the first time; None where they do not
-    within half of the recording."""
+    """Period of inputs (N, k) in samples; None if longer than half of the recording."""
     N = len(inputs)
     moved = inputs - inputs.mean(axis=0)
     moved = moved[:, moved.std(axis=0) > 0.0]
     if not moved.shape[1] or N < 2 * FEWEST_CYCLES:
         return None
     moved = moved / moved.std(axis=0)
-    apart = _apart(moved)[: N // FEWEST_CYCLES + 1]
-    gone = np.flatnonzero(apart > UNLIKE)
-    if not gone.size:
+    difference = _lagged_difference(moved)[: N // FEWEST_CYCLES + 1]
+    departed = np.flatnonzero(difference > DIFFERENT_INPUTS)
+    if not departed.size:
         return None
-    back = np.flatnonzero(apart[gone[0] :] < ALIKE)
-    if not back.size:
+    returned = np.flatnonzero(difference[departed[0] :] < SAME_INPUTS)
+    if not returned.size:
         return None
-    at = int(gone[0] + back[0])
-    while at + 1 < len(apart) and apart[at + 1] < apart[at]:
+    at = int(departed[0] + returned[0])
+    while at + 1 < len(difference) and difference[at + 1] < difference[at]:
         at += 1
     return at
 
 
-def _apart(x: np.ndarray) -> np.ndarray:
-    """(N,) mean square of x(t + lag) - x(t) over twice the variance, by lag; x (N, k) of variance
+def _lagged_difference(x: np.ndarray) -> np.ndarray:
+    """(N,) mean square of x(t + lag) - x(t) over twice the variance, by lag; x (N, k) has variance
     one."""
     N, k = x.shape
     size = 1 << (2 * N - 1).bit_length()
@@ -146,7 +145,7 @@ def _apart(x: np.ndarray) -> np.ndarray:
 
 
 def _repeated_recordings(experiments: Sequence[Prepared]) -> list[Group]:
-    """Each recording goes with the first one whose motion it makes again."""
+    """Groups each recording with the first one of the same motion."""
     groups: dict[int, list[int]] = {}
     for i, e in enumerate(experiments):
         like = next((j for j in groups if _same_motion(experiments[j], e)), i)
@@ -159,37 +158,37 @@ def _repeated_recordings(experiments: Sequence[Prepared]) -> list[Group]:
 
 
 def _same_motion(a: Prepared, b: Prepared) -> bool:
-    one, two = inputs_of(a), inputs_of(b)
+    first, second = motion_inputs(a), motion_inputs(b)
     same_time = np.isclose(a.recording.sample_time, b.recording.sample_time, rtol=1e-6)
-    if one.shape != two.shape or not same_time:
+    if first.shape != second.shape or not same_time:
         return False
     starts = [start_joints(e.model, e.recording) for e in (a, b)]
-    variance = float(np.sum(np.var(one, axis=0)))
+    variance = float(np.sum(np.var(first, axis=0)))
     if np.abs(starts[0] - starts[1]).max() > SAME_START or not variance:
         return False
-    return float(np.sum(np.mean((one - two) ** 2, axis=0))) < 2.0 * ALIKE * variance
+    return float(np.sum(np.mean((first - second) ** 2, axis=0))) < 2.0 * SAME_INPUTS * variance
 
 
-def runs_compared(fits: Sequence[Fitted]) -> tuple[Repeated, ...]:
-    """Parameters over the recordings that repeat one another, where each has estimates of its own:
-    by local fits, or by `per_recording`. Nothing where fewer than three do."""
+def compare_repeated_runs(fits: Sequence[Fitted]) -> tuple[Repeated, ...]:
+    """Parameters over repeated recordings, if each has its own estimates (local fits or
+    `per_recording`); none for fewer than three."""
     experiments = [e for f in fits for e in f.residuals.experiments]
     own = _own_estimates(fits)
-    found: list[Repeated] = []
-    for group in repeated(experiments):
+    records: list[Repeated] = []
+    for group in repeated_groups(experiments):
         names = [experiments[s.recording].recording.name for s in group.stretches]
         runs = {name: own[name] for name in names if own.get(name)}
         if len(runs) == len(names) == len(set(names)):
-            found += repeatability(runs)
-    return tuple(found)
+            records += repeatability(runs)
+    return tuple(records)
 
 
 def _own_estimates(fits: Sequence[Fitted]) -> dict[str, list[Estimate]]:
     own: dict[str, list[Estimate]] = {}
     for f in fits:
-        alone = f.fit.recordings[0] if len(f.fit.recordings) == 1 and len(fits) > 1 else None
+        single = f.fit.recordings[0] if len(f.fit.recordings) == 1 and len(fits) > 1 else None
         for e in f.fit.estimates:
-            run = e.recording or alone
+            run = e.recording or single
             if run is not None:
                 own.setdefault(run, []).append(e)
     return own

@@ -1,8 +1,7 @@
-"""One round of diagnosis: candidates screened, the promising refitted, one or a set accepted.
+"""One round of the search: screen the candidates, refit the promising ones, accept one or a set.
 
-The refits are a race: after a few steps each, what cannot come close to the best any more stops
-(successive halving). It keeps the figures that it has: where it stopped it was told from the best
-by more than its next step could bring.
+Refits whose predicted cost reduction is too small stop after two iterations (successive halving).
+They keep their results, and so their place in the ranking.
 """
 
 from __future__ import annotations
@@ -14,33 +13,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..diagnose.acceptance import (
-    WHOLE,
+    WHOLE_SHARE,
     Acceptance,
     Gate,
     Round,
 )
-from ..diagnose.effect_sets import FoundSet
+from ..diagnose.effect_sets import EffectSet
 from ..diagnose.evidence import (
     CLOSE,
-    Weighed,
+    RefittedCandidate,
     acceptable,
+    assess_refit,
     merit,
-    ranked,
-    weigh,
+    ranked_candidates,
 )
-from ..diagnose.fit_problem import Data, Hypothesis, sharing_motions
-from ..diagnose.linear_screen import Screen, Screened, screen
+from ..diagnose.fit_problem import Data, Hypothesis, with_shared_motions
+from ..diagnose.linear_screen import Screen, ScreenedCandidate, screen
 from ..diagnose.output_changes import nearer_to_neutral
 from ..diagnose.refit import (
-    LOOK,
     ROUGH_ITERATIONS,
-    Known,
+    TRIAL_ITERATIONS,
+    KnownSlopes,
     Refit,
-    ahead,
+    best_start,
     columns_of,
-    exactly,
     fit,
-    whitened,
+    whitened_cost,
+    with_fine_errors,
 )
 from ..diagnose.remaining_error import within_noise
 from ..diagnose.whitening import Whitener
@@ -50,11 +49,10 @@ from ..identify import predictor
 from ..least_squares import promised
 
 REFITTED = 5
-"""Candidates of a round that are refitted fully: the best by score and by expected reduction."""
+"""Candidates that are refitted: the best by score and by expected reduction."""
 
-WORTH = 1e-3
-"""Expected reduction per sample, in noise floors squared, below which no refit is worth its
-time."""
+LEAST_REACH = 1e-3
+"""Expected reduction per sample, in squared noise floors, below which no candidate is refitted."""
 
 
 OnProgress = Callable[[str], bool]
@@ -66,41 +64,41 @@ def applicable(data: Data, present: Sequence[Effect], only: Sequence[str] = ()) 
     have = {e.kind for e in present if not e.repeats}
     rig = replace(data.rig, level=data.bare.with_effects(present).level)
     return [
-        one
-        for kind, one in _asked(only).items()
-        if kind not in have and not _against(one, rig, data)
+        candidate
+        for kind, candidate in _selected(only).items()
+        if kind not in have and not _reason_against(candidate, rig, data)
     ]
 
 
 def not_applicable(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
     """effect -> why this rig cannot show it, or why it is not offered."""
-    reasons = {kind: _against(one, data.rig, data) for kind, one in _asked(only).items()}
+    reasons = {kind: _reason_against(e, data.rig, data) for kind, e in _selected(only).items()}
     return {kind: reason for kind, reason in reasons.items() if reason}
 
 
 def ruled_out(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
-    """Titles of effects, or of some of their sizes, that are not sought -> what is stated of the
+    """Title of an effect, or of one of its sizes, that is not searched -> what is stated of the
     rig."""
-    each = [one.ruled_out(data.rig, data.sizes) for one in _asked(only).values()]
-    return {title: words for found in each for title, words in found.items()}
+    each = [e.ruled_out(data.rig, data.sizes) for e in _selected(only).values()]
+    return {title: words for statements in each for title, words in statements.items()}
 
 
-def _asked(only: Sequence[str]) -> dict[str, Effect]:
-    return {kind: one for kind, one in sorted(catalogue().items()) if not only or kind in only}
+def _selected(only: Sequence[str]) -> dict[str, Effect]:
+    return {kind: e for kind, e in sorted(catalogue().items()) if not only or kind in only}
 
 
-def _against(one: Effect, rig: Rig, data: Data) -> str:
-    """Why an effect is not offered; empty where it is."""
-    arm = one.changed_arm(rig.arm, {})
-    own = {k.parameter.name for k in one.parameters(arm, rig.drive, data.sizes)}
+def _reason_against(effect: Effect, rig: Rig, data: Data) -> str:
+    """Why an effect is not offered; empty if it is."""
+    arm = effect.changed_arm(rig.arm, {})
+    own = {k.parameter.name for k in effect.parameters(arm, rig.drive, data.sizes)}
     free = own & {u.parameter.name for u in data.nuisance}
     estimated = f"{', '.join(sorted(free))} is already estimated." if free else ""
-    statement = one.ruled_out(rig, data.sizes).get(one.title, "")
+    statement = effect.ruled_out(rig, data.sizes).get(effect.title, "")
     stated = f"Stated: {statement}." if statement else ""
-    return stated or one.not_applicable(rig) or estimated
+    return stated or effect.not_applicable(rig) or estimated
 
 
-def one_round(
+def search_round(
     data: Data,
     before: Refit,
     present: Sequence[Effect],
@@ -111,143 +109,153 @@ def one_round(
     most: int = 1,
     gate: Gate = lambda _data, _refit: None,
 ) -> Round:
-    """Ranks the candidates and polishes the model with the best, where it is acceptable.
+    """Ranks the candidates and converges the model with the best, if it is acceptable.
 
-    `on_screen` gets the screen while it goes on, and at its end. `most`: how many effects may be
-    added; with none it only looks: `after` is `before`. What `gate` refuses is not added.
+    `on_screen` gets the screen while it goes on and at its end. `most`: how many effects may be
+    added; 0 only ranks, and `after` is `before`. A model that `gate` rejects is not added.
     """
-    data = sharing_motions(data, before.hypothesis)
-    seen = screen(data, before.hypothesis, present, candidates, on_progress, on_screen)
+    data = with_shared_motions(data, before.hypothesis)
+    screened = screen(data, before.hypothesis, present, candidates, on_progress, on_screen)
     if on_screen is not None:
-        on_screen(seen)
-    white, _ = whitened(before.hypothesis, before.descended, seen.whitener)
+        on_screen(screened)
+    white, _ = whitened_cost(before.hypothesis, before.descended, screened.whitener)
     before = replace(before, white_cost=white)
-    found: list[Weighed] = []
+    refitted: list[RefittedCandidate] = []
     # Within the noise nothing can be missing, whatever is explained below the floor.
-    chosen = [] if within_noise(data, before.errors) else promising(seen, data.count)
-    for one in _refitted(data, before, present, seen, chosen, len(candidates), on_progress):
-        found.append(one)
-        on_progress(f"{one.screened.effect.title} refitted")
-        on_refit(Round(seen, tuple(ranked(found)), None, before, before, data))
-    found = ranked(found)
-    still = Round(seen, tuple(found), None, before, before, data)
+    chosen = [] if within_noise(data, before.errors) else most_promising(screened, data.count)
+    for candidate in _refit_candidates(
+        data, before, present, screened, chosen, len(candidates), on_progress
+    ):
+        refitted.append(candidate)
+        on_progress(f"{candidate.screened.effect.title} refitted")
+        on_refit(Round(screened, tuple(ranked_candidates(refitted)), None, before, before, data))
+    refitted = ranked_candidates(refitted)
+    partial = Round(screened, tuple(refitted), None, before, before, data)
     if on_progress(""):
-        return still
-    fitted = {w.screened.effect.kind for w in found}
+        return partial
+    fitted = {w.screened.effect.kind for w in refitted}
     unfitted = tuple(s.effect.title for s in chosen if s.effect.kind not in fitted)
-    if found:
-        still = _accepted(still, present, len(candidates), on_progress, most, gate)
-    return replace(still, unfitted=unfitted)
+    if refitted:
+        partial = _accept(partial, present, len(candidates), on_progress, most, gate)
+    return replace(partial, unfitted=unfitted)
 
 
-def _accepted(
-    still: Round,
+def _accept(
+    partial: Round,
     present: Sequence[Effect],
     tried: int,
     on_progress: OnProgress,
     most: int,
     gate: Gate,
 ) -> Round:
-    """The round with what may be added of what it weighed."""
-    seen, before, data, found = still.screen, still.before, still.data, list(still.weighed)
-    work = Acceptance(data, before, present, seen, tried, lambda: on_progress(""), gate)
-    finer = finer_model(found, data)
+    """The round with the acceptable effects among the refitted ones."""
+    screened, before, data, refitted = (
+        partial.screen,
+        partial.before,
+        partial.data,
+        list(partial.refitted),
+    )
+    acceptance = Acceptance(data, before, present, screened, tried, lambda: on_progress(""), gate)
+    finer = finer_arm_model(refitted, data)
     if finer is not None:
-        alone = work.alone([finer], FoundSet((), 0.0), most)
-        if alone.accepted is not None:
-            others = [w for w in found if w is not finer]
-            return replace(alone, weighed=(*alone.weighed, *others))
-    left = (found[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
-    joint, together = work.sets(found, most, tried=most > 1 and left > 1.0 - WHOLE)
-    return joint or work.alone(found, together, most)
+        single = acceptance.try_single([finer], EffectSet((), 0.0), most)
+        if single.accepted is not None:
+            others = [w for w in refitted if w is not finer]
+            return replace(single, refitted=(*single.refitted, *others))
+    reduction = (refitted[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
+    joint, together = acceptance.try_sets(
+        refitted, most, tried=most > 1 and reduction > 1.0 - WHOLE_SHARE
+    )
+    return joint or acceptance.try_single(refitted, together, most)
 
 
-def finer_model(found: Sequence[Weighed], data: Data) -> Weighed | None:
-    """A finer model of the same arm, where that explains a real part of the error and no physical
-    effect explains all of it; None where the model is fine enough.
+def finer_arm_model(refitted: Sequence[RefittedCandidate], data: Data) -> RefittedCandidate | None:
+    """The candidate with one more bending shape, if it is acceptable and no physical effect
+    explains the whole error; else None.
 
-    Too few bending shapes leave an error that soft joints, play and damping imitate well: on a
-    continuous arm that is modelled by one shape, an elastic joint leaves less than a second shape
-    does, and only the third leaves nothing. What turns out needless is taken out at the end.
+    Joint elasticity, backlash and damping mimic modal truncation. On a continuous arm with one
+    shape, an elastic joint leaves less error than a second shape does; only a third leaves none. A
+    needless shape is removed at the end.
     """
-    whole = [w for w in found if within_noise(data, w.refit.errors)]
+    whole = [w for w in refitted if within_noise(data, w.refit.errors)]
     if any(not w.screened.effect.resolution for w in whole):
         return None
-    return next((w for w in found if w.screened.effect.resolution and acceptable(w)), None)
+    return next((w for w in refitted if w.screened.effect.resolution and acceptable(w)), None)
 
 
-def _refitted(
+def _refit_candidates(
     data: Data,
     before: Refit,
     present: Sequence[Effect],
-    seen: Screen,
-    chosen: Sequence[Screened],
+    screened: Screen,
+    chosen: Sequence[ScreenedCandidate],
     tried: int,
     on_progress: OnProgress,
-) -> Iterator[Weighed]:
-    """The chosen candidates, refitted on all cores, as they end, of which a simulation held."""
+) -> Iterator[RefittedCandidate]:
+    """The chosen candidates as their refits end, on all cores; without those that could not be
+    simulated."""
     stopped = lambda: on_progress("")  # noqa: E731
 
-    def look(s: Screened) -> Runner:
+    def begin(s: ScreenedCandidate) -> PartialRefit:
         effects, base = [*present, s.effect], before.hypothesis
-        begun = started(data, base, effects, s.values, seen.slopes, s.scanned, stopped)
-        if not np.isfinite(begun.refit.cost):
+        partial = begin_refit(data, base, effects, s.values, screened.slopes, s.scanned, stopped)
+        if not np.isfinite(partial.refit.cost):
             values = nearer_to_neutral(s.effect, base.model.arm, data, s.values)
-            begun = started(data, base, effects, values, seen.slopes, s.scanned, stopped)
-        return begun
+            partial = begin_refit(data, base, effects, values, screened.slopes, s.scanned, stopped)
+        return partial
 
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
-        runners = list(pool.map(look, chosen))
-        going = in_the_race(runners, before, data.count)
+        runners = list(pool.map(begin, chosen))
+        continuing = still_competitive(runners, before, data.count)
         waiting = {
-            pool.submit(ended, data, runner, on, seen.whitener, stopped): s
-            for s, runner, on in zip(chosen, runners, going, strict=True)
+            pool.submit(finish_refit, data, runner, on, screened.whitener, stopped): s
+            for s, runner, on in zip(chosen, runners, continuing, strict=True)
         }
         for done in as_completed(waiting):
             refit = done.result()
             if np.isfinite(refit.cost):
-                yield weigh(waiting[done], before, refit, data.count, tried)
+                yield assess_refit(waiting[done], before, refit, data.count, tried)
 
 
-def promising(seen: Screen, count: int) -> list[Screened]:
-    """Half of the best by whitened score, the rest by the reduction within their reach; and a finer
-    model of the same arm, which straight lines hardly show once a stiffness imitates it."""
-    within = [s for s in seen.candidates if s.reach > WORTH * count]
+def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
+    """Half of the best by whitened score, the rest by largest reduction; and one more bending
+    shape, which the screen hardly shows once a stiffness imitates it."""
+    within = [s for s in screened.candidates if s.reach > LEAST_REACH * count]
     by_score = sorted(within, key=lambda s: -s.score)
     by_drop = sorted(within, key=lambda s: -s.reach)
-    chosen: dict[str, Screened] = {}
+    chosen: dict[str, ScreenedCandidate] = {}
     for pair in zip(by_score, by_drop, strict=True):
         for s in pair:
             if len(chosen) < REFITTED:
                 chosen.setdefault(s.effect.kind, s)
-    finer = {s.effect.kind: s for s in seen.candidates if s.effect.resolution}
+    finer = {s.effect.kind: s for s in screened.candidates if s.effect.resolution}
     return list((chosen | finer).values())
 
 
 OPTIMISM = 2.0
-"""Times the reduction that straight lines promise next: a descent whose steps halve what is left
-ends there, and what converges more slowly does not compete with what is ahead by CLOSE in merit."""
+"""Factor on the predicted reduction of the next step. A descent whose steps halve the remainder
+ends there; a slower one cannot catch up a lead of CLOSE in merit."""
 
 
 @dataclass(frozen=True)
-class Runner:
-    """A refit under way."""
+class PartialRefit:
+    """A refit after its first iterations."""
 
     refit: Refit
     left: int
     """Iterations that it may still take."""
-    known: Known
+    known: KnownSlopes
 
     @property
     def bound(self) -> float:
-        """The least cost that may still be hoped for."""
-        found, h = self.refit.descended, self.refit.hypothesis
-        if not np.isfinite(found.cost):
+        """The lowest cost that it may still reach."""
+        descended, h = self.refit.descended, self.refit.hypothesis
+        if not np.isfinite(descended.cost):
             return np.inf
-        return found.cost - OPTIMISM * promised(found, h.limits)
+        return descended.cost - OPTIMISM * promised(descended, h.limits)
 
 
-def started(
+def begin_refit(
     data: Data,
     base: Hypothesis,
     effects: Sequence[Effect],
@@ -255,28 +263,30 @@ def started(
     slopes: Sequence[np.ndarray],
     scanned: Sequence[str],
     stopped: Callable[[], bool],
-) -> Runner:
-    """The first steps of `core.diagnose.refit.refit_with`."""
-    known = columns_of(base, slopes)
-    start, spent = ahead(data, base, effects, values, slopes, scanned, stopped)
-    left = ROUGH_ITERATIONS - spent
-    return Runner(fit(start, None, stopped, LOOK, known), left - LOOK, known)
+) -> PartialRefit:
+    """The first iterations of `core.diagnose.refit.refit_with`."""
+    reused = columns_of(base, slopes)
+    start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
+    remaining = ROUGH_ITERATIONS - spent
+    return PartialRefit(
+        fit(start, None, stopped, TRIAL_ITERATIONS, reused), remaining - TRIAL_ITERATIONS, reused
+    )
 
 
-def ended(
-    data: Data, runner: Runner, goes_on: bool, whitener: Whitener, stopped: Callable[[], bool]
+def finish_refit(
+    data: Data, runner: PartialRefit, goes_on: bool, whitener: Whitener, stopped: Callable[[], bool]
 ) -> Refit:
-    """Its refit, with the steps that it has left where it `goes_on` and is not at its end: what
-    wins is what it would be without a race."""
-    found = runner.refit
-    if goes_on and not found.descended.ended:
-        at, damping = found.hypothesis, found.descended.damping
-        found = fit(at, None, stopped, runner.left, runner.known, damping)
-    return exactly(data, found, whitener)
+    """The refit, with its remaining iterations if it `goes_on` and has not ended; the winner equals
+    a full refit."""
+    refit = runner.refit
+    if goes_on and not refit.descended.ended:
+        at, damping = refit.hypothesis, refit.descended.damping
+        refit = fit(at, None, stopped, runner.left, runner.known, damping)
+    return with_fine_errors(data, refit, whitener)
 
 
-def in_the_race(runners: Sequence[Runner], base: Refit, count: int) -> list[bool]:
-    """Whether each may still come within CLOSE of the best, by merit over `count` samples."""
+def still_competitive(runners: Sequence[PartialRefit], base: Refit, count: int) -> list[bool]:
+    """Whether each refit may still come within CLOSE of the best, by merit over `count` samples."""
     own = [len(r.refit.hypothesis.unknowns) - len(base.hypothesis.unknowns) for r in runners]
 
     def merit_at(cost: float, parameters: int) -> float:

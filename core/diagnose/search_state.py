@@ -1,4 +1,4 @@
-"""What a search has so far, and how far it is to look."""
+"""State and options of a search."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from ..diagnose.base_fit import Begun
-from ..diagnose.fit_problem import Data, names_of
-from ..diagnose.ladder_steps import Validated, ladder_step, validated
+from ..diagnose.base_fit import BaseFit
+from ..diagnose.fit_problem import Data, parameter_names
+from ..diagnose.ladder_steps import ValidationFit, fit_validation, ladder_step
 from ..diagnose.linear_screen import Screen
 from ..diagnose.refit import Refit
 from ..effects import with_included
@@ -18,143 +18,158 @@ from ..results import DiagnosisRound, LadderStep, RankedEffect
 from ..sentences import listed
 
 FIDELITY = 0.001
-"""Share of a channel's spread that no model is asked to explain where nothing else is stated."""
+"""Relative modelling tolerance: share of a channel's spread, if nothing else is stated."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How far to look."""
+    """Options of a diagnosis."""
 
     max_effects: int = 3
     candidates: tuple[str, ...] = ()
-    """Ids to choose from; empty: all that apply."""
+    """Ids of the candidates; empty: all that apply."""
     fidelity: float = FIDELITY
     stated_noise: Mapping[str, float] = field(default_factory=dict)
-    """channel -> standard deviation of the sensor's noise, SI, where it is known."""
+    """channel -> stated standard deviation of the sensor's noise, SI."""
     stated_rig: Mapping[str, str] = field(default_factory=dict)
-    """What is known of the rig beforehand: `RigSpec.statements`."""
+    """What is stated of the rig: `RigSpec.statements`."""
     per_recording: tuple[str, ...] = ()
-    """Effects whose sizes are estimated anew on validation data (another bench's friction)."""
+    """Effects whose sizes are estimated again on validation data (another bench's friction)."""
     identified: Mapping[str, float] = field(default_factory=dict)
-    """label -> value: where an identification ended, one of the two starts of the first fit."""
+    """label -> value: the estimates of an identification, one of two starts of the base fit."""
     compare: bool = True
-    """Whether measured and modelled signals are kept, of the first model and the last."""
+    """Whether measured and modelled signals of the first and the last model are kept."""
 
 
-class ToCome(NamedTuple):
-    """What a ranking does not know yet."""
+class Untried(NamedTuple):
+    """What has not been tried yet."""
 
     sizes: int
-    """That are still to be tried."""
+    """Number of sizes still to be tried."""
     effects: tuple[str, ...]
-    """Titles of those of which no size was tried yet."""
+    """Titles of effects of which no size was tried."""
 
 
-RankingCallback = Callable[[tuple[RankedEffect, ...], ToCome], None]
-"""Called with the ranking as it stands: while the screen goes on, after it, after each refit."""
+RankingCallback = Callable[[tuple[RankedEffect, ...], Untried], None]
+"""Called with the current ranking: during the screen, after it, after each refit."""
 
 
 @dataclass
 class State:
-    """What the ladder has so far."""
+    """State of the ladder."""
 
     data: Data
     refit: Refit
     present: list[Effect]
-    given: int
-    """How many of them the user put there."""
+    stated_count: int
+    """Number of effects that the user stated."""
     rounds: list[DiagnosisRound]
     steps: list[LadderStep]
     validation: Data | None
-    first: Screen | None = None
-    """Of the first round."""
-    screened: tuple[Refit, Screen] | None = None
-    """The screen of the last round, and the model that it is of."""
-    passed: list[str] = field(default_factory=list)
-    """Titles of what was taken out again."""
-    unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
-    """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
+    first_screen: Screen | None = None
+    """Screen of the first round."""
+    last_screen: tuple[Refit, Screen] | None = None
+    """Model and screen of the last round."""
+    removed: list[str] = field(default_factory=list)
+    """Titles of effects that were removed again."""
+    validation_cache: dict[tuple[int, int | None], tuple[Refit, ValidationFit]] = field(
+        default_factory=dict
+    )
+    """(id of a refit, steps per sample) -> refit and its validation fit; it is used several
+    times."""
 
     out_of_date: bool = False
-    """Whether rounds and steps were weighed in other floors, or at another minimum."""
-    earlier: State | None = None
-    """The search before its floors changed the first time."""
+    """Whether rounds and steps used other noise floors or another minimum."""
+    before_floor_update: State | None = None
+    """The search before its noise floors changed the first time."""
 
-    def validated(self, refit: Refit, fine: int | None = None) -> Validated | None:
-        """A refit on the recordings that no fit sees; `fine` steps per sample, else those known."""
+    def validation_fit(self, refit: Refit, fine: int | None = None) -> ValidationFit | None:
+        """A refit on the validation recordings, with `fine` or the usual steps per sample."""
         if self.validation is None:
             return None
         fine = self.validation.fine if fine is None else fine
         key = (id(refit), fine)
-        if key not in self.unseen:
-            found = validated(replace(self.validation, fine=fine), refit)
-            assert found is not None
-            self.unseen[key] = refit, found  # the refit is held, so that its id stays its own
-        return self.unseen[key][1]
+        if key not in self.validation_cache:
+            result = fit_validation(replace(self.validation, fine=fine), refit)
+            assert result is not None
+            self.validation_cache[key] = (
+                refit,
+                result,
+            )  # the refit is held, so that its id stays its own
+        return self.validation_cache[key][1]
 
     def copied(self) -> State:
-        """The same, which stays as it is while this one goes on."""
+        """A copy that later changes do not affect."""
         return replace(
             self, present=list(self.present), rounds=list(self.rounds), steps=list(self.steps),
-            passed=list(self.passed), unseen=dict(self.unseen),
+            removed=list(self.removed), validation_cache=dict(self.validation_cache),
         )  # fmt: skip
 
     @property
-    def found(self) -> list[Effect]:
-        """What was added."""
-        return self.present[self.given :]
+    def added(self) -> list[Effect]:
+        """Effects that were added."""
+        return self.present[self.stated_count :]
 
     @property
-    def detours(self) -> tuple[str, ...]:
-        """Titles of what was added on the way and turned out needless at the end."""
+    def needless(self) -> tuple[str, ...]:
+        """Titles of effects that were added and are no longer in the model."""
         kept = {e.title for e in self.present}
-        return tuple(title for title in dict.fromkeys(self.passed) if title not in kept)
+        return tuple(title for title in dict.fromkeys(self.removed) if title not in kept)
 
 
-def given_step(begun: Begun) -> LadderStep:
-    """The first step of a ladder, named by the effects that its model states."""
-    stated = listed([e.title for e in begun.base.hypothesis.model.effects])
+def base_step(base_fit: BaseFit) -> LadderStep:
+    """First step of a ladder, named by the effects that its model states."""
+    stated = listed([e.title for e in base_fit.base.hypothesis.model.effects])
     title = f"The model with {stated}" if stated else "The model as given"
-    return ladder_step(begun.data, begun.validated, begun.base, None, title, ())
+    return ladder_step(base_fit.data, base_fit.validation_fit, base_fit.base, None, title, ())
 
 
 def step_of(state: State, added: Effect | None, title: str) -> LadderStep:
-    """The ladder's step for the model as it stands, after `added` came in or something went."""
+    """The ladder step of the current model, after `added` came in or an effect was removed."""
     names: tuple[str, ...] = ()
     if added is not None:
-        names = names_of(added, state.refit.hypothesis.model, state.data.sizes) or ("",)
+        names = parameter_names(added, state.refit.hypothesis.model, state.data.sizes) or ("",)
     kind = None if added is None else added.kind
-    later = state.validated(state.refit)
+    later = state.validation_fit(state.refit)
     return ladder_step(state.data, later, state.refit, kind, title, names)
 
 
-def begun_state(setup: Setup, begun: Begun) -> State:
-    """The model as given, before the first round."""
+def state_from_base_fit(setup: Setup, base_fit: BaseFit) -> State:
+    """State of the base model, before the first round."""
     present = list(setup.model.effects)
     state = State(
-        begun.data, begun.base, present, len(present), [], [given_step(begun)], begun.validation
+        base_fit.data,
+        base_fit.base,
+        present,
+        len(present),
+        [],
+        [base_step(base_fit)],
+        base_fit.validation,
     )
-    if begun.validation is not None and begun.validated is not None:
-        state.unseen[id(begun.base), begun.validation.fine] = begun.base, begun.validated
+    if base_fit.validation is not None and base_fit.validation_fit is not None:
+        state.validation_cache[id(base_fit.base), base_fit.validation.fine] = (
+            base_fit.base,
+            base_fit.validation_fit,
+        )
     return state
 
 
-def settings(state: State) -> list[dict[str, object]]:
-    """The accepted effects, with what they include, as [model] effects of a scenario."""
+def added_effect_settings(state: State) -> list[dict[str, object]]:
+    """The added effects, with those that they include, as [model] effects of a scenario."""
     model = state.refit.hypothesis.model
-    known = {**model.effect_values, **state.refit.hypothesis.values()}
-    have = {e.kind for e in with_included(state.present[: state.given])}
+    values = {**model.effect_values, **state.refit.hypothesis.values()}
+    stated = {e.kind for e in with_included(state.present[: state.stated_count])}
     listed: list[dict[str, object]] = []
-    for one in with_included(state.found):
-        if one.kind in have and not one.repeats:
+    for effect in with_included(state.added):
+        if effect.kind in stated and not effect.repeats:
             continue
-        entry: dict[str, object] = {"id": one.kind}
-        for effect_parameter in one.parameters(model.arm, model.drive, state.data.sizes):
+        entry: dict[str, object] = {"id": effect.kind}
+        for effect_parameter in effect.parameters(model.arm, model.drive, state.data.sizes):
             name = effect_parameter.parameter.name
-            if not one.sought(effect_parameter, state.data.rig):
+            if not effect.sought(effect_parameter, state.data.rig):
                 continue
             entry[name] = {
-                "start": float(known.get(name, effect_parameter.parameter.value)),
+                "start": float(values.get(name, effect_parameter.parameter.value)),
                 "vary": True,
             }
         listed.append(entry)

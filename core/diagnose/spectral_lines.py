@@ -1,9 +1,8 @@
-"""Spectral lines of what a model leaves over: a machine nearby, if nothing else explains them.
+"""Spectral lines of a residual: vibration of a machine nearby, if nothing else explains them.
 
-A line is told only where all of this holds: it lies inside the band that the filters leave; it is
-no chance; it makes up a relevant share of what is left; it does not come back with the motion's
-cycles, and is neither in the references nor a harmonic of theirs or of the pace at which they
-change; and the fitted model does not ring there.
+A line is reported only if it lies inside the filters' band, is significant, and makes up a relevant
+share of the residual. It must not repeat with the motion's cycles, belong to the references, their
+harmonics or their rate of change, or lie at a resonance of the fitted model.
 """
 
 from __future__ import annotations
@@ -16,42 +15,41 @@ from typing import NamedTuple
 import numpy as np
 
 from ..diagnose.fit_problem import Hypothesis
-from ..diagnose.repeated_motions import FEWEST_CYCLES, inputs_of, period
+from ..diagnose.repeated_motions import FEWEST_CYCLES, motion_inputs, period
 from ..identify.prepared import Prepared
 from ..simulate.posture import posture, vibration_modes
 
-CHANCE = 1e-4
-"""That white noise shows a spectral line as high: below it, it is one."""
+LINE_SIGNIFICANCE = 1e-4
+"""Probability that white noise has a line as high: below it, a line is significant."""
 
-SHARE = 0.2
-"""Of the squared error: without less than that the rms would fall by less than a tenth, and nobody
-would look for a machine."""
+LEAST_LINE_SHARE = 0.2
+"""Least share of the squared error: removing less would reduce the rms by less than a tenth."""
 
 WINDOW = 25
-"""Frequencies on each side against which a line is judged."""
+"""Frequencies on each side that a line is compared with."""
 
 LOWEST = 3
-"""Periods within a recording: below, a drift is no line."""
+"""Least periods within a recording: fewer are drift."""
 
 FEWEST_PERIODS = 8
-"""The same of a machine nearby: below, an octave around holds little beside the line itself, and
-what a model misses is largest at low frequencies anyhow."""
+"""Least periods of a machine's vibration: below, an octave around holds little beside the line, and
+model error is largest at low frequencies."""
 
 SPREAD = 2
 """Frequencies of a Hann window's main lobe on each side of a line."""
 
 
 class Line(NamedTuple):
-    """A line of one signal."""
+    """A spectral line of one signal."""
 
     chance: float
     hz: float
     share: float
-    """Of the signal's squared deviation from its mean."""
+    """Share of the signal's variance."""
 
 
 @dataclass(frozen=True)
-class Vibration:
+class UnexplainedLine:
     """The strongest line that nothing explains."""
 
     channel: str
@@ -59,13 +57,13 @@ class Vibration:
 
 
 def line_of(x: np.ndarray, dt: float) -> Line | None:
-    """The highest line of x (N,) over its neighbourhood; None for short signals."""
-    found = lines_of(x, dt)
-    return max(found, key=lambda one: -one.chance) if found else None
+    """The most significant line of x (N,); None for short signals."""
+    lines = lines_of(x, dt)
+    return max(lines, key=lambda line: -line.chance) if lines else None
 
 
 def lines_of(x: np.ndarray, dt: float) -> list[Line]:
-    """All local peaks of x (N,) with their chances, in the order of their frequencies."""
+    """All local peaks of x (N,) with their chances, by frequency."""
     N = len(x)
     if N < 8 * WINDOW:
         return []
@@ -75,23 +73,23 @@ def lines_of(x: np.ndarray, dt: float) -> list[Line]:
     # Scaled so that the ordinates of a sine add up to its mean square.
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2 * 2.0 / (N * np.sum(window**2))
     padded = np.pad(power, WINDOW, mode="reflect")
-    around = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * WINDOW + 1), axis=1)
-    around = np.maximum(around, _within_an_octave(power))
-    background = np.maximum(around / np.log(2.0), 1e-300)  # the mean that a median stands for
+    median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * WINDOW + 1), axis=1)
+    median = np.maximum(median, _within_an_octave(power))
+    background = np.maximum(median / np.log(2.0), 1e-300)  # the mean that a median stands for
     ratio = np.minimum(power / background, 700.0)
     chances = np.minimum((len(power) - LOWEST) * np.exp(-ratio), 1.0)
-    found = []
+    lines = []
     for k in range(LOWEST, len(power) - 1):
         if power[k] >= max(power[k - 1], power[k + 1]):
             near = slice(max(k - SPREAD, 1), k + SPREAD + 1)
             above = float(np.sum(power[near] - background[near]))
-            found.append(Line(float(chances[k]), k / (N * dt), max(above, 0.0) / variance))
-    return found
+            lines.append(Line(float(chances[k]), k / (N * dt), max(above, 0.0) / variance))
+    return lines
 
 
 def _within_an_octave(power: np.ndarray) -> np.ndarray:
-    """(F,) median of the ordinates from half to twice a frequency, without its own main lobe: an
-    error that falls with the frequency stands out of a window of even width at its lower end."""
+    """(F,) median of the ordinates from half to twice a frequency, without the main lobe: error
+    that falls with frequency exceeds an even window at its lower end."""
     out = np.zeros(len(power))
     for k in range(LOWEST, min(len(power), 2 * WINDOW)):  # further up that window is the wider one
         below, beyond = power[k // 2 : k - SPREAD], power[k + SPREAD + 1 : 2 * k + 1]
@@ -104,34 +102,37 @@ def unexplained_line(
     errors: Sequence[np.ndarray],
     fitted: Hypothesis | None,
     above: float,
-) -> Vibration | None:
-    """The line with the largest share over all recordings and channels whose error exceeds `above`.
+) -> UnexplainedLine | None:
+    """The unexplained line with the largest share, over all recordings and channels whose error
+    exceeds `above`.
 
-    `errors` (M, k) per recording in floors; `fitted` the model that left them, whose resonances
-    are no lines of a machine.
+    `errors` (M, k) per recording in noise floors; `fitted`: the model that left them, whose
+    resonances are no machine's lines.
     """
-    best: Vibration | None = None
+    best: UnexplainedLine | None = None
     for i, (e, r) in enumerate(zip(experiments, errors, strict=True)):
-        known: _Known | None = None
+        explained: _KnownLines | None = None
         for name, x, dt in _signals(e, r):
             if np.sqrt(np.mean(x**2)) < above:
                 continue
-            known = known or _Known.of(e, fitted, i)
+            explained = explained or _KnownLines.of(e, fitted, i)
             size = float(np.sum((x - x.mean()) ** 2))
-            x = _without_cycles(x, dt, known.cycle)
-            left = float(np.sum((x - x.mean()) ** 2)) / max(size, 1e-300)
+            x = _without_cycles(x, dt, explained.cycle)
+            share = float(np.sum((x - x.mean()) ** 2)) / max(size, 1e-300)
             for line in lines_of(x, dt):
-                line = line._replace(share=line.share * left)
+                line = line._replace(share=line.share * share)
                 lasts = line.hz * len(x) * dt >= FEWEST_PERIODS
-                stands_out = lasts and line.chance < CHANCE and line.share > SHARE
-                credible = stands_out and not known.explains(line)
+                stands_out = (
+                    lasts and line.chance < LINE_SIGNIFICANCE and line.share > LEAST_LINE_SHARE
+                )
+                credible = stands_out and not explained.explains(line)
                 if credible and (best is None or line.share > best.line.share):
-                    best = Vibration(name, line)
+                    best = UnexplainedLine(name, line)
     return best
 
 
 def _signals(e: Prepared, r: np.ndarray) -> Iterator[tuple[str, np.ndarray, float]]:
-    """(channel, samples (N,), sample time) of what counts, at the sensor's own pace."""
+    """(channel, samples (N,), sample time) of what counts, at the sensor's own rate."""
     dt = float(e.time[1] - e.time[0])
     for k, (name, _) in enumerate(e.channels):
         rows = np.flatnonzero(e.counted[:, k])
@@ -143,8 +144,8 @@ def _signals(e: Prepared, r: np.ndarray) -> Iterator[tuple[str, np.ndarray, floa
 
 
 def _without_cycles(x: np.ndarray, dt: float, cycle: float | None) -> np.ndarray:
-    """What of x (N,) does not come back with each cycle (s); whole cycles only, of three or more
-    without the first, which starts from rest."""
+    """The part of x (N,) that does not repeat with each cycle (s), in whole cycles; of three or
+    more without the first, which starts from rest."""
     length = 0 if cycle is None else int(round(cycle / dt))
     count = len(x) // length if length else 0
     if count < FEWEST_CYCLES:
@@ -153,52 +154,53 @@ def _without_cycles(x: np.ndarray, dt: float, cycle: float | None) -> np.ndarray
     return np.asarray((cycles - cycles.mean(axis=0)).ravel())
 
 
-BESIDE = 2.0
-"""Widths of a recording's frequencies: so near a line belongs to another one."""
+LINE_WIDTH = 2.0
+"""In frequency steps of the recording: lines this close are the same."""
 
-PRESENT = 0.02
-"""Of a reference's squared size: what makes a line of it worth its harmonics."""
+LEAST_REFERENCE_SHARE = 0.02
+"""Least share of a reference's square for its harmonics to count."""
 
 HARMONICS = 7
-"""A friction answers a sine with odd ones that fall with their square: beyond it is a hundredth."""
+"""Harmonics of a sine under friction fall with their square: beyond the seventh they are a
+hundredth."""
 
-MIXED = 4
-"""Strongest lines of the references whose sums and differences are looked at."""
+MOST_MIXED = 4
+"""Strongest lines of the references whose sums and differences count."""
 
-RINGS = 0.3
-"""Damping ratio up to which a pole shows a peak that could be taken for a line."""
+RESONANT = 0.3
+"""Damping ratio up to which a pole has a peak like a line."""
 
-OFF = 0.05
-"""Relative: by how much a resonance of a model that lacks something lies beside the real one."""
+RESONANCE_MARGIN = 0.05
+"""Relative error of a resonance of a model that lacks something."""
 
 PLACES = 9
-"""Of a moving schedule, at which resonances are looked up."""
+"""Postures of a moving schedule at which resonances are computed."""
 
 
 @dataclass(frozen=True)
-class _Known:
-    """What explains lines of one recording."""
+class _KnownLines:
+    """Known causes of lines in one recording."""
 
     highest: float
-    """Hz, of what the filters leave"""
+    """Hz, band of the filters"""
     width: float
     """Hz between frequencies of the recording's spectrum"""
     driven: tuple[float, ...]
-    """Hz, of the references, their harmonics and mixtures"""
+    """Hz, lines of the references, their harmonics and mixtures"""
     pace: float
-    """Hz, of which any multiple may come from a reference that is held; 0 where none is"""
+    """Hz, whose multiples may come from a held reference; 0: none is held"""
     resonances: tuple[tuple[float, float], ...]
     """(Hz, Hz to each side)"""
     cycle: float | None
     """s, after which the motion repeats"""
 
     @classmethod
-    def of(cls, e: Prepared, fitted: Hypothesis | None, i: int) -> _Known:
+    def of(cls, e: Prepared, fitted: Hypothesis | None, i: int) -> _KnownLines:
         dt, N = e.recording.sample_time, len(e.recording.time)
         filters = [f for kind in {*e.kinds} for f in e.processing.filters(kind)]
         commanded = e.model.steering is None
         references = e.task.references if commanded else np.zeros((N, 0))
-        cycle = period(inputs_of(e))
+        cycle = period(motion_inputs(e))
         return cls(
             highest=min((f.cutoff_hz for f in filters), default=np.inf),
             width=1.0 / (N * dt),
@@ -209,35 +211,35 @@ class _Known:
         )
 
     def explains(self, line: Line) -> bool:
-        """Whether the line lies outside the band, or is no surprise where it is."""
-        beside = BESIDE * self.width
+        """Whether the line lies outside the band or has a known cause."""
+        width = LINE_WIDTH * self.width
         nearest = abs(line.hz - self.pace * np.round(line.hz / self.pace)) if self.pace else np.inf
         return (
             line.hz > self.highest
-            or any(abs(line.hz - hz) < beside for hz in self.driven)
-            or nearest < beside
-            or any(abs(line.hz - hz) < max(beside, side) for hz, side in self.resonances)
+            or any(abs(line.hz - hz) < width for hz in self.driven)
+            or nearest < width
+            or any(abs(line.hz - hz) < max(width, side) for hz, side in self.resonances)
         )
 
 
 def _driven(references: np.ndarray, dt: float) -> tuple[float, ...]:
-    """Hz of the lines of references (N, k), of their harmonics, sums and differences."""
+    """Hz: lines of references (N, k), their harmonics, sums and differences."""
     lines = [
         line
         for column in references.T
         for line in lines_of(column, dt)
-        if line.chance < CHANCE and line.share > PRESENT
+        if line.chance < LINE_SIGNIFICANCE and line.share > LEAST_REFERENCE_SHARE
     ]
-    strongest = sorted(lines, key=lambda one: -one.share)[:MIXED]
-    found = [n * line.hz for line in lines for n in range(1, HARMONICS + 1)]
+    strongest = sorted(lines, key=lambda x: -x.share)[:MOST_MIXED]
+    frequencies = [n * line.hz for line in lines for n in range(1, HARMONICS + 1)]
     for a, b in combinations(strongest, 2):
-        found += [a.hz + b.hz, abs(a.hz - b.hz)]
-    return tuple(found)
+        frequencies += [a.hz + b.hz, abs(a.hz - b.hz)]
+    return tuple(frequencies)
 
 
 def _pace(references: np.ndarray, dt: float) -> float:
-    """Hz, half of that at which references (N, k) change that are held for several samples; 0 where
-    they change at each. Half, because values often come with their negatives."""
+    """Hz: half the rate at which held references (N, k) change, as values often come with their
+    negatives; 0 if they change at each sample."""
     changes = np.flatnonzero(np.any(np.diff(references, axis=0) != 0.0, axis=1))
     if changes.size < 2:
         return 0.0
@@ -246,14 +248,11 @@ def _pace(references: np.ndarray, dt: float) -> float:
 
 
 def _resonances(fitted: Hypothesis, i: int) -> tuple[tuple[float, float], ...]:
-    """(Hz, Hz to each side) where the fitted model rings along recording i.
-
-    Of the effects only those with a place in a linear model: the slope of a friction at rest says
-    nothing about a motion.
-    """
+    """(Hz, Hz to each side) of the resonances of the fitted model along recording i. Only effects
+    with a linear model count: the slope of friction at rest says nothing about a motion."""
     e = fitted.residuals.experiments[i]
     values = fitted.residuals.predictor.values(e, fitted.vector)
-    smooth = [one for one in fitted.model.effects if one.linear]
+    smooth = [effect for effect in fitted.model.effects if effect.linear]
     model = fitted.model.with_effects(smooth, {**fitted.model.effect_values, **values})
     numbers, schedule = model.numbers(values), e.task.schedule
     rows = np.unique(np.linspace(0, len(schedule) - 1, PLACES).astype(int))
@@ -261,6 +260,6 @@ def _resonances(fitted: Hypothesis, i: int) -> tuple[tuple[float, float], ...]:
         mode
         for row in rows
         for mode in vibration_modes(posture(model, schedule[row, : model.arm.joints], numbers))
-        if mode.damping < RINGS
+        if mode.damping < RESONANT
     ]
-    return tuple((m.frequency, (m.damping + OFF) * m.frequency) for m in modes)
+    return tuple((m.frequency, (m.damping + RESONANCE_MARGIN) * m.frequency) for m in modes)

@@ -13,11 +13,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.base_fit import Begun
+from ..diagnose.base_fit import BaseFit
 from ..diagnose.evidence import TIE
 from ..diagnose.fit_problem import Hypothesis
 from ..diagnose.linear_screen import screen
-from ..diagnose.next_experiment import NAME, Known, on_data, score_on, shared_normal_matrix
+from ..diagnose.next_experiment import (
+    NAME,
+    NormalMatrix,
+    hypothesis_on,
+    score_on_data,
+    shared_normal_matrix,
+)
 from ..diagnose.refit import Refit, refit_with
 from ..effects import catalogue
 from ..errors import InputError
@@ -93,7 +99,7 @@ class Design:
         return self.score > TIE
 
 
-def design(begun: Begun, wish: Wish, progress: Progress) -> Design:
+def design(begun: BaseFit, wish: Wish, progress: Progress) -> Design:
     """The experiments that a person should make next.
 
     Args:
@@ -183,7 +189,7 @@ def _candidates(
     seconds = min(max(length, SHORTEST), LONGEST, wish.seconds)
     dt = first.sample_time
     begun, doubt, steps = _sizes(fitted), fitted.doubt, fitted.steps
-    known: list[Known] = list(on_all_cores(shared_normal_matrix, competing))
+    known: list[NormalMatrix] = list(on_all_cores(shared_normal_matrix, competing))
 
     def one(trial: Trial) -> Candidate | None:
         if progress.stopped():
@@ -193,8 +199,8 @@ def _candidates(
         if strong is None:
             return None
         there = fitted.there(strong)
-        score = score_on(there, competing[0], competing[1], known) if competing else 0.0
-        return Candidate(strong, expected(on_data(there, fitted.h), fitted.errors), score)
+        score = score_on_data(there, competing[0], competing[1], known) if competing else 0.0
+        return Candidate(strong, expected(hypothesis_on(there, fitted.h), fitted.errors), score)
 
     tried = trials(limits, round(seconds / dt) * dt, dt)
     found = [c for c in on_all_cores(one, tried) if c is not None]
@@ -255,7 +261,8 @@ def _narrowed(
 ) -> tuple[Deviation, ...]:
     """The fit's own deviations, and what the chosen experiments make of them."""
     exact = on_all_cores(
-        lambda c: expected(on_data(fitted.there(c.trial), fitted.h), fitted.errors, EXACT), chosen
+        lambda c: expected(hypothesis_on(fitted.there(c.trial), fitted.h), fitted.errors, EXACT),
+        chosen,
     )
     chosen = [replace(c, shows=shown) for c, shown in zip(chosen, exact, strict=True)]
     was = fitted.deviations(fitted.known)

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from ..diagnose.base_fit import Begun
+from ..diagnose.base_fit import BaseFit
 from ..diagnose.final_results import final_parameters
 from ..diagnose.fit_problem import Data, Hypothesis
-from ..diagnose.next_experiment import data_of, expected_recording
-from ..diagnose.refit import settled
+from ..diagnose.next_experiment import data_for_recording, expected_recording
+from ..diagnose.refit import with_robust_covariance
 from ..experiments.information import Information, information
 from ..experiments.trial import Trial, played, played_to
 from ..identify.estimates import derived_estimates
@@ -42,7 +42,7 @@ the motion hardly depends on it."""
 class FittedModel:
     """The model on the recordings there are, and what they tell."""
 
-    begun: Begun
+    begun: BaseFit
 
     @property
     def h(self) -> Hypothesis:
@@ -111,7 +111,7 @@ class FittedModel:
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
         """Shared parameters that are estimated, and what follows from them, by name."""
-        return {e.name: e for e in final_parameters(settled(self.begun.base))}
+        return {e.name: e for e in final_parameters(with_robust_covariance(self.begun.base))}
 
     @cached_property
     def known(self) -> Information:
@@ -133,7 +133,7 @@ class FittedModel:
         """Its data."""
         model, like = played_to(self.h), self.data.experiments[0].recording
         task, point = trial.task(model)
-        return data_of(
+        return data_for_recording(
             self.data, expected_recording(model, task, point, trial.motion(self.h), like)
         )
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..diagnose.base_fit import Begun
-from ..diagnose.cost_minimum import precise
-from ..diagnose.diagnose import begin_on
+from ..diagnose.base_fit import BaseFit
+from ..diagnose.cost_minimum import converge_precisely
+from ..diagnose.diagnose import fit_base_to_recordings
 from ..diagnose.linear_or_nonlinear import AUTO
 from ..diagnose.output_noise import stated_noise
 from ..diagnose.search_state import Options
@@ -51,7 +51,7 @@ def plan(
     return design(fitted(scenario, recordings, progress), wish, progress)
 
 
-def fitted(scenario: Scenario, recordings: Sequence[Recording], progress: Progress) -> Begun:
+def fitted(scenario: Scenario, recordings: Sequence[Recording], progress: Progress) -> BaseFit:
     """The scenario's model on its recordings, identified and then fitted to all channels, as a
     diagnosis begins, and as exactly as one ends: deviations are to be relied on."""
     model = base_model(scenario)
@@ -67,6 +67,6 @@ def fitted(scenario: Scenario, recordings: Sequence[Recording], progress: Progre
         identified=found,
         stated_rig=scenario.rig.statements,
     )
-    begun = begin_on(setup, spec, recordings, options, progress)
-    data, base = precise(begun.data, begun.base, progress.stopped)
+    begun = fit_base_to_recordings(setup, spec, recordings, options, progress)
+    data, base = converge_precisely(begun.data, begun.base, progress.stopped)
     return replace(begun, data=data, base=base, known=None)

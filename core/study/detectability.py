@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..diagnose.base_fit import nuisance_of
+from ..diagnose.base_fit import nuisance_unknowns
 from ..effects.sizes import sizes_of
 from ..identify.predictor import Predictor
 from ..identify.prepared import prepare
@@ -44,7 +44,7 @@ class Detectability:
         """(K, P) orthonormal: what nominal parameters, starts and known effects can absorb."""
         outputs = [sensor(kind) for kind in KINDS]
         bare = self.base.bare or self.base
-        items = list(nuisance_of(bare, IDENTIFY, self.recordings))
+        items = list(nuisance_unknowns(bare, IDENTIFY, self.recordings))
         taken = {u.parameter.name for u in items}
         items += [Unknown(p) for n, p in self.base.effect_parameters.items() if n not in taken]
         unknowns = Unknowns(tuple(items))

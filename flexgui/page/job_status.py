@@ -6,7 +6,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from flexgui.core.diagnose.progress_messages import aside
+from flexgui.core.diagnose.progress_messages import split_note
 from flexgui.jobs.job import QUEUED, STOPPING, JobState
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, button, paragraph
@@ -49,7 +49,7 @@ def status_texts(run: JobState) -> tuple[str, str, str]:
         return f"Waiting{place}.", "", ""
     if run.phase == STOPPING:
         return "Stopping …", "", ""
-    activity, note = aside(run.text)
+    activity, note = split_note(run.text)
     steps = f", {min(run.done, run.total)} of {run.total}" if run.total else ""
     note = note.strip("()")
     lower = note[:1].upper() + note[1:]

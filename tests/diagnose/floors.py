@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from flexgui.core.diagnose.noise_floor import Floor, channel_floors
-from flexgui.core.diagnose.sensor_noise import coloured
+from flexgui.core.diagnose.sensor_noise import autoregressive_noise
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared import prepare
 from flexgui.core.identify.processing import Processing
@@ -35,7 +35,7 @@ class Case:
     cutoff: float | None = None
     """Hz"""
     output_cutoff: float | None = None
-    colour: float = 0.0
+    ar_coefficient: float = 0.0
     step: float = 0.0
     dt: float = 1e-3
     seconds: float = 2.0
@@ -70,7 +70,9 @@ def noisy(case: Case, recording: Recording, rng: np.random.Generator) -> Recordi
 
     channels, logged = dict(recording.channels), {}
     for name in ("z1", "z2", "theta1", "theta2"):
-        x = channels[name] + case.std * coloured(rng, len(recording.time), case.colour)
+        x = channels[name] + case.std * autoregressive_noise(
+            rng, len(recording.time), case.ar_coefficient
+        )
         x = np.round(x / case.step) * case.step if case.step else x
         if case.logger is not None:
             x, logged[name] = apply_logger_filter(x, case.dt, case.logger), case.logger

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.evidence import at_bounds, beyond, ended_at_bound
+from flexgui.core.diagnose.evidence import at_bounds, ended_at_bound, reduction_beyond_bound
 from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
@@ -44,7 +44,7 @@ def test_what_a_bound_costs_is_what_least_squares_without_it_saves(seed: int, si
     S, (block,) = at.descended.slopes[0].reshape(-1, 3), at.descended.blocks
     rest, *_ = np.linalg.lstsq(S, -block.ravel(), rcond=None)
     saved = cost_of([block]) - cost_of([block + (S @ rest).reshape(block.shape)])
-    assert beyond(at, 2) == pytest.approx(saved, rel=EXACT)
+    assert reduction_beyond_bound(at, 2) == pytest.approx(saved, rel=EXACT)
 
 
 def test_a_bound_that_nothing_presses_costs_nothing() -> None:
@@ -53,7 +53,7 @@ def test_a_bound_that_nothing_presses_costs_nothing() -> None:
     at.descended = replace(
         at.descended, blocks=(at.descended.blocks[0] + 0.1 * at.descended.slopes[0][..., 2],)
     )
-    assert beyond(at, 2) == 0.0
+    assert reduction_beyond_bound(at, 2) == 0.0
 
 
 def pressed(upper: float) -> tuple[Data, Refit]:

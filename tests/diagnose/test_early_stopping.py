@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexgui.core.diagnose.evidence import merit
-from flexgui.core.diagnose.search_round import in_the_race
+from flexgui.core.diagnose.search_round import still_competitive
 
 COUNT = 1000
 BASE = SimpleNamespace(cost=101.0 * COUNT, hypothesis=SimpleNamespace(unknowns=range(5)))
@@ -24,7 +24,7 @@ def runner(left: float, bound: float, own: int = 1) -> Any:
 
 
 def going(*runners: Any) -> list[bool]:
-    return in_the_race(runners, BASE, COUNT)  # type: ignore[arg-type]
+    return still_competitive(runners, BASE, COUNT)  # type: ignore[arg-type]
 
 
 def test_who_is_far_behind_goes_on_only_where_the_next_step_may_change_that() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from flexgui.core.diagnose.final_ladder import final_ladder
 from flexgui.core.diagnose.refit import Refit
-from flexgui.core.diagnose.search_state import Options, State, begun_state
+from flexgui.core.diagnose.search_state import Options, State, state_from_base_fit
 from flexgui.core.effects import effect
 from flexgui.core.progress import Silent
 from tests.diagnose.test_stated_effects import bare
@@ -26,8 +26,8 @@ def searched(**changes: Any) -> tuple[State, Any]:
     """After a search that came from a worse minimum to the better one by an effect that is gone."""
     begun = replace(bare(), base=stuck())
     setup: Any = SimpleNamespace(model=SimpleNamespace(effects=()))
-    state = begun_state(setup, begun)
-    state.refit, state.passed = bare().base, ["Soft base"]
+    state = state_from_base_fit(setup, begun)
+    state.refit, state.removed = bare().base, ["Soft base"]
     for name, value in changes.items():
         setattr(state, name, value)
     return state, begun
@@ -42,7 +42,7 @@ def test_the_better_minimum_is_the_model_as_given_and_the_ranking_is_its_own() -
     assert found.base is bare().base
     assert [s.added for s in state.steps] == [None]
     assert state.steps[0].cost_per_sample < begun.base.cost / begun.data.count
-    assert [r.accepted for r in state.rounds] == [None] and not state.passed
+    assert [r.accepted for r in state.rounds] == [None] and not state.removed
     assert {r.effect for r in state.rounds[0].ranking} == {"torque_offset"}
 
 
@@ -50,7 +50,7 @@ def test_it_stays_where_effects_are_kept_or_none_was_taken_out_or_the_minimum_is
     None
 ):
     kept = searched(present=[effect("viscous_friction")])
-    untouched = searched(passed=[])
+    untouched = searched(removed=[])
     no_better = searched(refit=stuck())
     for state, given in (kept, untouched, no_better):
         assert final_ladder(state, given, ASKED, Silent())[1] is given

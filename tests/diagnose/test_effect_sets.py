@@ -11,9 +11,9 @@ import pytest
 
 from flexgui.core.diagnose import acceptance
 from flexgui.core.diagnose.acceptance import Acceptance, Round
-from flexgui.core.diagnose.effect_sets import FoundSet, best_set
-from flexgui.core.diagnose.evidence import BAR, Weighed, acceptable
-from flexgui.core.diagnose.linear_screen import Screen, _scored
+from flexgui.core.diagnose.effect_sets import EffectSet, best_effect_set
+from flexgui.core.diagnose.evidence import LEAST_SHARE, RefittedCandidate, acceptable
+from flexgui.core.diagnose.linear_screen import Screen, _score_columns
 from flexgui.core.diagnose.output_changes import Column
 from flexgui.core.effects import effect
 from flexgui.core.effects.effect import Effect
@@ -41,7 +41,7 @@ def seen(errors: np.ndarray, blocks: dict[str, np.ndarray]) -> Screen:
     columns = [column(kind, block) for kind, block in blocks.items()]
     slopes = [np.zeros((*errors.shape, 0))]
     rows = [[np.arange(len(errors))] * errors.shape[1]]
-    return _scored([errors], slopes, columns, [effect(kind) for kind in blocks], 0, rows)
+    return _score_columns([errors], slopes, columns, [effect(kind) for kind in blocks], 0, rows)
 
 
 def directions(seed: int, names: tuple[str, ...]) -> dict[str, np.ndarray]:
@@ -54,7 +54,7 @@ def test_four_equal_effects_are_found_together(seed: int) -> None:
     blocks = directions(seed, (*FOUR, STAND_IN, "air_drag", "camera_delay"))
     noise = NOISE * np.random.default_rng(seed + 100).standard_normal((SAMPLES, 1))
     errors = sum(2.0 * blocks[name] for name in FOUR) + noise
-    found = best_set(seen(np.asarray(errors), blocks), 4, SAMPLES)
+    found = best_effect_set(seen(np.asarray(errors), blocks), 4, SAMPLES)
     assert {s.effect.kind for s in found.members} == set(FOUR)
 
 
@@ -67,7 +67,7 @@ def test_a_stand_in_that_comes_first_gives_way_to_the_pair_that_is_true(seed: in
     blocks[STAND_IN] = total + 0.4 * np.random.default_rng(seed + 7).standard_normal(total.shape)
     screen = seen(3.0 * total + noise, blocks)
     assert screen.candidates[0].effect.kind == STAND_IN
-    found = best_set(screen, 3, SAMPLES)
+    found = best_effect_set(screen, 3, SAMPLES)
     assert {s.effect.kind for s in found.members} == set(FOUR[:2])
 
 
@@ -75,16 +75,16 @@ def test_a_stand_in_that_comes_first_gives_way_to_the_pair_that_is_true(seed: in
 def test_noise_alone_makes_no_set(seed: int) -> None:
     blocks = directions(seed, (*FOUR, STAND_IN))
     noise = NOISE * np.random.default_rng(seed + 100).standard_normal((SAMPLES, 1))
-    assert best_set(seen(noise, blocks), 4, SAMPLES).members == ()
+    assert best_effect_set(seen(noise, blocks), 4, SAMPLES).members == ()
 
 
-def weighed(reduction: float) -> Weighed:
-    return Weighed(None, None, 1, reduction, 1.0, 500.0, 490.0, 1e-20)  # type: ignore[arg-type]
+def weighed(reduction: float) -> RefittedCandidate:
+    return RefittedCandidate(None, None, 1, reduction, 1.0, 500.0, 490.0, 1e-20)  # type: ignore[arg-type]
 
 
 def test_a_quarter_of_the_error_is_accepted_as_part_of_a_set_that_explains_it() -> None:
     quarter = weighed(0.25)
-    assert quarter.reduction < BAR
+    assert quarter.reduction < LEAST_SHARE
     assert not acceptable(quarter)
     assert acceptable(quarter, part=True)
 
@@ -94,10 +94,10 @@ def test_a_part_of_a_set_that_promises_little_is_not_accepted_for_it(promised, a
     """A set that leaves most of the error may be made of what stands in for the unknown."""
     one = replace(weighed(0.1), screened=SimpleNamespace(effect=effect(STAND_IN)))
     before = SimpleNamespace(cost=3.0 * SAMPLES)
-    together = FoundSet((one.screened,), promised * (before.cost - SAMPLES))
+    together = EffectSet((one.screened,), promised * (before.cost - SAMPLES))
     data = SimpleNamespace(count=SAMPLES)
     work = Acceptance(data, before, (), None, 1, lambda: False, lambda *_: "")
-    assert (work.alone([one], together, most=0).accepted is one) == accepted
+    assert (work.try_single([one], together, most=0).accepted is one) == accepted
 
 
 class Scripted(Acceptance):
@@ -105,18 +105,18 @@ class Scripted(Acceptance):
 
     good: tuple[str, ...] = ()
 
-    def _polished(self, best):
+    def _converge(self, best):
         after = SimpleNamespace(cost=SAMPLES, hypothesis=best.screened.effect.kind)
         return best, self.data, after
 
-    def jointly(self, together, found):
+    def try_jointly(self, together, found):
         self.seen.asked.append(tuple(s.effect.kind for s in together.members))
         joint = replace(self._still(found), accepted=found[0])
         return (joint if self.seen.asked[-1] == self.good else None), set()
 
-    def sets(self, found, most, tried):
+    def try_sets(self, found, most, tried):
         self.seen.asked.append("sets") if tried else None
-        return None, FoundSet((), 0.0)
+        return None, EffectSet((), 0.0)
 
     def _still(self, found):
         return Round(self.seen, tuple(found), None, self.before, self.before, self.data)
@@ -136,13 +136,13 @@ def in_company(
     work = type("One", (Scripted,), {"good": good})(
         data, before, (), screen, 1, lambda: False, lambda *_: against
     )
-    return work.alone([one, *more], FoundSet((), 0.0), most), screen.asked
+    return work.try_single([one, *more], EffectSet((), 0.0), most), screen.asked
 
 
 @pytest.fixture
 def sizes_as_they_are(monkeypatch):
     monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: None)
-    monkeypatch.setattr(acceptance, "indistinct", lambda *_: None)
+    monkeypatch.setattr(acceptance, "indistinct_from_neutral", lambda *_: None)
 
 
 @pytest.mark.usefixtures("sizes_as_they_are")
@@ -166,7 +166,7 @@ def test_the_shape_of_a_new_effect_is_looked_at_where_only_noise_is_left_too(mon
     )
     there, new = effect("viscous_friction"), effect("torque_ripple")
     work = Acceptance(SimpleNamespace(), None, [there], None, 1, lambda: False, lambda *_: None)
-    work._shaped(work.data, SimpleNamespace(errors=()), [new, there])
+    work._with_best_shapes(work.data, SimpleNamespace(errors=()), [new, there])
     assert asked == ["torque_ripple"]
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from flexgui.core.diagnose.cost_minimum import converged
+from flexgui.core.diagnose.cost_minimum import converge
 from flexgui.core.diagnose.evidence import TIE
-from flexgui.core.diagnose.final_ladder import Climbed, retraced
+from flexgui.core.diagnose.final_ladder import RebuiltStep, ladder_to_final_model
 from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.diagnose.linear_screen import Screen, screen
 from flexgui.core.diagnose.refit import Refit
@@ -27,14 +27,14 @@ SMALL, LARGE = effect("tip_payload"), effect("viscous_friction")
 def last() -> tuple[Data, Refit, Screen]:
     values = {**bare().base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-3}
     start = hypothesis(bare().data, [SMALL, LARGE], values)
-    data, refit = converged(bare().data, start, None, NEVER)
+    data, refit = converge(bare().data, start, None, NEVER)
     seen = screen(bare().data, bare().base.hypothesis, [], [SMALL, LARGE, effect("torque_offset")])
     return data, refit, seen
 
 
-def climbed(found=(SMALL, LARGE), stopped=NEVER) -> list[Climbed]:  # type: ignore[no-untyped-def]
+def climbed(found=(SMALL, LARGE), stopped=NEVER) -> list[RebuiltStep]:  # type: ignore[no-untyped-def]
     data, refit, seen = last()
-    return retraced(data, bare().base, refit, [], found, seen, [], stopped)
+    return ladder_to_final_model(data, bare().base, refit, [], found, seen, [], stopped)
 
 
 def test_what_explains_most_comes_first_and_the_last_step_is_the_model_at_the_end() -> None:
@@ -57,13 +57,13 @@ def test_later_evidence_does_not_depend_on_all_that_the_model_as_given_lacked() 
     """Beside errors of 29 noise floors an effect that was all but certain seemed to be nothing."""
     start = begun({"tip_payload": {"mt2": PAYLOAD}})
     values = {**start.base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": PAYLOAD}
-    data, refit = converged(start.data, hypothesis(start.data, [SMALL, LARGE], values), None, NEVER)
+    data, refit = converge(start.data, hypothesis(start.data, [SMALL, LARGE], values), None, NEVER)
     seen = screen(start.data, start.base.hypothesis, [], [SMALL, LARGE])
     rows = whitened_rows(start.data.experiments)
     loud = fit_whitener([100.0 * x for x in start.base.errors], rows)
 
     def evidence(seen: Screen) -> list[float | None]:
-        steps = retraced(data, start.base, refit, [], [SMALL, LARGE], seen, [], NEVER)
+        steps = ladder_to_final_model(data, start.base, refit, [], [SMALL, LARGE], seen, [], NEVER)
         return [c.round.ranking[0].delta_bic for c in steps]
 
     (_, quiet), (_, beside) = evidence(seen), evidence(replace(seen, whitener=loud))
@@ -75,7 +75,7 @@ def test_what_else_was_ranked_at_first_stays_beside_it() -> None:
     data, refit, seen = last()
     rival = climbed()[1].round.ranking[0]
     known = [DiagnosisRound((rival,), "tip_payload")]
-    steps = retraced(data, bare().base, refit, [], [SMALL, LARGE], seen, known, NEVER)
+    steps = ladder_to_final_model(data, bare().base, refit, [], [SMALL, LARGE], seen, known, NEVER)
     assert [r.effect for r in steps[0].round.ranking] == ["viscous_friction", "tip_payload"]
 
 

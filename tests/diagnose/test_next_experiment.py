@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.base_fit import begin
+from flexgui.core.diagnose.base_fit import fit_base
 from flexgui.core.diagnose.evidence import TIE
 from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
 from flexgui.core.diagnose.next_experiment import (
     NAME,
-    _left,
+    _unabsorbed,
     expected_score,
+    hypothesis_on,
     next_experiments,
-    on_data,
     planned_data,
-    possible,
+    possible_experiments,
     shared_normal_matrix,
 )
 from flexgui.core.diagnose.refit import fit
@@ -78,7 +78,7 @@ def pair(level: str, first: str, sizes: Mapping[str, float], second: str, **spec
     recordings = recorded(model, {first: sizes}, **spec)
     asked = IdentifySpec(parameters=("EI1", "EI2"), output=("z", "encoder"), generations=0)
     setup = make_setup(model, asked, recordings)
-    begun = begin(setup.model, setup.outputs, setup.processing, asked, recordings, STATED, 1e-3)
+    begun = fit_base(setup.model, setup.outputs, setup.processing, asked, recordings, STATED, 1e-3)
     start = begun.base.hypothesis.values()
     both = [
         fit(hypothesis(begun.data, [effect(kind)], start), None, lambda: False, ITERATIONS)
@@ -102,7 +102,7 @@ def test_the_score_is_what_a_refit_of_the_rival_leaves() -> None:
     p = lags()
     planned = spec(hold=0.02)
     there = planned_data(p.data, planned)
-    truth, rival = on_data(there, p.first), on_data(there, p.second)
+    truth, rival = hypothesis_on(there, p.first), hypothesis_on(there, p.second)
     y = truth.residuals.predictor.predict(truth.vector)[0]
     weights = there.weights[0]
 
@@ -116,7 +116,7 @@ def test_the_score_is_what_a_refit_of_the_rival_leaves() -> None:
     assert scores[0] <= left.cost * (1.0 + LINEAR)
     assert cost_of(errors(rival.vector)) >= left.cost
     apart = errors(rival.vector)[0]
-    assert _left(rival, apart, {}) == pytest.approx(left.cost, rel=LINEAR)
+    assert _unabsorbed(rival, apart, {}) == pytest.approx(left.cost, rel=LINEAR)
 
 
 def test_an_effect_cannot_be_told_from_itself() -> None:
@@ -152,7 +152,9 @@ def test_twice_the_amplitude_gives_four_times_the_score_of_linear_models() -> No
 def test_the_proposed_experiment_decides_once_it_is_made() -> None:
     """Made with the first effect and noise, the refits of both differ by the expected score."""
     p = lags()
-    best = next_experiments(p.data, p.first, p.second, ("a", "b"), possible(p.data)[:4])[0]
+    best = next_experiments(
+        p.data, p.first, p.second, ("a", "b"), possible_experiments(p.data)[:4]
+    )[0]
     model = looped(PAPER, level="nonlinear")
     model = model.with_effects([effect("camera_delay")], p.first.values())
     planned = SimulateSpec(**best.simulate)
@@ -163,7 +165,8 @@ def test_the_proposed_experiment_decides_once_it_is_made() -> None:
         experiments=(prepare(p.data.bare, made, like.outputs, like.processing),),
     )
     costs = [
-        fit(on_data(there, h), None, lambda: False, ITERATIONS).cost for h in (p.first, p.second)
+        fit(hypothesis_on(there, h), None, lambda: False, ITERATIONS).cost
+        for h in (p.first, p.second)
     ]
     assert costs[1] - costs[0] == pytest.approx(best.score, rel=LINEAR)
     assert costs[1] - costs[0] > TIE
@@ -180,7 +183,7 @@ def test_slow_and_fast_together_part_an_offset_from_asymmetric_friction() -> Non
 
 
 def test_planned_experiments_vary_posture_amplitude_and_pace() -> None:
-    planned = possible(lags().data)
+    planned = possible_experiments(lags().data)
     assert len({(s.theta2, s.amplitude, s.hold) for s in planned}) == len(planned) == 12
     assert {s.sample_time for s in planned} == {1e-3}
 

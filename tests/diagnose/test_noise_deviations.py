@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.base_fit import Begun, begin
-from flexgui.core.diagnose.cost_minimum import widened
-from flexgui.core.diagnose.refit import Refit, settled
+from flexgui.core.diagnose.base_fit import BaseFit, fit_base
+from flexgui.core.diagnose.cost_minimum import with_drawn_deviations
+from flexgui.core.diagnose.refit import Refit, with_robust_covariance
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
@@ -34,7 +34,7 @@ EQUAL = 1e-12
 
 
 @cache
-def begun(seed: int) -> Begun:
+def begun(seed: int) -> BaseFit:
     """The paper's arm under recorded torques, with nothing hidden."""
     scenario = Scenario.model_validate({
         "title": "shaken",
@@ -52,7 +52,7 @@ def begun(seed: int) -> Begun:
     recordings = load_recordings(scenario, model, Path(), None, Silent())
     setup = make_setup(model, scenario.identify, recordings)
     parts = setup.model, setup.outputs, setup.processing, scenario.identify, recordings
-    return begin(*parts, {}, 1e-3)
+    return fit_base(*parts, {}, 1e-3)
 
 
 def off(refit: Refit) -> float:
@@ -69,14 +69,14 @@ def rms(found: list[float]) -> float:
 
 @pytest.mark.long
 def test_deviations_hold_what_the_noise_did_to_the_estimates() -> None:
-    plain = {seed: settled(begun(seed).base) for seed in SEEDS}
-    wide = [off(widened(begun(seed).data, fit, {})) for seed, fit in plain.items()]
+    plain = {seed: with_robust_covariance(begun(seed).base) for seed in SEEDS}
+    wide = [off(with_drawn_deviations(begun(seed).data, fit, {})) for seed, fit in plain.items()]
     assert rms(wide) < WIDE_ENOUGH < rms([off(fit) for fit in plain.values()])
 
 
 def test_no_deviation_becomes_smaller_and_correlations_stay() -> None:
-    before = settled(begun(0).base)
-    after = widened(begun(0).data, before, {})
+    before = with_robust_covariance(begun(0).base)
+    after = with_drawn_deviations(begun(0).data, before, {})
     own = [np.sqrt(np.diag(fit.covariance)) for fit in (before, after)]
     assert np.all(own[1] >= own[0]) and np.any(own[1] > own[0])
     apart = [fit.covariance / np.outer(s, s) for fit, s in zip((before, after), own, strict=True)]
@@ -84,12 +84,14 @@ def test_no_deviation_becomes_smaller_and_correlations_stay() -> None:
 
 
 def test_without_noise_deviations_stay_as_they_are() -> None:
-    before = settled(begun(0).base)
+    before = with_robust_covariance(begun(0).base)
     stated = {"theta1": SILENT, "theta2": SILENT}
-    assert widened(begun(0).data, before, stated).covariance == pytest.approx(before.covariance)
+    assert with_drawn_deviations(begun(0).data, before, stated).covariance == pytest.approx(
+        before.covariance
+    )
 
 
 def test_what_has_no_deviation_gets_none() -> None:
-    before = settled(begun(0).base)
+    before = with_robust_covariance(begun(0).base)
     before.covariance[:] = np.nan
-    assert widened(begun(0).data, before, {}) is before
+    assert with_drawn_deviations(begun(0).data, before, {}) is before

@@ -11,8 +11,14 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.segment import Segment
 from flexgui.core.diagnose.noise_floor import Floor
-from flexgui.core.diagnose.noise_propagation import Route
-from flexgui.core.diagnose.sensor_noise import ColumnNoise, is_command, noise_of, quieter, quietest
+from flexgui.core.diagnose.noise_propagation import NoisePath
+from flexgui.core.diagnose.sensor_noise import (
+    ColumnNoise,
+    is_command,
+    noise_of,
+    quieter_series,
+    quietest_stretches,
+)
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
@@ -55,7 +61,7 @@ def check(case: Case, source: str, **how) -> None:  # type: ignore[no-untyped-de
 @pytest.mark.parametrize("colour", COLOURS)
 @pytest.mark.parametrize("cutoff", long_except((None, 50.0), (None, *CUTOFFS)))
 def test_under_a_filter_of_any_width_and_noise_of_any_colour(stated, colour, cutoff):
-    case = Case(cutoff=cutoff, colour=COLOURS[colour])
+    case = Case(cutoff=cutoff, ar_coefficient=COLOURS[colour])
     check(case, "stated" if stated else "estimated", stated=stated)
 
 
@@ -78,7 +84,7 @@ def test_at_any_rate_and_for_any_signal(stated, dt, excitation):
 @pytest.mark.parametrize("colour", ["white", "some memory"])
 def test_what_a_model_lacks_is_not_taken_for_noise(cutoff, colour):
     """A stiffness that is off by a third leaves an error that is many times the noise."""
-    check(Case(cutoff=cutoff, colour=COLOURS[colour], wrong=0.7), "estimated")
+    check(Case(cutoff=cutoff, ar_coefficient=COLOURS[colour], wrong=0.7), "estimated")
 
 
 UNSEEN = 2.5
@@ -87,7 +93,7 @@ UNSEEN = 2.5
 
 @pytest.mark.parametrize("cutoff", [None, 20.0, 50.0])
 def test_a_long_memory_below_a_models_error_is_guessed_within_bounds(cutoff):
-    for floor, true in found_and_true(Case(cutoff=cutoff, colour=0.9, wrong=0.7)).values():
+    for floor, true in found_and_true(Case(cutoff=cutoff, ar_coefficient=0.9, wrong=0.7)).values():
         assert true / UNSEEN < floor.value < true * UNSEEN
 
 
@@ -138,7 +144,7 @@ def test_differences_of_a_filtered_channel_would_have_been_hundreds_of_times_too
 @pytest.mark.parametrize("cutoff", long_except((None, 50.0), (None, 10.0, 50.0, 200.0)))
 def test_from_cycles_within_a_recording(cutoff, colour):
     """Even where the stated noise is wrong, and where the model lacks something."""
-    case = Case(cutoff=cutoff, colour=COLOURS[colour], excitation="multisine", seconds=4.0)
+    case = Case(cutoff=cutoff, ar_coefficient=COLOURS[colour], excitation="multisine", seconds=4.0)
     check(case, "repetition", stated=True)
     check(replace(case, wrong=0.7), "repetition")
 
@@ -295,7 +301,7 @@ def test_a_draw_of_the_noise_begins_as_its_recording_does():
     e = prepare(model, replace(driven(1), channels={"u1": np.ones(2000), "theta1": slow}), [
         sensor("torque")], Processing())  # fmt: skip
     numbers = model.numbers()
-    route = Route(e, motion_of(e, numbers, {}, 1), numbers, {})
+    route = NoisePath(e, motion_of(e, numbers, {}, 1), numbers, {})
     known, rng = {"theta1": ColumnNoise(1.5 * COUNT)}, np.random.default_rng(5)
     smooth = {"theta1": slow}
 
@@ -304,21 +310,24 @@ def test_a_draw_of_the_noise_begins_as_its_recording_does():
 
     assert rests(e.recording)
     assert not all(rests(route._noisy(known, smooth, rng)) for _ in range(300))
-    assert all(rests(route._begun_alike(known, smooth, rng)) for _ in range(300))
+    assert all(rests(route._draw_with_same_start(known, smooth, rng)) for _ in range(300))
 
 
 def test_a_recording_that_a_model_misses_says_nothing_of_the_sensor():
     rng = np.random.default_rng(3)
     noise = [rng.standard_normal(400) for _ in range(30)]
     missed = 20.0 * rng.standard_normal(400)
-    assert len(quietest([*noise, missed])) == len(noise)
-    assert quieter(noise[0], missed) is noise[0] and quieter(missed, noise[0]) is noise[0]
+    assert len(quietest_stretches([*noise, missed])) == len(noise)
+    assert (
+        quieter_series(noise[0], missed) is noise[0]
+        and quieter_series(missed, noise[0]) is noise[0]
+    )
 
 
 def test_an_axis_that_stands_still_does_not_speak_for_those_that_move():
     """Where it moves through no count its column is constant."""
     moving = 0.4 * np.random.default_rng(4).standard_normal(400)
-    assert len(quietest([np.zeros(400), moving], step=1.0)) == 2
+    assert len(quietest_stretches([np.zeros(400), moving], step=1.0)) == 2
 
 
 def test_a_narrow_logger_hides_the_sensor_and_not_what_is_added_behind_it():

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose import noise_propagation
-from flexgui.core.diagnose.diagnose import begin_on
+from flexgui.core.diagnose.diagnose import fit_base_to_recordings
 from flexgui.core.diagnose.noise_floor import WITHIN
-from flexgui.core.diagnose.noise_floor_update import LOWER
-from flexgui.core.diagnose.output_noise import noise_in_outputs
+from flexgui.core.diagnose.noise_floor_update import LEAST_RATIO
+from flexgui.core.diagnose.output_noise import output_noise
 from flexgui.core.diagnose.search_state import Options
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
@@ -45,15 +45,15 @@ def test_a_floor_is_the_same_whatever_the_draws(
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     recordings = load_recordings(scenario, model, tmp_path, None, Silent())
     setup = make_setup(model, spec, recordings)
-    begun = begin_on(setup, spec, recordings, Options(), Silent())
+    begun = fit_base_to_recordings(setup, spec, recordings, Options(), Silent())
     h = begun.base.hypothesis
     experiments, motions = h.residuals.experiments, h.motions()
     floors = []
     for seed in range(SEEDS):
         monkeypatch.setattr(noise_propagation, "SEED", seed)
-        found = noise_in_outputs(experiments, motions, {})
+        found = output_noise(experiments, motions, {})
         floors.append([found[channel].level for channel, _ in experiments[0].channels])
     ratios = np.array(floors) / np.median(floors, axis=0)
     scatter = np.exp(np.abs(np.log(ratios)))
-    assert np.mean(scatter < LOWER) > ALIKE
+    assert np.mean(scatter < LEAST_RATIO) > ALIKE
     assert scatter.max() < WITHIN, "the factor within which a floor is said to be known"

@@ -7,21 +7,21 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.core.diagnose.base_fit import Begun, begin
-from flexgui.core.diagnose.cost_minimum import converged
+from flexgui.core.diagnose.base_fit import BaseFit, fit_base
+from flexgui.core.diagnose.cost_minimum import converge
 from flexgui.core.diagnose.final_ladder import final_ladder
 from flexgui.core.diagnose.fit_problem import hypothesis
 from flexgui.core.diagnose.noise_floor import WITHIN, Floor
 from flexgui.core.diagnose.noise_floor_update import (
-    LOWER,
+    LEAST_RATIO,
+    apply_floors,
+    exceeds_floors,
     higher_floors,
     lower_floors,
-    put_in_floors,
     search_with_new_floors,
-    surely_above,
 )
-from flexgui.core.diagnose.remaining_error import remains, within_noise
-from flexgui.core.diagnose.search_state import Options, State, given_step
+from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
+from flexgui.core.diagnose.search_state import Options, State, base_step
 from flexgui.core.effects import effect
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
@@ -60,25 +60,25 @@ class Stopped(Silent):
         return True
 
 
-def found_with(floors: float, kind: str = "torque_offset") -> tuple[State, Begun]:
+def found_with(floors: float, kind: str = "torque_offset") -> tuple[State, BaseFit]:
     """A model with one effect, by default of no use in the place of the friction; floors that many
     times as large as they are."""
     begun = bare()
     large = {n: Floor(f * floors, f * floors, "estimated") for n, f in begun.data.floors.items()}
     data = begun.data.in_floors(large)
-    base = converged(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
+    base = converge(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
     added = [effect(kind)]
-    there = converged(base[0], hypothesis(base[0], added, base[1].hypothesis.values()), None, never)
+    there = converge(base[0], hypothesis(base[0], added, base[1].hypothesis.values()), None, never)
     given = replace(begun, data=base[0], base=base[1])
-    return State(*there, added, 0, [], [given_step(given)], None), given
+    return State(*there, added, 0, [], [base_step(given)], None), given
 
 
 def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
     state, given = found_with(HIDDEN)
     assert within_noise(state.data, state.refit.errors)
     floors = lower_floors(state, Options())
-    assert floors is not None and surely_above(state, floors)
-    put_in_floors(state, floors, never)
+    assert floors is not None and exceeds_floors(state, floors)
+    apply_floors(state, floors, never)
     assert not within_noise(state.data, state.refit.errors)
     for name, value in bare().data.floors.items():
         assert 1.0 / READ_ANEW < state.data.floors[name] / value < READ_ANEW
@@ -89,7 +89,7 @@ def test_all_that_is_stated_is_weighed_again_in_the_new_floors() -> None:
     state, given = found_with(HIDDEN, "viscous_friction")
     floors = lower_floors(state, Options())
     assert floors is not None
-    put_in_floors(state, floors, never)
+    apply_floors(state, floors, never)
     asked = Options(candidates=("viscous_friction", "torque_offset"))
     state, begun = final_ladder(state, given, asked, Silent())
     assert begun.data.floors == state.data.floors
@@ -97,7 +97,7 @@ def test_all_that_is_stated_is_weighed_again_in_the_new_floors() -> None:
         assert {e.channel: e.floor for e in step.errors} == state.data.floors
     first, last = state.steps
     assert first.cost_per_sample == pytest.approx(begun.base.cost / begun.data.count, rel=EXACT)
-    again = converged(begun.data, begun.base.hypothesis, None, never)[1]
+    again = converge(begun.data, begun.base.hypothesis, None, never)[1]
     assert again.cost == pytest.approx(begun.base.cost, rel=SETTLED)
     (told,) = state.rounds
     assert told.accepted == "viscous_friction"
@@ -110,7 +110,7 @@ def test_a_search_that_is_stopped_before_that_goes_back_to_the_floors_before() -
     old, steps = dict(state.data.floors), list(state.steps)
     floors = lower_floors(state, Options())
     assert floors is not None
-    put_in_floors(state, floors, never)
+    apply_floors(state, floors, never)
     state, begun = final_ladder(state, given, Options(), Stopped())
     assert begun is given and state.data.floors == old and state.steps == steps
 
@@ -118,10 +118,10 @@ def test_a_search_that_is_stopped_before_that_goes_back_to_the_floors_before() -
 def test_an_estimated_floor_makes_no_verdict_that_is_finer_than_it_is_known() -> None:
     state, _ = found_with(1.0, "viscous_friction")
     up = {n: Floor(f / 1.3, f / 1.3, "stated") for n, f in state.data.floors.items()}
-    left = remains(state.data.in_floors(up), [1.3 * x for x in state.refit.errors])
+    left = remaining_error(state.data.in_floors(up), [1.3 * x for x in state.refit.errors])
     assert left.above
     loose = {n: replace(f, source="estimated", within=WITHIN) for n, f in up.items()}
-    left = remains(state.data.in_floors(loose), [1.3 * x for x in state.refit.errors])
+    left = remaining_error(state.data.in_floors(loose), [1.3 * x for x in state.refit.errors])
     assert left.above_known_floors and not left.above
 
 
@@ -134,8 +134,8 @@ def test_floors_that_are_right_are_left_alone() -> None:
         if name.startswith("deflection"):  # without noise, but for the digits that are written
             assert floors[name].value < old
         else:
-            assert old / floors[name].value < LOWER
-    assert not surely_above(state, floors)  # so that nothing is weighed again
+            assert old / floors[name].value < LEAST_RATIO
+    assert not exceeds_floors(state, floors)  # so that nothing is weighed again
 
 
 def test_what_no_effect_explains_changes_nothing() -> None:
@@ -144,7 +144,7 @@ def test_what_no_effect_explains_changes_nothing() -> None:
     options = Options(max_effects=2, candidates=("gravity_tilt",))
     ended, more = search_with_new_floors(state, options, Silent(), None)
     ended, begun = final_ladder(ended, given, options, Silent())
-    assert not more and [e.kind for e in ended.found] == ["viscous_friction"]
+    assert not more and [e.kind for e in ended.added] == ["viscous_friction"]
     assert within_noise(ended.data, ended.refit.errors)
     assert begun is given and ended.data.floors == given.data.floors
 
@@ -156,16 +156,16 @@ def test_noise_is_at_most_what_no_effect_explains() -> None:
         n: Floor(HIDDEN * f, HIDDEN * f, "estimated", WITHIN) for n, f in begun.data.floors.items()
     }
     data = begun.data.in_floors(large)
-    data, base = converged(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
+    data, base = converge(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
     given = replace(begun, data=data, base=base)
-    state = State(data, base, [], 0, [], [given_step(given)], None)
+    state = State(data, base, [], 0, [], [base_step(given)], None)
     assert within_noise(state.data, state.refit.errors)
     options = Options(max_effects=2, candidates=("viscous_friction", "torque_offset"))
     ended, _ = search_with_new_floors(state, options, Silent(), None)
-    assert [e.kind for e in ended.found] == ["viscous_friction"]
+    assert [e.kind for e in ended.added] == ["viscous_friction"]
 
 
-def on_a_soft_base() -> tuple[State, Begun]:
+def on_a_soft_base() -> tuple[State, BaseFit]:
     """A torque rig with the base in the model, and the floors of the arm on a rigid one."""
     beams = (0.64, 2.8, 75.0, 0.12), (0.69, 1.5, 68.0, 0.077)
     segments = [
@@ -186,24 +186,24 @@ def on_a_soft_base() -> tuple[State, Begun]:
     recordings = load_recordings(scenario, model, Path(), None, Silent())
     setup = make_setup(model, spec, recordings)
     parts = setup.model, setup.outputs, setup.processing
-    given = begin(*parts, spec, recordings, {}, 1e-3)
+    given = fit_base(*parts, spec, recordings, {}, 1e-3)
     added = [effect("base_compliance")]
-    there = converged(given.data, hypothesis(given.data, added, TRUE), None, never)
-    return State(*there, added, 0, [], [given_step(given)], None), given
+    there = converge(given.data, hypothesis(given.data, added, TRUE), None, never)
+    return State(*there, added, 0, [], [base_step(given)], None), given
 
 
 def above(state: State) -> float:
     """The error of the worst channel, in noise floors."""
-    return max(remains(state.data, state.refit.errors).by_channel.values())
+    return max(remaining_error(state.data, state.refit.errors).by_channel.values())
 
 
 def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
     state, given = on_a_soft_base()
     assert above(state) > WITHIN  # with the model complete
     floors = higher_floors(state, Options())
-    assert floors is not None and floors["u1"].value > LOWER * state.data.floors["u1"]
+    assert floors is not None and floors["u1"].value > LEAST_RATIO * state.data.floors["u1"]
     assert all(one.value >= state.data.floors[name] for name, one in floors.items())
-    put_in_floors(state, floors, never)
+    apply_floors(state, floors, never)
     assert above(state) < WITHIN
 
 
@@ -212,7 +212,7 @@ def test_floors_of_led_arms_that_are_right_are_left_alone() -> None:
     state, given = on_a_soft_base()
     floors = higher_floors(state, Options())
     assert floors is not None
-    put_in_floors(state, floors, never)
+    apply_floors(state, floors, never)
     assert higher_floors(state, Options()) is None
 
 

@@ -10,7 +10,7 @@ import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.diagnose.sensor_noise import coloured, noise_ratios
+from flexgui.core.diagnose.sensor_noise import autoregressive_noise, noise_ratios
 from flexgui.core.results import Diagnosis
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.workbench import run_scenario
@@ -21,7 +21,7 @@ KNOWN = 0.12
 
 
 def noise(seed: int, level: float, colour: float = 0.0) -> list[np.ndarray]:
-    return [level * coloured(np.random.default_rng(seed), N, colour)]
+    return [level * autoregressive_noise(np.random.default_rng(seed), N, colour)]
 
 
 @settings(max_examples=30, deadline=None)

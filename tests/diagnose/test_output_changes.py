@@ -11,12 +11,12 @@ from flexgui.core.arm.arm import Arm, Segment
 from flexgui.core.diagnose import output_changes
 from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
 from flexgui.core.diagnose.output_changes import (
+    LARGEST_CHANGE,
     SMALLEST_SHARE,
-    WITHIN,
+    BaseErrors,
     Column,
     Trial,
-    Zeros,
-    simulated,
+    simulate_column,
     trials,
 )
 from flexgui.core.drives.velocity_loop import VelocityLoop
@@ -78,7 +78,7 @@ def base_and_trial(data: Data, kind: str) -> tuple[Hypothesis, Trial]:
 
 
 def column(data: Data, base: Hypothesis, trial: Trial) -> Column:
-    return simulated(data, base, (), trial, Zeros(base))
+    return simulate_column(data, base, (), trial, BaseErrors(base))
 
 
 def times_as_large(trial: Trial, factor: float) -> Trial:
@@ -100,7 +100,7 @@ def test_a_size_that_puts_vibrations_out_of_step_is_made_smaller(
     found = column(data, base, times_as_large(trial, factor))
     small = column(data, base, times_as_large(trial, SMALL))
     a, b = (np.concatenate(c.blocks).ravel() for c in (found, small))
-    assert 0.0 < rms(found.blocks) <= WITHIN * MISSED
+    assert 0.0 < rms(found.blocks) <= LARGEST_CHANGE * MISSED
     assert a @ b / np.sqrt((a @ a) * (b @ b)) > PARALLEL
     assert found.values[found.parameter] - trial.values[found.parameter] == pytest.approx(
         found.sizes[found.parameter] - trial.sizes[found.parameter]
@@ -110,7 +110,7 @@ def test_a_size_that_puts_vibrations_out_of_step_is_made_smaller(
 def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: Data) -> None:
     base, trial = base_and_trial(data, "viscous_friction")
     found = column(data, base, trial)
-    assert rms(found.blocks) < WITHIN * MISSED
+    assert rms(found.blocks) < LARGEST_CHANGE * MISSED
     assert found.values == trial.values
 
 
@@ -122,7 +122,7 @@ def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
     trial = replace(trial, scanned=True)
     whole = column(data, base, trial)
     most = max(float(np.abs(b).max()) for b in whole.blocks)
-    monkeypatch.setattr(output_changes, "FAR_OFF", 0.5 * most)
+    monkeypatch.setattr(output_changes, "DIVERGED", 0.5 * most)
     found = column(data, base, trial)
     assert not found.diverged and 0.0 < rms(found.blocks) < rms(whole.blocks)
     assert found.sizes[found.parameter] == pytest.approx(
@@ -134,6 +134,6 @@ def test_what_comes_apart_at_every_size_is_said(
     data: Data, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     base, trial = base_and_trial(data, "link_mass_error")
-    monkeypatch.setattr(output_changes, "FAR_OFF", 0.0)
+    monkeypatch.setattr(output_changes, "DIVERGED", 0.0)
     found = column(data, base, trial)
     assert found.diverged and rms(found.blocks) == 0.0

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.diagnose.gram_matrix import explain, gram
+from flexgui.core.diagnose.gram_matrix import explained_by, gram_matrix
 from flexgui.core.diagnose.sensor_noise import noise_of
 from flexgui.core.diagnose.spectral_lines import line_of
 from flexgui.core.diagnose.whitening import no_whitening
@@ -48,8 +48,8 @@ def test_the_explained_drop_is_that_of_least_squares_with_the_nuisance_beside(se
     def left(A: np.ndarray) -> float:
         return float(np.sum((r - A @ np.linalg.lstsq(A, r, rcond=None)[0]) ** 2))
 
-    found = gram(residuals, slopes, columns, no_whitening).projected()
-    both = explain(found, [0, 2], [False, False])
+    found = gram_matrix(residuals, slopes, columns, no_whitening).projected()
+    both = explained_by(found, [0, 2], [False, False])
     expected = left(S) - left(np.column_stack([S, G[:, [0, 2]]]))
     assert both.drop == pytest.approx(expected, rel=ROUNDING, abs=1e-7)
 
@@ -57,9 +57,9 @@ def test_the_explained_drop_is_that_of_least_squares_with_the_nuisance_beside(se
 @given(st.integers(0, 10**6))
 @settings(max_examples=25, deadline=None)
 def test_a_one_sided_size_is_never_negative_and_explains_no_more_than_a_free_one(seed: int) -> None:
-    found = gram(*problem(seed), no_whitening).projected()
-    free = explain(found, [0, 1, 3], [False] * 3)
-    fixed = explain(found, [0, 1, 3], [True, False, True])
+    found = gram_matrix(*problem(seed), no_whitening).projected()
+    free = explained_by(found, [0, 1, 3], [False] * 3)
+    fixed = explained_by(found, [0, 1, 3], [True, False, True])
     assert fixed.coefficients[0] >= 0.0 and fixed.coefficients[2] >= 0.0
     assert fixed.drop <= free.drop * (1.0 + ROUNDING) + 1e-9
 
@@ -67,7 +67,9 @@ def test_a_one_sided_size_is_never_negative_and_explains_no_more_than_a_free_one
 def test_a_column_that_moves_nothing_explains_nothing() -> None:
     residuals, slopes, columns = problem(1)
     columns[0] = [np.zeros_like(x) for x in columns[0]]
-    found = explain(gram(residuals, slopes, columns, no_whitening).projected(), [0], [True])
+    found = explained_by(
+        gram_matrix(residuals, slopes, columns, no_whitening).projected(), [0], [True]
+    )
     assert found.drop == pytest.approx(0.0, abs=1e-9)
     assert np.all(np.isfinite(found.coefficients))
 

@@ -9,7 +9,12 @@ import pytest
 from flexgui.core.arm.arm import Structure
 from flexgui.core.arm.compiled import compile_arm
 from flexgui.core.diagnose.output_changes import Trial
-from flexgui.core.diagnose.progress_messages import Steps, aside, fit_title, round_title
+from flexgui.core.diagnose.progress_messages import (
+    ProgressSteps,
+    fit_title,
+    round_title,
+    split_note,
+)
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.progress import Silent
 from tests.helpers import PAPER
@@ -68,7 +73,7 @@ def test_many_effects_are_counted_so_that_the_title_stays_short() -> None:
 def test_only_effects_that_change_the_arm_are_said_to_be_compiled() -> None:
     heard = Heard()
     tried = planned("coulomb_friction", "extra_bending_mode", "base_compliance")
-    Steps(heard, PAPER, tried).begin("Trying", 3)
+    ProgressSteps(heard, PAPER, tried).begin("Trying", 3)
     (text,) = heard.texts
     assert text.startswith("(still to be compiled")
     assert "Extra bending mode and Soft base" in text
@@ -81,11 +86,11 @@ def test_only_effects_that_change_the_arm_are_said_to_be_compiled() -> None:
 def test_the_note_goes_once_it_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     heard, compiled = Heard(), False
     monkeypatch.setattr("flexgui.core.diagnose.progress_messages.is_compiled", lambda _: compiled)
-    told = Steps(heard, PAPER, planned("base_compliance"))
+    told = ProgressSteps(heard, PAPER, planned("base_compliance"))
     told("Slow sensor")
     compiled = True
     told("")
-    assert aside(heard.texts[0])[1] != ""
+    assert split_note(heard.texts[0])[1] != ""
     assert heard.texts[1] == "Slow sensor"
     assert heard.done == 1
 
@@ -94,7 +99,7 @@ def test_what_is_compiled_already_is_not_announced() -> None:
     tried = planned("joint_elasticity", **TWISTED)
     compile_arm(Structure.of(tried[0].effect.changed_arm(PAPER, TWISTED)))
     heard = Heard()
-    told = Steps(heard, PAPER, tried)
+    told = ProgressSteps(heard, PAPER, tried)
     told.begin("Continuing the search", 1)
     assert heard.texts == []
     told("Elastic joint")
@@ -102,4 +107,4 @@ def test_what_is_compiled_already_is_not_announced() -> None:
 
 
 def test_no_title_of_an_effect_can_be_mistaken_for_an_aside() -> None:
-    assert all(aside(one.title) == (one.title, "") for one in catalogue().values())
+    assert all(split_note(one.title) == (one.title, "") for one in catalogue().values())

@@ -9,8 +9,8 @@ from typing import Any, cast
 import pytest
 
 from flexgui.core.diagnose import search_round
-from flexgui.core.diagnose.evidence import Weighed, ranked
-from flexgui.core.diagnose.search_round import finer_model
+from flexgui.core.diagnose.evidence import RefittedCandidate, ranked_candidates
+from flexgui.core.diagnose.search_round import finer_arm_model
 from flexgui.core.effects import effect
 
 SHAPE = "extra_bending_mode"
@@ -21,8 +21,8 @@ LARGE, SMALLER = 5000.0, 4000.0
 
 def weighed(
     kind: str, reduction: float, bic: float, parameters: int, p_value: float = 0.0
-) -> Weighed:
-    return Weighed(
+) -> RefittedCandidate:
+    return RefittedCandidate(
         screened=cast(Any, SimpleNamespace(effect=effect(kind))),
         refit=cast(Any, None),
         parameters=parameters,
@@ -34,8 +34,8 @@ def weighed(
     )
 
 
-def order(*found: Weighed) -> list[str]:
-    return [w.screened.effect.kind for w in ranked(list(found))]
+def order(*found: RefittedCandidate) -> list[str]:
+    return [w.screened.effect.kind for w in ranked_candidates(list(found))]
 
 
 def test_the_sharper_evidence_decides_between_effects_that_leave_nearly_the_same_error() -> None:
@@ -74,7 +74,7 @@ def test_a_finer_model_goes_first_unless_a_physical_effect_explains_everything(
         for w in (joint, shape)
     ]
     monkeypatch.setattr(search_round, "within_noise", lambda _, errors: errors)
-    first = finer_model(found, cast(Any, None))
+    first = finer_arm_model(found, cast(Any, None))
     assert (first is None) is ("joint_elasticity" in whole)
     assert first is None or first.screened.effect.kind == SHAPE
 
@@ -84,4 +84,4 @@ def test_a_finer_model_that_explains_little_does_not_go_first(
 ) -> None:
     monkeypatch.setattr(search_round, "within_noise", lambda _, errors: False)
     little = replace(weighed(SHAPE, 0.1, SMALLER, 0), refit=cast(Any, SimpleNamespace(errors=())))
-    assert finer_model([little], cast(Any, None)) is None
+    assert finer_arm_model([little], cast(Any, None)) is None

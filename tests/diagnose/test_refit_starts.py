@@ -15,14 +15,14 @@ from flexgui.core.arm.segment import Segment
 from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
 from flexgui.core.diagnose.refit import fit
 from flexgui.core.diagnose.refit_starts import (
-    CLOSER,
+    GRID_RATIO,
     Horizon,
     Values,
     batched,
-    closely,
-    followed,
-    from_nominal_values,
     grid_sizes,
+    profile_costs,
+    refined_grid,
+    start_from_nominal,
     starts,
 )
 from flexgui.core.drives.velocity_loop import VelocityLoop
@@ -126,13 +126,13 @@ def test_a_base_between_two_sizes_of_the_grid_is_among_the_starts(hz: float) -> 
     size = compliance(ARM, hz)
     recording = replace(data_of(size), nuisance=stiffnesses({"EI1": 1.0, "EI2": 1.0}))
     near = valleys(recording, 1 / 4, {"cb": compliance(ARM, 15.0)})
-    assert min(abs(np.log(one["cb"] / size)) for one in near) < np.log(CLOSER)
+    assert min(abs(np.log(one["cb"] / size)) for one in near) < np.log(GRID_RATIO)
 
 
 def valleys(data: Data, share: float, at: Values) -> list[Values]:
     """The sizes of the base whose cost is below that of their neighbours."""
     horizon = Horizon(data, [BASE], share, (), lambda: False)
-    return horizon.valleys({**bent(data).values(), **at}, grid_sizes(data, [BASE], ["cb"]))
+    return horizon.local_minima({**bent(data).values(), **at}, grid_sizes(data, [BASE], ["cb"]))
 
 
 @pytest.mark.parametrize("beams", [{"EI1": 1.1, "EI2": 1.1}, BENT])
@@ -140,14 +140,14 @@ def test_a_base_is_among_the_starts_where_the_beams_stand_wrong(beams: dict[str,
     """With the beams held where they stand the cost has no valley at the size that is true."""
     recording = replace(data_of(TRUTH["cb"]), nuisance=stiffnesses(beams))
     near = valleys(recording, 1 / 16, {"cb": compliance(ARM, 240.0)})
-    assert min(abs(np.log(one["cb"] / TRUTH["cb"])) for one in near) < np.log(CLOSER)
+    assert min(abs(np.log(one["cb"] / TRUTH["cb"])) for one in near) < np.log(GRID_RATIO)
 
 
 def test_close_sizes_hold_the_grid_and_leave_no_wide_gap() -> None:
     grid = sorted(k for one in BASE.parameters(ARM, DRIVE, typical(ARM)) for k in one.grid)
-    close = [one["cb"] for one in closely([{"cb": x} for x in grid])]
+    close = [one["cb"] for one in refined_grid([{"cb": x} for x in grid])]
     assert set(grid) <= set(close) and close == sorted(close)
-    assert max(b / a for a, b in pairwise(close)) < CLOSER * (1.0 + ROUNDING)
+    assert max(b / a for a, b in pairwise(close)) < GRID_RATIO * (1.0 + ROUNDING)
 
 
 def test_what_does_not_swing_begins_where_the_model_stands_and_at_the_nominal_values() -> None:
@@ -164,13 +164,13 @@ def test_a_parameter_that_follows_hides_no_valley(data: Data) -> None:
     with the beams where straight lines take them."""
     h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]}).coarse
     k = h.unknowns.labels.index("cb")
-    ((cost, there),) = followed(h, [k], [h.vector])
+    ((cost, there),) = profile_costs(h, [k], [h.vector])
     assert cost < cost_of(h.errors(h.vector)) and there[k] == h.vector[k]
 
 
 def test_who_stops_gets_what_was_compared_so_far(data: Data) -> None:
     h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]})
-    assert followed(h, [0], [h.vector] * 3, lambda: True) == []
+    assert profile_costs(h, [0], [h.vector] * 3, lambda: True) == []
 
 
 def test_each_size_is_in_one_batch() -> None:
@@ -201,11 +201,11 @@ def test_a_complete_model_in_a_wrong_valley_is_led_out_of_it_by_the_nominal_valu
     values = {**wrong, "cb": compliance(ARM, 60.0)}
     stuck = fit(hypothesis(known, [BASE], values), None, lambda: False, 10).hypothesis
     assert apart(stuck.values()) > FOUND  # or there was nothing to escape from
-    found = from_nominal_values(known, stuck, lambda: False)
+    found = start_from_nominal(known, stuck, lambda: False)
     assert found is not None and apart(found) < FOUND
 
 
 def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: Data) -> None:
     at = hypothesis(stated(data, 1.0), [BASE], TRUTH)
-    assert from_nominal_values(stated(data, 1.0), at, lambda: False) is None
-    assert from_nominal_values(stated(data, AWAY), at, lambda: False) is None
+    assert start_from_nominal(stated(data, 1.0), at, lambda: False) is None
+    assert start_from_nominal(stated(data, AWAY), at, lambda: False) is None

@@ -15,7 +15,7 @@ from flexgui.core.effects import effect
 from flexgui.core.results import Reason
 from tests.diagnose.test_stated_effects import bare
 
-converged = acceptance.converged
+converged = acceptance.converge
 
 
 def leaving(times: float) -> Callable[..., tuple[Data, Refit]]:
@@ -33,10 +33,10 @@ def leaving(times: float) -> Callable[..., tuple[Data, Refit]]:
 def test_a_larger_model_that_leaves_more_is_refused_with_a_reason(
     times: float, accepted: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(acceptance, "converged", leaving(times))
+    monkeypatch.setattr(acceptance, "converge", leaving(times))
     begun = bare()
     candidates = [effect("viscous_friction")]
-    found = search_round.one_round(begun.data, begun.base, (), candidates, lambda _: False)
+    found = search_round.search_round(begun.data, begun.base, (), candidates, lambda _: False)
     assert (found.accepted is not None) == accepted
     told = [refusal.objection.reason for refusal in found.refusals]
     assert told == ([] if accepted else [Reason.UNSETTLED])

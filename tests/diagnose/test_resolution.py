@@ -10,11 +10,11 @@ from typing import cast
 
 import pytest
 
-from flexgui.core.diagnose.base_fit import Begun
-from flexgui.core.diagnose.diagnose import begin_on
-from flexgui.core.diagnose.fit_problem import UNKNOWN, enough_steps, hypothesis
-from flexgui.core.diagnose.linear_screen import Screen, Screened
-from flexgui.core.diagnose.search_round import REFITTED, promising
+from flexgui.core.diagnose.base_fit import BaseFit
+from flexgui.core.diagnose.diagnose import fit_base_to_recordings
+from flexgui.core.diagnose.fit_problem import UNANCHORED_ERROR, enough_steps, hypothesis
+from flexgui.core.diagnose.linear_screen import Screen, ScreenedCandidate
+from flexgui.core.diagnose.search_round import REFITTED, most_promising
 from flexgui.core.diagnose.search_state import Options
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.identify.setup import make_setup
@@ -72,12 +72,12 @@ simulate = {{ theta2 = 2.2, seconds = 1.0, sample_time = 0.002, seed = 2, hidden
 
 
 @cache
-def begun(modes: int) -> Begun:
+def begun(modes: int) -> BaseFit:
     asked = scenario((modes, modes), f"{MODE} = {{}}" if modes < 3 else "")
     model = base_model(asked)
     recordings = load_recordings(asked, model, Path(), None, Silent())
     setup = make_setup(model, asked.identify, recordings)
-    return begin_on(setup, asked.identify, recordings, ASKED, Silent())
+    return fit_base_to_recordings(setup, asked.identify, recordings, ASKED, Silent())
 
 
 @pytest.mark.long
@@ -92,10 +92,12 @@ def test_a_missing_shape_is_named_though_a_soft_joint_imitates_it() -> None:
     assert named.refit_drop_percent == pytest.approx(100.0, abs=ALL)
 
 
-def screened(kind: str, explained: float) -> Screened:
+def screened(kind: str, explained: float) -> ScreenedCandidate:
     """What straight lines say of an effect; `explained` squared floors."""
     nothing = ((), (), (), ())
-    return Screened(effect(kind), explained, 1, 1.0, 0.0, explained, explained, {}, *nothing)
+    return ScreenedCandidate(
+        effect(kind), explained, 1, 1.0, 0.0, explained, explained, {}, *nothing
+    )
 
 
 def test_a_finer_model_is_refitted_however_little_straight_lines_show_of_it() -> None:
@@ -105,10 +107,10 @@ def test_a_finer_model_is_refitted_however_little_straight_lines_show_of_it() ->
     others = sorted(set(catalogue()) - {MODE})[: REFITTED + 2]
     found = [screened(kind, 1000.0 - k) for k, kind in enumerate(others)] + [screened(MODE, 10.0)]
     seen = cast(Screen, SimpleNamespace(candidates=found))
-    assert [s.effect.kind for s in promising(seen, 100)] == [*others[:REFITTED], MODE]
+    assert [s.effect.kind for s in most_promising(seen, 100)] == [*others[:REFITTED], MODE]
     nothing = [*found[:-1], screened(MODE, 0.0)]
     seen = cast(Screen, SimpleNamespace(candidates=nothing))
-    assert [s.effect.kind for s in promising(seen, 100)] == [*others[:REFITTED], MODE]
+    assert [s.effect.kind for s in most_promising(seen, 100)] == [*others[:REFITTED], MODE]
 
 
 @pytest.mark.long
@@ -124,5 +126,5 @@ def test_more_shapes_get_the_steps_that_they_need() -> None:
     data = begun(1).data
     assert data.steps is not None
     more = hypothesis(data, [effect(MODE)], {})
-    plain = replace(data, needed=None, anchor=None)
-    assert more.steps == enough_steps(plain, [effect(MODE)], {}, UNKNOWN) > data.steps
+    plain = replace(data, mode_steps=None, anchor=None)
+    assert more.steps == enough_steps(plain, [effect(MODE)], {}, UNANCHORED_ERROR) > data.steps

@@ -8,10 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.cost_minimum import _off_bounds, anchored, converged, precise
-from flexgui.core.diagnose.fit_problem import Data, again, hypothesis
+from flexgui.core.diagnose.cost_minimum import (
+    _start_off_bounds,
+    anchor_at,
+    converge,
+    converge_precisely,
+)
+from flexgui.core.diagnose.fit_problem import Data, hypothesis, with_values
 from flexgui.core.diagnose.linear_screen import screen
-from flexgui.core.diagnose.removal_and_exchange import _simpler, best_exchange
+from flexgui.core.diagnose.removal_and_exchange import _simpler_replacements, best_exchange
 from flexgui.core.effects import effect
 from flexgui.core.identify.defect_correction import errors_with
 from flexgui.core.least_squares import cost_of
@@ -24,7 +29,7 @@ def exchanged(present: list[str], candidates: list[str]) -> tuple[str, ...] | No
     """What the model has after an exchange on recordings with viscous friction."""
     effects = [effect(kind) for kind in present]
     start = hypothesis(bare().data, effects, bare().base.hypothesis.values())
-    data, refit = converged(bare().data, start, None, NEVER)
+    data, refit = converge(bare().data, start, None, NEVER)
     seen = screen(data, refit.hypothesis, effects, [effect(kind) for kind in candidates])
     found = best_exchange(data, refit, effects, 0, seen, NEVER)
     return None if found is None else tuple(e.kind for e in found[1])
@@ -44,9 +49,9 @@ def test_one_effect_takes_the_place_of_two_that_imitated_it() -> None:
 def test_what_an_effect_includes_may_stay_where_its_rest_imitated_another() -> None:
     """A soft base beside motors' inertia was an elastic joint, which has such motors."""
     elastic, friction = effect("joint_elasticity"), effect("viscous_friction")
-    assert _simpler([friction, elastic], 0) == [()]
-    assert _simpler([friction, elastic], 1) == [(), (effect("rotor_inertia"),)]
-    assert _simpler([effect("rotor_inertia"), elastic], 1) == [()]
+    assert _simpler_replacements([friction, elastic], 0) == [()]
+    assert _simpler_replacements([friction, elastic], 1) == [(), (effect("rotor_inertia"),)]
+    assert _simpler_replacements([effect("rotor_inertia"), elastic], 1) == [()]
 
 
 def test_what_is_true_stays() -> None:
@@ -64,8 +69,8 @@ def test_the_last_descent_ends_at_the_minimum() -> None:
         start = {
             **bare().base.hypothesis.values(), "fv1": factor * TRUE, "fv2": factor * TRUE / 2
         }  # fmt: skip
-        anchored, refit = converged(data, hypothesis(data, viscous, start), None, NEVER)
-        ends.append(precise(anchored, refit, NEVER)[1])
+        anchored, refit = converge(data, hypothesis(data, viscous, start), None, NEVER)
+        ends.append(converge_precisely(anchored, refit, NEVER)[1])
     a, b = (end.hypothesis.values()["fv1"] for end in ends)
     at = ends[0].hypothesis.unknowns.labels.index("fv1")
     deviation = float(ends[0].covariance[at, at] ** 0.5)
@@ -76,9 +81,9 @@ def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() 
     data = bare().data
     (nominal,) = [u.parameter for u in data.nuisance if u.parameter.name == "EI"]
     away = hypothesis(data, (), {**bare().base.hypothesis.values(), "EI": 0.99 * nominal.upper})
-    found = _off_bounds(data, away, NEVER)
+    found = _start_off_bounds(data, away, NEVER)
     assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
-    assert _off_bounds(data, found, NEVER) is None
+    assert _start_off_bounds(data, found, NEVER) is None
 
 
 CLOSER = 5.0
@@ -88,9 +93,9 @@ of the step, and here the steps are such that it is more than ten."""
 
 def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
     h = bare().base.hypothesis
-    data, plain = anchored(bare().data, h)
+    data, plain = anchor_at(bare().data, h)
     exact = errors_with(h.residuals, h.vector, 128)
-    taken_off = again(data, h, finer=1).errors(h.vector)
+    taken_off = with_values(data, h, finer=1).errors(h.vector)
 
     def apart(errors: Sequence[np.ndarray]) -> float:
         return cost_of([a - b for a, b in zip(errors, exact, strict=True)])

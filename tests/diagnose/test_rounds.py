@@ -14,11 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.diagnose import search_round
-from flexgui.core.diagnose.base_fit import Begun, begin
-from flexgui.core.diagnose.linear_screen import Screen, in_rounds, screen
+from flexgui.core.diagnose.base_fit import BaseFit, fit_base
+from flexgui.core.diagnose.linear_screen import Screen, screen, trial_rounds
 from flexgui.core.diagnose.output_changes import Trial
 from flexgui.core.diagnose.refit import Refit
-from flexgui.core.diagnose.search_round import applicable, ended
+from flexgui.core.diagnose.search_round import applicable, finish_refit
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
@@ -46,7 +46,7 @@ def plans(draw: st.DrawFn) -> list[Trial]:
 
 @given(plans())
 def test_every_size_is_tried_once_and_every_knob_in_the_first_round(plan: list[Trial]) -> None:
-    rounds = in_rounds(plan)
+    rounds = trial_rounds(plan)
     assert sorted(i for which in rounds for i in which) == list(range(len(plan)))
     parameters = {(t.effect.kind, t.parameter) for t in plan}
     if rounds:
@@ -65,7 +65,7 @@ def test_every_size_is_tried_once_and_every_knob_in_the_first_round(plan: list[T
 def test_what_is_late_comes_in_no_first_round_but_where_there_is_nothing_else(
     plan: list[Trial], late: set[int]
 ) -> None:
-    rounds = in_rounds(plan, late)
+    rounds = trial_rounds(plan, late)
     assert sorted(i for which in rounds for i in which) == list(range(len(plan)))
     early = set(range(len(plan))) - late
     if early:
@@ -74,13 +74,13 @@ def test_what_is_late_comes_in_no_first_round_but_where_there_is_nothing_else(
 
 
 @cache
-def begun() -> Begun:
+def begun() -> BaseFit:
     asked = scenario()
     model = base_model(asked)
     recordings = list(load_recordings(asked, model, Path(), None, Silent()))
     setup = make_setup(model, asked.identify, recordings)
     fitted = (setup.outputs, setup.processing, asked.identify)
-    return begin(model, *fitted, recordings, {}, 0.001)
+    return fit_base(model, *fitted, recordings, {}, 0.001)
 
 
 def followed(stop_after: int | None = None) -> tuple[Screen, list[Screen], list[str]]:
@@ -111,9 +111,9 @@ def test_the_first_ranking_knows_every_candidate_and_says_what_it_lacks() -> Non
     assert sorted(told) == sorted(c.title for c in candidates)
     assert len(sketches) >= 2
     assert all(kinds(s) == kinds(found) == {c.kind for c in candidates} for s in sketches)
-    left = [s.to_come for s in (*sketches, found)]
+    left = [s.untried for s in (*sketches, found)]
     assert left == sorted(left, reverse=True) and left[-2] > left[-1] == 0
-    assert all(len(s.columns) + s.to_come == len(found.columns) for s in sketches)
+    assert all(len(s.columns) + s.untried == len(found.columns) for s in sketches)
 
 
 def test_who_follows_changes_no_figure() -> None:
@@ -131,7 +131,7 @@ def _figures(seen: Screen) -> Sequence[object]:
 def test_a_screen_stops_after_any_size_and_ranks_what_it_has() -> None:
     for after in (1, 7, 40):
         found, _, _ = followed(after)
-        assert len(found.columns) == after and found.to_come > 0
+        assert len(found.columns) == after and found.untried > 0
         assert kinds(found) == {c.effect.kind for c in found.columns}
 
 
@@ -142,14 +142,14 @@ def test_an_effect_whose_refit_diverges_is_named_although_another_one_is_added(
     lost = effect("viscous_friction")
 
     def diverging(*arguments: Any) -> Refit:
-        found = ended(*arguments)
+        found = finish_refit(*arguments)
         if lost not in found.hypothesis.model.effects:
             return found
         return replace(found, descended=replace(found.descended, cost=np.inf))
 
-    monkeypatch.setattr(search_round, "ended", diverging)
+    monkeypatch.setattr(search_round, "finish_refit", diverging)
     data, base = begun().data, begun().base
     candidates = [effect("coulomb_friction"), lost]
-    found = search_round.one_round(data, base, [], candidates, lambda _: False)
-    assert [w.screened.effect.kind for w in found.weighed] == ["coulomb_friction"]
+    found = search_round.search_round(data, base, [], candidates, lambda _: False)
+    assert [w.screened.effect.kind for w in found.refitted] == ["coulomb_friction"]
     assert found.accepted is not None and found.unfitted == (lost.title,)

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.base_fit import begin
+from flexgui.core.diagnose.base_fit import fit_base
 from flexgui.core.diagnose.fit_problem import Data, hypothesis
-from flexgui.core.diagnose.missing_torque import SLOW, Pushed
+from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY, ErrorResponse
 from flexgui.core.diagnose.refit import Refit, fit
-from flexgui.core.diagnose.shape_refinement import Sized, best_shapes, refine_shape
+from flexgui.core.diagnose.shape_refinement import JointForce, best_force_shapes, refine_shape
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
 from flexgui.core.effects.torque_ripple import every_order
@@ -36,7 +36,7 @@ SIZE = 0.1
 """Relative: the order that is found lies a little beside the true one."""
 
 
-def motions() -> list[Pushed]:
+def motions() -> list[ErrorResponse]:
     """Three working points whose joints answer a torque by the torque itself."""
     rng = np.random.default_rng(5)
     time = DT * np.arange(SAMPLES)
@@ -48,9 +48,9 @@ def motions() -> list[Pushed]:
         x = TRUE["nr2"] * place[:, 1]
         torque = TRUE["ra2"] * np.cos(x) + TRUE["rb2"] * np.sin(x)
         error = torque[:, None] + NOISE * np.ptp(torque) * rng.standard_normal((SAMPLES, 1))
-        answer = np.zeros((SAMPLES // 2 + 1 - SLOW, 1, 2))
+        answer = np.zeros((SAMPLES // 2 + 1 - FIRST_FREQUENCY, 1, 2))
         answer[:, 0, 1] = 1.0
-        found.append(Pushed(place, np.gradient(place, DT, axis=0), error, answer))
+        found.append(ErrorResponse(place, np.gradient(place, DT, axis=0), error, answer))
     return found
 
 
@@ -59,7 +59,7 @@ def sizes() -> Sizes:
     return replace(typical(bare_model().arm), travel=TRAVEL * two, span=(2 * APART + TRAVEL) * two)
 
 
-def tried(kind: str = "torque_ripple", names: tuple[str, str] = ("r", "nr2")) -> Sized:
+def tried(kind: str = "torque_ripple", names: tuple[str, str] = ("r", "nr2")) -> JointForce:
     model, one = bare_model(), effect(kind)
     effect_parameters = one.parameters(model.arm, model.drive, sizes())
     shape = next(k for k in effect_parameters if k.parameter.name == names[1])
@@ -69,11 +69,11 @@ def tried(kind: str = "torque_ripple", names: tuple[str, str] = ("r", "nr2")) ->
         if k.parameter.name[0] == names[0] and k.parameter.name[-1] == "2"
     ]
     values = {k.parameter.name: k.neutral for k in effect_parameters}
-    return Sized(one, model, values, tuple(mine), shape)
+    return JointForce(one, model, values, tuple(mine), shape)
 
 
 def test_the_order_of_a_wave_is_found_among_its_aliases() -> None:
-    best = best_shapes(tried(), motions(), most=3)
+    best = best_force_shapes(tried(), motions(), most=3)
     assert len(best) == 3
     apart = 2.0 * np.pi / APART
     assert abs(best[0]["nr2"] - TRUE["nr2"]) < apart / 10.0
@@ -81,7 +81,7 @@ def test_the_order_of_a_wave_is_found_among_its_aliases() -> None:
 
 
 def test_the_wave_comes_with_its_sizes() -> None:
-    best = best_shapes(tried(), motions(), most=1)[0]
+    best = best_force_shapes(tried(), motions(), most=1)[0]
     amplitude = np.hypot(best["ra2"], best["rb2"])
     assert amplitude == pytest.approx(np.hypot(TRUE["ra2"], TRUE["rb2"]), rel=SIZE)
 
@@ -89,7 +89,7 @@ def test_the_wave_comes_with_its_sizes() -> None:
 def test_friction_with_a_memory_has_no_shape_along_the_motion() -> None:
     stribeck = tried("stribeck_friction", ("f", "vs2"))
     shaped = replace(stribeck, shape=replace(stribeck.shape, finely=stribeck.shape.grid))
-    assert best_shapes(shaped, motions(), most=3) == []
+    assert best_force_shapes(shaped, motions(), most=3) == []
 
 
 def test_orders_lie_close_enough_over_all_positions() -> None:
@@ -118,7 +118,7 @@ def with_a_filter(stated: bool = True) -> tuple[Data, Refit]:
     if not stated:
         recordings = [replace(r, theta2=None) for r in recordings]
     setup = make_setup(model, scenario.identify, recordings)
-    found = begin(
+    found = fit_base(
         model, setup.outputs, setup.processing, scenario.identify, recordings,
         {"theta1": 2e-6, "theta2": 2e-6}, 1e-3,
     )  # fmt: skip

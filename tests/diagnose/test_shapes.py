@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgui.core.diagnose.gram_matrix import gram
+from flexgui.core.diagnose.gram_matrix import gram_matrix
 from flexgui.core.diagnose.output_changes import Column
-from flexgui.core.diagnose.shape_refinement import best_shape, own_shape
+from flexgui.core.diagnose.shape_refinement import best_shape, joint_shape
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.effects import effect
 
@@ -43,11 +43,11 @@ def test_each_joint_has_its_own_shape() -> None:
     tried = columns()
     errors = [0.7 * wave(1, 3.0) - 0.2 * wave(2, 8.0)]
     slopes = [np.zeros((SAMPLES, 2, 0))]
-    w = gram(errors, slopes, [c.blocks for c in tried], no_whitening).projected()
+    w = gram_matrix(errors, slopes, [c.blocks for c in tried], no_whitening).projected()
     found = best_shape(range(len(tried)), tried, w)
     shape: dict[str, float] = {}
     for i in found.chosen:
-        shape |= own_shape(tried[i])
+        shape |= joint_shape(tried[i])
     assert shape == {"nr1": 3.0, "nr2": 8.0}
     assert found.explained.drop >= (1.0 - LEFT) * float(np.sum(errors[0] ** 2))
     assert found.tried == len(ORDERS) ** 2

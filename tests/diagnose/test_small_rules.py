@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose import linear_or_nonlinear
-from flexgui.core.diagnose.repeated_motions import Group, Stretch, scatter
+from flexgui.core.diagnose.repeated_motions import Group, Stretch, unrepeated_rms
 from flexgui.core.identify.prepared import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.sensors import sensor
@@ -25,7 +25,7 @@ def test_only_places_drift_from_cycle_to_cycle(kind: str, moved: float) -> None:
     half = len(e.measured) // 2
     block = np.ones_like(e.measured)
     block[half:] = -1.0
-    found = scatter([Group((Stretch(0, 0), Stretch(0, half)), half)], [e], [block])
+    found = unrepeated_rms([Group((Stretch(0, 0), Stretch(0, half)), half)], [e], [block])
     assert list(found.values()) == pytest.approx([moved, moved])
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
-from flexgui.core.diagnose.remaining_error import remains
-from flexgui.core.diagnose.spectral_lines import SHARE, line_of, unexplained_line
+from flexgui.core.diagnose.remaining_error import remaining_error
+from flexgui.core.diagnose.spectral_lines import LEAST_LINE_SHARE, line_of, unexplained_line
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared import Prepared, prepare
@@ -154,7 +154,9 @@ def test_outside_the_outputs_band_nothing_is_told():
     assert found(wide, errors_with(wide, (MACHINE, 40.0))) == pytest.approx(MACHINE, abs=NEAR)
 
 
-@pytest.mark.parametrize(("share", "told"), [(0.003, False), (0.5 * SHARE, False), (0.5, True)])
+@pytest.mark.parametrize(
+    ("share", "told"), [(0.003, False), (0.5 * LEAST_LINE_SHARE, False), (0.5, True)]
+)
 def test_only_a_relevant_share_of_what_is_left_is_told(share, told):
     """Slow waves make up the rest: what a model lacks, not noise."""
     e = prepared()
@@ -238,7 +240,7 @@ def only(e: Prepared) -> Any:
 
 def test_what_remains_says_the_line_and_its_channel():
     e = prepared()
-    left = remains(only(e), [errors_with(e, (MACHINE, 3.0))], fitted(BARE, e))
+    left = remaining_error(only(e), [errors_with(e, (MACHINE, 3.0))], fitted(BARE, e))
     assert left.line is not None and left.line[0] == "z1"
     assert left.line[1] == pytest.approx(MACHINE, abs=NEAR)
-    assert remains(only(e), [errors_with(e)]).line is None
+    assert remaining_error(only(e), [errors_with(e)]).line is None

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.base_fit import Begun, begin
+from flexgui.core.diagnose.base_fit import BaseFit, fit_base
 from flexgui.core.diagnose.fit_problem import hypothesis
-from flexgui.core.diagnose.refit import fit, settled
-from flexgui.core.diagnose.removal_and_exchange import without_needless
+from flexgui.core.diagnose.refit import fit, with_robust_covariance
+from flexgui.core.diagnose.removal_and_exchange import needed_effects
 from flexgui.core.effects import effect
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
@@ -29,7 +29,7 @@ SAME = 0.01
 """Relative, of a coefficient that is estimated from one short recording."""
 
 
-def begun(also: Mapping[str, Mapping[str, float]] | None = None, **friction: Any) -> Begun:
+def begun(also: Mapping[str, Mapping[str, float]] | None = None, **friction: Any) -> BaseFit:
     """The paper's arm with friction, in a model that states it as given; `also`: what else its
     recording holds."""
     effects = [{"id": "viscous_friction", **friction}] if friction else []
@@ -47,11 +47,11 @@ def begun(also: Mapping[str, Mapping[str, float]] | None = None, **friction: Any
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     recordings = load_recordings(scenario, model, Path(), None, Silent())
     setup = make_setup(model, spec, recordings)
-    return begin(model, setup.outputs, setup.processing, spec, recordings, {}, 1e-3)
+    return fit_base(model, setup.outputs, setup.processing, spec, recordings, {}, 1e-3)
 
 
 @cache
-def bare() -> Begun:
+def bare() -> BaseFit:
     return begun()
 
 
@@ -80,8 +80,10 @@ def test_the_last_effect_goes_too_where_the_others_do_as_well_without_it() -> No
     data = bare().data
     viscous, payload = effect("viscous_friction"), effect("tip_payload")
     values = {**bare().base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-6}
-    whole = settled(fit(hypothesis(data, [viscous, payload], values), None, lambda: False, 6))
-    kept = without_needless(data, whole, [viscous, payload], 0, lambda: False)
+    whole = with_robust_covariance(
+        fit(hypothesis(data, [viscous, payload], values), None, lambda: False, 6)
+    )
+    kept = needed_effects(data, whole, [viscous, payload], 0, lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]
     assert np.isfinite(kept.refit.cost)
 
@@ -90,6 +92,6 @@ def test_an_effect_that_is_needed_stays_though_it_is_the_last() -> None:
     data = bare().data
     viscous = effect("viscous_friction")
     start = {**bare().base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2}
-    whole = settled(fit(hypothesis(data, [viscous], start), None, lambda: False, 6))
-    kept = without_needless(data, whole, [viscous], 0, lambda: False)
+    whole = with_robust_covariance(fit(hypothesis(data, [viscous], start), None, lambda: False, 6))
+    kept = needed_effects(data, whole, [viscous], 0, lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from flexgui.core.diagnose.diagnose import diagnose
-from flexgui.core.diagnose.fit_problem import Data, unseen
+from flexgui.core.diagnose.fit_problem import Data, undetectable_parameters
 from flexgui.core.diagnose.search_round import applicable, not_applicable, ruled_out
 from flexgui.core.diagnose.search_state import Options
 from flexgui.core.effects import catalogue, effect
@@ -70,9 +70,9 @@ def test_a_scale_is_ruled_out_sensor_by_sensor_and_as_a_whole_where_none_is_left
 
 def test_a_rotor_is_where_the_motors_are_stated_to_have_it() -> None:
     rotor = [effect("rotor_inertia")]
-    assert set(unseen(known("direct_drive"), rotor)) == {"Jh2"}
-    assert set(unseen(known("gear_ratio"), rotor)) == {"Jr2"}
-    assert unseen(bare().data, rotor) == {}
+    assert set(undetectable_parameters(known("direct_drive"), rotor)) == {"Jh2"}
+    assert set(undetectable_parameters(known("gear_ratio"), rotor)) == {"Jr2"}
+    assert undetectable_parameters(bare().data, rotor) == {}
 
 
 def test_a_diagnosis_ranks_nothing_that_was_ruled_out_and_keeps_the_reason() -> None:
@@ -82,7 +82,7 @@ def test_a_diagnosis_ranks_nothing_that_was_ruled_out_and_keeps_the_reason() -> 
     )  # fmt: skip
     begun: Any = replace(bare(), data=known("level"))
     setup: Any = SimpleNamespace(model=SimpleNamespace(effects=()))
-    found = diagnose(setup, SimpleNamespace(), (), asked, begun=begun)  # type: ignore[arg-type]
+    found = diagnose(setup, SimpleNamespace(), (), asked, base_fit=begun)  # type: ignore[arg-type]
     assert [r.effect for r in found.ranking] == ["torque_offset"]
     assert found.not_applicable == {"gravity_tilt": "Stated: the rig is level."}
     assert found.ruled_out == {"Tilted base plate": "the rig is level"}

@@ -9,8 +9,13 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from flexgui.core.diagnose.output_noise import _counted, unforeseen
-from flexgui.core.diagnose.sensor_noise import ESTIMATED, STATED, ColumnNoise, common_step
+from flexgui.core.diagnose.output_noise import _limited_by_prediction, unpredicted_noise
+from flexgui.core.diagnose.sensor_noise import (
+    ESTIMATED,
+    STATED,
+    ColumnNoise,
+    common_quantisation_step,
+)
 from flexgui.core.recording.recording import Recording
 
 STEP, SAMPLES, RECORDINGS = 2e-3, 600, 4
@@ -55,28 +60,28 @@ def recordings(friction: float = 0.0, noise: float = 0.0, count: float = COUNT) 
 
 @pytest.mark.parametrize("noise", [0.0, WHITE, 4.0 * WHITE])
 def test_the_noise_of_an_encoder_is_told_beside_a_vibration(noise: float) -> None:
-    level = unforeseen(recordings(noise=noise), "theta1", ["u1"])
+    level = unpredicted_noise(recordings(noise=noise), "theta1", ["u1"])
     true = np.hypot(WHITE, noise)
     assert level is not None and true / NEAR < level < true * NEAR
 
 
 def test_friction_that_no_model_knows_hides_little_of_it() -> None:
-    level = unforeseen(recordings(friction=0.1), "theta1", ["u1"])
+    level = unpredicted_noise(recordings(friction=0.1), "theta1", ["u1"])
     assert level is not None and WHITE / NEAR < level < FOLLOWED * WHITE
 
 
 def test_without_noise_next_to_nothing_is_unforeseen() -> None:
-    level = unforeseen(recordings(count=0.0), "theta1", ["u1"])
+    level = unpredicted_noise(recordings(count=0.0), "theta1", ["u1"])
     assert level is not None and level < 1e-3 * WHITE
 
 
 def bounded(found: list[Recording], seen: ColumnNoise) -> float:
     """Level, counting included, of what was estimated as `seen`."""
     routes = [
-        SimpleNamespace(driven=False, recording=r, places=["theta1"], references=("u1",))
+        SimpleNamespace(servo_driven=False, recording=r, places=["theta1"], references=("u1",))
         for r in found
     ]
-    noise = _counted(routes, "theta1", seen)  # type: ignore[arg-type]
+    noise = _limited_by_prediction(routes, "theta1", seen)  # type: ignore[arg-type]
     return float(np.hypot(noise.std, noise.step / np.sqrt(12.0)))
 
 
@@ -95,7 +100,7 @@ def test_the_last_digit_of_a_file_is_no_count_and_a_memory_is_no_foresight() -> 
         slow = lfilter([0.1], [1.0, -0.9], 40.0 * WHITE * rng.standard_normal(SAMPLES))
         r.channels["theta1"] = COUNT * np.round((r["theta1"] + slow) / COUNT)
     kept = float(np.hypot(SEEN.std, WHITE))
-    assert bounded(found, replace(SEEN, colour=0.9)) == pytest.approx(kept)
+    assert bounded(found, replace(SEEN, ar_coefficient=0.9)) == pytest.approx(kept)
     loud = recordings(noise=10.0 * WHITE)
     assert bounded(loud, SEEN) == pytest.approx(kept)
 
@@ -105,16 +110,16 @@ def test_what_is_stated_stays() -> None:
 
 
 def test_hundreds_of_recordings_are_no_obstacle() -> None:
-    level = unforeseen(recordings() * 100, "theta1", ["u1"])
+    level = unpredicted_noise(recordings() * 100, "theta1", ["u1"])
     assert level is not None and WHITE / NEAR < level < NEAR * WHITE
 
 
 def test_short_recordings_and_holes_say_nothing() -> None:
     short = [r.excerpt(60) for r in recordings()[:1]]
-    assert unforeseen(short, "theta1", ["u1"]) is None
+    assert unpredicted_noise(short, "theta1", ["u1"]) is None
     holed = recordings()[0]
     holed.channels["theta1"][5] = np.nan
-    assert unforeseen([holed], "theta1", ["u1"]) is None
+    assert unpredicted_noise([holed], "theta1", ["u1"]) is None
 
 
 RIPPLED = 40.0
@@ -126,8 +131,8 @@ def test_a_calm_recording_tells_what_lively_ones_hide() -> None:
     for r in found[1:]:
         lively = RIPPLED * WHITE * np.sin(900.0 * r["theta1"] + rng.uniform(0.0, 6.0))
         r.channels["theta1"] = COUNT * np.round((r["theta1"] + lively) / COUNT)
-    lively_alone = unforeseen(found[1:], "theta1", ["u1"])
-    level = unforeseen(found, "theta1", ["u1"])
+    lively_alone = unpredicted_noise(found[1:], "theta1", ["u1"])
+    level = unpredicted_noise(found, "theta1", ["u1"])
     assert level is not None and lively_alone is not None
     assert WHITE <= level < NEAR * WHITE < 0.5 * lively_alone
 
@@ -136,6 +141,6 @@ def test_counts_are_seen_over_all_recordings_where_one_alone_has_no_neighbours()
     rng = np.random.default_rng(8)
     sparse = COUNT * np.array([3.0, 11.0, 20.0, 47.0, 92.0])
     dense = 0.4 * COUNT + COUNT * rng.integers(0, 500, SAMPLES)
-    assert common_step([sparse]) == 0.0
-    assert common_step([sparse, dense]) == pytest.approx(COUNT)
-    assert common_step([sparse, rng.standard_normal(SAMPLES)]) == 0.0
+    assert common_quantisation_step([sparse]) == 0.0
+    assert common_quantisation_step([sparse, dense]) == pytest.approx(COUNT)
+    assert common_quantisation_step([sparse, rng.standard_normal(SAMPLES)]) == 0.0

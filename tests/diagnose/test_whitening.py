@@ -8,7 +8,7 @@ import pytest
 import scipy
 from scipy.stats import chi2, kstest
 
-from flexgui.core.diagnose.whitening import LEFT, fit_whitener, thinned
+from flexgui.core.diagnose.whitening import LEAST_GAIN, fit_whitener, thinned
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from tests.marks import long_except
 
@@ -131,7 +131,7 @@ def chance_behind_a_filter(seed: int, apart: float) -> float:
 def test_behind_a_filter_chances_are_uniform() -> None:
     """With all rows whitening lifts what the filter left of the simulation's error, the same in
     residual and response, to the height of the noise: a certainty out of nothing."""
-    apart = 1.0 / (DT * 2.0 * ZeroPhaseLowPass(cutoff_hz=CUTOFF_HZ).reach_hz(LEFT))
+    apart = 1.0 / (DT * 2.0 * ZeroPhaseLowPass(cutoff_hz=CUTOFF_HZ).reach_hz(LEAST_GAIN))
     found = [chance_behind_a_filter(seed, apart) for seed in range(100)]
     assert kstest(found, "uniform").pvalue > UNLIKELY
     assert max(chance_behind_a_filter(seed, 1.0) for seed in range(20)) < 1e-10

@@ -10,7 +10,7 @@ import pytest
 
 from flexgui.core.diagnose.evidence import TIE
 from flexgui.core.diagnose.final_results import final_parameters
-from flexgui.core.diagnose.refit import settled
+from flexgui.core.diagnose.refit import with_robust_covariance
 from flexgui.core.errors import InputError
 from flexgui.core.experiments.allowed import Allowed
 from flexgui.core.experiments.design import Wish, design
@@ -105,7 +105,7 @@ def test_the_deviations_are_reached() -> None:
     found = planned()
     more = [replace(recorded(c, seed=k), name=f"p{k}") for k, c in enumerate(found.chosen)]
     begun = fitted(scenario(), [*recordings(), *more], Silent())
-    reached = {e.name: e.std for e in final_parameters(settled(begun.base))}
+    reached = {e.name: e.std for e in final_parameters(with_robust_covariance(begun.base))}
     for d in found.deviations:
         assert d.after < d.before
         assert reached[d.estimate.name] == pytest.approx(d.after, rel=NEAR)

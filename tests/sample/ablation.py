@@ -57,9 +57,9 @@ def _start(residuals: Any, start: Any, *_: Any) -> Any:
 
 
 def _plain_search(state: Any, options: Any, progress: Any, on_ranking: Any) -> Any:
-    from flexgui.core.diagnose.effect_search import search
+    from flexgui.core.diagnose.effect_search import search_effects
 
-    return state, search(state, options, progress, on_ranking)
+    return state, search_effects(state, options, progress, on_ranking)
 
 
 def _state(state: Any, begun: Any, *_: Any) -> Any:
@@ -71,32 +71,32 @@ def _own_start(values: Any) -> Callable[..., Any]:
 
 
 SWITCHES: Mapping[str, Sequence[Patch]] = {
-    "progressive horizon, refits": [("core.diagnose.refit_starts._shown_within", _none)],
-    "nominal start of a minimum": [("core.diagnose.cost_minimum.from_nominal_values", _none)],
-    "nominal start of a refit": [("core.diagnose.refit_starts.has_moved", _no)],
+    "progressive horizon, refits": [("core.diagnose.refit_starts._informative_share", _none)],
+    "nominal start of a minimum": [("core.diagnose.cost_minimum.start_from_nominal", _none)],
+    "nominal start of a refit": [("core.diagnose.refit_starts.differs_from_nominal", _no)],
     "progressive horizon, identification": [
         ("core.identify.fit.grown", _start),
     ],
     "shape refinement": [("core.diagnose.acceptance.refine_shape", _fit)],
-    "successive halving": [("core.diagnose.search_round.in_the_race", _all_go_on)],
+    "successive halving": [("core.diagnose.search_round.still_competitive", _all_go_on)],
     "exchange": [("core.diagnose.effect_search.best_exchange", _none)],
-    "prune": [("core.diagnose.effect_search.prune", _none)],
+    "prune": [("core.diagnose.effect_search.remove_needless", _none)],
     "mode refinement": [("core.diagnose.effect_search.finer_round", _none)],
     "limits of idealised laws": [
-        ("core.diagnose.effect_search.missed_by_laws", _nothing_missed),
-        ("core.diagnose.base_fit.missed_by_laws", _nothing_missed),
+        ("core.diagnose.effect_search.idealisation_error", _nothing_missed),
+        ("core.diagnose.base_fit.idealisation_error", _nothing_missed),
     ],
     "floor re-estimation": [("core.diagnose.diagnose.search_with_new_floors", _plain_search)],
     "forward reordering": [("core.diagnose.diagnose.final_ladder", _state)],
-    "final polish": [("core.diagnose.effect_search.precise", _data_and_fit)],
+    "final polish": [("core.diagnose.effect_search.converge_precisely", _data_and_fit)],
     "defect correction of the identification": [
         ("core.identify.fit._with_corrected_steps", lambda r, rough, stopped: (r, rough))
     ],
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
-    "shaken deviations": [("core.diagnose.effect_search.widened", _fit)],
-    "prediction-error bound": [("core.diagnose.output_noise.unforeseen", _none)],
+    "shaken deviations": [("core.diagnose.effect_search.with_drawn_deviations", _fit)],
+    "prediction-error bound": [("core.diagnose.output_noise.unpredicted_noise", _none)],
     "noise per recording": [("core.diagnose.base_fit._noise_ratios", lambda *_: ())],
-    "next experiments": [("core.diagnose.effect_search.deciding", lambda *_: ())],
+    "next experiments": [("core.diagnose.effect_search.deciding_experiments", lambda *_: ())],
     "validation as a gate": [
         ("core.diagnose.effect_search._gate", lambda state: lambda data, refit: ""),
     ],

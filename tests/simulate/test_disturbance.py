@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.missing_torque import SLOW
+from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY
 from flexgui.core.diagnose.shape_refinement import spectrum, spectrum_of_error
 from flexgui.core.simulate.disturbance import torque_answer, torque_behind
 from flexgui.core.simulate.many import run
@@ -84,7 +84,7 @@ def test_an_output_that_is_not_of_the_motion_is_no_use(friction) -> None:
 
 def test_the_answer_to_a_torque_is_that_of_the_simulated_arm(friction) -> None:
     at, error, torque = friction
-    known, answer = torque_answer(at, [*NOISE, "i1"], DT, np.fft.rfftfreq(N)[SLOW:])
+    known, answer = torque_answer(at, [*NOISE, "i1"], DT, np.fft.rfftfreq(N)[FIRST_FREQUENCY:])
     assert known == [0, 1, 2, 3]
     heard = spectrum_of_error(error)[BAND]
     expected = np.einsum("fkj,fj->fk", answer, spectrum(torque))[BAND]

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from flexgui.core.diagnose.final_results import final_parameters
-from flexgui.core.diagnose.refit import settled
+from flexgui.core.diagnose.refit import with_robust_covariance
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import sizes_of
 from flexgui.core.experiments.design import Candidate, Design, Wish
@@ -132,7 +132,7 @@ def _reached(
     there = load_recordings(scenario, base_model(scenario), folder, None, Silent())
     added = [replace(r, name=f"planned {n}") for n, r in enumerate(more, start=1)]
     begun = fitted(scenario, [*there, *added], Silent())
-    found = {e.name: e.std for e in final_parameters(settled(begun.base))}
+    found = {e.name: e.std for e in final_parameters(with_robust_covariance(begun.base))}
     return {
         d.estimate.name: [d.before, d.after, float(found[d.estimate.name])]
         for d in design.deviations

@@ -20,12 +20,12 @@ from functools import cached_property
 
 import numpy as np
 
-from flexgui.core.diagnose.base_fit import nuisance_of, outputs_of
+from flexgui.core.diagnose.base_fit import compared_outputs, nuisance_unknowns
 from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
-from flexgui.core.diagnose.gram_matrix import gram
-from flexgui.core.diagnose.output_changes import Column, Zeros, simulated, trials
+from flexgui.core.diagnose.gram_matrix import gram_matrix
+from flexgui.core.diagnose.output_changes import BaseErrors, Column, simulate_column, trials
 from flexgui.core.diagnose.refit import fit
-from flexgui.core.diagnose.shape_refinement import Shaped, best_shape
+from flexgui.core.diagnose.shape_refinement import ShapedColumns, best_shape
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.effect import Effect, EffectParameter, Rig
@@ -86,11 +86,11 @@ class Sight:
     def data(self, recordings: Sequence[Recording]) -> Data:
         """What a diagnosis compares on these recordings, in SI."""
         model, processing = self.setup.model, self.setup.processing
-        outputs = outputs_of(model, self.setup.outputs, recordings)
+        outputs = compared_outputs(model, self.setup.outputs, recordings)
         experiments = tuple(prepare(model, r, outputs, processing) for r in recordings)
         ones = tuple(np.ones(e.measured.shape[1]) for e in experiments)
         steps = int(np.ceil(STEPS_HZ / self.bench.rate))
-        nuisance = tuple(nuisance_of(model, self.spec, recordings))
+        nuisance = tuple(nuisance_unknowns(model, self.spec, recordings))
         return Data(model, experiments, nuisance, ones, {}, {}, self.sizes, steps)
 
     def _weights(self, clean: Sequence[Recording]) -> tuple[np.ndarray, ...]:
@@ -309,9 +309,11 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
         if kind not in {e.kind for e in with_included(hidden)}
         and not any(nesting(kind, k).startswith("contains") for k in truth.kinds)
     ]
-    zeros = Zeros(whole)
+    zeros = BaseErrors(whole)
     columns = [
-        simulated(data, whole, hidden, t, zeros) for one in tested for t in trials(whole, one, data)
+        simulate_column(data, whole, hidden, t, zeros)
+        for one in tested
+        for t in trials(whole, one, data)
     ]
     labels = whole.unknowns.labels
     for one in hidden:
@@ -321,7 +323,9 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
         own = _own_names(sight, one, rest)
         kept = [j for j, name in enumerate(labels) if name not in own]
         blocks = [c.blocks for c in columns]
-        products = gram(missing, [S[:, :, kept] for S in slopes], blocks, no_whitening).projected()
+        products = gram_matrix(
+            missing, [S[:, :, kept] for S in slopes], blocks, no_whitening
+        ).projected()
         lefts, taken = dict[str, float](), dict[str, dict[str, float]]()
         for c in tested:
             mine = [i for i, column in enumerate(columns) if column.effect is c]
@@ -344,7 +348,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     return "", ""
 
 
-def _values_of(best: Shaped, columns: Sequence[Column]) -> dict[str, float]:
+def _values_of(best: ShapedColumns, columns: Sequence[Column]) -> dict[str, float]:
     """Where a fit of a stand-in begins: what its columns come to."""
     found: dict[str, float] = {}
     for i, coefficient in zip(best.chosen, best.explained.coefficients, strict=True):

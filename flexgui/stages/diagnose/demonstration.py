@@ -180,7 +180,7 @@ def demonstrate(
 
 def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
     """Compared in the outputs in which a diagnosis ranks effects: more than a fit may have."""
-    from flexgui.core.diagnose.base_fit import outputs_of
+    from flexgui.core.diagnose.base_fit import compared_outputs
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
     from flexgui.scene.recorded_motion import read_recording
@@ -192,7 +192,7 @@ def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Record
     # Only recordings to estimate from decide which outputs there are.
     data = replace(read_recording(scenario, name, folder), role="estimate")
     setup = make_setup(model, spec, [data])
-    return replace(setup, outputs=outputs_of(setup.model, setup.outputs, [data])), data
+    return replace(setup, outputs=compared_outputs(setup.model, setup.outputs, [data])), data
 
 
 def _effect(setup: Setup, kind: str) -> Effect:

@@ -12,8 +12,8 @@ import numpy as np
 from flexgui.core.progress import Progress, Silent
 
 if TYPE_CHECKING:
-    from flexgui.core.diagnose.base_fit import Begun
-    from flexgui.core.diagnose.search_state import Options, ToCome
+    from flexgui.core.diagnose.base_fit import BaseFit
+    from flexgui.core.diagnose.search_state import Options, Untried
     from flexgui.core.identify.setup import Setup
     from flexgui.core.model import Model
     from flexgui.core.recording.recording import Recording
@@ -72,7 +72,7 @@ def diagnose(
         reporter.check()
         reporter.report(outcome=refined(scenario, where, asked, progress))
 
-    def on_ranking(ranking: tuple[RankedEffect, ...], to_come: ToCome) -> None:
+    def on_ranking(ranking: tuple[RankedEffect, ...], to_come: Untried) -> None:
         sizes, effects = to_come
         reporter.report(ranking=thinned(ranking), to_come=sizes, untried=effects)
         if not sizes:
@@ -129,10 +129,12 @@ class FindingsReporter:
     at once; what else is found is told with them."""
 
     def __init__(self, asked: Asked, progress: PartialProgress) -> None:
-        from flexgui.core.diagnose.diagnose import begin_on
+        from flexgui.core.diagnose.diagnose import fit_base_to_recordings
 
         self._progress = progress
-        self._whole = begin_on(asked.setup, asked.spec, asked.recordings, asked.options, progress)
+        self._whole = fit_base_to_recordings(
+            asked.setup, asked.spec, asked.recordings, asked.options, progress
+        )
         self._checked = False
         self._shown: tuple[RecordingComparison, ...] = ()
         self._best: object = None
@@ -149,17 +151,17 @@ class FindingsReporter:
     def check(self) -> None:
         """The same fit on recordings that it did not see, and measured against modelled by it. As
         dear as the first ranking, which need not wait for it."""
-        from flexgui.core.diagnose.final_results import compared
+        from flexgui.core.diagnose.final_results import compare_recordings
 
         if self._checked or self._progress.stopped():
             return
         self._checked = True
         self.report(step=_as_given(self._whole))
         if not self._progress.stopped():
-            self._shown = compared(self._whole)
+            self._shown = compare_recordings(self._whole)
             self._progress.partial(COMPARED, self._shown)
 
-    def settled(self, last: Begun) -> None:
+    def settled(self, last: BaseFit) -> None:
         """The fit that the diagnosis ended at, to the last digit or in other floors: from now on
         all figures are of it."""
         before, floors = self._whole, last.data.floors
@@ -168,7 +170,7 @@ class FindingsReporter:
         if later is not None and moved:
             later = replace(later, floors=floors, weights=later.weights_at(floors))
         self._checked = self._checked and not moved
-        known = before.validated if self._checked else None
+        known = before.validation_fit if self._checked else None
         self._whole = replace(last, validation=later, known=known)
         shown = self._whole if self._checked else last
         self.report(step=_as_given(shown), residual=_seen(self.seen.step, last).residual)
@@ -187,13 +189,13 @@ class FindingsReporter:
             self.seen = replace(self.seen, laws=laws, laws_of=first.effect)
 
 
-def _as_given(begun: Begun) -> LadderStep:
+def _as_given(begun: BaseFit) -> LadderStep:
     from flexgui.core.diagnose.ladder_steps import ladder_step
 
-    return ladder_step(begun.data, begun.validated, begun.base, None, "As given", ())
+    return ladder_step(begun.data, begun.validation_fit, begun.base, None, "As given", ())
 
 
-def _seen(step: LadderStep, begun: Begun) -> ModelFindings:
+def _seen(step: LadderStep, begun: BaseFit) -> ModelFindings:
     from flexgui.stages.diagnose.model_versions import ModelFindings
 
     blocks = begun.base.errors

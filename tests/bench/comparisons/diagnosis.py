@@ -11,10 +11,10 @@ import scipy
 
 from flexgui.core.arm.presets import presets
 from flexgui.core.diagnose.acceptance import Round
-from flexgui.core.diagnose.base_fit import Begun, begin
+from flexgui.core.diagnose.base_fit import BaseFit, fit_base
 from flexgui.core.diagnose.fit_problem import hypothesis
 from flexgui.core.diagnose.output_changes import trials
-from flexgui.core.diagnose.search_round import applicable, one_round
+from flexgui.core.diagnose.search_round import applicable, search_round
 from flexgui.core.drives import build_drive
 from flexgui.core.effects import catalogue
 from flexgui.core.effects.effect import Effect
@@ -40,7 +40,7 @@ CLOSE = 0.02
 
 @dataclass(frozen=True)
 class _Ours:
-    begun: Begun
+    begun: BaseFit
     found: Round
     first: float
     """s until the first ranking."""
@@ -53,10 +53,10 @@ def rows(size: Size) -> list[Row]:
     full = size == FULL
     begun = _begun(size.record)
     candidates = applicable(begun.data, [], () if full else REFITTED_BY_PEER)
-    one_round(begun.data, begun.base, [], candidates, lambda _: False)  # compiles what is new
+    search_round(begun.data, begun.base, [], candidates, lambda _: False)  # compiles what is new
     ours = _round(begun, candidates)
     peer, cost = _peer(begun, candidates)
-    best = ours.found.weighed[0]
+    best = ours.found.refitted[0]
     same = best.screened.effect.kind == HIDDEN and abs(best.refit.cost / cost - 1.0) < CLOSE
     samples = begun.data.experiments[0].measured.shape[0]
     what = f"7 x {samples} samples, four outputs, {len(candidates)} candidates"
@@ -67,7 +67,7 @@ def rows(size: Size) -> list[Row]:
     ]
 
 
-def _begun(seconds: float) -> Begun:
+def _begun(seconds: float) -> BaseFit:
     drive = build_drive("velocity_loop", {"gains": GAINS})
     bare = Model(presets()["paper"], drive)
     hidden = bare.with_effects([catalogue()[HIDDEN]], SIZES)
@@ -81,20 +81,20 @@ def _begun(seconds: float) -> Begun:
         for k in range(1, 8)
     ]
     spec = IdentifySpec(parameters=("EI",))
-    return begin(bare, (), Processing(), spec, recordings, STATED, 0.001)
+    return fit_base(bare, (), Processing(), spec, recordings, STATED, 0.001)
 
 
-def _round(begun: Begun, candidates: Sequence[Effect]) -> _Ours:
+def _round(begun: BaseFit, candidates: Sequence[Effect]) -> _Ours:
     seen: list[float] = []
     start = time.perf_counter()
-    found = one_round(
+    found = search_round(
         begun.data, begun.base, [], candidates, lambda _: False,
         lambda _: seen.append(time.perf_counter() - start),
     )  # fmt: skip
     return _Ours(begun, found, seen[0], time.perf_counter() - start)
 
 
-def _peer(begun: Begun, candidates: Sequence[Effect]) -> tuple[float, float]:
+def _peer(begun: BaseFit, candidates: Sequence[Effect]) -> tuple[float, float]:
     """(seconds for all candidates, squared error of the hidden effect's model)."""
     spent, parameters, cost = 0.0, 0, np.inf
     chosen = [c for c in candidates if c.kind in REFITTED_BY_PEER]
@@ -116,7 +116,7 @@ def _peer(begun: Begun, candidates: Sequence[Effect]) -> tuple[float, float]:
     return spent * whole / parameters, cost
 
 
-def _free(begun: Begun, candidate: Effect) -> int:
+def _free(begun: BaseFit, candidate: Effect) -> int:
     """Parameters that a refit frees."""
     tried = trials(begun.base.hypothesis, candidate, begun.data)
     return len({t.parameter for t in tried})
