@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .effects import catalogue, with_included
-from .identify.unknowns import MARK
+from .identify.unknowns import RECORDING_MARK
 from .results import Diagnosis
 from .scenario.read import check_scenario, document_toml
 from .scenario.schema import Scenario
@@ -87,7 +87,7 @@ def _stated_values(scenario: Scenario, diagnosis: Diagnosis) -> dict[str, float]
     alone = len(scenario.recordings) == 1
     values = {}
     for label, value in diagnosis.values.items():
-        name, mark, _ = label.partition(MARK)
+        name, mark, _ = label.partition(RECORDING_MARK)
         if not mark or alone:
             values[name] = float(value)
     return values

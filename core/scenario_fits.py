@@ -13,7 +13,7 @@ from .errors import InputError
 from .identify import predictor
 from .identify.compare import compare, shared_values
 from .identify.fit import Fitted, identify
-from .identify.prepared import prepare
+from .identify.prepared_recording import prepare
 from .identify.setup import Setup, make_setup
 from .identify.unknowns import Unknowns, collect_unknowns, fixed_values
 from .progress import Progress, Silent

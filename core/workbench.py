@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .check.run import check_scenario
+from .check.run_checks import check_scenario
 from .diagnose.diagnose import diagnose
 from .diagnose.linear_or_nonlinear import AUTO, choose_level
 from .diagnose.output_noise import stated_noise
@@ -65,7 +65,7 @@ class Clock:
         self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start
 
 
-@predictor.quick_handover()
+@predictor.fast_thread_switching()
 def run_scenario(
     scenario: Scenario,
     *,
@@ -83,7 +83,7 @@ def run_scenario(
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
         if scenario.model.level == AUTO:
             progress.stage("Choosing the level of the model")
-        model, chosen = settled_level(scenario, model, spec, recordings)
+        model, chosen = model_at_level(scenario, model, spec, recordings)
         findings = _findings(scenario, folder, data_folder, progress)
         setup = make_setup(model, spec, recordings)
     if diagnosis_wanted(scenario):
@@ -106,7 +106,7 @@ def run_scenario(
                     diagnosis,
                     linear_model=linear_model([f.fit for f in fits], comparisons, diagnosis),
                 )
-    standing, values = _as_it_stands(scenario, setup, fits, diagnosis)
+    standing, values = _final_model(scenario, setup, fits, diagnosis)
     return Outcome(
         title=scenario.title,
         method=scenario.identify.method,
@@ -168,7 +168,7 @@ def compare_at(
     for name in values:
         model.parameter(name)
     recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
-    model, _ = settled_level(scenario, model, scenario.identify, recordings)
+    model, _ = model_at_level(scenario, model, scenario.identify, recordings)
     setup = make_setup(model, scenario.identify, recordings)
     known = {**scenario.identify.start, **values}
     progress.stage("Comparing the model with the measurements", len(recordings))
@@ -179,7 +179,7 @@ def compare_at(
     return tuple(found)
 
 
-def _as_it_stands(
+def _final_model(
     scenario: Scenario, setup: Setup, fits: Sequence[Fitted], diagnosis: Diagnosis | None
 ) -> tuple[Model, Mapping[str, float]]:
     """The model with what was added, and its values where the last fit ended."""
@@ -209,7 +209,7 @@ def _diagnosis(
         fidelity=asked.fidelity,
         per_recording=asked.per_recording,
         stated_rig=scenario.rig.statements,
-        identified=ended_at(fits),
+        identified=final_values(fits),
     )
     if asked.output is not None:
         spec = spec.model_copy(update={"output": asked.output})
@@ -232,25 +232,27 @@ def linear_model(
     floors = [e.floor for e in first.errors if e.channel in ("z1", "z2")]
     floor = float(np.sqrt(np.sum(np.square(floors)))) if floors else float("nan")
     estimates = [e for f in fits if len(fits) == 1 for e in (*f.estimates, *f.derived)]
-    return LinearModel(linear, first.tip_rms, floor, furthest_apart(estimates, first.parameters))
+    return LinearModel(
+        linear, first.tip_rms, floor, largest_difference(estimates, first.parameters)
+    )
 
 
-APART = 0.1
+LEAST_DIFFERENCE = 0.1
 """Relative: beyond it two fits stand in different places. What a linear model leaves out moves a
 stiffness by a few per cents where that model is of use at all."""
 
 
-def furthest_apart(
+def largest_difference(
     linear: Sequence[Estimate], full: Sequence[Estimate]
 ) -> tuple[Estimate, Estimate] | None:
     """What the data determine in both fits and is most different; None where they agree."""
     known = {e.name: e for e in full if e.identifiable and e.recording is None and e.value}
     pairs = [(e, known[e.name]) for e in linear if e.identifiable and e.name in known]
-    far = [p for p in pairs if abs(p[0].value - p[1].value) > APART * abs(p[1].value)]
+    far = [p for p in pairs if abs(p[0].value - p[1].value) > LEAST_DIFFERENCE * abs(p[1].value)]
     return max(far, key=lambda p: abs(p[0].value / p[1].value - 1.0), default=None)
 
 
-def settled_level(
+def model_at_level(
     scenario: Scenario, model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
 ) -> tuple[Model, LevelChoice | None]:
     """The model at the level that the scenario states or, where it leaves that open, that the
@@ -267,7 +269,7 @@ def settled_level(
     return replace(model.at_level(choice.level), bare=bare), choice
 
 
-def ended_at(fits: Sequence[Fitted]) -> dict[str, float]:
+def final_values(fits: Sequence[Fitted]) -> dict[str, float]:
     """label -> value where the fits ended; the mean of what several share."""
     found: dict[str, list[float]] = {}
     for f in fits:

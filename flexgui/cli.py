@@ -253,11 +253,11 @@ def _checked(
 ) -> tuple[Sequence[Finding], list[str], int]:
     if what.suffix.lower() in ("", ".toml"):
         path, scenario = _read(what, data)
-        from flexgui.core.check.run import check_scenario
+        from flexgui.core.check.run_checks import check_scenario
 
         found = check_scenario(scenario, path.parent, data, progress)
         return found, [], len(scenario.recordings)
-    from flexgui.core.check.run import check_file
+    from flexgui.core.check.run_checks import check_file
     from flexgui.core.recording.read_table import read_table
     from flexgui.core.scenario.data_folder import refuse_special
 

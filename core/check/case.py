@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from ..check.bending import Shape
-from ..check.causes import FREE, Cause, wrong
+from ..check.channel_relations import relations
+from ..check.column_faults import FREE_RANK, ColumnFault, find_fault
 from ..check.finding import Finding, Picture
-from ..check.geometry import Tip
-from ..check.lagged import CLEAR, LOOP, Relation
-from ..check.late import Late, late_channel, shape_of
-from ..check.measured import Measured
-from ..check.relations import relations
-from ..check.suspects import Suspect, late_channels, suspects
+from ..check.gain_and_lag import GAIN_EXPLAINED, LOOP, Relation
+from ..check.late_channels import LateResult, late_channel, shape_of
+from ..check.link_bending import LinkShape
+from ..check.measured_recording import MeasuredRecording
+from ..check.suspect_channels import Suspect, late_suspects, suspects
+from ..check.tip_geometry import TipGeometry
 from ..recording.channels import Role, channel_kind, role_of
 from ..written import parse_header
 
@@ -35,17 +35,17 @@ WHOLE = 0.03
 class Dynamics:
     """What the channels of a recording say of each other, taken as they are."""
 
-    recording: Measured
+    recording: MeasuredRecording
     others: Sequence[Case] = field(default=(), repr=False, compare=False)
 
     @cached_property
-    def shape(self) -> Shape | None:
+    def shape(self) -> LinkShape | None:
         """The links as this recording shows them, each channel taken as it is; None where nothing
         that is measured shows them."""
         return shape_of(self.recording)
 
     @cached_property
-    def late(self) -> Late | None:
+    def late(self) -> LateResult | None:
         """Which channel is late, whatever the stiffness."""
         known = (o.dynamics.shape for o in self.others)
         return late_channel(self.recording, [shape for shape in known if shape is not None])
@@ -72,7 +72,7 @@ class Dynamics:
         softer = replace(self.recording, values={**self.recording.values, **self.stiffness})
         fitted = relations(softer, shape=self.shape)
         # A loop that explains little with any stiffness lacks something else, which a fit hides.
-        return fitted if _explained(fitted) > max(_explained(stated), CLEAR) else stated
+        return fitted if _explained(fitted) > max(_explained(stated), GAIN_EXPLAINED) else stated
 
     @cached_property
     def suspects(self) -> tuple[Suspect, ...]:
@@ -81,43 +81,47 @@ class Dynamics:
         if self.shape is None:
             return suspects(own, others)
         found = suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
-        return (*found, *late_channels(self.late, self.recording.step))
+        return (*found, *late_suspects(self.late, self.recording.step))
 
     @property
-    def factors(self) -> list[Cause]:
+    def factors(self) -> list[ColumnFault]:
         """Sizes and shifts of single channels that camera, encoders and dynamics suggest."""
-        made = [_sized(one.channel, one.factor) for one in self.suspects if one.factor != 1.0]
-        tip = Tip.of(self.recording)
+        made = [
+            _factor_fault(one.channel, one.factor) for one in self.suspects if one.factor != 1.0
+        ]
+        tip = TipGeometry.of(self.recording)
         if tip is None or tip.misfit() <= tip.tolerance:
             return made
-        made += [_sized(name, factor) for name, factor in tip.factors()]
-        return made + [Cause("offset", (n,), shift=s, rank=FREE + 1) for n, s in tip.shifts()]
+        made += [_factor_fault(name, factor) for name, factor in tip.factors()]
+        return made + [
+            ColumnFault("offset", (n,), shift=s, rank=FREE_RANK + 1) for n, s in tip.shifts()
+        ]
 
 
-def _sized(channel: str, factor: float) -> Cause:
+def _factor_fault(channel: str, factor: float) -> ColumnFault:
     ratio = round(factor)
     whole = abs(factor / max(ratio, 1) - 1.0) < max(WHOLE, 0.3 / max(ratio, 1))
     encoder = channel_kind(channel).pattern == "theta#"
     if encoder and SMALLEST <= ratio <= LARGEST and whole:
-        return Cause("gear_ratio", (channel,), float(ratio), rank=FREE)
-    return Cause("scale", (channel,), factor, rank=FREE + 1)
+        return ColumnFault("gear_ratio", (channel,), float(ratio), rank=FREE_RANK)
+    return ColumnFault("scale", (channel,), factor, rank=FREE_RANK + 1)
 
 
 @dataclass(frozen=True)
 class Case:
     """What a check looks at."""
 
-    recording: Measured
+    recording: MeasuredRecording
     others: Sequence[Case] = field(default=(), repr=False, compare=False)
     """The scenario's other recordings."""
 
     @cached_property
-    def causes(self) -> tuple[Cause, ...]:
+    def causes(self) -> tuple[ColumnFault, ...]:
         """What is wrong with whole columns, one after the other."""
         return self._settled[0]
 
     @property
-    def mended(self) -> Measured:
+    def mended(self) -> MeasuredRecording:
         """The recording without that."""
         return self._settled[1].recording
 
@@ -132,11 +136,11 @@ class Case:
         return self.dynamics.suspects
 
     @cached_property
-    def _settled(self) -> tuple[tuple[Cause, ...], Dynamics]:
-        made: list[Cause] = []
+    def _settled(self) -> tuple[tuple[ColumnFault, ...], Dynamics]:
+        made: list[ColumnFault] = []
         left = Dynamics(self.recording, self.others)
         for _ in range(ROUNDS):
-            one = wrong(left.recording, left.factors)
+            one = find_fault(left.recording, left.factors)
             if one is None:
                 break
             made.append(one)
@@ -147,7 +151,7 @@ class Case:
     def tip_off(self) -> tuple[float, float] | None:
         """m: by how much camera and encoders disagree on the tip, and the arm's reach; None where
         they agree once the columns are mended."""
-        tip = Tip.of(self.mended)
+        tip = TipGeometry.of(self.mended)
         off = 0.0 if tip is None else tip.misfit()
         return (off, tip.reach) if tip is not None and off > tip.tolerance else None
 

@@ -68,12 +68,12 @@ class Check(ABC):
 
 Entry = dict[str, Any]
 
-EVEN = 'resample = { how = "interpolate" }'
+RESAMPLE_LINE = 'resample = { how = "interpolate" }'
 """Mends what is wrong with the clock alone; where the rows were taken evenly and only the stamps
 scatter, `count` is right, which nobody can see in the file."""
 
 
-def mended_columns(before: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
+def fixed_columns(before: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
     """`columns` of a recording with those of a line on top.
 
     A column of the file keeps its unit, gain and sign, whichever channel it goes to; what the line

@@ -24,8 +24,8 @@ from ..diagnose.refit import Refit, fit
 from ..effects.effect import Effect
 from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
-from ..identify.held import points_led
-from ..identify.prepared import Prepared, can_measure, prepare
+from ..identify.prepared_recording import Prepared, can_measure, prepare
+from ..identify.prescribed_joint_forces import servo_points_per_sample
 from ..identify.processing import Processing
 from ..identify.setup import primary_sensors
 from ..identify.unknowns import (
@@ -138,7 +138,7 @@ def fit_base(
     weights = tuple(_spread_weights(e) for e in experiments)
     effects, bare = model.effects, model.bare or model
     dt = max(e.recording.sample_time for e in experiments)
-    steps = max(int(np.ceil(dt / points_led(model, dt) / FIRST_STEP)), 1)
+    steps = max(int(np.ceil(dt / servo_points_per_sample(model, dt) / FIRST_STEP)), 1)
     data = Data(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), steps)
     limited = _fixed_and_limited(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **limited)

@@ -26,7 +26,7 @@ from ..identify.defect_correction import (
     errors_with_each,
     extrapolated,
 )
-from ..identify.held import steps_needed
+from ..identify.prescribed_joint_forces import needed_steps
 from ..least_squares import (
     MOST_ITERATIONS,
     cost_of,
@@ -49,7 +49,7 @@ def anchor_at(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
     """
     dt = max(e.recording.sample_time for e in data.experiments)
     assert data.steps is not None
-    steps = max(data.fine or 0, steps_needed(h.model, dt, 2 * data.steps, 1.0))
+    steps = max(data.fine or 0, needed_steps(h.model, dt, 2 * data.steps, 1.0))
     errors, finer = errors_with_each(h.residuals, h.vector, (steps, 2 * steps))
     while steps < MOST_FINE:
         change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])

@@ -22,7 +22,7 @@ from ..diagnose.search_state import (
 )
 from ..effects import catalogue, with_included
 from ..errors import InputError
-from ..identify.predictor import quick_handover
+from ..identify.predictor import fast_thread_switching
 from ..identify.setup import Setup
 from ..progress import Progress, Silent
 from ..recording.recording import Recording
@@ -32,7 +32,7 @@ from ..scenario.stated_effects import structures_tried
 from ..warm import compile_beforehand
 
 
-@quick_handover()
+@fast_thread_switching()
 def diagnose(
     setup: Setup,
     spec: IdentifySpec,
@@ -100,7 +100,7 @@ def _verdict(more: bool, error: Remains) -> str:
     return MISSING if more else UNLISTED if error.above else NOTHING
 
 
-@quick_handover()
+@fast_thread_switching()
 def fit_base_to_recordings(
     setup: Setup,
     spec: IdentifySpec,

@@ -15,7 +15,7 @@ from ..identify import identifiability
 from ..identify.compare import compare
 from ..identify.estimates import derived_estimates
 from ..identify.predictor import on_all_cores
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 from ..least_squares import SEEN, whole
 from ..results import Estimate, RecordingComparison
 from ..results.comparison import DIAGNOSIS_FIT

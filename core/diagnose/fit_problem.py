@@ -15,9 +15,9 @@ from ..effects import with_included
 from ..effects.effect import Effect, Rig
 from ..effects.sizes import Sizes, typical
 from ..identify.defect_correction import Anchor
-from ..identify.held import steps_needed
-from ..identify.predictor import KnownMotions, Motion, Predictor, coarser
-from ..identify.prepared import Prepared, make_task
+from ..identify.predictor import Motion, MotionCache, Predictor, with_steps_per_sample
+from ..identify.prepared_recording import Prepared, make_task
+from ..identify.prescribed_joint_forces import needed_steps
 from ..identify.residuals import Residuals
 from ..identify.unknowns import Unknown, Unknowns
 from ..least_squares import Limits, limits_of
@@ -78,7 +78,7 @@ class Data:
     """(k,) per recording: factor of those floors, if recordings have a noise of their own."""
     fixed_effect_values: Mapping[str, float] = field(default_factory=dict)
     """Parameters of stated effects that are not estimated, and their values."""
-    known: KnownMotions = field(default_factory=KnownMotions)
+    known: MotionCache = field(default_factory=MotionCache)
     """Motions of the base model. Sensor effects and forces at prescribed joints do not change
     them."""
     mode_steps: NeededSteps | None = None
@@ -103,7 +103,7 @@ class Data:
         return replace(
             self, weights=self.weights_at(values), floors=values, anchor=None,
             floor_sources={n: f.source for n, f in floors.items()},
-            floors_within={n: f.within for n, f in floors.items()}, known=KnownMotions(),
+            floors_within={n: f.within for n, f in floors.items()}, known=MotionCache(),
         )  # fmt: skip
 
     @property
@@ -175,7 +175,7 @@ class Hypothesis:
         fine = self.residuals.predictor
         if fine.steps is None:
             return self
-        predictor = coarser(fine, max(fine.steps // 2, 1))
+        predictor = with_steps_per_sample(fine, max(fine.steps // 2, 1))
         return replace(self, residuals=replace(self.residuals, predictor=predictor))
 
     def values(self) -> dict[str, float]:
@@ -232,7 +232,7 @@ def hypothesis(
     if data.steps is not None:
         dt = max(e.recording.sample_time for e in data.experiments)
         loose = 1.0 if data.anchor is None else LONGER_STEPS
-        steps = max(int(steps_needed(model, dt, _search_steps(data, model), loose) * finer), 1)
+        steps = max(int(needed_steps(model, dt, _search_steps(data, model), loose) * finer), 1)
     predictor = Predictor(experiments, unknowns, data.fixed, steps=steps, known=data.known)
     residuals = Residuals(predictor, list(data.weights), data.anchor)
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
@@ -313,7 +313,7 @@ def with_shared_motions(data: Data, h: Hypothesis) -> Data:
     if h.steps is None:
         return data
     fine, coarse = (x.residuals.predictor.simulated_at(h.vector) for x in (h, h.coarse))
-    return replace(data, known=KnownMotions({**fine.motions, **coarse.motions}, fine.recordings))
+    return replace(data, known=MotionCache({**fine.motions, **coarse.motions}, fine.recordings))
 
 
 def for_model(experiment: Prepared, model: Model) -> Prepared:

@@ -11,7 +11,7 @@ from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, parameter_names
 from ..diagnose.refit import Refit
 from ..diagnose.remaining_error import channel_rms
 from ..identify.identifiability import analyse, identified
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknown
 from ..least_squares import SEEN, descend, whole
 from ..model import Model

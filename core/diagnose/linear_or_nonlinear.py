@@ -9,7 +9,7 @@ import numpy as np
 from ..diagnose.base_fit import compared_outputs, full_equations
 from ..diagnose.noise_floor import channel_floors
 from ..identify.predictor import Predictor
-from ..identify.prepared import prepare
+from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
 from ..identify.unknowns import Unknowns
 from ..model import Model

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arm.joints import joint
 from ..diagnose.fit_problem import Hypothesis
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 from ..results import MissingTorque, RecordingComparison
 from ..simulate.disturbance import Behind, torque_answer, torque_behind
 from ..simulate.posture import Posture, posture

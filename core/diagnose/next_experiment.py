@@ -17,7 +17,7 @@ import numpy as np
 from ..diagnose.acceptance import Round
 from ..diagnose.fit_problem import Data, Hypothesis, hypothesis
 from ..identify.predictor import on_all_cores
-from ..identify.prepared import prepare
+from ..identify.prepared_recording import prepare
 from ..identify.unknowns import Unknown
 from ..least_squares import normal_equations, pseudo_inverse
 from ..model import Model

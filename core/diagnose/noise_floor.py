@@ -17,7 +17,7 @@ from ..diagnose.remaining_error import channel_rms
 from ..diagnose.repeated_motions import repeated_groups, unrepeated_rms
 from ..diagnose.sensor_noise import ESTIMATED
 from ..identify.predictor import Motion
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 
 REPETITION = "repetition"
 

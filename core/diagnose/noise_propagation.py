@@ -14,9 +14,9 @@ import numpy as np
 
 from ..arm.arm import Arm
 from ..diagnose.sensor_noise import ColumnNoise, is_command, quieter_series
-from ..identify.held import points_led
 from ..identify.predictor import motion_of
-from ..identify.prepared import Prepared, make_task, measured_outputs
+from ..identify.prepared_recording import Prepared, make_task, measured_outputs
+from ..identify.prescribed_joint_forces import servo_points_per_sample
 from ..identify.processing import TORQUE
 from ..identify.unknowns import START
 from ..model import Numbers
@@ -280,7 +280,7 @@ class NoisePath:
         if not self.servo_driven:
             return measured
         again = replace(e, recording=recording, task=make_task(e.model, recording))
-        steps = max(SERVO_STEPS // points_led(e.model, recording.sample_time), 1)
+        steps = max(SERVO_STEPS // servo_points_per_sample(e.model, recording.sample_time), 1)
         motion = motion_of(again, self.numbers, self.values, steps)
         return measured - again.predicted(motion, self.numbers, self.values)
 

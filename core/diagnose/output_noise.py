@@ -30,7 +30,7 @@ from ..diagnose.sensor_noise import (
     with_ar_coefficient,
 )
 from ..identify.predictor import Motion
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 from ..identify.setup import Setup
 from ..recording.beginning import FEWEST_PER_COLUMN, LAGS
 from ..recording.recording import Recording

@@ -13,7 +13,7 @@ from ..diagnose.fit_problem import Data, parameter_names
 from ..diagnose.ladder_steps import estimates
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.refit import Refit
-from ..identify.identifiability import TOGETHER, correlation_of
+from ..identify.identifiability import POORLY_DISTINGUISHABLE, correlation_of
 from ..least_squares import normal_equations, pseudo_inverse
 from ..results import Estimate, RankedEffect
 
@@ -119,9 +119,9 @@ def _tied_to(refit: Refit, sizes: Sequence[str], before: Refit) -> tuple[Estimat
     own = [labels.index(name) for name in sizes if name in labels]
     A, _ = normal_equations(refit.descended.blocks, refit.descended.slopes)
     rho = np.abs(correlation_of(pseudo_inverse(A)))[own]
-    tied = {label for k, label in enumerate(labels) if (rho[:, k] > TOGETHER).any()} & set(
-        values_before
-    )
+    tied = {
+        label for k, label in enumerate(labels) if (rho[:, k] > POORLY_DISTINGUISHABLE).any()
+    } & set(values_before)
     return tuple(
         replace(e, start=values_before[e.name]) for e in estimates(refit) if e.name in tied
     )

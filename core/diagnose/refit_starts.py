@@ -22,7 +22,7 @@ import numpy as np
 from ..arm.arm import Structure
 from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, parameter_names
 from ..effects.effect import Effect
-from ..identify.refinement import FEWEST, SHARES, beginnings
+from ..identify.refinement import FEWEST_PER_UNKNOWN, SHARES, first_parts
 from ..lanes.wide import LANES
 from ..least_squares import cost_of, descend, normal_equations, pseudo_inverse, whole
 
@@ -216,7 +216,7 @@ class Horizon:
 
 def first_part_of(data: Data, share: float) -> Data:
     """The data over the first `share` of each recording."""
-    return replace(data, experiments=tuple(beginnings(data.experiments, share)), anchor=None)
+    return replace(data, experiments=tuple(first_parts(data.experiments, share)), anchor=None)
 
 
 def _informative_share(data: Data, base: Hypothesis, unknowns: int) -> float | None:
@@ -229,7 +229,7 @@ def _informative_share(data: Data, base: Hypothesis, unknowns: int) -> float | N
             part = slice(0, int(np.ceil(share * len(r))))
             cost += float(np.sum(np.square(r[part])))
             count += int(e.counted[part].sum())
-        if count >= FEWEST * unknowns and cost > count + LEAST_ERROR * unknowns:
+        if count >= FEWEST_PER_UNKNOWN * unknowns and cost > count + LEAST_ERROR * unknowns:
             return share if first_part_of(data, share).experiments else None
     return None
 

@@ -11,7 +11,7 @@ from ..results import ABOVE, ABOVE_IN_ONE, Remains
 
 if TYPE_CHECKING:
     from ..diagnose.fit_problem import Data, Hypothesis
-    from ..identify.prepared import Prepared
+    from ..identify.prepared_recording import Prepared
 
 
 def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:

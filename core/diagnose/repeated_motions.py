@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..identify.fit import Fitted
-from ..identify.prepared import Prepared, start_joints
+from ..identify.prepared_recording import Prepared, start_joints
 from ..identify.repeatability import repeatability
 from ..results import Estimate, Repeated
 

@@ -26,7 +26,7 @@ from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..effects.effect import Effect, EffectParameter
 from ..forces.element import Element
 from ..forces.law import ForceLaw
-from ..identify.prepared import prepare
+from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
 from ..model import Model
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 
 HIGHEST_ORDER = 6
 """Sensor noise correlated by a filter or a vibration needs two to four."""

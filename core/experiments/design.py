@@ -27,9 +27,9 @@ from ..diagnose.next_experiment import (
 from ..diagnose.refit import Refit, refit_with
 from ..effects import catalogue
 from ..errors import InputError
-from ..experiments.allowed import Allowed, allowed
-from ..experiments.fitted import FittedModel
+from ..experiments.fitted_model import FittedModel
 from ..experiments.information import Information, expected
+from ..experiments.rig_limits import RigLimits, rig_limits
 from ..experiments.trial import Trial, strongest, trials
 from ..identify.predictor import on_all_cores
 from ..model import Model
@@ -49,7 +49,7 @@ MOST = 12
 
 
 @dataclass(frozen=True)
-class Wish:
+class ExperimentRequest:
     """What a person asks of the next experiments."""
 
     seconds: float = SECONDS
@@ -72,7 +72,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Deviation:
+class ParameterDeviation:
     """A parameter, and how well it is known before and after."""
 
     estimate: Estimate
@@ -86,8 +86,8 @@ class Design:
 
     chosen: tuple[Candidate, ...]
     fitted: Hypothesis
-    limits: Allowed
-    deviations: tuple[Deviation, ...]
+    limits: RigLimits
+    deviations: tuple[ParameterDeviation, ...]
     competing: tuple[str, ...] = ()
     """Titles of the two effects that are to be told apart."""
     score: float = 0.0
@@ -99,7 +99,7 @@ class Design:
         return self.score > TIE
 
 
-def design(begun: BaseFit, wish: Wish, progress: Progress) -> Design:
+def design(begun: BaseFit, wish: ExperimentRequest, progress: Progress) -> Design:
     """The experiments that a person should make next.
 
     Args:
@@ -113,13 +113,13 @@ def design(begun: BaseFit, wish: Wish, progress: Progress) -> Design:
     """
     fitted = FittedModel(begun)
     _check_drive(fitted.h.model)
-    names = _wanted(fitted, wish.parameters)
+    names = _parameters_of(fitted, wish.parameters)
     if not names and not wish.between:
         raise InputError(
             "No parameter is estimated that experiments could make known better; choose some to "
             "identify ([identify] parameters), or two effects to tell apart."
         )
-    limits = allowed(wish.limits, fitted.motions)
+    limits = rig_limits(wish.limits, fitted.motions)
     competing = _pair(fitted, wish.between, progress)
     progress.stage("Simulating the experiments that the limits allow")
     found = _candidates(fitted, limits, wish, competing, progress)
@@ -128,7 +128,7 @@ def design(begun: BaseFit, wish: Wish, progress: Progress) -> Design:
         chosen=tuple(chosen),
         fitted=fitted.h,
         limits=limits,
-        deviations=_narrowed(fitted, chosen, names),
+        deviations=_deviations(fitted, chosen, names),
         competing=tuple(catalogue()[kind].title for kind in wish.between),
         score=sum(c.score for c in chosen),
     )
@@ -143,7 +143,7 @@ def _check_drive(model: Model) -> None:
         )
 
 
-def _wanted(fitted: FittedModel, names: Sequence[str]) -> list[str]:
+def _parameters_of(fitted: FittedModel, names: Sequence[str]) -> list[str]:
     """The parameters to be known better; those that nothing fixes cannot be counted on."""
     known = {n: e for n, e in fitted.estimates.items() if math.isfinite(e.std) and e.std > 0.0}
     for name in names:
@@ -179,8 +179,8 @@ def _pair(fitted: FittedModel, kinds: Sequence[str], progress: Progress) -> list
 
 def _candidates(
     fitted: FittedModel,
-    limits: Allowed,
-    wish: Wish,
+    limits: RigLimits,
+    wish: ExperimentRequest,
     competing: list[Hypothesis],
     progress: Progress,
 ) -> list[Candidate]:
@@ -223,7 +223,11 @@ def _sizes(fitted: FittedModel) -> np.ndarray:
 
 
 def _chosen(
-    fitted: FittedModel, found: Sequence[Candidate], names: Sequence[str], wish: Wish, apart: bool
+    fitted: FittedModel,
+    found: Sequence[Candidate],
+    names: Sequence[str],
+    wish: ExperimentRequest,
+    apart: bool,
 ) -> list[Candidate]:
     """One after the other, the one that tells most beside those that were chosen before."""
     if not found:
@@ -235,7 +239,7 @@ def _chosen(
     def worth(c: Candidate) -> float:
         if apart:
             return c.score
-        after = fitted.deviations(_with(fitted.known, [*chosen, c]))
+        after = fitted.deviations(_with_candidates(fitted.known, [*chosen, c]))
         return -sum(math.log(max(after[n], 1e-300)) for n in names)
 
     while left and len(chosen) < count:
@@ -245,7 +249,7 @@ def _chosen(
     return chosen
 
 
-def _with(known: Information, more: Sequence[Candidate]) -> Information:
+def _with_candidates(known: Information, more: Sequence[Candidate]) -> Information:
     for number, c in enumerate(more, start=1):
         known = known.plus(c.shows.named(f"{NAME} {number}"))
     return known
@@ -256,9 +260,9 @@ EXACT = 0.05
 half of that."""
 
 
-def _narrowed(
+def _deviations(
     fitted: FittedModel, chosen: Sequence[Candidate], names: Sequence[str]
-) -> tuple[Deviation, ...]:
+) -> tuple[ParameterDeviation, ...]:
     """The fit's own deviations, and what the chosen experiments make of them."""
     exact = on_all_cores(
         lambda c: expected(hypothesis_on(fitted.there(c.trial), fitted.h), fitted.errors, EXACT),
@@ -266,10 +270,10 @@ def _narrowed(
     )
     chosen = [replace(c, shows=shown) for c, shown in zip(chosen, exact, strict=True)]
     was = fitted.deviations(fitted.known)
-    will = fitted.deviations(_with(fitted.known, chosen))
+    will = fitted.deviations(_with_candidates(fitted.known, chosen))
     found = []
     for name in names:
         e = fitted.estimates[name]
         share = will[name] / was[name] if was[name] > 0.0 else 1.0
-        found.append(Deviation(e, e.std, e.std * share))
+        found.append(ParameterDeviation(e, e.std, e.std * share))
     return tuple(found)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..diagnose.fit_problem import Hypothesis
 from ..identify.defect_correction import with_steps
-from ..identify.uncertainty import Colour, scatter
+from ..identify.uncertainty import Autocovariance, score_covariance
 from ..least_squares import SEEN, pseudo_inverse
 
 
@@ -47,7 +47,7 @@ class Information:
 
 
 def information(
-    labels: Sequence[str], slopes: Sequence[np.ndarray], errors: Sequence[Colour]
+    labels: Sequence[str], slopes: Sequence[np.ndarray], errors: Sequence[Autocovariance]
 ) -> Information:
     """Of recordings.
 
@@ -60,11 +60,11 @@ def information(
     for S, one in zip(slopes, errors, strict=True):
         flat = S.reshape(-1, len(labels))
         A += flat.T @ flat
-        B += scatter(S, one)
+        B += score_covariance(S, one)
     return Information(tuple(labels), A, B)
 
 
-def expected(h: Hypothesis, errors: Colour, within: float = np.inf) -> Information:
+def expected(h: Hypothesis, errors: Autocovariance, within: float = np.inf) -> Information:
     """Of an experiment to come.
 
     Args:
@@ -88,7 +88,7 @@ MOST_STEPS = 256
 """Per sample, as core.diagnose.cost_minimum.MOST_FINE."""
 
 
-def _with_steps(h: Hypothesis, errors: Colour, steps: int | None) -> Information:
+def _with_steps(h: Hypothesis, errors: Autocovariance, steps: int | None) -> Information:
     residuals = h.residuals
     if steps is not None:
         residuals = with_steps(residuals, steps)

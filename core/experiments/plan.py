@@ -12,7 +12,7 @@ from ..diagnose.diagnose import fit_base_to_recordings
 from ..diagnose.linear_or_nonlinear import AUTO
 from ..diagnose.output_noise import stated_noise
 from ..diagnose.search_state import Options
-from ..experiments.design import Design, Wish, design
+from ..experiments.design import Design, ExperimentRequest, design
 from ..identify.setup import make_setup
 from ..loading import load_recordings
 from ..progress import Progress, Silent
@@ -21,12 +21,12 @@ from ..scenario.data_folder import Folder
 from ..scenario.schema import Scenario
 from ..scenario.stated_effects import base_model, with_effect_parameters
 from ..scenario_fits import fit_all
-from ..workbench import ended_at, settled_level
+from ..workbench import final_values, model_at_level
 
 
 def plan(
     scenario: Scenario,
-    wish: Wish,
+    wish: ExperimentRequest,
     *,
     folder: Folder | None = None,
     data_folder: Path | None = None,
@@ -48,18 +48,20 @@ def plan(
     recordings = load_recordings(
         scenario, base_model(scenario), folder or Path(), data_folder, progress
     )
-    return design(fitted(scenario, recordings, progress), wish, progress)
+    return design(fit_for_planning(scenario, recordings, progress), wish, progress)
 
 
-def fitted(scenario: Scenario, recordings: Sequence[Recording], progress: Progress) -> BaseFit:
+def fit_for_planning(
+    scenario: Scenario, recordings: Sequence[Recording], progress: Progress
+) -> BaseFit:
     """The scenario's model on its recordings, identified and then fitted to all channels, as a
     diagnosis begins, and as exactly as one ends: deviations are to be relied on."""
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     if scenario.model.level == AUTO:
-        model, _ = settled_level(scenario, model, spec, recordings)
+        model, _ = model_at_level(scenario, model, spec, recordings)
     setup = make_setup(model, spec, recordings)
-    found = ended_at(fit_all(setup, recordings, spec, progress))
+    found = final_values(fit_all(setup, recordings, spec, progress))
     noise = stated_noise(scenario, setup, recordings)
     options = Options(
         fidelity=scenario.diagnose.fidelity,

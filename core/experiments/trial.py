@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..diagnose.fit_problem import Hypothesis
-from ..experiments.allowed import Allowed
+from ..experiments.rig_limits import RigLimits
 from ..model import Model
 from ..recording.spec import SimulateSpec
 from ..simulate.experiment import make_task
@@ -31,7 +31,7 @@ PLACES = (1.0 / 6.0, 0.5, 5.0 / 6.0)
 
 MOST_POSTURES = 5
 
-KEPT = 0.9
+USED_SHARE = 0.9
 """Share of a limit that the model may use: the rest is for what the model does not know."""
 
 NEAR = 0.97
@@ -76,25 +76,25 @@ class Trial:
 
     def motion(self, h: Hypothesis, steps: int = STEPS) -> Trajectory:
         """Of a fitted model."""
-        return played(h, self.task(played_to(h))[0], steps)
+        return simulate_reference(h, self.task(model_without_servo(h))[0], steps)
 
 
-def played_to(h: Hypothesis) -> Model:
+def model_without_servo(h: Hypothesis) -> Model:
     """A fitted model without the servo that may have led it along its recordings."""
     model = h.model.steered_by(None)
     own = {k: v for k, v in h.values().items() if k in model.effect_values}
     return replace(model, effect_values={**model.effect_values, **own})
 
 
-def played(h: Hypothesis, task: Task, steps: int) -> Trajectory:
+def simulate_reference(h: Hypothesis, task: Task, steps: int) -> Trajectory:
     """What a fitted model does where references are played to its drive, with so many steps per
     sample or what its effects need."""
-    model = played_to(h)
+    model = model_without_servo(h)
     shared = {k: v for k, v in h.values().items() if "@" not in k}
     return run(model, model.numbers(shared), task, model.steps(task.sample_time, steps))
 
 
-def trials(limits: Allowed, seconds: float, sample_time: float) -> list[Trial]:
+def trials(limits: RigLimits, seconds: float, sample_time: float) -> list[Trial]:
     """Postures within the limits times forms; all of one length, without sizes yet."""
     low, high = limits.position.T
     joints = len(low)
@@ -126,7 +126,7 @@ def _round(place: float, span: float) -> float:
 def strongest(
     trial: Trial,
     models: Sequence[Hypothesis],
-    limits: Allowed,
+    limits: RigLimits,
     begun: np.ndarray,
     doubt: np.ndarray | float,
     steps: int,
@@ -141,7 +141,7 @@ def strongest(
     for _ in range(MOST_TRIES):
         tried = replace(trial, amplitudes=tuple(map(float, sizes)))
         used = [limits.used(tried.motion(h, steps), doubt) for h in models]
-        share = np.max([np.maximum(own, tip) for own, tip in used], axis=0) / KEPT
+        share = np.max([np.maximum(own, tip) for own, tip in used], axis=0) / USED_SHARE
         if not np.all(np.isfinite(share)):
             sizes = 0.5 * sizes
             continue

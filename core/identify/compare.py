@@ -10,7 +10,7 @@ from ..arm.chord import deflection_rows
 from ..arm.joints import joint
 from ..errors import InputError
 from ..identify.predictor import Predictor
-from ..identify.prepared import Prepared, prepare
+from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import TORQUE, Processing
 from ..identify.unknowns import Unknown, Unknowns
 from ..model import Model

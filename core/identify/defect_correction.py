@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arm.arm import Arm
-from ..identify.predictor import coarser, on_all_cores
+from ..identify.predictor import on_all_cores, with_steps_per_sample
 from ..least_squares import Descended, Limits, descend, normal_equations, pseudo_inverse, whole
 
 if TYPE_CHECKING:
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 MOST_DOUBLINGS = 2
 """Of the steps: friction has edges, with which they would go on for ever."""
 
-UNMOVED = 0.0025
+MOST_MOVE = 0.0025
 """Squared move of the parameters by twice the steps, in their deviations, whatever the direction:
 less than a twentieth of one."""
 
-QUARTERED = 0.3
+EDGE_RATIO = 0.3
 """Between the quarter and the half of what steps twice as long move a smooth motion and one with
 edges."""
 
@@ -39,7 +39,7 @@ LAST_REDUCTION = 0.1
 """Reduction of the squared error, in mean squares of what is left, below which the last descent
 ends: a parameter that is one deviation off costs one."""
 
-FAR = 5.0
+MOST_DESCENT = 5.0
 """Deviations that a descent may move; what few steps miss is found anew where it ends further."""
 
 MOST_ROUNDS = 3
@@ -73,7 +73,9 @@ class Anchor:
 
 def with_steps(residuals: Residuals, steps: int) -> Residuals:
     """The same with so many steps per sample, nothing taken off."""
-    return replace(residuals, predictor=coarser(residuals.predictor, steps), anchor=None)
+    return replace(
+        residuals, predictor=with_steps_per_sample(residuals.predictor, steps), anchor=None
+    )
 
 
 def errors_with(residuals: Residuals, vector: np.ndarray, steps: int) -> list[np.ndarray]:
@@ -113,7 +115,7 @@ def corrected_minimum(
         The residuals with what the steps miss taken off, and where the descent ended.
     """
     for left in reversed(range(MOST_ROUNDS)):
-        residuals = corrected(residuals, vector, slopes)
+        residuals = with_corrected_steps(residuals, vector, slopes)
         cost = float(sum(np.sum(b * b) for b in residuals.blocks(vector)))
         found = descend(
             residuals.blocks, lambda x: residuals.sensitivities(x, central=False), vector, limits,  # noqa: B023
@@ -121,13 +123,15 @@ def corrected_minimum(
         )  # fmt: skip
         move, slopes = found.vector - vector, found.slopes
         moved = sum(float(np.sum((S @ move) ** 2)) for S in slopes)
-        if not left or stopped() or not moved * residuals.count > FAR**2 * found.cost:
+        if not left or stopped() or not moved * residuals.count > MOST_DESCENT**2 * found.cost:
             break
         vector = found.vector
     return residuals, found
 
 
-def corrected(residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray]) -> Residuals:
+def with_corrected_steps(
+    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray]
+) -> Residuals:
     """The residuals with what their steps miss at a vector (P,) taken off; with so many steps that
     twice as many move no parameter by more than a share of its deviation."""
     steps = residuals.predictor.steps or 1
@@ -135,11 +139,11 @@ def corrected(residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndar
     left = MOST_DOUBLINGS
     while True:
         coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
-        missed = _left_by(runs, coarse, better, slopes)
-        if missed < UNMOVED or not left:
+        missed = _remaining_move(runs, coarse, better, slopes)
+        if missed < MOST_MOVE or not left:
             break
         # Where edges, which halve it each time, will ask for two more, both are made side by side.
-        more = min(left, 2 if missed > 4.0 * UNMOVED else 1)
+        more = min(left, 2 if missed > 4.0 * MOST_MOVE else 1)
         finer = [4 * steps * 2**k for k in range(1, more + 1)]
         runs = [*runs[more:], *errors_with_each(residuals, vector, finer)]
         steps, left = steps * 2**more, left - more
@@ -147,7 +151,7 @@ def corrected(residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndar
     return replace(fine, anchor=Anchor(fine, vector, better))
 
 
-def _left_by(
+def _remaining_move(
     runs: Sequence[list[np.ndarray]],
     coarse: Sequence[np.ndarray],
     better: Sequence[np.ndarray],
@@ -166,7 +170,7 @@ def _left_by(
         _moved([a - b for a, b in zip(*pair, strict=True)], slopes, better)
         for pair in ((runs[0], runs[1]), (runs[1], runs[2]), (coarse, better))
     )
-    return last / 15.0**2 if second < QUARTERED**2 * first else last
+    return last / 15.0**2 if second < EDGE_RATIO**2 * first else last
 
 
 def _moved(

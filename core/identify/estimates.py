@@ -11,30 +11,30 @@ from ..arm.catalogue import symbol
 from ..arm.slots import STIFFNESS, slot
 from ..identify import identifiability
 from ..identify.identifiability import INVOLVED, relative_scales
-from ..identify.refinement import Refined
+from ..identify.refinement import RefinedFit
 from ..identify.residuals import Residuals
 from ..identify.uncertainty import covariance
 from ..identify.unknowns import Unknowns
 from ..model import Model
 from ..results import Estimate, Fit, Generation
 
-UNSEEN = 1e-12
+COST_FLOOR = 1e-12
 """Of the outputs' sum of squares: a cost that no measurement shows. A valley's direction is
 good to 1e-8, so that without noise its cost would rise, from nothing to next to nothing."""
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """Where a search, or a search and the refinement after it, ended."""
 
     residuals: Residuals
-    refined: Refined
+    refined: RefinedFit
     history: tuple[Generation, ...]
     agreement: str
     stopped: bool
 
 
-def describe(label: str, found: Found) -> Fit:
+def summarise_fit(label: str, found: SearchResult) -> Fit:
     """The fit that a search found, with all that follows from where it ended."""
     residuals, refined = found.residuals, found.refined
     unknowns, vector = residuals.unknowns, refined.vector
@@ -49,7 +49,7 @@ def describe(label: str, found: Found) -> Fit:
     cov = covariance(sensitivities, blocks, rank) if P else np.zeros((0, 0))
     seen = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
     known = identifiability.determined(unknowns, vector, cov, null) if P else seen
-    fast, floor = residuals.population(vector), UNSEEN * residuals.magnitude
+    fast, floor = residuals.population(vector), COST_FLOOR * residuals.magnitude
 
     def cost(v: np.ndarray) -> float:
         found = residuals.costs(v[None]) if fast is None else fast(v[None])
@@ -63,7 +63,7 @@ def describe(label: str, found: Found) -> Fit:
         cost=refined.cost if np.isfinite(refined.cost) else _sum_of_squares(blocks),
         residual_count=residuals.count,
         convergence=found.history,
-        identifiability=identifiability.verdict(unknowns, vector, jacobian, cov, cost),
+        identifiability=identifiability.identifiability_of(unknowns, vector, jacobian, cov, cost),
         gradient_norm=refined.gradient,
         message=found.agreement,
         stopped=found.stopped,
@@ -102,7 +102,7 @@ def _estimates(
     return tuple(found)
 
 
-def first_estimate(unknowns: Unknowns, vector: np.ndarray) -> str:
+def first_estimate_text(unknowns: Unknowns, vector: np.ndarray) -> str:
     """Where the first descent ended, in words."""
     pairs = zip(unknowns.items, vector, strict=True)
     shown = [
@@ -110,11 +110,11 @@ def first_estimate(unknowns: Unknowns, vector: np.ndarray) -> str:
         for item, value in pairs
         if item.searched
     ]
-    more = f" and {len(shown) - SHOWN} more" if len(shown) > SHOWN else ""
-    return f"first estimate: {', '.join(shown[:SHOWN])}{more}"
+    more = f" and {len(shown) - MOST_SHOWN} more" if len(shown) > MOST_SHOWN else ""
+    return f"first estimate: {', '.join(shown[:MOST_SHOWN])}{more}"
 
 
-SHOWN = 4
+MOST_SHOWN = 4
 """Parameters of a first estimate that find room in a line."""
 
 

@@ -10,12 +10,19 @@ from typing import TypeVar
 import numpy as np
 
 from ..identify.defect_correction import corrected_minimum
-from ..identify.estimates import Found, describe
+from ..identify.estimates import SearchResult, summarise_fit
+from ..identify.fit_starts import refine_from_starts, search, several_starts, uses_evolution
 from ..identify.predictor import Predictor
-from ..identify.prepared import Prepared
-from ..identify.refinement import SEARCHED, Refined, first_of, grown, in_units_of, refined
+from ..identify.prepared_recording import Prepared
+from ..identify.refinement import (
+    SEARCH_SAMPLES,
+    RefinedFit,
+    first_samples_of,
+    fit_at,
+    scaled_limits,
+    start_over_horizon,
+)
 from ..identify.residuals import Residuals, channel_weights
-from ..identify.starts import evolves, refine_from_all, search, several_starts
 from ..identify.unknowns import Unknowns
 from ..least_squares import limits_of
 from ..progress import Progress, StoppedError, heeding
@@ -54,12 +61,12 @@ def identify(
     with heeding(progress):
         found = _stoppable(lambda: _searched(label, residuals, spec, progress))
     if found is None:
-        found = Found(residuals, _unrefined(unknowns.parameters.vector()), (), "", True)
-    return Fitted(describe(label, found), found.refined.vector, found.residuals)
+        found = SearchResult(residuals, _unrefined(unknowns.parameters.vector()), (), "", True)
+    return Fitted(summarise_fit(label, found), found.refined.vector, found.residuals)
 
 
-def _unrefined(vector: np.ndarray) -> Refined:
-    return Refined(vector, float("nan"), float("nan"), False)
+def _unrefined(vector: np.ndarray) -> RefinedFit:
+    return RefinedFit(vector, float("nan"), float("nan"), False)
 
 
 def _stoppable(work: Callable[[], T]) -> T | None:
@@ -71,46 +78,50 @@ def _stoppable(work: Callable[[], T]) -> T | None:
 
 
 def _with_corrected_steps(
-    residuals: Residuals, rough: Refined, stopped: Callable[[], bool]
-) -> tuple[Residuals, Refined]:
+    residuals: Residuals, rough: RefinedFit, stopped: Callable[[], bool]
+) -> tuple[Residuals, RefinedFit]:
     """The minimum without the error of few steps, and the residuals that it is one of."""
     vector = rough.vector
-    limits = in_units_of(residuals, vector, limits_of(residuals.unknowns.parameters))
+    limits = scaled_limits(residuals, vector, limits_of(residuals.unknowns.parameters))
     slopes = residuals.sensitivities(vector, central=False)
     fine, found = corrected_minimum(residuals, vector, slopes, limits, stopped)
     if not np.isfinite(found.cost):
         return residuals, rough
-    return fine, replace(refined(fine, found), slopes=found.slopes)
+    return fine, replace(fit_at(fine, found), slopes=found.slopes)
 
 
-def _searched(label: str, residuals: Residuals, spec: IdentifySpec, progress: Progress) -> Found:
+def _searched(
+    label: str, residuals: Residuals, spec: IdentifySpec, progress: Progress
+) -> SearchResult:
     """Search and refinement over the residuals' experiments."""
     predictor, unknowns = residuals.predictor, residuals.unknowns
     start = unknowns.parameters.vector()
     if predictor.simulation_is_dear:
         predictor.coarsen(start)
-    short = first_of(residuals, SEARCHED)
+    short = first_samples_of(residuals, SEARCH_SAMPLES)
     searched, fast = None, short.population()
-    if evolves(fast, spec):
+    if uses_evolution(fast, spec):
         searched = search(label, short, fast or short.costs, start, spec, progress)
         starts = [start if searched is None else searched.vector, start]
     else:
         starts = several_starts(residuals, start, spec)
     if predictor.simulation_is_dear and spec.refine and len(unknowns):
         progress.advance(0, "beginning with the first swings of each recording")
-        starts = [grown(residuals, one, lambda _: progress.stopped()) for one in starts]
+        starts = [
+            start_over_horizon(residuals, one, lambda _: progress.stopped()) for one in starts
+        ]
     stopped = (searched is not None and searched.stopped) or progress.stopped()
     if not len(unknowns) or stopped or not spec.refine:
         best = starts[0]
         with heeding(None):
             cost = float(np.sum(residuals(best) ** 2))
-        found, agreement = Refined(best, cost, np.nan, False), ""
+        found, agreement = RefinedFit(best, cost, np.nan, False), ""
     else:
-        found, agreement = refine_from_all(residuals, starts, searched is not None, progress)
+        found, agreement = refine_from_starts(residuals, starts, searched is not None, progress)
         if predictor.simulation_is_dear and not progress.stopped():
             rough = found
             exact = _stoppable(lambda: _with_corrected_steps(residuals, rough, progress.stopped))
             residuals, found = exact or (residuals, rough)
         stopped = progress.stopped()
     history = searched.generations if searched is not None else ()
-    return Found(residuals, found, history, agreement, stopped)
+    return SearchResult(residuals, found, history, agreement, stopped)

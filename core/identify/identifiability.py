@@ -23,10 +23,10 @@ NEARLY_NOTHING = 0.01
 INVOLVED = 0.02
 """Share of a null direction below which a parameter has no part in it."""
 
-TOGETHER = 0.99
+POORLY_DISTINGUISHABLE = 0.99
 """Correlation above which two estimates are poorly distinguishable."""
 
-ALIKE = 0.999
+INDISTINGUISHABLE = 0.999
 """Correlation above which neither of two is determined: each deviation is more than twenty times
 what it is with the other known. Effects of one law end there, as differences leave them a
 hundred-thousandth apart, which no rank shows."""
@@ -83,13 +83,13 @@ def determined(
     """(P,) bool: parameters with no part in any null direction, whose deviation is below their
     size, and which no other one imitates."""
     seen = identified(null, len(vector))
-    alike = np.abs(correlation_of(cov)) > ALIKE
+    alike = np.abs(correlation_of(cov)) > INDISTINGUISHABLE
     np.fill_diagonal(alike, False)
     imitated = (alike & np.outer(seen, seen)).any(axis=1)
-    return np.asarray(seen & ~wide(unknowns, vector, cov) & ~imitated)
+    return np.asarray(seen & ~wider_than_value(unknowns, vector, cov) & ~imitated)
 
 
-def wide(unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray) -> np.ndarray:
+def wider_than_value(unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray) -> np.ndarray:
     """(P,) bool: parameters whose deviation exceeds their size."""
     deviations = np.sqrt(np.maximum(np.diag(cov), 0.0))
     return np.asarray(deviations > relative_scales(unknowns, vector))
@@ -138,7 +138,7 @@ def _span(
     return float(ends[0].max()), float(ends[1].min())
 
 
-def verdict(
+def identifiability_of(
     unknowns: Unknowns,
     vector: np.ndarray,
     jacobian: np.ndarray,
@@ -147,7 +147,7 @@ def verdict(
 ) -> Identifiability:
     """All of the above as one record."""
     rank, values, null = analyse(unknowns, vector, jacobian)
-    unsure = np.flatnonzero(wide(unknowns, vector, cov)).tolist()
+    unsure = np.flatnonzero(wider_than_value(unknowns, vector, cov)).tolist()
     return Identifiability(
         names=unknowns.labels,
         rank=rank,

@@ -19,7 +19,7 @@ from typing import TypeVar
 import numpy as np
 
 from ..identify import predictor
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 from ..lanes.wide import LANES
 from ..model import Model
 from ..progress import heeded, heeding, look

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..drives.law import DriveLaw
 from ..identify.lane_groups import Group, Lanes
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import GAIN, OFFSET, START, Unknowns
 from ..lanes.wide import LANES
 from ..model import Model, Numbers

@@ -27,7 +27,7 @@ from ..identify.lane_groups import (
     share,
 )
 from ..identify.lane_numbers import LaneNumbers, output_rows
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 from ..identify.processing import TORQUE
 from ..identify.unknowns import GAIN, OFFSET, Unknowns
 from ..lanes.wide import LANES
@@ -59,7 +59,7 @@ def _has_rows(e: Prepared) -> bool:
     return not shown and not moves and output_rows(e, e.model.numbers()) is not None
 
 
-def _plain(e: Prepared) -> bool:
+def _is_unprocessed(e: Prepared) -> bool:
     """Whether what is compared are the linear outputs, recorded as they are."""
     arm = e.model.arm
     sensed = any(type(one).sensed is not Effect.sensed for one in e.model.effects)
@@ -91,7 +91,7 @@ class LinearOutputs:
         self._followed: dict[int, FollowedGroup] = {}
         share([partial(self._begin, i) for i in range(len(experiments))])
         others = {*self._followed, *self._simulated}
-        self.plain = [i not in others and _plain(e) for i, e in enumerate(experiments)]
+        self.plain = [i not in others and _is_unprocessed(e) for i, e in enumerate(experiments)]
         """Per recording: whether nothing happens to its linear outputs, gains and offsets apart."""
         self._points: dict[tuple[int, ...], PointGroup] = {}
         self._ways: dict[int, list[Group]] = {}
@@ -225,7 +225,7 @@ class LinearOutputs:
                 reference = 2 * (degree + CHECK)
                 _, exact = with_degree(reference)
             group, y = with_degree(degree)
-            error = _largest(y - exact, exact)
+            error = _largest_relative(y - exact, exact)
             more = comb(degree + 1 + len(joints), len(joints))
             if error < POSTURE_TOLERANCE or more > MOST_NODES:
                 return group, error
@@ -238,7 +238,7 @@ class LinearOutputs:
         return np.asarray(found[0])
 
 
-def _largest(change: np.ndarray, y: np.ndarray) -> float:
+def _largest_relative(change: np.ndarray, y: np.ndarray) -> float:
     """The largest change over its channel's rms."""
     size = np.sqrt(np.mean(np.square(y), axis=0))
     return float(np.max(np.abs(change).max(axis=0) / np.where(size > 0.0, size, 1.0)))

@@ -13,9 +13,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..identify import held
-from ..identify.prepared import Prepared
-from ..identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
+from ..identify import prescribed_joint_forces
+from ..identify.prepared_recording import Prepared
+from ..identify.prescribed_joints import (
+    fully_prescribed_motion,
+    is_fully_prescribed,
+    is_prescribed,
+    prescribed_job,
+)
 from ..identify.processing import TORQUE
 from ..identify.unknowns import Unknowns
 from ..model import Model, Numbers
@@ -27,8 +32,8 @@ from ..simulate.motion import Task
 from ..simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS, run_many_extrapolated, simulate_many
 from ..trajectory import Trajectory
 
-One = TypeVar("One")
-Found = TypeVar("Found")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 FIT_TOLERANCE = 1e-5
 """m or rad: what a simulation inside a fit may be wrong by; below a good camera's noise (30 um)
@@ -38,7 +43,7 @@ TORQUE_TOLERANCE = 0.005
 """Share of the torque's rms, where a servo's torque is compared: the best models of real rigs
 miss theirs by several per cent."""
 
-REMEMBERED = 3
+KEPT_MOTIONS = 3
 """Motions kept per recording: base, and the two sides of a difference."""
 
 
@@ -53,34 +58,36 @@ def single_threaded() -> Iterator[None]:
         WORKERS = before
 
 
-HANDOVER = 1e-4
+SWITCH_INTERVAL = 1e-4
 """s after which a thread that waits for the interpreter gets it. Many short compiled calls run side
 by side here, and each that ended waits for it; with Python's 5 ms two threads were no faster than
 one (EMPS 18.6 s, with this 14.4 s), and shorter ones bring no more."""
 
 
-_HASTE = threading.Lock()
-_hasty: list[float] = []
+_SWITCH_LOCK = threading.Lock()
+_previous_intervals: list[float] = []
 """What the interval was when each of those began who want it short now."""
 
 
 @contextmanager
-def quick_handover() -> Iterator[None]:
+def fast_thread_switching() -> Iterator[None]:
     """While threads take turns in the interpreter between short pieces of compiled work; the last
     of several at once restores what the first found."""
-    with _HASTE:
-        _hasty.append(sys.getswitchinterval() if not _hasty else _hasty[0])
-        sys.setswitchinterval(min(_hasty[0], HANDOVER))
+    with _SWITCH_LOCK:
+        _previous_intervals.append(
+            sys.getswitchinterval() if not _previous_intervals else _previous_intervals[0]
+        )
+        sys.setswitchinterval(min(_previous_intervals[0], SWITCH_INTERVAL))
     try:
         yield
     finally:
-        with _HASTE:
-            before = _hasty.pop()
-            if not _hasty:
+        with _SWITCH_LOCK:
+            before = _previous_intervals.pop()
+            if not _previous_intervals:
                 sys.setswitchinterval(before)
 
 
-def on_all_cores(work: Callable[[One], Found], which: Sequence[One]) -> Iterator[Found]:
+def on_all_cores(work: Callable[[Item], Result], which: Sequence[Item]) -> Iterator[Result]:
     """What the work gives for each, in their order; most of its time must be compiled code."""
     with ThreadPoolExecutor(WORKERS) as pool:
         yield from pool.map(work, which)
@@ -96,7 +103,7 @@ Key = tuple[int, int | None, bytes]
 
 
 @dataclass(frozen=True)
-class KnownMotions:
+class MotionCache:
     """Motions that were simulated already, for other models that move in the same way."""
 
     motions: Mapping[Key, Trajectory] = field(default_factory=dict)
@@ -111,26 +118,26 @@ def job_of(model: Model, numbers: Numbers, task: Task) -> Job:
     return Job(model, numbers, task)
 
 
-FROM = 4
+FEWEST_EXTRAPOLATED = 4
 """Steps from which an extrapolation costs no more than a plain pass."""
 
 
-def run_smooth(jobs: Sequence[Job], steps: int, workers: int) -> list[Trajectory]:
+def run_extrapolated(jobs: Sequence[Job], steps: int, workers: int) -> list[Trajectory]:
     """As `run_many`, of motions without edges: passes of a quarter and a half of the steps
     extrapolated are less work than one of all, and exact by two orders more."""
-    if steps < FROM:
+    if steps < FEWEST_EXTRAPOLATED:
         return run_many(jobs, steps, workers)
     return run_many_extrapolated(jobs, steps // 2, workers)
 
 
 def motion_of(e: Prepared, numbers: Numbers, values: Mapping[str, float], steps: int) -> Trajectory:
     """The motion of one experiment with a fixed number of steps per sample."""
-    moving, task = held.simulated_part(e.model, numbers), e.task_at(values)
-    if is_given(e.model, moving):
-        found = given_motion(e.model, moving, task)
+    moving, task = prescribed_joint_forces.simulated_part(e.model, numbers), e.task_at(values)
+    if is_fully_prescribed(e.model, moving):
+        found = fully_prescribed_motion(e.model, moving, task)
     else:
         found = run_many([job_of(e.model, moving, task)], steps)[0]
-    return held.with_held(e.model, numbers, found)
+    return prescribed_joint_forces.with_prescribed_forces(e.model, numbers, found)
 
 
 @dataclass
@@ -146,7 +153,7 @@ class Predictor:
     them: friction and limits have edges, where extrapolation does harm."""
     errors: dict[str, float] = field(default_factory=dict)
     """Estimated simulation error per recording in m or rad, non-linear level only."""
-    known: KnownMotions = field(default_factory=KnownMotions)
+    known: MotionCache = field(default_factory=MotionCache)
     _motions: OrderedDict[Key, Trajectory] = field(default_factory=OrderedDict)
 
     @property
@@ -166,7 +173,7 @@ class Predictor:
         numbers = [e.model.numbers(v) for (e, _), v in zip(jobs, values, strict=True)]
         motions = self._simulate([e for e, _ in jobs], numbers, values)
         whole = [
-            held.with_held(e.model, n, motion)
+            prescribed_joint_forces.with_prescribed_forces(e.model, n, motion)
             for (e, _), n, (_, motion) in zip(jobs, numbers, motions, strict=True)
         ]
         found = iter(zip(whole, numbers, values, strict=True))
@@ -200,7 +207,10 @@ class Predictor:
     ) -> list[tuple[Key, Trajectory]]:
         """Motions with their keys, each made once: what a sensor does, or a force at a held joint,
         moves nothing."""
-        parts = [held.simulated_part(e.model, n) for e, n in zip(chosen, numbers, strict=True)]
+        parts = [
+            prescribed_joint_forces.simulated_part(e.model, n)
+            for e, n in zip(chosen, numbers, strict=True)
+        ]
         tasks = [e.task_at(v) for e, v in zip(chosen, values, strict=True)]
         keys = [self._key(*each) for each in zip(chosen, parts, tasks, strict=True)]
         first = {key: i for i, key in reversed(list(enumerate(keys)))}
@@ -212,12 +222,16 @@ class Predictor:
         for i, motion in zip(new, found, strict=True):
             self._motions[keys[i]] = motion
         motions = [(key, self._motions[key]) for key in keys]
-        while len(self._motions) > len(chosen) + REMEMBERED * len(self.experiments):
+        while len(self._motions) > len(chosen) + KEPT_MOTIONS * len(self.experiments):
             self._motions.popitem(last=False)
         return motions
 
     def _key(self, e: Prepared, moving: Numbers, task: Task) -> Key:
-        return id(e.recording), self.steps, held.digest(e.model, moving, task, e.task)
+        return (
+            id(e.recording),
+            self.steps,
+            prescribed_joint_forces.motion_digest(e.model, moving, task, e.task),
+        )
 
     def _run(
         self, chosen: Sequence[Prepared], numbers: Sequence[Numbers], tasks: Sequence[Task]
@@ -228,14 +242,14 @@ class Predictor:
             return respond(chosen[0].model, numbers, tasks)
         models = [e.model for e in chosen]
         requests = list(zip(models, numbers, tasks, strict=True))
-        if all(map(is_given, models, numbers)):
-            return [given_motion(*each) for each in requests]
+        if all(map(is_fully_prescribed, models, numbers)):
+            return [fully_prescribed_motion(*each) for each in requests]
         jobs = [job_of(*each) for each in requests]
         if self.steps is not None:
             # Play has edges, and what is extrapolated across them imitated it on a rigid slide.
             led = all(map(is_prescribed, models, numbers))
             smooth = led and not any(n.elements for n in numbers)
-            return (run_smooth if smooth else run_many)(jobs, self.steps, WORKERS)
+            return (run_extrapolated if smooth else run_many)(jobs, self.steps, WORKERS)
         names = [e.recording.name for e in chosen]
         found = self._find_steps(names, chosen, jobs)
         for steps in {self.substeps[name] for name in names}:
@@ -263,12 +277,12 @@ class Predictor:
             self.substeps[names[i]], self.errors[names[i]] = result.substeps, result.error
         return {i: result.trajectory for i, result in zip(new, results, strict=True)}
 
-    def simulated_at(self, vector: np.ndarray) -> KnownMotions:
+    def simulated_at(self, vector: np.ndarray) -> MotionCache:
         """The motions at a vector (P,)."""
         values = [self.values(e, vector) for e in self.experiments]
         numbers = [e.model.numbers(v) for e, v in zip(self.experiments, values, strict=True)]
         found = dict(self._simulate(self.experiments, numbers, values))
-        return KnownMotions(found, tuple(e.recording for e in self.experiments))
+        return MotionCache(found, tuple(e.recording for e in self.experiments))
 
     def coarsen(self, vector: np.ndarray) -> None:
         """Goes on with few steps; what they miss is taken off at the end
@@ -299,7 +313,7 @@ class Predictor:
         return max(float(np.max(_rms(x) / s)) for x, s in zip(apart, spread, strict=True))
 
 
-def coarser(predictor: Predictor, steps: int) -> Predictor:
+def with_steps_per_sample(predictor: Predictor, steps: int) -> Predictor:
     """The same with other steps per sample."""
     parts = predictor.experiments, predictor.unknowns, predictor.fixed
     return Predictor(*parts, steps=steps, known=predictor.known)

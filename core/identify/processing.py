@@ -19,7 +19,7 @@ from ..recording.velocity import ZeroPhaseLowPass
 
 TORQUE = "torque"
 
-UNSEEN = 1e-3
+NEGLIGIBLE_GAIN = 1e-3
 """Of a vibration: what a filter may leave of it where it need not be simulated well. Resonance
 makes some tens of times the few per cent that coarse points miss, which is then below what
 sensors show."""
@@ -69,7 +69,8 @@ class Processing:
         """Hz beyond which nothing of these sensors is compared, as the filters leave less than
         UNSEEN of it."""
         bands = [
-            min((f.reach_hz(UNSEEN) for f in self.filters(kind)), default=np.inf) for kind in kinds
+            min((f.reach_hz(NEGLIGIBLE_GAIN) for f in self.filters(kind)), default=np.inf)
+            for kind in kinds
         ]
         return max(bands, default=np.inf)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..identify.predictor import Predictor
-from ..identify.prepared import Prepared, prepare
+from ..identify.prepared_recording import Prepared, prepare
 from ..identify.residuals import Residuals
 from ..least_squares import Descended, Limits, cost_of, descend, limits_of
 from ..progress import StoppedError
@@ -27,12 +27,12 @@ MOST_ITERATIONS = 60
 TOLERANCE = 1e-14
 """Relative; the cost of noise-free data falls by twenty orders, so this is meant to be small."""
 
-DEAR_TOLERANCE = 1e-8
+EXPENSIVE_TOLERANCE = 1e-8
 """Where simulations are dear: still far below any standard deviation of an estimate."""
 
 
 @dataclass(frozen=True)
-class Refined:
+class RefinedFit:
     """Where the descent ended."""
 
     vector: np.ndarray
@@ -57,30 +57,30 @@ OnStep = Callable[[float], bool]
 
 def refine(
     residuals: Residuals, start: np.ndarray, on_step: OnStep, tolerance: float | None = None
-) -> Refined:
+) -> RefinedFit:
     """The least-squares minimum reached from `start` within the bounds; `tolerance` is relative
     and about the cost, and as strict as makes sense where none is given."""
     if tolerance is None:
-        tolerance = DEAR_TOLERANCE if residuals.predictor.simulation_is_dear else TOLERANCE
+        tolerance = EXPENSIVE_TOLERANCE if residuals.predictor.simulation_is_dear else TOLERANCE
     limits = limits_of(residuals.unknowns.parameters)
-    vector, watched = np.asarray(start, dtype=float), _Watched(residuals, on_step)
+    vector, watched = np.asarray(start, dtype=float), _WatchedResiduals(residuals, on_step)
     for _ in range(ROUNDS_WITH_PRIOR if _has_prior(limits) else 1):
         try:
             found = descend(
-                watched.errors, watched.slopes, vector, in_units_of(residuals, vector, limits),
+                watched.errors, watched.slopes, vector, scaled_limits(residuals, vector, limits),
                 watched.stopped, MOST_ITERATIONS, 0.0, share=tolerance,
             )  # fmt: skip
         except StoppedError:
-            return Refined(watched.vector, watched.cost, np.nan, False, watched.cost == np.inf)
+            return RefinedFit(watched.vector, watched.cost, np.nan, False, watched.cost == np.inf)
         vector = found.vector
-    return refined(residuals, found)
+    return fit_at(residuals, found)
 
 
 def _has_prior(limits: Limits) -> bool:
     return bool(np.isfinite(limits.deviations).any())
 
 
-def in_units_of(residuals: Residuals, vector: np.ndarray, limits: Limits) -> Limits:
+def scaled_limits(residuals: Residuals, vector: np.ndarray, limits: Limits) -> Limits:
     """The limits with the deviations of a prior in units of the residuals' own level."""
     if not _has_prior(limits):
         return limits
@@ -88,16 +88,16 @@ def in_units_of(residuals: Residuals, vector: np.ndarray, limits: Limits) -> Lim
     return replace(limits, deviations=limits.deviations / (level or 1.0))
 
 
-def refined(residuals: Residuals, found: Descended) -> Refined:
+def fit_at(residuals: Residuals, found: Descended) -> RefinedFit:
     """Where a descent of the residuals ended."""
     r, J = residuals.vector(found.blocks), residuals.vector(found.slopes) * residuals.scales
     size = np.linalg.norm(J) * np.linalg.norm(r)
     gradient = float(np.linalg.norm(J.T @ r) / size) if size > 0.0 else 0.0
-    return Refined(found.vector, found.cost, gradient, found.ended)
+    return RefinedFit(found.vector, found.cost, gradient, found.ended)
 
 
 @dataclass
-class _Watched:
+class _WatchedResiduals:
     """Residuals and slopes for a descent, and the best that it has come to."""
 
     residuals: Residuals
@@ -125,51 +125,51 @@ SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
 """Of each recording. A stiffness that is wrong by 30 % puts a vibration out of step after three
 swings; benches are recorded over some dozens."""
 
-FEWEST = 8
+FEWEST_PER_UNKNOWN = 8
 """Samples that count per unknown, below which a beginning says nothing of all of them."""
 
-NEAR = 1e-2
+HORIZON_TOLERANCE = 1e-2
 """Relative fall of the cost at which a descent ends: the next one takes more of the recording."""
 
 
-def grown(residuals: Residuals, start: np.ndarray, on_step: OnStep) -> np.ndarray:
+def start_over_horizon(residuals: Residuals, start: np.ndarray, on_step: OnStep) -> np.ndarray:
     """From where a descent over whole recordings is to begin; (P,) as `start`."""
     if all(e.model.arm.coordinates == e.model.arm.joints for e in residuals.experiments):
         return start  # what does not swing does not run out of step
     vector = start
     for share in SHARES:
-        parts = beginnings(residuals.experiments, share)
+        parts = first_parts(residuals.experiments, share)
         counted = sum(int(e.counted.sum()) for e in parts)
-        if counted < FEWEST * len(vector):
+        if counted < FEWEST_PER_UNKNOWN * len(vector):
             continue
-        found = refine(_of(residuals, parts), vector, on_step, NEAR)
+        found = refine(_with_experiments(residuals, parts), vector, on_step, HORIZON_TOLERANCE)
         if found.stopped_at_once or not np.isfinite(found.cost):
             break
         vector = found.vector
     return vector
 
 
-SEARCHED = 30_000
+SEARCH_SAMPLES = 30_000
 """Samples of all recordings together, on which a search over a population takes a few seconds; of
 longer ones it takes the beginnings."""
 
 
-def first_of(residuals: Residuals, most: int) -> Residuals:
+def first_samples_of(residuals: Residuals, most: int) -> Residuals:
     """The same over the beginnings of the recordings, with `most` samples of all together; as it is
     where there are no more."""
     samples = sum(len(e.recording.time) for e in residuals.experiments)
-    parts = beginnings(residuals.experiments, most / samples) if samples > most else []
-    return _of(residuals, parts) if parts else residuals
+    parts = first_parts(residuals.experiments, most / samples) if samples > most else []
+    return _with_experiments(residuals, parts) if parts else residuals
 
 
-def _of(residuals: Residuals, experiments: Sequence[Prepared]) -> Residuals:
+def _with_experiments(residuals: Residuals, experiments: Sequence[Prepared]) -> Residuals:
     """The same of other experiments."""
     known = residuals.predictor
     predictor = Predictor(experiments, known.unknowns, known.fixed, steps=known.steps)
     return Residuals(predictor, residuals.weights, on_better=residuals.on_better)
 
 
-def beginnings(experiments: Sequence[Prepared], share: float) -> list[Prepared]:
+def first_parts(experiments: Sequence[Prepared], share: float) -> list[Prepared]:
     """The first `share` of each recording, ready for the same model; none where nothing of one
     counts."""
     found = []

@@ -16,9 +16,9 @@ from ..results import Disagreement, Estimate, Repeated
 
 FEWEST = 3
 """Runs: of two that differ nobody knows which one is the odd one."""
-LEVEL = 0.05
+SIGNIFICANCE = 0.05
 """Of a false word on any run and parameter of a set, shared among all that are tested."""
-WORTH = 0.02
+LEAST_DIFFERENCE = 0.02
 """Share of the parameter below which a difference is nobody's concern, however sure it is: motors'
 constants change by that from a cold to a warm room."""
 
@@ -33,25 +33,25 @@ def repeatability(runs: Mapping[str, Sequence[Estimate]]) -> tuple[Repeated, ...
         return ()
     tables = [{e.name: e for e in estimates} for estimates in runs.values()]
     names = [n for n in tables[0] if all(n in table for table in tables)]
-    names = [n for n in names if all(_known(table[n]) for table in tables)]
+    names = [n for n in names if all(_is_estimated(table[n]) for table in tables)]
     tests = max(len(runs) * len(names), 1)
-    return tuple(_one(list(runs), [table[n] for table in tables], tests) for n in names)
+    return tuple(_repeated(list(runs), [table[n] for table in tables], tests) for n in names)
 
 
-def _known(e: Estimate) -> bool:
+def _is_estimated(e: Estimate) -> bool:
     return e.identifiable and bool(np.isfinite(e.std)) and e.std > 0.0 and not e.at_bound
 
 
-def _one(runs: Sequence[str], estimates: Sequence[Estimate], tests: int) -> Repeated:
+def _repeated(runs: Sequence[str], estimates: Sequence[Estimate], tests: int) -> Repeated:
     x = np.array([e.value for e in estimates])
     s = np.array([e.std for e in estimates])
     odd: list[Disagreement] = []
     kept = list(range(len(x)))
     while len(kept) >= FEWEST:  # one odd run makes the others' scatter look large: the worst first
-        found = [_against_the_others(x, s, i, [k for k in kept if k != i]) for i in kept]
+        found = [_compare_with_others(x, s, i, [k for k in kept if k != i]) for i in kept]
         worst = int(np.argmin([p for p, _ in found]))
         p, share = found[worst]
-        if p > LEVEL / tests or abs(share) < WORTH:
+        if p > SIGNIFICANCE / tests or abs(share) < LEAST_DIFFERENCE:
             break
         odd.append(Disagreement(runs[kept[worst]], share, p))
         del kept[worst]
@@ -63,7 +63,7 @@ def _one(runs: Sequence[str], estimates: Sequence[Estimate], tests: int) -> Repe
     return Repeated(e.name, e.unit, mean, between, within, (mean - half, mean + half), tuple(odd))
 
 
-def _against_the_others(
+def _compare_with_others(
     x: np.ndarray, s: np.ndarray, i: int, others: Sequence[int]
 ) -> tuple[float, float]:
     """(p-value, share) of run i beside the mean of the others.

@@ -11,10 +11,10 @@ import numpy as np
 from ..identify import linear_outputs
 from ..identify.defect_correction import Anchor
 from ..identify.linear_outputs import LinearOutputs
-from ..identify.population import PopulationCost, applicable
+from ..identify.population_cost import PopulationCost, applicable
 from ..identify.predictor import Predictor, Request
-from ..identify.prepared import Prepared
-from ..identify.unknowns import Unknowns, untouched
+from ..identify.prepared_recording import Prepared
+from ..identify.unknowns import Unknowns, is_neutral
 from ..progress import Compared, heeding
 from ..results import ChannelComparison, RecordingComparison
 
@@ -26,7 +26,7 @@ ONE_SIDED_STEP = 1e-6
 elsewhere."""
 
 
-TOGETHER = 16
+BATCH = 16
 """Vectors simulated at once: enough to fill lanes and cores, few enough for the memory."""
 
 
@@ -222,7 +222,7 @@ class Residuals:
         """
         vector = self.unknowns.parameters.vector() if around is None else around
         seen = [self.predictor.values(e, vector) for e in self.experiments]
-        if not all(map(untouched, seen)) or not applicable(self.experiments, self.unknowns):
+        if not all(map(is_neutral, seen)) or not applicable(self.experiments, self.unknowns):
             return None
         return PopulationCost(self.experiments, self.weights, self.unknowns, self.predictor.fixed)
 
@@ -230,7 +230,7 @@ class Residuals:
         """(S,) sums of squares by plain simulation, a few vectors at a time."""
         everything = range(len(self.experiments))
         found = []
-        for first in range(0, len(vectors), TOGETHER):
-            some = self._blocks([(v, everything) for v in vectors[first : first + TOGETHER]])
+        for first in range(0, len(vectors), BATCH):
+            some = self._blocks([(v, everything) for v in vectors[first : first + BATCH]])
             found += [sum(float(np.sum(b * b)) for b in blocks) for blocks in some]
         return np.array(found)

@@ -9,10 +9,10 @@ import numpy as np
 
 from ..drives.servo import DEFAULT_HZ, FollowingServo
 from ..errors import InputError
-from ..identify.led_motion import sampled_seldom
-from ..identify.prepared import start_joints
+from ..identify.prepared_recording import start_joints
+from ..identify.prescribed_joint_motion import sampling_warning
 from ..identify.processing import TORQUE, Processing
-from ..identify.unknowns import first_states, starts_unknown
+from ..identify.unknowns import first_state_names, starts_unknown
 from ..model import Model
 from ..recording.recording import Recording
 from ..recording.velocity import ZeroPhaseLowPass
@@ -66,7 +66,7 @@ def _outputs(
 ) -> tuple[Sensor, ...]:
     if spec.output is not None:
         return _with_known_torque(model, tuple(sensor(kind) for kind in spec.output))
-    if _replayed(model):
+    if _needs_servo(model):
         shown = [s for s in primary_sensors() if s.kind != ENCODER]
         direct = [s for s in shown if all(s.direct(r, model.arm) for r in recordings)]
         return _with_known_torque(model, (sensor(TORQUE), *direct), stated=False)
@@ -135,7 +135,7 @@ def torque_band(
     )
 
 
-def _replayed(model: Model) -> bool:
+def _needs_servo(model: Model) -> bool:
     """Whether the recorded torque moves the arm with nothing fed back: alone it would drift away,
     so a servo has to hold it on the encoders."""
     law = model.drive.law(model.arm, model.numbers().p, {})
@@ -213,10 +213,10 @@ def _notes(
             f"A virtual servo of {servo.hz:g} Hz holds the model's joints on the measured ones; "
             f"{torque if model.drive.torque_known else unknown}."
         )
-        seldom = sampled_seldom(model, max(r.sample_time for r in recordings))
+        seldom = sampling_warning(model, max(r.sample_time for r in recordings))
         if seldom and model.drive.torque_known:
             sentences.append(seldom)
-    if first_states(model) and any(starts_unknown(spec, r) for r in recordings):
+    if first_state_names(model) and any(starts_unknown(spec, r) for r in recordings):
         sentences.append(IN_MOTION if spec.initial_state is None else ANY_START)
     for r in recordings:
         for channel, logged in r.logger_filters.items():

@@ -44,7 +44,7 @@ def covariance(
     for S, r in zip(sensitivities, residuals, strict=True):
         flat = S.reshape(-1, P)
         information += flat.T @ flat
-        meat += scatter(S, colour(r))
+        meat += score_covariance(S, autocovariance(r))
         counted += int(np.count_nonzero(r))
     inverse = pseudo_inverse(information, relative)
     correction = counted / max(counted - free, 1)
@@ -53,7 +53,7 @@ def covariance(
 
 
 @dataclass(frozen=True)
-class Colour:
+class Autocovariance:
     """How errors hang together in time and among channels.
 
     Attributes:
@@ -65,10 +65,10 @@ class Colour:
     width: int
 
 
-def colour(r: np.ndarray) -> Colour:
+def autocovariance(r: np.ndarray) -> Autocovariance:
     """Of residuals (M, k), zero where a sample does not count: those are no products of errors."""
     width = bandwidth(r)
-    return Colour(_covariances_where_sampled(r, 2 * width)[0], width)
+    return Autocovariance(_covariances_where_sampled(r, 2 * width)[0], width)
 
 
 def _covariances_where_sampled(r: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +88,7 @@ FEWEST_PAIRS = 0.5
 """Products from which on a lag has any; the transforms count to the last digits only."""
 
 
-def scatter(S: np.ndarray, errors: Colour) -> np.ndarray:
+def score_covariance(S: np.ndarray, errors: Autocovariance) -> np.ndarray:
     """S' cov(r) S (P, P) for one recording with sensitivities (M, k, P)."""
     total = _tapered(S, errors.gamma, flat_top(errors.width))
     if not np.isfinite(total).all():

@@ -21,7 +21,7 @@ OFFSET, GAIN, START = "offset_", "gain_", "start_"
 WIDE = 1e3
 """Bounds of offsets and initial states in units of their scale: there only to be finite."""
 
-MARK = "@"
+RECORDING_MARK = "@"
 """Stands between a parameter's name and its recording's in the vector's names."""
 
 
@@ -38,7 +38,7 @@ class Unknown:
     @property
     def label(self) -> str:
         """Its parameter's name, with the recording where it belongs to one."""
-        own = f"{MARK}{self.recording}" if self.recording is not None else ""
+        own = f"{RECORDING_MARK}{self.recording}" if self.recording is not None else ""
         return self.parameter.name + own
 
 
@@ -86,13 +86,13 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
     own = dict.fromkeys([*spec.per_recording, *(OFFSET + c for c in spec.offsets)], recordings)
     starting = [r for r in recordings if starts_unknown(spec, r)]
     if starting:
-        starts = first_states(model)
+        starts = first_state_names(model)
         names += [n for n in starts if n not in names]
         own = dict.fromkeys(starts, starting) | own
     _check_mentioned(spec, names)
     items: list[Unknown] = []
     for name in names:
-        parameter = _stated(_find(model, name, recordings), spec)
+        parameter = _stated(_parameter(model, name, recordings), spec)
         searched = not name.startswith((OFFSET, GAIN, START))
         if name in own:
             items += [Unknown(parameter, recording.name, searched) for recording in own[name]]
@@ -109,7 +109,7 @@ def check_names(scenario: Scenario) -> None:
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     offsets = (OFFSET + channel for channel in spec.offsets)
     for name in (*spec.parameters, *spec.per_recording, *offsets):
-        _find(model, name, ())
+        _parameter(model, name, ())
 
 
 def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
@@ -117,7 +117,7 @@ def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
     return recording.in_motion if spec.initial_state is None else spec.initial_state
 
 
-def first_states(model: Model) -> tuple[str, ...]:
+def first_state_names(model: Model) -> tuple[str, ...]:
     """Names of the numbers of the state in which a recording begins; of an arm whose joints a
     virtual servo takes where the encoders say, of its other coordinates."""
     led = 0 if model.steering is None else model.arm.joints
@@ -125,7 +125,7 @@ def first_states(model: Model) -> tuple[str, ...]:
     return tuple(f"{START}{rate}{q}" for rate in ("", "d") for q in free)
 
 
-def untouched(values: Mapping[str, float]) -> bool:
+def is_neutral(values: Mapping[str, float]) -> bool:
     """Whether no offset, gain or initial deviation among the values changes an output."""
     gains = all(value == 1.0 for name, value in values.items() if name.startswith(GAIN))
     shifts = (value for name, value in values.items() if name.startswith((OFFSET, START)))
@@ -143,7 +143,7 @@ def _check_mentioned(spec: IdentifySpec, names: Sequence[str]) -> None:
                 )
 
 
-def _find(model: Model, name: str, recordings: Sequence[Recording]) -> Parameter:
+def _parameter(model: Model, name: str, recordings: Sequence[Recording]) -> Parameter:
     for prefix, make in ((OFFSET, _offset), (GAIN, _gain)):
         if name.startswith(prefix):
             return make(model, name.removeprefix(prefix), recordings)

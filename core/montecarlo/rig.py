@@ -11,7 +11,7 @@ import numpy as np
 from ..arm.slots import STIFFNESS, slot
 from ..errors import InputError
 from ..identify.predictor import Predictor
-from ..identify.prepared import Prepared, prepare
+from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import Processing
 from ..identify.unknowns import Unknowns
 from ..model import Model

@@ -33,17 +33,17 @@ from ..scenario.read import scenario_toml
 from ..scenario.schema import Scenario
 from ..sentences import did_you_mean
 from ..study.detectability import UnreachableError
-from ..study.hidden import Hidden, added, candidates, hidden, known_before
-from ..study.rig import (
+from ..study.hidden_effect import HiddenEffect, candidates, hide_effect, prerequisites, with_added
+from ..study.study_rig import (
     CHANNELS,
     GAINS,
     STDS,
     Experiment,
     bare_model,
-    exactly,
-    noisy,
     readings,
     recording,
+    simulate_exactly,
+    with_noise,
 )
 
 SCENARIO, TRUTH_FILE = "scenario.toml", "truth.sealed"
@@ -83,7 +83,7 @@ def make_challenge(seed: int, level: str = "easy") -> Challenge:
     bare = _as_built(rng)
     truth = _truth(level, bare, experiments, rng)
     clean = [_recorded(e, truth.model) for e in experiments]
-    recordings = [_rounded(r) for r in noisy(clean, "white", [seed, len(level)])[0]]
+    recordings = [_rounded(r) for r in with_noise(clean, "white", [seed, len(level)])[0]]
     text = json.dumps({"seed": seed, "level": level, **truth.record}, sort_keys=True)
     return Challenge(
         _scenario(seed, recordings), tuple(recordings), obfuscate(text, f"{seed} {level}")
@@ -133,7 +133,7 @@ def _truth(
         sizes = [float(np.exp(rng.uniform(np.log(low), np.log(high)))) for _ in kinds]
         try:
             found = [
-                hidden(effect(kind), bare, seen, size, rng)
+                hide_effect(effect(kind), bare, seen, size, rng)
                 for kind, size in zip(kinds, sizes, strict=True)
             ]
         except UnreachableError:
@@ -145,7 +145,7 @@ def _truth(
 def _kinds(count: int, rng: np.random.Generator) -> list[str]:
     """Kinds whose parts are as many as asked for; two of them at different locations."""
     able = sorted(candidates())
-    parts = {kind: 1 + len(known_before(effect(kind))) for kind in able}
+    parts = {kind: 1 + len(prerequisites(effect(kind))) for kind in able}
     fitting = [kind for kind in able if parts[kind] <= count]
     chosen = [str(rng.choice(fitting))]
     if parts[chosen[0]] < count:
@@ -155,12 +155,12 @@ def _kinds(count: int, rng: np.random.Generator) -> list[str]:
     return chosen
 
 
-def _together(bare: Model, found: Sequence[Hidden]) -> _Truth:
+def _together(bare: Model, found: Sequence[HiddenEffect]) -> _Truth:
     values: dict[str, float] = {}
     for h in found:
         values |= {**h.base.effect_values, **h.values}
     kinds = [e for h in found for e in h.base.effects] + [effect(h.kind) for h in found]
-    model = added(bare, with_included(kinds), values, found[0].sizes)
+    model = with_added(bare, with_included(kinds), values, found[0].sizes)
     record = {
         "effects": [e.kind for e in model.effects],
         "values": {name: float(model.effect_values[name]) for name in sorted(model.effect_values)},
@@ -173,7 +173,7 @@ def _together(bare: Model, found: Sequence[Hidden]) -> _Truth:
 def _recorded(experiment: Experiment, model: Model) -> Recording:
     task = experiment.task(model)
     role = "estimate" if experiment.spec.sweep is None else "validate"
-    return recording(experiment, task, model, readings(model, exactly(model, task)), role)
+    return recording(experiment, task, model, readings(model, simulate_exactly(model, task)), role)
 
 
 def _rounded(r: Recording) -> Recording:
@@ -264,7 +264,7 @@ def obfuscate(text: str, salt: str, head: str = HEAD) -> str:
     return "\n".join([head, *textwrap.wrap(whole, _WIDTH), ""])
 
 
-def opened(obfuscated: str, source: str, head: str = HEAD) -> str:
+def reveal(obfuscated: str, source: str, head: str = HEAD) -> str:
     """What was obfuscated; InputError where it was changed. `source` names the file."""
     broken = InputError(f"{source}: the seal is broken, so what is in it cannot be trusted.")
     first, _, rest = obfuscated.replace("\r\n", "\n").partition("\n")

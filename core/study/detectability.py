@@ -14,14 +14,23 @@ import numpy as np
 from ..diagnose.base_fit import nuisance_unknowns
 from ..effects.sizes import sizes_of
 from ..identify.predictor import Predictor
-from ..identify.prepared import prepare
+from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
 from ..identify.residuals import Residuals
 from ..identify.unknowns import Unknown, Unknowns
 from ..model import Model
 from ..recording.recording import Recording
 from ..sensors import sensor
-from ..study.rig import IDENTIFY, KINDS, STDS, STEPS, Experiment, readings, recording, roughly
+from ..study.study_rig import (
+    IDENTIFY,
+    KINDS,
+    STDS,
+    STEPS,
+    Experiment,
+    readings,
+    recording,
+    simulate_roughly,
+)
 
 RANK = 1e-10
 """Relative singular value below which a direction of the nuisance is not there."""
@@ -33,7 +42,7 @@ class Detectability:
     def __init__(self, base: Model, experiments: Sequence[Experiment]) -> None:
         self.base, self.experiments = base, tuple(experiments)
         self.tasks = [e.task(base) for e in experiments]
-        motions = [roughly(base, t) for t in self.tasks]
+        motions = [simulate_roughly(base, t) for t in self.tasks]
         self.sizes = sizes_of(motions)
         self.plain = [readings(base, m) for m in motions]
         pairs = zip(self.experiments, self.tasks, self.plain, strict=True)
@@ -68,7 +77,7 @@ class Detectability:
 
     def of(self, model: Model) -> float:
         """The size of what tells `model` from the base."""
-        motions = [roughly(model, e.task(model)) for e in self.experiments]
+        motions = [simulate_roughly(model, e.task(model)) for e in self.experiments]
         return self.seen([readings(model, m) for m in motions])
 
 

@@ -14,7 +14,7 @@ import msgspec
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import did_you_mean
-from flexgui.core.study.challenge import LEVELS, obfuscate, opened
+from flexgui.core.study.challenge import LEVELS, obfuscate, reveal
 from flexgui.stages.challenge.judging import NONE_GUESSED, Guess, judged, plain_name, truth_in_words
 
 HEAD = "FlexGUI hand-in, sealed. `flexgui grade` checks it."
@@ -52,7 +52,7 @@ class HandIn:
     @property
     def filename(self) -> str:
         """'Ada_challenge_6.handin', without what a file system might refuse."""
-        truth = json.loads(opened(self.obfuscated, "The challenge"))
+        truth = json.loads(reveal(self.obfuscated, "The challenge"))
         letters = "".join(c if c.isalnum() else "_" for c in plain_name(self.name)) or "somebody"
         return f"{letters}_challenge_{truth['seed']}{ENDING}"
 
@@ -66,7 +66,7 @@ def read_hand_in(path: Path) -> HandIn:
     except OSError as error:
         raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
     try:
-        read = msgspec.json.decode(opened(text, path.name, HEAD), type=_Content)
+        read = msgspec.json.decode(reveal(text, path.name, HEAD), type=_Content)
     except msgspec.DecodeError as error:
         raise InputError(f"{path.name} is not a hand-in of FlexGUI.") from error
     guesses = tuple(Guess(kind, size) for kind, size in read.guesses)
@@ -92,7 +92,7 @@ def stated_guess(text: str) -> Guess:
 
 def most_guesses(obfuscated: str) -> int:
     """How many effects are hidden at the level of an obfuscated challenge."""
-    level = json.loads(opened(obfuscated, "The challenge"))["level"]
+    level = json.loads(reveal(obfuscated, "The challenge"))["level"]
     return LEVELS[level][0]
 
 
@@ -138,7 +138,7 @@ def grades(folder: Path) -> tuple[Grade, ...]:
 def _graded(path: Path, name: str) -> Grade:
     try:
         given = read_hand_in(path)
-        return _judged(given, opened(given.obfuscated, name), name)
+        return _judged(given, reveal(given.obfuscated, name), name)
     except InputError as error:
         return Grade(name, fault=str(error))
 

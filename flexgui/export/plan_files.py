@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from flexgui.core.errors import InputError
-from flexgui.core.experiments.design import MOST, Candidate, Design, Wish
-from flexgui.core.experiments.files import Names, expected, references, with_planned
+from flexgui.core.experiments.design import MOST, Candidate, Design, ExperimentRequest
+from flexgui.core.experiments.design_files import Names, expected, references, with_planned
 from flexgui.core.experiments.plan import plan
 from flexgui.core.loading import joint_units
 from flexgui.core.progress import Progress
@@ -48,7 +48,7 @@ def plan_scenario(
         raise InputError("--between takes two ids of effects, such as tip_payload,link_mass_error.")
     scenario = read_scenario(path)
     check_writable(out)
-    wish = Wish(seconds, tuple(parameters), tuple(between), scenario.limits)
+    wish = ExperimentRequest(seconds, tuple(parameters), tuple(between), scenario.limits)
     found = plan(scenario, wish, folder=path.parent, data_folder=data, progress=progress)
     write_plan(scenario, found, out, seen_by(out, path.parent, data))
     files = [Names(n).recorded for n, _ in enumerate(found.chosen, start=1)]

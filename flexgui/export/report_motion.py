@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from flexgui.core.diagnosed import diagnosed_scenario
 from flexgui.core.errors import InputError
-from flexgui.core.identify.unknowns import GAIN, MARK, OFFSET
+from flexgui.core.identify.unknowns import GAIN, OFFSET, RECORDING_MARK
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.data_folder import Folder
@@ -72,7 +72,7 @@ def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> Record
         return motion_of(scenario, outcome, recording)
     values = {}
     for label, value in found.values.items():
-        name, mark, own = label.partition(MARK)
+        name, mark, own = label.partition(RECORDING_MARK)
         if (not mark or own == recording.name) and not name.startswith((OFFSET, GAIN)):
             values[name] = value
     return simulated_motion(diagnosed_scenario(scenario, found), values, recording)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from flexgui.core.experiments.design import Design, Deviation
-from flexgui.core.experiments.files import references
+from flexgui.core.experiments.design import Design, ParameterDeviation
+from flexgui.core.experiments.design_files import references
 from flexgui.core.recording.recording import Recording
 from flexgui.export.export_files import seen_by
 from flexgui.export.plan_files import SCENARIO, write_plan
@@ -33,7 +33,7 @@ class Plan:
         return plan_paragraphs(self._design)
 
     @property
-    def deviations(self) -> tuple[Deviation, ...]:
+    def deviations(self) -> tuple[ParameterDeviation, ...]:
         """Of each parameter, before and after."""
         return self._design.deviations
 

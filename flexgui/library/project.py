@@ -215,11 +215,13 @@ class Project:
             InputError: Where the scenario, a recording or an option is wrong.
         """
         with at_work(progress) as heard:
-            from flexgui.core.experiments.design import Wish
+            from flexgui.core.experiments.design import ExperimentRequest
             from flexgui.core.experiments.plan import plan
             from flexgui.library.plan import Plan
 
-            wish = Wish(seconds, tuple(parameters), tuple(between), self.scenario.limits)
+            wish = ExperimentRequest(
+                seconds, tuple(parameters), tuple(between), self.scenario.limits
+            )
             return Plan(self, plan(self.scenario, wish, **self._places, progress=heard))
 
     def compare(

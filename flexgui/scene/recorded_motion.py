@@ -138,7 +138,7 @@ def simulated_motion(
     scenario: Scenario, values: Mapping[str, float], recording: Recording
 ) -> RecordedMotion:
     """The model with parameters at `values`, the others as stated."""
-    from flexgui.core.identify.prepared import make_task
+    from flexgui.core.identify.prepared_recording import make_task
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.simulate.linear import respond
     from flexgui.core.simulate.nonlinear import simulate

@@ -14,7 +14,7 @@ from flexgui.sentences.figures import VERY_STRONG
 from flexgui.sentences.written import format_number, quantity
 
 if TYPE_CHECKING:
-    from flexgui.core.experiments.design import Candidate, Design, Deviation
+    from flexgui.core.experiments.design import Candidate, Design, ParameterDeviation
 
 SCORE = "expected score {} (above {:g} decides)"
 
@@ -47,7 +47,7 @@ def experiment_sentence(experiment: PlannedExperiment) -> str:
 
 def plan_paragraphs(design: Design) -> tuple[str, ...]:
     """One paragraph each: the references, the standard deviations, the effects distinguished."""
-    from flexgui.core.experiments.trial import KEPT
+    from flexgui.core.experiments.trial import USED_SHARE
 
     count = len(design.chosen)
     if not count:
@@ -55,7 +55,7 @@ def plan_paragraphs(design: Design) -> tuple[str, ...]:
     seconds = sum(c.trial.seconds for c in design.chosen)
     opening = (
         f"Record {count} experiment{'s' if count > 1 else ''}, {format_number(seconds, 3)} s in "
-        f"total. By the fitted model each uses at most {100 * KEPT:.0f} % of every limit."
+        f"total. By the fitted model each uses at most {100 * USED_SHARE:.0f} % of every limit."
     )
     lines = [_references(n, c, design) for n, c in enumerate(design.chosen, start=1)]
     return (opening, *lines, _improved(design.deviations), *_distinguished(design))
@@ -75,7 +75,7 @@ def _references(number: int, candidate: Candidate, design: Design) -> str:
     )
 
 
-def _improved(deviations: Sequence[Deviation]) -> str:
+def _improved(deviations: Sequence[ParameterDeviation]) -> str:
     improved = [d for d in deviations if d.after < LITTLE * d.before]
     if not improved:
         return "These experiments improve no estimate."

@@ -7,8 +7,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from flexgui.core.identify.identifiability import ALIKE, INVOLVED, TOGETHER, identified
-from flexgui.core.identify.unknowns import MARK, START
+from flexgui.core.identify.identifiability import (
+    INDISTINGUISHABLE,
+    INVOLVED,
+    POORLY_DISTINGUISHABLE,
+    identified,
+)
+from flexgui.core.identify.unknowns import RECORDING_MARK, START
 from flexgui.core.results import Fit, LevelChoice, Outcome, Repeated, Valley
 from flexgui.core.sentences import listed
 from flexgui.sentences.written import SUPERSCRIPTS, format_number
@@ -41,11 +46,11 @@ def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
     determined = identified(null, len(labels))
     lines = [_undetermined(d, labels) for d in null if np.any((np.abs(d) >= INVOLVED) & own)]
     poorly = []
-    together = np.tril(np.abs(fit.correlation) > TOGETHER, -1)
+    together = np.tril(np.abs(fit.correlation) > POORLY_DISTINGUISHABLE, -1)
     together &= np.outer(determined, determined) & (own[:, None] | own[None, :])
     for i, j in np.argwhere(together):
         pair, rho = f"{labels[j]} and {labels[i]}", float(fit.correlation[i, j])
-        if abs(rho) > ALIKE:
+        if abs(rho) > INDISTINGUISHABLE:
             lines.append(
                 f"The data do not determine {pair} separately (correlation {rho:+.5f}). Fix one "
                 "of them to get the other."
@@ -104,7 +109,7 @@ def _power(name: str, exponent: float) -> str:
 
 def _symbols(label: str) -> str:
     """A label with Greek letters: 'epsilon1@bench' -> 'ε1 (bench)'."""
-    name, _, recording = label.partition(MARK)
+    name, _, recording = label.partition(RECORDING_MARK)
     stem = name.rstrip("0123456789")
     text = GREEK.get(stem, stem) + name[len(stem) :]
     return f"{text} ({recording})" if recording else text

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from flexgui.core.effects import catalogue
-from flexgui.core.identify.unknowns import MARK
+from flexgui.core.identify.unknowns import RECORDING_MARK
 from flexgui.core.results import (
     MISSING,
     NOTHING,
@@ -63,7 +63,7 @@ def standing(outcome: Outcome) -> tuple[Estimate, ...]:
     first = {e.name: e.start for e in given(outcome)}
     # Each refit starts where the one before it ended; what a person stated is the first start.
     shared = [replace(e, start=first.get(e.name, float("nan"))) for e in found.parameters]
-    labels = {f"{e.name}{MARK}{e.recording}": e for e in given(outcome) if e.recording}
+    labels = {f"{e.name}{RECORDING_MARK}{e.recording}": e for e in given(outcome) if e.recording}
     # What belongs to a recording has moved with the rest; how sure it is was not asked again.
     moved = [
         replace(e, value=found.values[label], std=float("nan"))
@@ -108,7 +108,7 @@ def follows(outcome: Outcome) -> frozenset[str]:
     found = outcome.diagnosis
     if found is None or not found.parameters:
         return derived_names(outcome.fits)
-    estimated = {label.partition(MARK)[0] for label in found.values}
+    estimated = {label.partition(RECORDING_MARK)[0] for label in found.values}
     return frozenset(e.name for e in found.parameters if e.name not in estimated)
 
 

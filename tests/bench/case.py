@@ -12,9 +12,9 @@ import numpy as np
 from flexgui.core.arm.build import ArmSpec, build_arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.drives import build_drive
-from flexgui.core.identify.population import PopulationCost
+from flexgui.core.identify.population_cost import PopulationCost
 from flexgui.core.identify.predictor import Predictor
-from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.unknowns import collect_unknowns

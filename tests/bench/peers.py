@@ -19,7 +19,7 @@ import sympy as sp
 from flexgui.core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from flexgui.core.arm.kinematics import Kinematics, components
 from flexgui.core.arm.slots import LENGTH, MASS
-from flexgui.core.identify.prepared import Prepared
+from flexgui.core.identify.prepared_recording import Prepared
 from flexgui.core.model import Model
 from flexgui.core.simulate.motion import Task
 from tests.bench.case import NAMES, Case

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flexgui.core.check.measured import Measured
+from flexgui.core.check.measured_recording import MeasuredRecording
 
 Rng = np.random.Generator
 
@@ -16,26 +16,26 @@ Rng = np.random.Generator
 class Seeded:
     """A spoilt recording and what is true of it."""
 
-    recording: Measured
+    recording: MeasuredRecording
     channels: frozenset[str]
     """Any of them may be named."""
     size: float | None
     """None where no number belongs to the fault."""
 
 
-def _with(found: Measured, **channels: np.ndarray) -> Measured:
+def _with(found: MeasuredRecording, **channels: np.ndarray) -> MeasuredRecording:
     return replace(found, channels={**found.channels, **channels})
 
 
-def pick(found: Measured, rng: Rng, *kinds: str) -> str:
+def pick(found: MeasuredRecording, rng: Rng, *kinds: str) -> str:
     names = found.names(*kinds)
     return names[int(rng.integers(len(names)))] if names else ""
 
 
 def times(
     kinds: tuple[str, ...], factors: tuple[float, ...]
-) -> Callable[[Measured, Rng], Seeded | None]:
-    def make(found: Measured, rng: Rng) -> Seeded | None:
+) -> Callable[[MeasuredRecording, Rng], Seeded | None]:
+    def make(found: MeasuredRecording, rng: Rng) -> Seeded | None:
         name = pick(found, rng, *kinds)
         factor = float(rng.choice(factors))
         if not name:
@@ -46,7 +46,7 @@ def times(
     return make
 
 
-def swapped(found: Measured, rng: Rng) -> Seeded | None:
+def swapped(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     pairs = [("theta1", "theta2"), ("dtheta1_ref", "dtheta2_ref"), ("z1", "z2")]
     pairs = [p for p in pairs if found.has(*p)]
     if not pairs:
@@ -56,7 +56,7 @@ def swapped(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(spoilt, frozenset({a, b}), None)
 
 
-def late(found: Measured, rng: Rng) -> Seeded | None:
+def late(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     name = pick(found, rng, "z#", "theta#", "i#", "u#", "deflection#")
     if not name:
         return None
@@ -67,7 +67,7 @@ def late(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(_with(found, **{name: moved}), frozenset({name}), delay)
 
 
-def drifting(found: Measured, rng: Rng) -> Seeded | None:
+def drifting(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     name = pick(found, rng, "z#", "i#")
     if not name:
         return None
@@ -79,7 +79,7 @@ def drifting(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(_with(found, **{name: moved}), frozenset({name}), rate)
 
 
-def dead(found: Measured, rng: Rng) -> Seeded | None:
+def dead(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     name = pick(found, rng, "theta#", "z#", "i#", "u#", "deflection#")
     x = found.channels[name].copy()
     first, n = int(rng.uniform(0.2, 0.5) * len(x)), int(rng.uniform(0.15, 0.3) * len(x))
@@ -87,8 +87,8 @@ def dead(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(_with(found, **{name: x}), frozenset({name}), n * found.step)
 
 
-def clipped(kinds: tuple[str, ...]) -> Callable[[Measured, Rng], Seeded | None]:
-    def make(found: Measured, rng: Rng) -> Seeded | None:
+def clipped(kinds: tuple[str, ...]) -> Callable[[MeasuredRecording, Rng], Seeded | None]:
+    def make(found: MeasuredRecording, rng: Rng) -> Seeded | None:
         name = pick(found, rng, *kinds)
         if not name:
             return None
@@ -101,14 +101,14 @@ def clipped(kinds: tuple[str, ...]) -> Callable[[Measured, Rng], Seeded | None]:
     return make
 
 
-def quantised(found: Measured, rng: Rng) -> Seeded | None:
+def quantised(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     name = pick(found, rng, "theta#", "z#", "deflection#")
     x = found.channels[name]
     step = float(rng.uniform(0.1, 0.3) * np.nanstd(x))
     return Seeded(_with(found, **{name: step * np.round(x / step)}), frozenset({name}), step)
 
 
-def dropped(found: Measured, rng: Rng) -> Seeded | None:
+def dropped(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     name = pick(found, rng, "theta#", "u#", "i#")
     x = found.channels[name].copy()
     lost = rng.choice(np.arange(1, len(x) - 1), int(0.02 * len(x)), replace=False)
@@ -116,7 +116,7 @@ def dropped(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(_with(found, **{name: x}), frozenset({name}), len(lost))
 
 
-def rows_lost(found: Measured, rng: Rng) -> Seeded | None:
+def rows_lost(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     first, n = int(rng.uniform(0.2, 0.8) * found.rows), int(rng.integers(5, 40))
     keep = np.r_[0:first, first + n : found.rows]
     channels = {k: v[keep] for k, v in found.channels.items()}
@@ -125,33 +125,33 @@ def rows_lost(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(spoilt, frozenset({"t"}), n)
 
 
-def stuck_clock(found: Measured, rng: Rng) -> Seeded | None:
+def stuck_clock(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     rows = rng.choice(np.arange(5, found.rows - 5, 3), int(rng.integers(3, 20)), replace=False)
     time = found.time.copy()
     time[rows] = time[rows - 1]
     return Seeded(replace(found, time=time), frozenset({"t"}), len(rows))
 
 
-def jittered(found: Measured, rng: Rng) -> Seeded | None:
+def jittered(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     spread = float(rng.uniform(0.05, 0.15)) * found.step
     time = found.time + spread * np.clip(rng.standard_normal(found.rows), -3, 3)
     return Seeded(replace(found, time=time), frozenset({"t"}), spread)
 
 
-def clock(factors: tuple[float, ...]) -> Callable[[Measured, Rng], Seeded | None]:
-    def make(found: Measured, rng: Rng) -> Seeded | None:
+def clock(factors: tuple[float, ...]) -> Callable[[MeasuredRecording, Rng], Seeded | None]:
+    def make(found: MeasuredRecording, rng: Rng) -> Seeded | None:
         factor = float(rng.choice(factors))
         return Seeded(replace(found, time=factor * found.time), frozenset({"t"}), factor)
 
     return make
 
 
-def wrong_rate(found: Measured, rng: Rng) -> Seeded | None:
+def wrong_rate(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     """Only a rig whose references are speeds, or that has a law of motion, can tell."""
     return clock((0.5, 2.0, 0.1, 10.0))(found, rng) if found.names("dtheta#_ref") else None
 
 
-def outlying(found: Measured, rng: Rng) -> Seeded | None:
+def outlying(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     name = pick(found, rng, "theta#", "z#", "deflection#", "i#")
     x = found.channels[name].copy()
     # More than a few per cent are no outliers.
@@ -161,7 +161,7 @@ def outlying(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(_with(found, **{name: x}), frozenset({name}), len(rows))
 
 
-def shifted(found: Measured, rng: Rng) -> Seeded | None:
+def shifted(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     if found.has("z1"):
         name, shift = pick(found, rng, "z#", "theta#"), float(rng.uniform(0.1, 0.3))
     else:
@@ -173,7 +173,7 @@ def shifted(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(spoilt, frozenset({name}), shift)
 
 
-def noisy(found: Measured, rng: Rng) -> Seeded | None:
+def noisy(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     """An encoder's noise a third of the motion."""
     name = pick(found, rng, "theta#")
     x = found.channels[name]
@@ -182,7 +182,7 @@ def noisy(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(spoilt, frozenset({name}), None)
 
 
-def repeated(found: Measured, rng: Rng) -> Seeded | None:
+def repeated(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     names = found.names("dtheta#_ref", "theta#_ref")
     if not names:
         return None
@@ -193,7 +193,7 @@ def repeated(found: Measured, rng: Rng) -> Seeded | None:
     return Seeded(spoilt, frozenset(names), n * found.step)
 
 
-def moving(found: Measured, rng: Rng) -> Seeded | None:
+def moving(found: MeasuredRecording, rng: Rng) -> Seeded | None:
     """Cut where a joint is at more than its rms speed."""
     name = pick(found, rng, "theta#")
     speed = np.gradient(found.even(name), found.step)
@@ -210,7 +210,7 @@ def moving(found: Measured, rng: Rng) -> Seeded | None:
 
 
 ANGLES = ("theta#",)
-FAULTS: dict[str, tuple[Callable[[Measured, Rng], Seeded | None], ...]] = {
+FAULTS: dict[str, tuple[Callable[[MeasuredRecording, Rng], Seeded | None], ...]] = {
     "degrees": (times(ANGLES, (180 / np.pi,)),),
     "millimetres": (times(("z#",), (1000.0,)),),
     "sign": (times(("theta#", "z#", "i#", "u#", "dtheta#_ref"), (-1.0,)),),

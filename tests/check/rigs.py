@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from flexgui.core.check.case import Case
 from flexgui.core.check.finding import Finding
-from flexgui.core.check.measured import Measured
-from flexgui.core.check.run import check_case, measured_recordings, with_clock
+from flexgui.core.check.measured_recording import MeasuredRecording
+from flexgui.core.check.run_checks import check_case, measured_recordings, with_true_clock
 from flexgui.core.scenario.read import read_scenario
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
@@ -22,10 +22,10 @@ class Rig(NamedTuple):
     name: str
     cases: list[Case]
 
-    def findings(self, spoilt: Measured, instead: int) -> list[Finding]:
+    def findings(self, spoilt: MeasuredRecording, instead: int) -> list[Finding]:
         """Of a recording that stands instead of the rig's own."""
         others = [case for k, case in enumerate(self.cases) if k != instead]
-        case, said = with_clock(spoilt)
+        case, said = with_true_clock(spoilt)
         return [*said, *check_case(Case(case.recording, others))]
 
     def untouched(self, k: int) -> list[Finding]:
@@ -36,7 +36,7 @@ class Rig(NamedTuple):
 def rig(path: Path, most: int | None = None, data: Path | None = None) -> Rig:
     scenario = read_scenario(path)
     few = scenario.model_copy(update={"recordings": scenario.recordings[:most]})
-    found: Sequence[Measured] = measured_recordings(few, path.parent, data)
+    found: Sequence[MeasuredRecording] = measured_recordings(few, path.parent, data)
     return Rig(path.stem, [Case(one) for one in found])
 
 

@@ -12,8 +12,8 @@ import pytest
 from flexgui.core.check.case import Case
 from flexgui.core.check.checks.wrong_columns import SENTENCES
 from flexgui.core.check.finding import Finding
-from flexgui.core.check.measured import Measured
-from flexgui.core.check.run import check_all, checks
+from flexgui.core.check.measured_recording import MeasuredRecording
+from flexgui.core.check.run_checks import check_all, checks
 from tests.check.faults import FAULTS, Seeded
 from tests.check.rigs import SCENARIOS, Rig, independent, real, rig, simulated
 from tests.marks import long_except
@@ -115,7 +115,7 @@ def test_a_cycle_is_found_in_references_that_were_measured(noise: float) -> None
     targets = rng.permutation([-1.0, 0.0, 1.0, 0.5]).repeat(250)
     cycle = np.convolve(np.tile(targets, 2), lag / lag.sum())[1000:2000]
     given = np.tile(cycle, 3) + noise * rng.standard_normal(3000)
-    found = Measured("steps", "estimate", 2e-3 * np.arange(3000), {"theta1_ref": given})
+    found = MeasuredRecording("steps", "estimate", 2e-3 * np.arange(3000), {"theta1_ref": given})
     (said,) = checks()["repeated_cycles"].look(Case(found))
     assert not said.is_fault
     assert said.size == pytest.approx(2.0, abs=2e-3)  # one sample
@@ -124,7 +124,7 @@ def test_a_cycle_is_found_in_references_that_were_measured(noise: float) -> None
 def test_cycles_of_which_one_differs_are_no_repetition() -> None:
     given = np.tile(np.sin(np.linspace(0.0, 2 * np.pi, 500, endpoint=False)), 4)
     given[1500:] *= 0.8
-    found = Measured("sines", "estimate", 2e-3 * np.arange(2000), {"theta1_ref": given})
+    found = MeasuredRecording("sines", "estimate", 2e-3 * np.arange(2000), {"theta1_ref": given})
     assert not list(checks()["repeated_cycles"].look(Case(found)))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from flexgui.core.check.case import Case
 from flexgui.core.check.checks.starts_moving import StartsMoving
-from flexgui.core.check.measured import Measured
+from flexgui.core.check.measured_recording import MeasuredRecording
 from tests.check.test_faults import SIZE
 
 STEP, COUNT, HOLD = 1e-3, 400, 20
@@ -21,6 +21,6 @@ def test_the_speed_at_the_start_is_that_before_the_next_step_of_a_reference(left
     sides = np.where(np.arange(COUNT) // HOLD % 2, 1.0, -1.0)[HOLD - left :]
     place = np.r_[0.0, np.cumsum(SPEED * sides[:-1] * STEP)]
     channels = {"theta1": place, "dtheta1_ref": 0.3 * sides}
-    found = Measured("cut", "estimate", STEP * np.arange(len(sides)), channels)
+    found = MeasuredRecording("cut", "estimate", STEP * np.arange(len(sides)), channels)
     (one,) = StartsMoving().look(Case(found))
     assert one.channel == "theta1" and one.size == pytest.approx(-SPEED, rel=SIZE)

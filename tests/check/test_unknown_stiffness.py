@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.signal import butter, cont2discrete, dlsim, sosfiltfilt
 
-from flexgui.core.check.bending import Shape, _low_passed, _second_order
 from flexgui.core.check.case import Case
 from flexgui.core.check.checks.dead import Dead
 from flexgui.core.check.checks.drive_saturated import DriveSaturated
 from flexgui.core.check.checks.weak_excitation import quiet_noise
-from flexgui.core.check.inverse import loops
-from flexgui.core.check.late import late_channel, shape_of
-from flexgui.core.check.measured import Measured
-from flexgui.core.check.run import with_clock
+from flexgui.core.check.inverse_dynamics import loop_gains
+from flexgui.core.check.late_channels import late_channel, shape_of
+from flexgui.core.check.link_bending import LinkShape, _low_passed, _second_order
+from flexgui.core.check.measured_recording import MeasuredRecording
+from flexgui.core.check.run_checks import with_true_clock
 from tests.check.test_faults import SIZE
 from tests.studies.checked_rigs import checked_rig
 from tests.studies.plain_matrix_rigs import drawn
@@ -32,13 +32,15 @@ STIFF = 0.1
 rig_of = cache(checked_rig)
 
 
-def seen(found: Measured) -> Shape:
+def seen(found: MeasuredRecording) -> LinkShape:
     shape = shape_of(found)
     assert shape is not None
     return shape
 
 
-def shifted(found: Measured, name: str, lag: float, rate: float = 0.0) -> Measured:
+def shifted(
+    found: MeasuredRecording, name: str, lag: float, rate: float = 0.0
+) -> MeasuredRecording:
     """With a channel that is late by a lag, and by one that grows."""
     t = found.grid
     moved = np.interp(t - lag - rate * (t - t[0]), t, found.even(name))
@@ -92,7 +94,7 @@ def test_a_clock_that_drifts_is_named_whatever_the_stiffness() -> None:
 @pytest.mark.parametrize("factor", [0.1, 0.5, 2.0, 10.0])
 def test_a_wrong_sample_time_is_named_whatever_the_stiffness(factor: float) -> None:
     found = rig_of(4).cases[1].recording
-    right, said = with_clock(replace(found, time=factor * found.time))
+    right, said = with_true_clock(replace(found, time=factor * found.time))
     assert [f.size for f in said] == [factor]
     assert right.recording.time == pytest.approx(found.time)
 
@@ -100,7 +102,7 @@ def test_a_wrong_sample_time_is_named_whatever_the_stiffness(factor: float) -> N
 def test_a_reference_is_its_speed_and_the_torque_over_the_gain() -> None:
     """In a rig whose stated stiffness is 30 % off and whose joints rub."""
     found = rig_of(19).cases[1].recording
-    for speed, torque, explained in loops(found, seen(found)):
+    for speed, torque, explained in loop_gains(found, seen(found)):
         assert speed == pytest.approx(1.0, rel=SIZE) and torque == pytest.approx(1.0, rel=SIZE)
         assert explained > 0.95
 
@@ -110,7 +112,7 @@ def test_a_held_torque_between_two_levels_is_no_limit_and_a_cut_off_wave_is() ->
     levels = np.random.default_rng(3).choice([-4.0, 4.0], 50).repeat(20)
     wave = np.clip(5.0 * np.sin(7.0 * time), -4.0, 4.0)
     for torque, count in ((levels, 0), (wave, 1)):
-        found = Measured("torque", "estimate", time, {"u1": torque})
+        found = MeasuredRecording("torque", "estimate", time, {"u1": torque})
         assert len(list(DriveSaturated().look(Case(found)))) == count
 
 
@@ -125,5 +127,5 @@ def test_noise_is_told_from_a_lively_motion() -> None:
 def test_a_joint_that_sticks_is_no_dead_channel(jump: float, dead: int) -> None:
     """It leaves by a count of its encoder; a frozen channel jumps to where the joint is."""
     counts = np.r_[np.arange(400) // 2, np.full(60, 199.0), 199.0 + jump + np.arange(400) // 2]
-    found = Measured("stick", "estimate", 1e-3 * np.arange(860), {"theta1": 1e-4 * counts})
+    found = MeasuredRecording("stick", "estimate", 1e-3 * np.arange(860), {"theta1": 1e-4 * counts})
     assert len(list(Dead().look(Case(found)))) == dead

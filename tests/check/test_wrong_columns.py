@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from flexgui.core.check.finding import Finding
-from flexgui.core.check.measured import Measured
-from flexgui.core.check.run import check_all, check_scenario
+from flexgui.core.check.measured_recording import MeasuredRecording
+from flexgui.core.check.run_checks import check_all, check_scenario
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from tests.check.rigs import SCENARIOS, Rig, rig
@@ -22,7 +22,9 @@ TEXT = (SCENARIOS / "hidden_friction.toml").read_text()
 elastic = cache(lambda: rig(SCENARIOS / "teaching" / "joint_or_link.toml"))
 
 
-def spoilt(found: Measured, change: Callable[[str], tuple[str, float]], *names: str) -> Measured:
+def spoilt(
+    found: MeasuredRecording, change: Callable[[str], tuple[str, float]], *names: str
+) -> MeasuredRecording:
     """Each of the channels as `factor` times what another one holds."""
     made = {n: f * found.channels[source] for n in names for source, f in [change(n)]}
     return replace(
@@ -34,7 +36,7 @@ def other(name: str) -> tuple[str, float]:
     return name.translate(str.maketrans("12", "21")), 1.0
 
 
-def alone(found: Measured) -> list[Finding]:
+def alone(found: MeasuredRecording) -> list[Finding]:
     return check_all([found])
 
 

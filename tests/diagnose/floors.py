@@ -11,7 +11,7 @@ import numpy as np
 from flexgui.core.diagnose.noise_floor import Floor, channel_floors
 from flexgui.core.diagnose.sensor_noise import autoregressive_noise
 from flexgui.core.identify.predictor import Predictor
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknowns
 from flexgui.core.model import Model

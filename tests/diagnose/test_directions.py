@@ -12,7 +12,7 @@ from flexgui.core.diagnose.base_fit import steps_for_directions
 from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknown
 from flexgui.core.model import Model

@@ -25,7 +25,7 @@ from flexgui.core.diagnose.next_experiment import (
 )
 from flexgui.core.diagnose.refit import fit
 from flexgui.core.effects import effect
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.least_squares import cost_of, descend
 from flexgui.core.model import Model

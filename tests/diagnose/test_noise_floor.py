@@ -23,7 +23,7 @@ from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
 from flexgui.core.identify.predictor import motion_of
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.beginning import begins_at_rest

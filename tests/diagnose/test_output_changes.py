@@ -22,7 +22,7 @@ from flexgui.core.diagnose.output_changes import (
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording

@@ -29,7 +29,7 @@ from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects import effect
 from flexgui.core.effects.base_compliance import compliance
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknown
 from flexgui.core.least_squares import cost_of

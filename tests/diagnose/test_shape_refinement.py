@@ -21,7 +21,7 @@ from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
-from flexgui.core.study.rig import bare_model
+from flexgui.core.study.study_rig import bare_model
 from tests.marks import long_except
 
 SAMPLES, DT = 2000, 1e-3

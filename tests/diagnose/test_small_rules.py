@@ -11,7 +11,7 @@ import pytest
 
 from flexgui.core.diagnose import linear_or_nonlinear
 from flexgui.core.diagnose.repeated_motions import Group, Stretch, unrepeated_rms
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.sensors import sensor
 from tests.diagnose import floors

@@ -15,7 +15,7 @@ from flexgui.core.diagnose.remaining_error import remaining_error
 from flexgui.core.diagnose.spectral_lines import LEAST_LINE_SHARE, line_of, unexplained_line
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec

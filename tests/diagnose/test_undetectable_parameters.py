@@ -9,7 +9,7 @@ from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.diagnose.output_changes import trials
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.sensors import sensor

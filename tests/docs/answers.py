@@ -12,7 +12,7 @@ from pathlib import Path
 
 import flexgui as fg
 from flexgui.core.results import Diagnosis, Estimate, LadderStep
-from flexgui.core.study.challenge import TRUTH_FILE, make_challenge, opened
+from flexgui.core.study.challenge import TRUTH_FILE, make_challenge, reveal
 from flexgui.sentences.identifiability import identifiability_sentences
 from flexgui.sentences.written import format_number
 from flexgui.stages.challenge.judging import truth_in_words
@@ -55,7 +55,7 @@ def _load(scenario: str) -> fg.Project:
 
 
 def _truth(seed: int, level: str) -> str:
-    said = truth_in_words(opened(make_challenge(seed, level).obfuscated, TRUTH_FILE)).splitlines()[
+    said = truth_in_words(reveal(make_challenge(seed, level).obfuscated, TRUTH_FILE)).splitlines()[
         1:
     ]
     return "\n".join(line if line.startswith(("-", " ")) else f"- {line}" for line in said)

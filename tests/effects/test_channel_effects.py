@@ -10,7 +10,7 @@ from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import Rig, effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec

@@ -12,7 +12,7 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects import Rig, effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.refinement import refine
 from flexgui.core.model import Model

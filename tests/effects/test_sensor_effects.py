@@ -9,7 +9,7 @@ from scipy.signal import lsim
 from flexgui.core.effects import effect
 from flexgui.core.effects.effect import Rig
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.sensors import sensor

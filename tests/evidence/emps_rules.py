@@ -24,7 +24,7 @@ from flexgui.core.results import Outcome
 from flexgui.core.scenario.read import check_scenario, read_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.simulate.motion import Task, at_rest
-from flexgui.core.study.rig import exactly
+from flexgui.core.study.study_rig import simulate_exactly
 from flexgui.core.workbench import run_scenario
 
 ESTIMATED, JUDGED = "emps.csv", "emps_pulses.csv"
@@ -161,7 +161,7 @@ def closed_loop(
     drive = {"kind": "cascade", "position_gains": [loop.kp], "velocity_gains": [loop.gain]}
     model = model_of(values, effects, drive)
     moved = data.q_ref + data.pulse * loop.volt / (loop.kp * loop.gain)
-    motion = exactly(model, _task(model, data, moved, 0, 0.0))
+    motion = simulate_exactly(model, _task(model, data, moved, 0, 0.0))
     q, u = motion.q[:, 0], motion.torque[:, 0]
     found = {"position": _percent(data.q, q)}
     smooth = [_smooth(x, data.step, MOTION_HZ) for x in (data.q, q)]
@@ -183,7 +183,7 @@ def free_run(
     at = slice(0, FIRST)
     speed, place = np.polyfit(data.time[at] - data.time[FIRST], data.q[at], 1)
     task = _task(model, data, data.force, FIRST, float(speed), float(place))
-    error = data.q[FIRST:] - exactly(model, task).q[:, 0]
+    error = data.q[FIRST:] - simulate_exactly(model, task).q[:, 0]
     return float(np.sqrt(np.mean(error**2))), error
 
 

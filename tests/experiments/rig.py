@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flexgui.core.experiments.design import Candidate, Design, Wish, design
-from flexgui.core.experiments.plan import fitted
+from flexgui.core.experiments.design import Candidate, Design, ExperimentRequest, design
+from flexgui.core.experiments.plan import fit_for_planning
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.recording.recording import Recording
@@ -41,7 +41,7 @@ encoder_noise = 1e-5
 deflection_noise = 2e-5
 """
 
-BRIEF = Wish(seconds=3.0)
+BRIEF = ExperimentRequest(seconds=3.0)
 
 LOOP = 'kind = "velocity_loop"\ngains = [60.0, 30.0]'
 TORQUE = 'kind = "torque"'
@@ -64,8 +64,8 @@ def recordings(drive: str = LOOP, hidden: bool = False) -> tuple[Recording, ...]
 
 
 @cache
-def planned(wish: Wish = BRIEF, drive: str = LOOP, hidden: bool = False) -> Design:
-    begun = fitted(scenario(drive=drive), recordings(drive, hidden), Silent())
+def planned(wish: ExperimentRequest = BRIEF, drive: str = LOOP, hidden: bool = False) -> Design:
+    begun = fit_for_planning(scenario(drive=drive), recordings(drive, hidden), Silent())
     return design(begun, wish, Silent())
 
 

@@ -12,11 +12,11 @@ from flexgui.core.diagnose.evidence import TIE
 from flexgui.core.diagnose.final_results import final_parameters
 from flexgui.core.diagnose.refit import with_robust_covariance
 from flexgui.core.errors import InputError
-from flexgui.core.experiments.allowed import Allowed
-from flexgui.core.experiments.design import Wish, design
-from flexgui.core.experiments.fitted import FittedModel
-from flexgui.core.experiments.plan import fitted
-from flexgui.core.experiments.trial import KEPT
+from flexgui.core.experiments.design import ExperimentRequest, design
+from flexgui.core.experiments.fitted_model import FittedModel
+from flexgui.core.experiments.plan import fit_for_planning
+from flexgui.core.experiments.rig_limits import RigLimits
+from flexgui.core.experiments.trial import USED_SHARE
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.rig_spec import LimitsSpec
@@ -37,7 +37,7 @@ TIGHT = LimitsSpec(
 )  # fmt: skip
 
 
-def used_by_the_machine(limits: Allowed, drive: str, wish: Wish) -> list[float]:
+def used_by_the_machine(limits: RigLimits, drive: str, wish: ExperimentRequest) -> list[float]:
     machine = base_model(scenario(drive=drive)).at_level("nonlinear")
     shares = []
     for c in planned(wish, drive).chosen:
@@ -50,7 +50,7 @@ def used_by_the_machine(limits: Allowed, drive: str, wish: Wish) -> list[float]:
 @pytest.mark.parametrize("drive", long_except((LOOP,), (LOOP, TORQUE)))
 @pytest.mark.parametrize("limits", long_except((TIGHT,), (TIGHT, LimitsSpec())))
 def test_the_machine_keeps_every_limit(drive: str, limits: LimitsSpec) -> None:
-    wish = Wish(seconds=3.0, limits=limits)
+    wish = ExperimentRequest(seconds=3.0, limits=limits)
     shares = used_by_the_machine(planned(wish, drive).limits, drive, wish)
     assert shares and max(shares) <= 1.0
 
@@ -65,16 +65,19 @@ def test_what_is_not_stated_is_what_was_recorded() -> None:
 
 @pytest.mark.long
 def test_stated_limits_replace_what_was_recorded_one_for_all_or_one_each() -> None:
-    stated = planned(Wish(seconds=3.0, limits=TIGHT)).limits
+    stated = planned(ExperimentRequest(seconds=3.0, limits=TIGHT)).limits
     assert stated.speed.tolist() == [0.1, 0.2]
-    one = planned(Wish(seconds=3.0, limits=LimitsSpec.model_validate({"speed": 0.1}))).limits
+    one = planned(
+        ExperimentRequest(seconds=3.0, limits=LimitsSpec.model_validate({"speed": 0.1}))
+    ).limits
     assert one.speed.tolist() == [0.1, 0.1]
 
 
 @pytest.mark.long
 def test_a_weaker_limit_allows_more() -> None:
     strong, weak = (
-        planned(Wish(seconds=1.0, limits=LimitsSpec(torque=(x, x)))).chosen[0] for x in (40.0, 10.0)
+        planned(ExperimentRequest(seconds=1.0, limits=LimitsSpec(torque=(x, x)))).chosen[0]
+        for x in (40.0, 10.0)
     )
     assert max(strong.trial.amplitudes) > max(weak.trial.amplitudes)
 
@@ -95,7 +98,7 @@ def test_what_the_recordings_show_is_what_their_fit_states() -> None:
         one["simulate"]["sample_time"] = SLOW
     slow = Scenario.model_validate(document)
     seen = load_recordings(slow, base_model(slow), Path(), None, Silent())
-    model = FittedModel(fitted(slow, seen, Silent()))
+    model = FittedModel(fit_for_planning(slow, seen, Silent()))
     shown = model.deviations(model.known)
     for name, e in model.estimates.items():
         assert shown[name] == pytest.approx(e.std, rel=SAME)
@@ -104,7 +107,7 @@ def test_what_the_recordings_show_is_what_their_fit_states() -> None:
 def test_the_deviations_are_reached() -> None:
     found = planned()
     more = [replace(recorded(c, seed=k), name=f"p{k}") for k, c in enumerate(found.chosen)]
-    begun = fitted(scenario(), [*recordings(), *more], Silent())
+    begun = fit_for_planning(scenario(), [*recordings(), *more], Silent())
     reached = {e.name: e.std for e in final_parameters(with_robust_covariance(begun.base))}
     for d in found.deviations:
         assert d.after < d.before
@@ -115,14 +118,14 @@ PAIR = ("coulomb_friction", "viscous_friction")
 
 
 def test_the_experiment_that_tells_two_effects_apart_is_chosen() -> None:
-    apart = planned(Wish(seconds=1.0, between=PAIR), hidden=True)
+    apart = planned(ExperimentRequest(seconds=1.0, between=PAIR), hidden=True)
     assert apart.decides and apart.chosen[0].score > TIE
     assert "They distinguish " in " ".join(plan_paragraphs(apart))
 
 
 @pytest.mark.long
 def test_what_is_not_there_is_not_told_apart_and_it_is_said() -> None:
-    apart = planned(Wish(seconds=1.0, between=PAIR))
+    apart = planned(ExperimentRequest(seconds=1.0, between=PAIR))
     assert not apart.decides
     assert "no experiment that tells Coulomb friction and Viscous" in " ".join(
         plan_paragraphs(apart)
@@ -132,13 +135,18 @@ def test_what_is_not_there_is_not_told_apart_and_it_is_said() -> None:
 @pytest.mark.parametrize(
     ("wish", "sentence"),
     [
-        (Wish(parameters=("EI3",)), "EI3"),
-        (Wish(between=("friction", "tip_payload")), "friction"),
-        (Wish(limits=LimitsSpec(speed=(1.0, 1.0, 1.0))), "the arm has 2 joints"),
-        (Wish(limits=LimitsSpec(position=((5.0, 6.0),), reach=((8.0, 9.0), (8.0, 9.0)))), "limits"),
+        (ExperimentRequest(parameters=("EI3",)), "EI3"),
+        (ExperimentRequest(between=("friction", "tip_payload")), "friction"),
+        (ExperimentRequest(limits=LimitsSpec(speed=(1.0, 1.0, 1.0))), "the arm has 2 joints"),
+        (
+            ExperimentRequest(
+                limits=LimitsSpec(position=((5.0, 6.0),), reach=((8.0, 9.0), (8.0, 9.0)))
+            ),
+            "limits",
+        ),
     ],
 )
-def test_a_wish_that_cannot_be_met_is_one_sentence(wish: Wish, sentence: str) -> None:
+def test_a_wish_that_cannot_be_met_is_one_sentence(wish: ExperimentRequest, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         planned(wish)
 
@@ -146,12 +154,12 @@ def test_a_wish_that_cannot_be_met_is_one_sentence(wish: Wish, sentence: str) ->
 def test_where_nothing_is_estimated_nothing_is_planned() -> None:
     asked = scenario()
     nothing = asked.identify.model_copy(update={"parameters": (), "start": {}})
-    begun = fitted(asked.model_copy(update={"identify": nothing}), recordings(), Silent())
+    begun = fit_for_planning(asked.model_copy(update={"identify": nothing}), recordings(), Silent())
     with pytest.raises(InputError, match="choose some to identify"):
-        design(begun, Wish(seconds=3.0), Silent())
+        design(begun, ExperimentRequest(seconds=3.0), Silent())
 
 
 def test_the_words_say_what_to_play_and_what_it_tells() -> None:
     said = " ".join(plan_paragraphs(planned()))
-    assert "Record 3 experiments" in said and f"{100 * KEPT:.0f} % of every limit" in said
+    assert "Record 3 experiments" in said and f"{100 * USED_SHARE:.0f} % of every limit" in said
     assert "Start at rest at θ₁ = " in said and "EI1" in said

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgui.core.experiments.files import Names
+from flexgui.core.experiments.design_files import Names
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.recording.load import load_recording

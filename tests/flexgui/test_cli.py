@@ -117,7 +117,8 @@ def test_a_slip_is_told_before_what_computes_is_imported(tmp_path: Path) -> None
     code = (
         "import sys; from flexgui.cli import run\n"
         f"assert {{run(each) for each in {tried!r}}} == {{2}}\n"
-        "core = [f'flexgui.core.{name}' for name in ('loading', 'simulate.many', 'check.run')]\n"
+        "names = ('loading', 'simulate.many', 'check.run_checks')\n"
+        "core = [f'flexgui.core.{name}' for name in names]\n"
         "heavy = (*core, 'plotly', 'pandas')\n"
         "print([name for name in heavy if name in sys.modules])"
     )

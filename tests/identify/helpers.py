@@ -11,7 +11,7 @@ import numpy as np
 
 from flexgui.core.identify.fit import Fitted, identify
 from flexgui.core.identify.predictor import Predictor
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.identify.unknowns import collect_unknowns, fixed_values

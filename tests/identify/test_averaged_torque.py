@@ -13,9 +13,9 @@ from flexgui.core.drives.servo import FollowingServo, averaged, rates, slopes
 from flexgui.core.drives.torque import Torque
 from flexgui.core.drives.voltage import Voltage
 from flexgui.core.effects import effect
-from flexgui.core.identify.led_motion import VAGUE, vague_ends
 from flexgui.core.identify.predictor import motion_of
-from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.prepared_recording import Prepared, prepare
+from flexgui.core.identify.prescribed_joint_motion import UNKNOWN_END, unknown_ends
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
@@ -93,14 +93,14 @@ def test_what_a_motor_brakes_by_itself_is_no_friction() -> None:
 def test_the_ends_of_a_recording_are_no_error_of_the_model() -> None:
     e = prepared(Torque(), 0.0)
     left, torque = missed(e, e.model), rms(e.measured)
-    assert rms(left[:VAGUE]) < QUIET * torque
-    assert rms(left[-VAGUE:]) < QUIET * torque
+    assert rms(left[:UNKNOWN_END]) < QUIET * torque
+    assert rms(left[-UNKNOWN_END:]) < QUIET * torque
 
 
 def test_a_beginning_at_rest_is_known() -> None:
     e = prepared(Torque(), 0.0)
-    assert vague_ends(e.model, e.task) == (1, VAGUE)
-    assert vague_ends(e.model, replace(e.task, before=None)) == (VAGUE, VAGUE)
+    assert unknown_ends(e.model, e.task) == (1, UNKNOWN_END)
+    assert unknown_ends(e.model, replace(e.task, before=None)) == (UNKNOWN_END, UNKNOWN_END)
 
 
 def test_a_speed_between_few_samples_is_that_of_a_spline() -> None:

@@ -15,7 +15,7 @@ from flexgui.core.identify.identifiability import (
     identified,
     relative_scales,
     valley,
-    wide,
+    wider_than_value,
 )
 from flexgui.core.identify.unknowns import Unknown, Unknowns
 from flexgui.core.parameters import Parameter
@@ -218,4 +218,4 @@ def test_a_deviation_larger_than_the_value_determines_nothing():
     unknowns, at = named("ab", 1.0), np.ones(2)
     cov, null = np.diag([817.0**2, 0.1**2]), np.zeros((0, 2))
     assert determined(unknowns, at, cov, null).tolist() == [False, True]
-    assert wide(unknowns, at, cov).tolist() == [True, False]
+    assert wider_than_value(unknowns, at, cov).tolist() == [True, False]

@@ -13,7 +13,7 @@ from flexgui.core.identify import fit
 from flexgui.core.identify.defect_correction import corrected_minimum
 from flexgui.core.identify.fit import Fitted, identify
 from flexgui.core.identify.predictor import Predictor
-from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.uncertainty import FEW_LAGS, cross_covariances

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgui.core.identify import lane_groups
-from flexgui.core.identify.population import PopulationCost
+from flexgui.core.identify.population_cost import PopulationCost
 from flexgui.core.identify.predictor import single_threaded
 from flexgui.core.identify.residuals import Residuals
 from flexgui.core.recording.recording import CameraPose, LoggerFilter, Recording

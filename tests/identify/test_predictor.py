@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexgui.core.identify.predictor import HANDOVER, Predictor, quick_handover
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.predictor import SWITCH_INTERVAL, Predictor, fast_thread_switching
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.residuals import Residuals
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
@@ -101,11 +101,11 @@ def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
 
 def test_searches_at_once_leave_the_interpreter_as_they_found_it() -> None:
     before = sys.getswitchinterval()
-    first, second = quick_handover(), quick_handover()
+    first, second = fast_thread_switching(), fast_thread_switching()
     first.__enter__()
     second.__enter__()
-    assert sys.getswitchinterval() == pytest.approx(HANDOVER)
+    assert sys.getswitchinterval() == pytest.approx(SWITCH_INTERVAL)
     first.__exit__(None, None, None)
-    assert sys.getswitchinterval() == pytest.approx(HANDOVER)  # the second still runs
+    assert sys.getswitchinterval() == pytest.approx(SWITCH_INTERVAL)  # the second still runs
     second.__exit__(None, None, None)
     assert sys.getswitchinterval() == pytest.approx(before)

@@ -12,10 +12,10 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
-from flexgui.core.identify.led_motion import finer_by, joint_motion
-from flexgui.core.identify.predictor import Predictor, job_of, run_smooth
-from flexgui.core.identify.prepared import Prepared, prepare
-from flexgui.core.identify.prescribed import is_prescribed
+from flexgui.core.identify.predictor import Predictor, job_of, run_extrapolated
+from flexgui.core.identify.prepared_recording import Prepared, prepare
+from flexgui.core.identify.prescribed_joint_motion import points_per_sample, prescribed_motion
+from flexgui.core.identify.prescribed_joints import is_prescribed
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknowns
 from flexgui.core.model import Model
@@ -109,7 +109,7 @@ def test_one_step_per_sample_is_enough(kind: str, values: dict[str, float]) -> N
 
 def test_the_joints_go_where_the_servo_leads_them_whatever_rubs() -> None:
     e = led("viscous_friction", values={"fv1": 5.0, "fv2": 1.0}, hz=60.0)
-    led_along = joint_motion(e.model, e.model.numbers(), e.task)
+    led_along = prescribed_motion(e.model, e.model.numbers(), e.task)
     lead, finer = led_along.lead, led_along.finer
     place, speed = led_along.place[::finer], led_along.speed[::finer]
     found = motion(e)
@@ -180,7 +180,7 @@ def test_few_steps_extrapolated_are_more_exact_than_more_of_them() -> None:
     e = led(hz=60.0)
     job = job_of(e.model, e.model.numbers(), e.task)
     exact, plain = run_many([job], 64)[0].torque, run_many([job], 4)[0].torque
-    (found,) = run_smooth([job], 4, 1)
+    (found,) = run_extrapolated([job], 4, 1)
     assert np.abs(found.torque - exact).max() < 0.5 * np.abs(plain - exact).max()
 
 
@@ -191,12 +191,12 @@ def test_models_that_are_compared_are_led_along_the_same_points() -> None:
     stiff = bare.with_effects([effect("extra_bending_mode")], {})
     for model in (soft, stiff):
         assert model.arm.coordinates > BENCH.coordinates
-        assert finer_by(model, STEP) == finer_by(bare, STEP)
+        assert points_per_sample(model, STEP) == points_per_sample(bare, STEP)
 
 
 def test_the_faster_a_vibration_the_finer_the_points() -> None:
     bare = Model(BENCH, Torque(), "nonlinear")
-    found = [finer_by(bare, dt) for dt in (1e-5, 1e-4, 5e-4, 1e-3)]
+    found = [points_per_sample(bare, dt) for dt in (1e-5, 1e-4, 5e-4, 1e-3)]
     assert found[0] == 1 and found == sorted(found) and found[-1] > 1
 
 

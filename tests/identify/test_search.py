@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.identify.starts import FAILED, evolve, first_population
+from flexgui.core.identify.fit_starts import FAILED_COST, evolve, first_population
 from flexgui.core.progress import Compared, Silent, StoppedError
 from flexgui.core.results import Generation
 from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit
@@ -124,7 +124,7 @@ def test_a_member_that_overflows_is_the_worst_and_no_trouble():
 
     found = evolve(costs, np.full(2, -1.0), np.ones(2), 10, 20, 1, lambda g: False)
     assert found.cost < 0.1
-    assert found.generations[0].worst <= FAILED
+    assert found.generations[0].worst <= FAILED_COST
 
 
 @settings(max_examples=30)

@@ -12,9 +12,9 @@ from flexgui.core.arm.segment import Segment
 from flexgui.core.diagnose.noise_floor import channel_floors
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
-from flexgui.core.identify.led_motion import finer_by, sampled_seldom
 from flexgui.core.identify.predictor import motion_of
-from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.prepared_recording import Prepared, prepare
+from flexgui.core.identify.prescribed_joint_motion import points_per_sample, sampling_warning
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
@@ -95,7 +95,7 @@ def test_a_vibration_that_no_output_shows_needs_no_finer_points() -> None:
     e = prepared(0.0, step=RARELY)
     blind = replace(e.model.steering, band_hz=SLOW.band_hz(["torque"]))
     without = replace(e, model=e.model.steered_by(blind), processing=SLOW)
-    assert finer_by(e.model, RARELY) > finer_by(without.model, RARELY) == 1
+    assert points_per_sample(e.model, RARELY) > points_per_sample(without.model, RARELY) == 1
     numbers = e.model.numbers()
     found = without.predicted(motion_of(without, numbers, {}, 4), numbers, {})
     finely = replace(e, processing=SLOW).predicted(motion_of(e, numbers, {}, 4), numbers, {})
@@ -110,15 +110,15 @@ def test_what_a_led_arm_swings_by_itself_counts_though_the_free_vibration_does_n
     free_hz, led_hz = 1.628 / (2.0 * np.pi * RARELY), 0.715 / (2.0 * np.pi * RARELY)
     between = replace(servo, band_hz=0.5 * (free_hz + led_hz))
     below = replace(servo, band_hz=0.9 * led_hz)
-    assert finer_by(model.steered_by(between), seldom) == 2
-    assert finer_by(model.steered_by(below), seldom) == 1
+    assert points_per_sample(model.steered_by(between), seldom) == 2
+    assert points_per_sample(model.steered_by(below), seldom) == 1
 
 
 def test_a_rig_whose_samples_hardly_show_its_vibration_is_told() -> None:
     """50 Hz: 1.6 rad from one sample to the next, and 2.6 at five eighths of the rate."""
     model = prepared(0.0, step=RARELY).model
-    assert sampled_seldom(model, RARELY) == ""
-    said = sampled_seldom(model, 1.6 * RARELY)
+    assert sampling_warning(model, RARELY) == ""
+    said = sampling_warning(model, 1.6 * RARELY)
     hz = 1.62769616 / (2.0 * np.pi * RARELY)
     assert f"about {hz:.0f} Hz" in said and said.endswith("Hz or more.")
 

@@ -9,7 +9,7 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.drives.servo import FollowingServo, held
 from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.predictor import motion_of
-from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.beginning import begins_at_rest

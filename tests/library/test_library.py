@@ -126,7 +126,7 @@ def test_the_command_line_lists_what_ships_and_prints_the_reference(
 TAKES_A_NAME = {
     "export": ("flexgui.export.export_files.export_scenario", ["--out"], ()),
     "plan": ("flexgui.export.plan_files.plan_scenario", ["--out"], ()),
-    "check": ("flexgui.core.check.run.check_scenario", [], ()),
+    "check": ("flexgui.core.check.run_checks.check_scenario", [], ()),
     "study": ("flexgui.core.montecarlo.study.study", ["--out"], (step for step in ())),
     "serve": ("flexgui.server.serve.serve", [], None),
 }

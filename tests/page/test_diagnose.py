@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.study.challenge import opened
+from flexgui.core.study.challenge import reveal
 from flexgui.jobs.messages import DEFAULT
 from flexgui.session.scenario_edits import ScenarioDict, set_value
 from flexgui.session.session import Session
@@ -315,7 +315,7 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     press(page, "Hide an effect")
     known = hidden_in(session, page, desktop)
     sees(page, "these recordings hide an effect")
-    hidden = json.loads(opened(known.sealed, "-"))["effects"]
+    hidden = json.loads(reveal(known.sealed, "-"))["effects"]
     answer(page, hidden[0])
     told = re.compile(r"\(used only now\)|It is examining the recordings\.")
     page.get_by_text(told).first.wait_for()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.scenario.read import read_scenario
-from flexgui.core.study.challenge import opened
+from flexgui.core.study.challenge import reveal
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import fetch_files
@@ -86,7 +86,7 @@ def test_on_a_challenge(page: Any, session: Session) -> None:
     page.get_by_text("these recordings hide an effect").wait_for(timeout=SLOW)
     known = session.challenge.state
     assert known is not None
-    kind = json.loads(opened(known.sealed, "-"))["effects"][0]
+    kind = json.loads(reveal(known.sealed, "-"))["effects"][0]
     walk(page, session, kind)
     press(page, "Challenge")
     answer(page, kind)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from flexgui.core.check.run import check_file, check_scenario
+from flexgui.core.check.run_checks import check_file, check_scenario
 from flexgui.core.errors import InputError
 from flexgui.core.recording.load import load_recording
 from flexgui.core.recording.recording import Recording

@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.core.identify.identifiability import TOGETHER
+from flexgui.core.identify.identifiability import POORLY_DISTINGUISHABLE
 from flexgui.core.results import Identifiability
 from flexgui.sentences.identifiability import (
     LARGEST_DENOMINATOR,
@@ -62,7 +62,7 @@ def test_estimates_that_move_together_are_said_to_be_told_apart_poorly():
     )
 
 
-@given(st.floats(-TOGETHER, TOGETHER))
+@given(st.floats(-POORLY_DISTINGUISHABLE, POORLY_DISTINGUISHABLE))
 def test_a_moderate_correlation_is_not_mentioned(rho):
     told = sentences("ab", np.array([[1.0, rho], [rho, 1.0]]))
     assert told == ("All estimated parameters are identifiable.",)

@@ -19,7 +19,7 @@ from flexgui.core.results import (
     Objection,
     Reason,
 )
-from flexgui.core.workbench import furthest_apart
+from flexgui.core.workbench import largest_difference
 from flexgui.sentences.figures import chance, linear_sentence, percent, strength
 from flexgui.sentences.ranked import in_order, worth_listing
 from flexgui.sentences.verdict import verdict_paragraphs
@@ -350,7 +350,7 @@ def test_the_linear_model_is_told_as_a_matter_of_the_model_and_only_where_it_is_
 def test_a_fit_that_stands_elsewhere_is_not_blamed_on_the_linear_model(identifiable: bool) -> None:
     linear = replace(estimate("EI1", 21750.0), unit="N m²", identifiable=identifiable)
     full = replace(linear, value=910.0, identifiable=True)
-    moved = furthest_apart([linear], [full])
+    moved = largest_difference([linear], [full])
     told = linear_sentence(LinearModel(2.6e-4, 1.1e-4, 1.1e-4, moved)).replace(SPACE, " ")
     assert ("EI1 is 910 N m² instead of 21750 N m²" in told) is identifiable
     assert ("not from a missing effect" in told) is not identifiable

@@ -11,7 +11,7 @@ from flexgui.core.simulate.disturbance import torque_answer, torque_behind
 from flexgui.core.simulate.many import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.posture import posture
-from flexgui.core.study.rig import bare_model
+from flexgui.core.study.study_rig import bare_model
 
 DT, N = 1e-3, 1500
 NOISE = {"theta1": 2e-5, "theta2": 2e-5, "z1": 3e-5, "z2": 3e-5}

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from flexgui.core.check.case import Case
-from flexgui.core.check.measured import Measured
+from flexgui.core.check.measured_recording import MeasuredRecording
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import sizes_of
 from flexgui.core.model import Model
@@ -51,10 +51,10 @@ def _rubbing(bench: Bench, seed: int) -> Model:
     return bench.healthy.with_effects([effect("coulomb_friction")], values, sizes)
 
 
-def _as_measured(r: Recording, stated: Model) -> Measured:
-    return Measured(r.name, r.role, r.time, r.channels, model=stated)
+def _as_measured(r: Recording, stated: Model) -> MeasuredRecording:
+    return MeasuredRecording(r.name, r.role, r.time, r.channels, model=stated)
 
 
-def coarse(found: Measured, channel: str, seed: int) -> bool:
+def coarse(found: MeasuredRecording, channel: str, seed: int) -> bool:
     """Whether the rig's encoder has steps above a twentieth of the motion."""
     return bool(drawn(seed).encoder_step > 0.05 * np.std(found.channels[channel]))

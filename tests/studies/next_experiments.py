@@ -20,8 +20,8 @@ from flexgui.core.diagnose.final_results import final_parameters
 from flexgui.core.diagnose.refit import with_robust_covariance
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import sizes_of
-from flexgui.core.experiments.design import Candidate, Design, Wish
-from flexgui.core.experiments.plan import fitted, plan
+from flexgui.core.experiments.design import Candidate, Design, ExperimentRequest
+from flexgui.core.experiments.plan import fit_for_planning, plan
 from flexgui.core.loading import load_recordings
 from flexgui.core.model import Model
 from flexgui.core.progress import Silent
@@ -76,7 +76,7 @@ def run_case(case: Case) -> dict[str, Any]:
             _state_friction(path)
         scenario = read_scenario(path)
         clock = time.perf_counter()
-        design = plan(scenario, Wish(seconds=SECONDS), folder=path.parent)
+        design = plan(scenario, ExperimentRequest(seconds=SECONDS), folder=path.parent)
         seconds = time.perf_counter() - clock
         played = [_played(rig, machine, design, c) for c in design.chosen]
         deviations = _reached(rig, scenario, path.parent, design, [r for r, _ in played])
@@ -131,7 +131,7 @@ def _reached(
     """name -> [before, predicted, reached] deviations of a fit to all recordings."""
     there = load_recordings(scenario, base_model(scenario), folder, None, Silent())
     added = [replace(r, name=f"planned {n}") for n, r in enumerate(more, start=1)]
-    begun = fitted(scenario, [*there, *added], Silent())
+    begun = fit_for_planning(scenario, [*there, *added], Silent())
     found = {e.name: e.std for e in final_parameters(with_robust_covariance(begun.base))}
     return {
         d.estimate.name: [d.before, d.after, float(found[d.estimate.name])]

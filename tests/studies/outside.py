@@ -19,7 +19,7 @@ from flexgui.core.model import Model
 from flexgui.core.simulate.many import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.study.detectability import Detectability, crossing
-from flexgui.core.study.rig import STEPS, readings
+from flexgui.core.study.study_rig import STEPS, readings
 from flexgui.core.trajectory import Trajectory
 
 Shown = list[np.ndarray]

@@ -31,7 +31,7 @@ from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.effect import Effect, EffectParameter, Rig
 from flexgui.core.effects.sizes import Sizes, sizes_of
 from flexgui.core.identify.defect_correction import Anchor
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.setup import Setup, make_setup
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording

@@ -10,12 +10,12 @@ from scipy.optimize import least_squares
 from flexgui.core.model import Model
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import simulate_within
-from flexgui.core.study.rig import STDS, Experiment, exactly, readings
+from flexgui.core.study.study_rig import STDS, Experiment, readings, simulate_exactly
 
 
 def least_squares_rest(truth: Model, bare: Model, experiments: Sequence[Experiment]) -> float:
     """Root mean square, in noise rms, of what SciPy's fit of EI and the starts leaves."""
-    seen = [readings(truth, exactly(truth, e.task(truth))) for e in experiments]
+    seen = [readings(truth, simulate_exactly(truth, e.task(truth))) for e in experiments]
     EI = bare.parameters["EI"].value
     weights = 1.0 / np.array(list(STDS.values()))
 

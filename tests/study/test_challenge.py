@@ -22,7 +22,7 @@ from flexgui.core.study.challenge import (
     SCENARIO,
     TRUTH_FILE,
     make_challenge,
-    opened,
+    reveal,
     write_challenge,
 )
 from flexgui.stages.challenge.judging import revealed, truth_in_words
@@ -63,11 +63,11 @@ def test_the_model_has_no_effect_and_no_file_names_one(folder: Path) -> None:
 @pytest.mark.parametrize(("level", "count"), [("easy", 1), ("hard", 2)])
 def test_as_many_effects_are_hidden_as_the_level_says(level: str, count: int) -> None:
     from flexgui.core.study.challenge import _kinds
-    from flexgui.core.study.hidden import known_before
+    from flexgui.core.study.hidden_effect import prerequisites
 
     for seed in range(30):
         kinds = _kinds(count, np.random.default_rng(seed))
-        parts = [e.kind for kind in kinds for e in known_before(catalogue()[kind])]
+        parts = [e.kind for kind in kinds for e in prerequisites(catalogue()[kind])]
         assert len({*kinds, *parts}) == count
 
 
@@ -75,9 +75,9 @@ def test_as_many_effects_are_hidden_as_the_level_says(level: str, count: int) ->
 def test_each_hidden_effect_is_well_above_the_noise(seed: int) -> None:
     """Of these seeds one effect or both were hidden below 1.4 times the noise."""
     obfuscated = make_challenge(seed, "hard").obfuscated
-    shown = json.loads(opened(obfuscated, TRUTH_FILE))["shown"]
+    shown = json.loads(reveal(obfuscated, TRUTH_FILE))["shown"]
     assert len(shown) == 2 and min(shown.values()) >= 1.9
-    assert not re.search(r" = 0 ", truth_in_words(opened(obfuscated, TRUTH_FILE)))
+    assert not re.search(r" = 0 ", truth_in_words(reveal(obfuscated, TRUTH_FILE)))
 
 
 def test_reveal_says_what_and_how_large(folder: Path) -> None:

@@ -11,14 +11,22 @@ from flexgui.core.effects import effect
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.many import run
 from flexgui.core.study.detectability import CLOSE, Detectability, UnreachableError, crossing
-from flexgui.core.study.hidden import (
+from flexgui.core.study.hidden_effect import (
     LEVELS_OF_MODEL,
     candidates,
-    hidden,
-    known_before,
+    hide_effect,
     parameters_on,
+    prerequisites,
 )
-from flexgui.core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
+from flexgui.core.study.study_rig import (
+    CHANNELS,
+    IDENTIFY,
+    STDS,
+    STEPS,
+    Experiment,
+    bare_model,
+    readings,
+)
 from tests.studies.outside import STRONG
 from tests.study.helpers import least_squares_rest
 
@@ -35,13 +43,13 @@ ABSORBED = 0.01
 """What a thousandth of the stiffness leaves, being no straight line."""
 
 SIMPLE = sorted(
-    k for k, e in candidates().items() if parameters_on(e, bare_model()) and not known_before(e)
+    k for k, e in candidates().items() if parameters_on(e, bare_model()) and not prerequisites(e)
 )
 
 
 @pytest.mark.parametrize("kind", ["viscous_friction", "tip_payload", "camera_delay"])
 def test_the_rest_after_a_fit_of_the_nominal_parameters_is_what_was_asked_for(kind: str) -> None:
-    h = hidden(effect(kind), bare_model(), EXPERIMENTS, STRONG, np.random.default_rng(3))
+    h = hide_effect(effect(kind), bare_model(), EXPERIMENTS, STRONG, np.random.default_rng(3))
     assert h.level == pytest.approx(STRONG, rel=CLOSE)
     rest = least_squares_rest(h.truth, bare_model(), EXPERIMENTS)
     assert rest == pytest.approx(STRONG, rel=REFERENCE)
@@ -50,7 +58,7 @@ def test_the_rest_after_a_fit_of_the_nominal_parameters_is_what_was_asked_for(ki
 @pytest.mark.parametrize("kind", SIMPLE)
 def test_twice_the_noise_needs_more_than_the_noise(kind: str) -> None:
     found = [
-        hidden(effect(kind), bare_model(), EXPERIMENTS, level, np.random.default_rng(3))
+        hide_effect(effect(kind), bare_model(), EXPERIMENTS, level, np.random.default_rng(3))
         for level in (1.0, 2.0)
     ]
     assert [h.level for h in found] == pytest.approx([1.0, 2.0], rel=CLOSE)
@@ -72,7 +80,7 @@ def _from_neutral(kind: str, values: Mapping[str, float]) -> np.ndarray:
 def test_the_same_seed_gives_the_same_size_and_another_seed_another() -> None:
     one = effect("coulomb_friction")
     found = [
-        hidden(one, bare_model(), EXPERIMENTS, 1.0, np.random.default_rng(s)).values
+        hide_effect(one, bare_model(), EXPERIMENTS, 1.0, np.random.default_rng(s)).values
         for s in (1, 1, 2)
     ]
     assert found[0] == found[1] != found[2]
@@ -95,7 +103,7 @@ def test_what_the_nominal_parameters_can_absorb_does_not_count() -> None:
 
 @pytest.mark.parametrize("kind", ["presliding_friction", "stribeck_friction", "joint_elasticity"])
 def test_an_effect_that_stands_on_another_is_hidden_from_a_model_that_has_it(kind: str) -> None:
-    h = hidden(effect(kind), bare_model(), EXPERIMENTS, STRONG, np.random.default_rng(3))
+    h = hide_effect(effect(kind), bare_model(), EXPERIMENTS, STRONG, np.random.default_rng(3))
     known = {e.kind for e in h.base.effects}
     assert set(effect(kind).includes) <= known
     assert kind not in known and kind in {e.kind for e in h.truth.effects}

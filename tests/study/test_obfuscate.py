@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.errors import InputError
-from flexgui.core.study.challenge import HEAD, obfuscate, opened
+from flexgui.core.study.challenge import HEAD, obfuscate, reveal
 
 TEXT = '{"effects": ["coulomb_friction"], "values": {"fc1": 0.2}}'
 
 
 @given(st.text(max_size=5000).map(str.rstrip), st.text(max_size=20))
 def test_what_is_sealed_comes_out(text: str, salt: str) -> None:
-    assert opened(obfuscate(text, salt), "x") == text
+    assert reveal(obfuscate(text, salt), "x") == text
 
 
 def test_the_same_text_gives_the_same_seal_and_another_salt_another() -> None:
@@ -35,7 +35,7 @@ def test_a_changed_character_breaks_the_seal(place: int) -> None:
     at = place % len(body)
     other = "A" if body[at] != "A" else "B"
     with pytest.raises(InputError, match="truth.sealed: the seal is broken"):
-        opened(f"{head}\n{body[:at]}{other}{body[at + 1 :]}", "truth.sealed")
+        reveal(f"{head}\n{body[:at]}{other}{body[at + 1 :]}", "truth.sealed")
 
 
 @pytest.mark.parametrize(
@@ -43,8 +43,8 @@ def test_a_changed_character_breaks_the_seal(place: int) -> None:
 )
 def test_what_is_no_seal_is_called_broken(text: str) -> None:
     with pytest.raises(InputError, match="broken"):
-        opened(text, "x")
+        reveal(text, "x")
 
 
 def test_other_line_ends_do_no_harm() -> None:
-    assert opened(obfuscate(TEXT, "1").replace("\n", "\r\n"), "x") == TEXT
+    assert reveal(obfuscate(TEXT, "1").replace("\n", "\r\n"), "x") == TEXT

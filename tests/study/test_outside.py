@@ -10,7 +10,7 @@ from flexgui.core.forces.compiled import compile_law
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.many import run
 from flexgui.core.study.detectability import CLOSE, Detectability
-from flexgui.core.study.rig import STEPS, Experiment, bare_model
+from flexgui.core.study.study_rig import STEPS, Experiment, bare_model
 from tests.studies.outside import CABLE, OUTSIDE, PIECES, STRONG, disturbed, in_pieces
 
 EXPERIMENTS = [Experiment("r", SimulateSpec(theta2=1.2, seconds=0.4, seed=1))]

@@ -12,7 +12,7 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
 from flexgui.core.identify.setup import IN_MOTION, make_setup
-from flexgui.core.identify.unknowns import first_states
+from flexgui.core.identify.unknowns import first_state_names
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.save import save_recording
@@ -132,5 +132,5 @@ def test_a_rigid_arm_that_its_encoders_lead_has_no_first_state() -> None:
     channels = {"u1": np.ones(100), "theta1": np.cos(3.0 * time)}
     recording = Recording("r", time, channels, in_motion=True)
     setup = make_setup(model, IdentifySpec(parameters=("m1",)), [recording])
-    assert first_states(setup.model) == ()
+    assert first_state_names(setup.model) == ()
     assert IN_MOTION not in setup.notes

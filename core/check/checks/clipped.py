@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
-from ...check.measured import limit_of
+from ...check.measured_recording import limit_of
 from ...recording.channels import DRIVES, is_reference, role_of
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
-from ...check.measured import ON_LATTICE
+from ...check.measured_recording import ON_LATTICE
 from ...recording.channels import is_reference
 
 LONGEST = 20
@@ -42,7 +42,7 @@ class Dead(Check):
         lengths = np.diff(np.r_[starts, len(x)])
         order = np.argsort(lengths)[::-1]
         after = int(starts[order[0]] + lengths[order[0]])
-        if _let_go(x, after):
+        if _released_from_friction(x, after):
             return
         longest, second = lengths[order[0]], lengths[order[1]] if len(order) > 1 else 0
         if longest < max(LONGEST, LONGER * second) or _clipped(x, x[starts[order[0]]]):
@@ -55,18 +55,18 @@ class Dead(Check):
         yield case.finding(self.kind, name, span, "s", sentence, mask)
 
 
-def _let_go(x: np.ndarray, after: int) -> bool:
+def _released_from_friction(x: np.ndarray, after: int) -> bool:
     """Whether an encoder leaves a stretch of equal samples at sample `after` as a joint does that
     dry friction held: by a count, or faster and faster. A channel that froze jumps to where the
     joint is by then, and goes on at its usual speed."""
-    step = _count(x)
+    step = _counting_step(x)
     if step == 0.0 or after + 1 >= len(x):
         return False
     jump, next_ = abs(x[after] - x[after - 1]), abs(x[after + 1] - x[after])
     return bool(jump < max(1.5 * step, next_))
 
 
-def _count(x: np.ndarray) -> float:
+def _counting_step(x: np.ndarray) -> float:
     """What all changes of x (N,) are whole multiples of, but for rounding; 0: nothing is."""
     changes = np.abs(np.diff(x))
     changes = changes[changes > 1e-9 * np.ptp(x)]

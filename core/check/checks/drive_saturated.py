@@ -8,7 +8,7 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
-from ...check.measured import limit_of
+from ...check.measured_recording import limit_of
 
 HELD = 0.5
 """Of the samples off the limit that repeat the one before: a command that is held from one change

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...check.case import Case
-from ...check.finding import EVEN, Check, Finding
+from ...check.finding import RESAMPLE_LINE, Check, Finding
 from ...recording.resampling import GAP
 from ...recording.spec import GapsSpec
 
@@ -27,7 +27,7 @@ class Dropouts(Check):
             sentence = (
                 f"{lost} rows are missing in {gaps.size} gaps of t, the longest {gaps.max():.4g} s"
             )
-            mend = _mend(float(gaps.max()))
+            mend = _fix_lines(float(gaps.max()))
             yield case.finding(self.kind, "t", lost, "samples", sentence, mend)
         for name, values in found.channels.items():
             lost = _missing(found.counted(name), name in found.masks) + _zeros(values)
@@ -36,11 +36,11 @@ class Dropouts(Check):
                 yield case.finding(self.kind, name, lost, "samples", sentence)
 
 
-def _mend(longest: float) -> str:
+def _fix_lines(longest: float) -> str:
     """Lines that put the rows on an even clock; across a long gap nobody knows what was asked of
     the arm, so the longest part is kept."""
     how = "mask" if longest <= GapsSpec(how="mask").longest else "cut"
-    return f'{EVEN}\ngaps = {{ how = "{how}" }}'
+    return f'{RESAMPLE_LINE}\ngaps = {{ how = "{how}" }}'
 
 
 def _missing(values: np.ndarray, masked: bool) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...check.case import Case
-from ...check.finding import EVEN, Check, Finding
+from ...check.finding import RESAMPLE_LINE, Check, Finding
 
 SHARE = 0.02
 """Of the sample time; rounding of the time column and real loggers stay below 1 %."""
@@ -33,4 +33,4 @@ class Jitter(Check):
             sentence = (
                 f"t scatters by {1e3 * spread:.3g} ms around an even clock of {found.step:.4g} s"
             )
-            yield case.finding(self.kind, "t", spread, "s", sentence, EVEN)
+            yield case.finding(self.kind, "t", spread, "s", sentence, RESAMPLE_LINE)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
-from ...check.measured import lattice_step
+from ...check.measured_recording import lattice_step
 from ...recording.channels import is_reference
 
 COARSE = 0.05

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
-from ...check.measured import lattice_step, noise_of
+from ...check.measured_recording import lattice_step, noise_of
 
 ALIKE = 1e-3
 """Of the reference's spread: the command itself repeats exactly, but for rounding."""

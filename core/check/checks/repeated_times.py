@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...check.case import Case
-from ...check.finding import EVEN, Check, Finding
+from ...check.finding import RESAMPLE_LINE, Check, Finding
 
 
 class RepeatedTimes(Check):
@@ -22,4 +22,4 @@ class RepeatedTimes(Check):
         if count:
             back = int(np.sum(steps < 0))
             sentence = f"t repeats in {count - back} rows and falls back in {back}"
-            yield case.finding(self.kind, "t", count, "samples", sentence, EVEN)
+            yield case.finding(self.kind, "t", count, "samples", sentence, RESAMPLE_LINE)

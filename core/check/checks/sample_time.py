@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from ...check.case import Case, Dynamics
-from ...check.causes import AS_GOOD, Cause
+from ...check.channel_relations import relations
+from ...check.column_faults import TIE, ColumnFault
 from ...check.finding import Check, Finding
-from ...check.inverse import loops
-from ...check.measured import Measured
-from ...check.relations import relations
+from ...check.inverse_dynamics import loop_gains
+from ...check.measured_recording import MeasuredRecording
 from ...recording.channels import Role, role_of
 
 FACTORS = (0.1, 0.2, 0.25, 0.4, 0.5, 2.0, 2.5, 4.0, 5.0, 10.0)
@@ -37,7 +37,7 @@ def clock_speed(case: Case) -> tuple[float, float, float] | None:
     found = case.recording
     if found.model is None:
         return None
-    if case.dynamics.shape is not None and loops(found, case.dynamics.shape):
+    if case.dynamics.shape is not None and loop_gains(found, case.dynamics.shape):
         return _by_speeds(case)
     before = _explained(found)
     if before is None or before > BAD:
@@ -54,7 +54,7 @@ def _by_speeds(case: Case) -> tuple[float, float, float] | None:
     """The same of velocity loops whose joints are measured, with stiffness and friction free: a
     clock is wrong by what all joints' speeds are wrong by, and the torques by its square."""
     assert case.dynamics.shape is not None
-    stated = loops(case.recording, case.dynamics.shape)
+    stated = loop_gains(case.recording, case.dynamics.shape)
     seen = float(np.median([abs(one[0]) for one in stated]))
     if abs(np.log(max(seen, 1e-3))) < np.log(VISCOUS):
         return None
@@ -63,7 +63,7 @@ def _by_speeds(case: Case) -> tuple[float, float, float] | None:
         if abs(np.log(factor / max(seen, 1e-3))) > np.log(NEAR):
             continue
         other = Dynamics(replace(case.recording, time=case.recording.time / factor))
-        made = [] if other.shape is None else loops(other.recording, other.shape)
+        made = [] if other.shape is None else loop_gains(other.recording, other.shape)
         right = [_off(speed) + 0.5 * abs(np.log(max(torque, 1e-3))) for speed, torque, _ in made]
         apart, share = float(np.median(right)), float(np.median([e for *_, e in made]))
         if apart < RIGHT and share > BAD and (best is None or apart < best[0]):
@@ -76,7 +76,7 @@ def _off(speed: float) -> float:
     return 0.0 if 1.0 <= speed <= VISCOUS else abs(float(np.log(max(speed, 1e-3))))
 
 
-def _explained(found: Measured) -> float | None:
+def _explained(found: MeasuredRecording) -> float | None:
     """The mean over the encoders, at gains near one; a gain far from one explains nothing."""
     made = [r for r in relations(found, quick=True) if role_of(r.output) is Role.PLACE]
     loops = [r for r in made if len(r.inputs) == len(found.names("theta#"))]
@@ -95,8 +95,8 @@ class SampleTime(Check):
         found = clock_speed(case)
         if found is None:
             return
-        clock = Cause(self.kind, ("t",), found[0]).mends(case.recording)
-        if clock < max([AS_GOOD, *(one.mends(case.recording) for one in case.causes[:1])]):
+        clock = ColumnFault(self.kind, ("t",), found[0]).mends(case.recording)
+        if clock < max([TIE, *(one.mends(case.recording) for one in case.causes[:1])]):
             return
         factor, explained, before = found
         step = case.recording.step / factor

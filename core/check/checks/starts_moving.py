@@ -10,8 +10,8 @@ import scipy
 from ...check.case import Case
 from ...check.checks.together import MissingReference
 from ...check.finding import Check, Finding
-from ...check.lagged import Relation
-from ...check.measured import Measured, noise_of
+from ...check.gain_and_lag import Relation
+from ...check.measured_recording import MeasuredRecording, noise_of
 from ...recording.channels import Role, role_of
 
 SHARE = 0.5
@@ -45,16 +45,16 @@ class StartsMoving(Check):
         if any(True for _ in MissingReference().look(case)):
             return
         found = case.mended
-        wrong = _wrong_first(case)
+        wrong = _first_error_ratio(case)
         # What others begin with too is the model's (too few modes), not this recording's.
         unsettled = wrong > WRONG_FIRST and wrong > WRONG_FIRST * max(
-            (_wrong_first(one) for one in case.others), default=SETTLED
+            (_first_error_ratio(one) for one in case.others), default=SETTLED
         )
         for name in found.names("theta#"):
             q = found.even(name)
             if len(q) < 10 * FIRST:
                 continue
-            usual = float(np.sqrt(np.mean(np.gradient(_averaged(q), found.step * FIRST) ** 2)))
+            usual = float(np.sqrt(np.mean(np.gradient(_block_means(q), found.step * FIRST) ** 2)))
             count = _undisturbed(found)
             speed, noise = _first_speed(q, found.step, count)
             expected = _from_rest(case, name)
@@ -77,7 +77,7 @@ def _first_speed(q: np.ndarray, step: float, count: int) -> tuple[float, float]:
     return float(pinv[-2] @ q[:count]), noise_of(q) * float(np.linalg.norm(pinv[-2]))
 
 
-def _undisturbed(found: Measured) -> int:
+def _undisturbed(found: MeasuredRecording) -> int:
     """Samples from which the speed at the start is taken: up to the next step of a reference, as a
     fast loop turns a joint around within the sample after it."""
     count = int(np.clip(round(SPAN / found.step), 3, 8))
@@ -90,11 +90,11 @@ def _undisturbed(found: Measured) -> int:
     return count
 
 
-def _wrong_first(case: Case) -> float:
+def _first_error_ratio(case: Case) -> float:
     """How many times larger the error of the model at rest is at the beginning than later: a fast
     loop brings the joints to their speeds within a sample, but not the links."""
     found, ratios = case.mended, []
-    early = slice(0, _early(case))
+    early = slice(0, _early_samples(case))
     for one in case.dynamics.relations:
         if one.expected is None or len(one.inputs) < 2 or one.explained < 0.5:
             continue
@@ -104,7 +104,7 @@ def _wrong_first(case: Case) -> float:
     return max(ratios, default=0.0)
 
 
-def _early(case: Case) -> int:
+def _early_samples(case: Case) -> int:
     found = case.mended
     return min(max(int(EARLY / found.step), FIRST), len(found.grid) // 2)
 
@@ -112,13 +112,13 @@ def _early(case: Case) -> int:
 def _rate_from_rest(case: Case, one: Relation) -> np.ndarray:
     """The speed (M,) of a channel from a start at rest: the model's, and what the model misses
     after every step of the references, learned from the steps after the first moments."""
-    found, early, known = case.mended, _early(case), ("rate from rest", one.key, one.gain)
+    found, early, known = case.mended, _early_samples(case), ("rate from rest", one.key, one.gain)
     assert one.expected is not None
     if known in found.derived:
         return np.asarray(found.derived[known])
     model = one.gain * np.gradient(one.expected, found.step)
     missed = np.gradient(found.even(one.output), found.step) - model
-    steps = _steps(case, one, early)
+    steps = _reference_steps(case, one, early)
     # What the start excites more than all later steps together cannot be learned from them.
     strongest = float(np.max(np.sum(steps[:early] ** 2, axis=1)))
     powers, directions = np.linalg.eigh(steps[early:].T @ steps[early:])
@@ -128,7 +128,7 @@ def _rate_from_rest(case: Case, one: Relation) -> np.ndarray:
     return np.asarray(found.derived[known])
 
 
-def _steps(case: Case, one: Relation, early: int) -> np.ndarray:
+def _reference_steps(case: Case, one: Relation, early: int) -> np.ndarray:
     """(M, references * lags): each reference's changes over the last `early` samples; before
     the first sample a drive at rest asks for no speed, and for the place where it stands."""
     width = -(-early // LAGS)
@@ -144,7 +144,7 @@ def _steps(case: Case, one: Relation, early: int) -> np.ndarray:
     return np.column_stack(columns)
 
 
-def _averaged(q: np.ndarray) -> np.ndarray:
+def _block_means(q: np.ndarray) -> np.ndarray:
     return np.asarray(q[: len(q) // FIRST * FIRST].reshape(-1, FIRST).mean(axis=1))
 
 

@@ -10,7 +10,7 @@ import scipy
 from ...check.case import Case
 from ...check.checks.outliers import far_out
 from ...check.finding import Check, Finding
-from ...check.measured import noise_of
+from ...check.measured_recording import noise_of
 
 FEWEST = 10.0
 """Times its noise must a joint move: with less, 10 % of what is estimated is noise."""

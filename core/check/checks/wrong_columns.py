@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ...check.case import Case
-from ...check.causes import Cause, unit_of
+from ...check.column_faults import ColumnFault, unit_of
 from ...check.finding import Check, Finding
 
 SENTENCES = {
@@ -34,7 +34,7 @@ class WrongColumns(Check):
             sentence = SENTENCES[one.fault].format(names, one.factor, one.shift, fit=fit)
             if one.alternatives:
                 sentence += f"; so would {_listed(one.alternatives, 'or')}"
-            mend = None if one.alternatives else _mend(case, one)
+            mend = None if one.alternatives else _fix_line(case, one)
             size = one.shift or one.factor
             unit = "SI" if one.shift else ""
             yield case.finding(one.fault, one.channels[0], size, unit, sentence, mend)
@@ -50,7 +50,7 @@ def _listed(names: tuple[str, ...], last: str) -> str:
     return f"{', '.join(first)} {last} {end}" if first else end
 
 
-def _mend(case: Case, one: Cause) -> str | None:
+def _fix_line(case: Case, one: ColumnFault) -> str | None:
     """The line that takes a cause back; None where none can."""
     if one.shift:
         return None
@@ -58,7 +58,7 @@ def _mend(case: Case, one: Cause) -> str | None:
     return case.columns({n: (n.translate(other), _settings(case, one, n)) for n in one.channels})
 
 
-def _settings(case: Case, one: Cause, name: str) -> Mapping[str, Any]:
+def _settings(case: Case, one: ColumnFault, name: str) -> Mapping[str, Any]:
     if one.fault in UNITS:
         return {"unit": unit_of(case.recording, name).replace(*UNITS[one.fault])}
     if one.fault == "sign":

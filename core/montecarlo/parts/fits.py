@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arm.slots import STIFFNESS, slot
 from ...identify.fit import Fitted, identify
-from ...identify.starts import evolve
+from ...identify.fit_starts import evolve
 from ...identify.unknowns import collect_unknowns
 from ...montecarlo.rig import Rig, fit_percent, noisy, outputs
 from ...montecarlo.settings import StudySettings, seeds, snr_code, snr_name

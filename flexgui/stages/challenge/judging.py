@@ -135,14 +135,14 @@ def asked_sizes(kind: str) -> tuple[AskedSize, ...]:
 
 
 def _parameters(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
-    from flexgui.core.study.rig import bare_model, seen_by
+    from flexgui.core.study.study_rig import bare_model, study_rig
 
     model = bare_model().with_effects([effect(kind) for kind in kinds], {})
     return {
         one.kind: tuple(
             k.parameter
             for k in one.parameters(model.arm, model.drive, typical(model.arm))
-            if one.shown(k.parameter.name, seen_by(model))
+            if one.shown(k.parameter.name, study_rig(model))
         )
         for one in model.effects
     }
@@ -249,15 +249,15 @@ def revealed(place: Path) -> str:
 
     `place` is a challenge's folder, its zip, or the obfuscated file itself.
     """
-    from flexgui.core.study.challenge import TRUTH_FILE, obfuscated_truth, opened
+    from flexgui.core.study.challenge import TRUTH_FILE, obfuscated_truth, reveal
 
-    return truth_in_words(opened(obfuscated_truth(place), TRUTH_FILE))
+    return truth_in_words(reveal(obfuscated_truth(place), TRUTH_FILE))
 
 
 def truth_in_words(text: str, names: bool = True) -> str:
     """What was obfuscated, for a person: the effects, their sizes, how well they show; with `names`
     also those by which a scenario states them."""
-    from flexgui.core.study.rig import bare_model
+    from flexgui.core.study.study_rig import bare_model
 
     truth = json.loads(text)
     values, shown = truth["values"], truth["shown"]

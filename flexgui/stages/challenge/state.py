@@ -206,7 +206,7 @@ class Challenges:
 
     def reveal(self) -> bool:
         """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
-        from flexgui.core.study.challenge import opened
+        from flexgui.core.study.challenge import reveal
 
         known = self.state
         if known is None or not known.guesses or known.changing:
@@ -214,7 +214,7 @@ class Challenges:
         if known.revealed is not None:
             return False
         try:
-            text = opened(known.sealed, SOURCE)
+            text = reveal(known.sealed, SOURCE)
         except InputError as error:
             return self._session.refuse(error)
         judgement = judged(known.guesses, json.loads(text))

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flexgui.core.check.finding import Finding, mended_columns
+from flexgui.core.check.finding import Finding, fixed_columns
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.file_jobs import run_task
@@ -120,7 +120,7 @@ def _laid_over(index: int, line: dict[str, Any]) -> Edit:
         table = document["recordings"][index]
         for key, value in line.items():
             if key == "columns":
-                value = mended_columns(table.get(key, {}), value)
+                value = fixed_columns(table.get(key, {}), value)
             elif isinstance(value, dict):
                 value = {**table.get(key, {}), **value}
             table[key] = value
@@ -131,7 +131,7 @@ def _laid_over(index: int, line: dict[str, Any]) -> Edit:
 def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:
     """In the order of the recordings; InputError where one is no table of measurements. Files are
     those of the folder and no others."""
-    from flexgui.core.check.run import check_scenario
+    from flexgui.core.check.run_checks import check_scenario
     from flexgui.core.scenario.data_folder import Within
 
     return tuple(check_scenario(scenario, Within(Path(folder)), None, progress))

@@ -77,7 +77,7 @@ class _File:
 
     def findings(self, columns: Mapping[str, Any]) -> tuple[Finding, ...]:
         """Of this file alone; nothing where it cannot be checked as it stands."""
-        from flexgui.core.check.run import check_scenario
+        from flexgui.core.check.run_checks import check_scenario
         from flexgui.core.errors import InputError
         from flexgui.core.recording.spec import RecordingSpec
         from flexgui.core.scenario.data_folder import Within
@@ -231,7 +231,7 @@ def _checked(
 ) -> tuple[dict[str, Any], dict[str, tuple[str, str]], dict[str, str]]:
     """The guess with the units, signs and swaps that the other channels ask for; what is left to
     say; and why it was changed."""
-    from flexgui.core.check.finding import mended_columns
+    from flexgui.core.check.finding import fixed_columns
 
     columns, taken_in = _in_plausible_units(file, columns, numbers)
     columns, found = _least_contradicted(file, columns, taken_in)
@@ -240,7 +240,7 @@ def _checked(
         if one is None:
             break
         line = tomllib.loads(one.mend or "").get("columns", {})
-        tried = mended_columns(columns, line)
+        tried = fixed_columns(columns, line)
         after = file.findings(tried)
         if _contradictions(after) >= _contradictions(found):
             break  # it mends one and breaks another: the fault lies elsewhere

@@ -218,7 +218,7 @@ def _models(
 ) -> tuple[Model, Model]:  # fmt: skip
     """Without and with the effect, everything else alike, at the same level."""
     from flexgui.core.effects.sizes import sizes_of
-    from flexgui.core.identify.prepared import make_task
+    from flexgui.core.identify.prepared_recording import make_task
     from flexgui.core.simulate.linear import respond
 
     model = setup.model

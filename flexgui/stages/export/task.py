@@ -55,13 +55,13 @@ def plan_next(
     """What the plan says; its files lie in `out`. `folder` holds the files that the scenario, with
     the limits in it, may read: they are to lie beside those of the plan, under their names.
     """
-    from flexgui.core.experiments.design import Wish
+    from flexgui.core.experiments.design import ExperimentRequest
     from flexgui.core.experiments.plan import plan
     from flexgui.core.scenario.data_folder import Within
     from flexgui.export.plan_files import write_plan
     from flexgui.sentences.experiments import plan_paragraphs
 
-    wish = Wish(seconds, limits=scenario.limits)
+    wish = ExperimentRequest(seconds, limits=scenario.limits)
     found = plan(scenario, wish, folder=Within(Path(folder)), progress=progress)
     write_plan(scenario, found, Path(out))
     return plan_paragraphs(found)

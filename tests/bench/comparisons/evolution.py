@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from flexgui.core.identify.starts import CROSSOVER, DIFFERENTIAL_WEIGHT, evolve, first_population
+from flexgui.core.identify.fit_starts import (
+    CROSSOVER,
+    DIFFERENTIAL_WEIGHT,
+    evolve,
+    first_population,
+)
 from tests.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case, glocal_case
 from tests.bench.peers import lsim_response, peer_cost
 from tests.bench.row import Row, Size, median_seconds, seconds

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexgui.core.identify.linear_outputs import POSTURE_TOLERANCE, LinearOutputs
 from flexgui.core.identify.predictor import Predictor
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.identify.unknowns import collect_unknowns, fixed_values
 from flexgui.core.progress import Silent

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from flexgui.core.identify.predictor import Predictor
-from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.identify.unknowns import collect_unknowns, fixed_values
@@ -22,7 +22,7 @@ from flexgui.core.progress import Silent
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.simulate.motion import Task
-from flexgui.core.workbench import load_recordings, run_scenario, settled_level
+from flexgui.core.workbench import load_recordings, model_at_level, run_scenario
 from tests.bench.case import AWAY, glocal_case, write
 from tests.bench.peers import held_stretches, lsim_response, peer_cost
 from tests.bench.row import FULL, Row, Size, median_seconds, seconds
@@ -73,7 +73,7 @@ def _tight(file: Path) -> tuple[Residuals, np.ndarray]:
     scenario = read_scenario(file)
     model, spec = base_model(scenario), scenario.identify
     recordings = load_recordings(scenario, model, file.parent, None, Silent())
-    model, _ = settled_level(scenario, model, spec, recordings)
+    model, _ = model_at_level(scenario, model, spec, recordings)
     setup = make_setup(model, spec, recordings)
     unknowns = collect_unknowns(setup.model, spec, recordings)
     fixed = fixed_values(setup.model, spec, unknowns)

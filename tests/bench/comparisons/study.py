@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import scipy
 
+from flexgui.core.identify.fit_starts import evolve
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.residuals import Residuals, channel_weights
-from flexgui.core.identify.starts import evolve
 from flexgui.core.identify.unknowns import collect_unknowns
 from flexgui.core.montecarlo.parts.fits import run_data
 from flexgui.core.montecarlo.rig import Rig

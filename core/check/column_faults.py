@@ -13,10 +13,10 @@ from itertools import combinations
 
 import numpy as np
 
-from ..check.geometry import Tip
-from ..check.lagged import DIRECT, LOOP
-from ..check.measured import Measured
-from ..check.relations import relations
+from ..check.channel_relations import relations
+from ..check.gain_and_lag import DIRECT, LOOP
+from ..check.measured_recording import MeasuredRecording
+from ..check.tip_geometry import TipGeometry
 from ..recording.channels import Role, channel_kind, role_of
 
 DEGREES, MILLI = 180.0 / np.pi, 1000.0
@@ -24,14 +24,14 @@ FAMILIES = ("theta#", "z#", "u#", "i#", "deflection#", "dtheta#_ref", "theta#_re
 """What a file holds; all else is worked out of it."""
 CLEAR = 1.0
 """A contradiction: a sign counts three, a channel of which nothing is explained two."""
-AS_GOOD = 0.1
+TIE = 0.1
 """Of what the best cause mends may one leave and still be as good; less is no mend at all."""
 MOST = 3.0
 """Counted of one relation: the logarithm of a gain of 20."""
 
 
 @dataclass(frozen=True)
-class Cause:
+class ColumnFault:
     """Channels (or stated parameters) that are `factor` times what they should be."""
 
     fault: str
@@ -46,7 +46,7 @@ class Cause:
     alternatives: tuple[str, ...] = ()
     """Channels of which the same would mend as much."""
 
-    def mended(self, found: Measured) -> Measured:
+    def mended(self, found: MeasuredRecording) -> MeasuredRecording:
         """The recording without it."""
         other = str.maketrans(self.exchanged, self.exchanged[::-1])
         channels, headers, values = dict(found.channels), dict(found.headers), dict(found.values)
@@ -60,43 +60,43 @@ class Cause:
         time = found.time / (self.factor if "t" in self.channels else 1.0)
         return replace(found, time=time, channels=channels, headers=headers, values=values)
 
-    def mends(self, found: Measured) -> float:
+    def mends(self, found: MeasuredRecording) -> float:
         """By how much less the channels contradict each other without it."""
-        return _lessened(contradictions(found), contradictions(self.mended(found)))
+        return _reduction(disagreements(found), disagreements(self.mended(found)))
 
 
-def wrong(found: Measured, free: Sequence[Cause] = ()) -> Cause | None:
+def find_fault(found: MeasuredRecording, free: Sequence[ColumnFault] = ()) -> ColumnFault | None:
     """What mends most; None where nothing contradicts, or where nothing mends it.
 
     Args:
         free: Causes of any size that the channels' gains suggest.
     """
-    before, tip = contradictions(found), Tip.of(found)
+    before, tip = disagreements(found), TipGeometry.of(found)
     clear = any(value > CLEAR for value in before.values())
-    tried = [*(_known(found) if clear else ()), *free]
+    tried = [*(_usual_faults(found) if clear else ()), *free]
     off = np.inf if tip is None else tip.misfit()
     mending = []
     for cause in tried:
         after = cause.mended(found)
-        left = Tip.of(after)
-        gain = _lessened(before, contradictions(after))
-        worse = cause.rank >= FREE and left is not None and left.misfit() > off
-        if gain > (CLEAR if cause.rank < FREE else AS_GOOD) and not worse:
+        left = TipGeometry.of(after)
+        gain = _reduction(before, disagreements(after))
+        worse = cause.rank >= FREE_RANK and left is not None and left.misfit() > off
+        if gain > (CLEAR if cause.rank < FREE_RANK else TIE) and not worse:
             mending.append((gain, cause))
     if not mending:
         return None
     best = max(gain for gain, _ in mending)
-    good = [cause for gain, cause in mending if gain >= (1.0 - AS_GOOD) * best]
+    good = [cause for gain, cause in mending if gain >= (1.0 - TIE) * best]
     first = min(good, key=lambda c: (c.rank, len(c.channels)))
     alike = [c for c in good if (c.rank, len(c.channels)) == (first.rank, len(first.channels))]
     return replace(first, alternatives=tuple(n for c in alike if c != first for n in c.channels))
 
 
-FREE = 3
+FREE_RANK = 3
 """Rank from which a cause's size is no known one."""
 
 
-def contradictions(found: Measured) -> dict[object, float]:
+def disagreements(found: MeasuredRecording) -> dict[object, float]:
     """Of each relation, and of the camera with the encoders: how far it is from what it should be;
     0: it agrees, beside friction and what is not explained of its variance."""
     made: dict[object, float] = {}
@@ -107,36 +107,38 @@ def contradictions(found: Measured) -> dict[object, float]:
         share = float(np.clip(one.explained, 0.0, 1.0))
         wrong_way = MOST * (one.gain < 0)
         made[one.key, one.tolerance] = share * (float(off) + wrong_way) + 2.0 * (1.0 - share)
-    tip = Tip.of(found)
+    tip = TipGeometry.of(found)
     if tip is not None:
         off = np.log(max(tip.misfit() / tip.tolerance, 1.0))
         made["camera"] = float(min(off, MOST)) * (1 + found.model.arm.joints)  # type: ignore[union-attr]
     return made
 
 
-def _lessened(before: Mapping[object, float], after: Mapping[object, float]) -> float:
+def _reduction(before: Mapping[object, float], after: Mapping[object, float]) -> float:
     """By how much; what is not explained well enough to be a relation counts as such."""
     keys = {*before, *after}
     return sum(before.get(k, 2.0) - after.get(k, 2.0) for k in keys)
 
 
-def _known(found: Measured) -> Iterable[Cause]:
+def _usual_faults(found: MeasuredRecording) -> Iterable[ColumnFault]:
     names = [n for n in found.channels if channel_kind(n).pattern in FAMILIES and found.has(n)]
     places = [n for n in names if role_of(n) in (Role.PLACE, Role.SPEED, Role.TIP)]
     for fault, unit, factor in (("degrees", "rad", DEGREES), ("millimetres", "m", MILLI)):
         for group in _groups([n for n in places if unit_of(found, n).split("/")[0] == unit]):
-            yield Cause(fault, group, factor)
-    yield from (Cause("sign", (name,), -1.0) for name in names)
+            yield ColumnFault(fault, group, factor)
+    yield from (ColumnFault("sign", (name,), -1.0) for name in names)
     for pair in combinations("123", 2):
         both = [n for n in names if _with(n, pair) and all(m in names for m in _with(n, pair))]
         for group in _groups(both):
             if len(group) > 1:
-                yield Cause("swapped_joints", group, exchanged="".join(pair))
+                yield ColumnFault("swapped_joints", group, exchanged="".join(pair))
     model = found.model
     if model is not None:
         stiff = tuple(f"EI{k + 1}" for k, modes in enumerate(model.arm.modes) if modes)
         if stiff and all(n in model.parameters for n in stiff):
-            yield from (Cause("stated_stiffness", stiff, f, rank=2) for f in (MILLI, 1.0 / MILLI))
+            yield from (
+                ColumnFault("stated_stiffness", stiff, f, rank=2) for f in (MILLI, 1.0 / MILLI)
+            )
 
 
 def _with(name: str, pair: tuple[str, ...]) -> list[str]:
@@ -155,7 +157,7 @@ def _groups(names: Sequence[str]) -> list[tuple[str, ...]]:
     return [group for group in dict.fromkeys(made) if group]
 
 
-def unit_of(found: Measured, channel: str) -> str:
+def unit_of(found: MeasuredRecording, channel: str) -> str:
     """SI, of the arm's joints: a sliding one has metres."""
     units = channel_kind(channel).units
     joint = found.joint(channel)

@@ -6,7 +6,7 @@ S = M_jj - M_je M_ee^-1 M_ej is what a joint weighs at once. That part is integr
 the encoders say beyond it is smooth: a spline. Without the jumps, a spline through a motion that
 switches in every third period of a vibration drives that vibration by some per cent. Where few
 samples fall on a vibration, straight accelerations between them miss it (1 % at 1.5 rad a sample),
-so the motion is led on a finer grid (`finer_by`), along a spline of higher degree.
+so the motion is led on a finer grid (`points_per_sample`), along a spline of higher degree.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ SWING = 0.5
 """rad that the arm's fastest vibration may swing on from one point of the finer grid to the next: a
 cubic spline through these misses 1e-4 of its acceleration, and 1 % at 1.5 rad."""
 
-LED_SWING = 1.0
+PRESCRIBED_SWING = 1.0
 """The same of its vibration with the joints led, where the free one is not compared: the joints
 take little part in it, and a cubic spline misses 0.2 % of its acceleration."""
 
 FINEST = 8
 """Points per sample: what swings on by pi, as fast as samples can show, takes 6 of SWING."""
 
-UNSURE = 2.0
+FREQUENCY_FACTOR = 2.0
 """Factor by which a frequency may be wrong at the start, where a stiffness is so four times."""
 
-SELDOM = 2.26
+MOST_SWING = 2.26
 """rad that a vibration swings on from one sample to the next, beyond which a spline of seventh
 degree misses a hundredth of it: (x / (2 pi - x))^8."""
 
 
-def finer_by(model: Model, sample_time: float) -> int:
+def points_per_sample(model: Model, sample_time: float) -> int:
     """Points per sample, which lasts `sample_time` s, along which the joints are led.
 
     Of the bare model stretched out, at its own values: models that are compared, the two ends of a
@@ -57,48 +57,48 @@ def finer_by(model: Model, sample_time: float) -> int:
     if bare.arm.coordinates == bare.arm.joints:
         return 1
     key = id(bare), id(servo), sample_time
-    return _FINER.get(key, lambda: (bare, servo, _finer(bare, servo, sample_time)))[2]
+    return _POINTS.get(key, lambda: (bare, servo, _count_points(bare, servo, sample_time)))[2]
 
 
-_FINER = Recent[tuple[Model, object, int]](64)
+_POINTS = Recent[tuple[Model, object, int]](64)
 """Asked for at each simulation of a fit; both objects are kept, so that their identities stay
 theirs."""
 
 
-def _finer(bare: Model, servo: FollowingServo | None, sample_time: float) -> int:
+def _count_points(bare: Model, servo: FollowingServo | None, sample_time: float) -> int:
     joints = bare.arm.joints
     K, M = _matrices(bare)
     band = np.inf if servo is None else servo.band_hz
-    most = min(2.0 * np.pi * band * sample_time, UNSURE * np.pi)
+    most = min(2.0 * np.pi * band * sample_time, FREQUENCY_FACTOR * np.pi)
 
     def fastest(K: np.ndarray, M: np.ndarray) -> float:
-        swing = _swings(K, M, sample_time)
+        swing = _phase_steps(K, M, sample_time)
         return float(np.max(swing[swing < most], initial=0.0))
 
     free, led = fastest(K, M), fastest(K[joints:, joints:], M[joints:, joints:])
-    points = max(free / SWING, led / LED_SWING, 1.0)
+    points = max(free / SWING, led / PRESCRIBED_SWING, 1.0)
     return int(np.clip(2 ** np.ceil(np.log2(points)), 1, FINEST))
 
 
-def sampled_seldom(model: Model, sample_time: float) -> str:
+def sampling_warning(model: Model, sample_time: float) -> str:
     """A sentence where even the arm's slowest vibration is too fast for the samples, s apart, along
     which its joints are led; empty where they show it."""
     bare = model.bare or model
     K, M = _matrices(bare)
-    swings = _swings(K, M, sample_time)
-    vibrating = swings[swings > STILL]
+    swings = _phase_steps(K, M, sample_time)
+    vibrating = swings[swings > FREE_JOINT]
     slowest = float(vibrating.min(initial=np.inf))
-    if not SELDOM < slowest < np.inf:
+    if not MOST_SWING < slowest < np.inf:
         return ""
     hz, rate = slowest / (2.0 * np.pi * sample_time), 1.0 / sample_time
     return (
         f"The arm vibrates at about {hz:.0f} Hz. {rate:.0f} samples per second hardly show that, "
         f"so the model's torques are wrong by some per cent; record at "
-        f"{np.ceil(rate * slowest / SELDOM):.0f} Hz or more."
+        f"{np.ceil(rate * slowest / MOST_SWING):.0f} Hz or more."
     )
 
 
-STILL = 1e-3
+FREE_JOINT = 1e-3
 """rad per sample: slower is a joint that turns freely."""
 
 
@@ -110,7 +110,7 @@ def _matrices(bare: Model) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (K + K.T), 0.5 * (M + M.T)
 
 
-def _swings(K: np.ndarray, M: np.ndarray, sample_time: float) -> np.ndarray:
+def _phase_steps(K: np.ndarray, M: np.ndarray, sample_time: float) -> np.ndarray:
     """(n,) rad per sample of the vibrations of a stiffness and a mass (n, n)."""
     if not len(K):
         return np.zeros(0)
@@ -129,20 +129,20 @@ DEGREE = 7
 acceleration than the jumps that no spline follows."""
 
 
-VAGUE = 4
+UNKNOWN_END = 4
 """Samples at an end of a recording where a spline of that degree misses what vibrates: at 1.7 rad
 per sample all of the torque at the last but one, a sixth of that each sample before."""
 
 
-def vague_ends(model: Model, task: Task) -> tuple[int, int]:
+def unknown_ends(model: Model, task: Task) -> tuple[int, int]:
     """Samples at the beginning and at the end of a recording of which the torque along the led
     joints is not known: an end has no second difference, and what the drive held before it nobody
     knows. What begins at rest has a known end."""
-    seldom = finer_by(model, task.sample_time) > 1
-    return VAGUE if seldom and task.before is None else 1, VAGUE if seldom else 1
+    seldom = points_per_sample(model, task.sample_time) > 1
+    return UNKNOWN_END if seldom and task.before is None else 1, UNKNOWN_END if seldom else 1
 
 
-class Led(NamedTuple):
+class PrescribedMotion(NamedTuple):
     """A prescribed motion of the joints, (finer (L + N - 1) + 1, joints) each, of which the first
     L = `lead` samples lie before the recording."""
 
@@ -157,32 +157,36 @@ class Led(NamedTuple):
     """Points per sample."""
 
 
-def joint_motion(model: Model, numbers: Numbers, task: Task) -> Led:
+def prescribed_motion(model: Model, numbers: Numbers, task: Task) -> PrescribedMotion:
     """Through what the encoders say; with the time before the recording where it begins at rest and
     nothing is known of what the arm does at the first sample."""
     joints, n = model.arm.joints, model.arm.coordinates
     known = np.any(task.start[joints:n]) or np.any(task.start[n + joints : 2 * n])
     lead = 0 if task.before is None or known else len(task.before)
-    finer = finer_by(model, task.sample_time)
+    finer = points_per_sample(model, task.sample_time)
     law, weight = numbers.law, weighing(numbers.p, joints).tobytes()
     along = law.R.tobytes(), law.references, lead, finer, task.sample_time
     key = id(task.references), id(task.before), Structure.of(model.arm), weight, along
-    return _SAME.get(key, lambda: _Same(task, _led_anew(model, numbers, task, lead, finer))).led
+    return _BY_TASK.get(
+        key, lambda: _TaskMotion(task, _new_motion(model, numbers, task, lead, finer))
+    ).led
 
 
-def _led_anew(model: Model, numbers: Numbers, task: Task, lead: int, finer: int) -> Led:
+def _new_motion(
+    model: Model, numbers: Numbers, task: Task, lead: int, finer: int
+) -> PrescribedMotion:
     """The same, of recordings that were not led along so before."""
     joints = model.arm.joints
     place = task.references[:, -2 * joints : -joints]
     whole = np.vstack([task.before, place]) if lead and task.before is not None else place
     nothing = np.full((finer * (len(whole) - 1) + 1, joints), np.nan)
-    astray = Led(nothing, nothing, nothing, nothing, lead, finer)
+    astray = PrescribedMotion(nothing, nothing, nothing, nothing, lead, finer)
     if not np.isfinite(whole).all():
         return astray
     at_once = _held_acceleration(model, numbers, task, whole, lead)
     dt = task.sample_time
     key = _digest(whole, at_once), lead, finer, dt
-    return _LED.get(key, lambda: _led(whole, at_once, lead, finer, dt))
+    return _MOTIONS.get(key, lambda: _motion_through(whole, at_once, lead, finer, dt))
 
 
 def _digest(*arrays: np.ndarray) -> bytes:
@@ -197,41 +201,41 @@ CAPACITY = 64 * 2**20
 number of motions would be too few for many short recordings, which then push each other out, and
 too many for long ones."""
 
-_LED = Recent[Led](CAPACITY, lambda led: sum(part.nbytes for part in led[:4]))
+_MOTIONS = Recent[PrescribedMotion](CAPACITY, lambda led: sum(part.nbytes for part in led[:4]))
 """Most parameters of a fit leave a motion as it is, and splines cost more than simulating an arm of
 few coordinates along them."""
 
 
-class _Same(NamedTuple):
+class _TaskMotion(NamedTuple):
     """A task, kept so that the identities of its arrays stay theirs, and the motion of it."""
 
     task: Task
-    led: Led
+    led: PrescribedMotion
 
 
-_SAME = Recent[_Same](
+_BY_TASK = Recent[_TaskMotion](
     CAPACITY, lambda one: one.task.references.nbytes + sum(part.nbytes for part in one.led[:4])
 )
 """By the arrays themselves: to read them through for what they say costs a third of simulating
 along them."""
 
 
-def _led(
+def _motion_through(
     whole: np.ndarray,
     at_once: np.ndarray,
     lead: int,
     finer: int,
     sample_time: float,
-) -> Led:
+) -> PrescribedMotion:
     """The motion through places (L + N, joints); `at_once` (L + N, joints) is the part of its
     acceleration that is held between samples."""
     mean = scipy.ndimage.uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
-    at_once, mean = _between(at_once, mean, finer)
+    at_once, mean = _on_finer_grid(at_once, mean, finer)
     dt = sample_time / finer
     jumping, speed = _integrated(at_once, mean, dt)
     # At rest there is neither speed nor acceleration; what they are at other ends nobody knows.
     flat = (mean[0] - at_once[0], (mean[1] - mean[0]) / dt) if lead else None
-    smooth = _finely(whole - jumping[::finer], finer, dt, flat)
+    smooth = _fine_spline(whole - jumping[::finer], finer, dt, flat)
     # A speed at the start, read out of the first samples' noise, would shake the arm to the end.
     begin = "not-a-knot" if flat is None else (1, np.zeros_like(flat[0]))
     spline = scipy.interpolate.CubicSpline(
@@ -240,17 +244,17 @@ def _led(
     straight = spline(spline.x, 2) - mean
     led = smooth + jumping
     led[::finer] = whole
-    return Led(led, spline(spline.x, 1) + speed, straight, at_once, lead, finer)
+    return PrescribedMotion(led, spline(spline.x, 1) + speed, straight, at_once, lead, finer)
 
 
-def _between(held: np.ndarray, mean: np.ndarray, finer: int) -> tuple[np.ndarray, np.ndarray]:
+def _on_finer_grid(held: np.ndarray, mean: np.ndarray, finer: int) -> tuple[np.ndarray, np.ndarray]:
     """Both (N, joints) at `finer` points per sample: what is held stays, a mean runs straight."""
     at = np.arange(finer * (len(held) - 1) + 1) / finer
     straight = [np.interp(at, np.arange(len(mean)), column) for column in mean.T]
     return held[at.astype(int)], np.column_stack(straight)
 
 
-def _finely(
+def _fine_spline(
     x: np.ndarray, finer: int, dt: float, flat: tuple[np.ndarray, np.ndarray] | None
 ) -> np.ndarray:
     """Smooth x (N, k) at `finer` points per sample, dt s apart; `flat`: it begins without a speed,
@@ -278,8 +282,11 @@ def _held_acceleration(
     q = np.zeros((len(torque), n))
     q[:, :joints] = place[lead:]
     key = Structure.of(model.arm), _digest(weighing(numbers.p, joints), torque, place[lead:])
-    found = _WEIGHED.get(
-        key, lambda: _at_once(model.compiled.dynamics, q, numbers.p, np.ascontiguousarray(torque))
+    found = _ACCELERATIONS.get(
+        key,
+        lambda: _instant_acceleration(
+            model.compiled.dynamics, q, numbers.p, np.ascontiguousarray(torque)
+        ),
     )
     if not np.isfinite(found).all():  # sizes so far off that no mass matrix is left
         return np.zeros_like(place)
@@ -291,7 +298,7 @@ def _held_acceleration(
     return np.vstack([np.repeat((found[0] - moves)[None], lead, axis=0), found])
 
 
-_WEIGHED = Recent[np.ndarray](CAPACITY, lambda found: found.nbytes)
+_ACCELERATIONS = Recent[np.ndarray](CAPACITY, lambda found: found.nbytes)
 """Stiffnesses, friction and sensors leave it as it is."""
 
 
@@ -306,7 +313,7 @@ def _integrated(held: np.ndarray, mean: np.ndarray, dt: float) -> tuple[np.ndarr
 
 
 @kernel(matrix(DYNAMICS, matrix, vector, matrix))
-def _at_once(dynamics, q, p, torque):  # type: ignore[no-untyped-def]
+def _instant_acceleration(dynamics, q, p, torque):  # type: ignore[no-untyped-def]
     """(N, nj) accelerations that torques (N, nj) cause at once at places q (N, n)."""
     N, n = q.shape
     nj = torque.shape[1]

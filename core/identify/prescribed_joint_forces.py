@@ -20,8 +20,8 @@ from ..drives.servo import averaged
 from ..effects.effect import Effect
 from ..forces.compiled import compile_law
 from ..forces.element import Element
-from ..identify.led_motion import finer_by
-from ..identify.prescribed import is_prescribed
+from ..identify.prescribed_joint_motion import points_per_sample
+from ..identify.prescribed_joints import is_prescribed
 from ..model import Model, Numbers
 from ..recent import Recent
 from ..simulate.elements import call_element
@@ -29,21 +29,21 @@ from ..simulate.many import law_arrays
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
-FINER = 4
+POINTS = 4
 """Points per sample at which forces are evaluated: where a speed turns round within a sample."""
 
-TRIES = 50
+NEWTON_STEPS = 50
 """Newton's steps to the torque of a drive that its own losses depend on; they are piecewise
 straight in it, so two or three are needed."""
 
-FLAT = 1e-3
+LEAST_SLOPE = 1e-3
 """Slope below which a step of Newton's method would lead astray."""
 
-MISS = 1e-9
+TOLERANCE = 1e-9
 """Of the torque, N m or N: where Newton's method ends."""
 
 
-def is_held(model: Model, element: Element) -> bool:
+def acts_at_prescribed_joint(model: Model, element: Element) -> bool:
     """Whether the element acts at one joint alone, and a servo holds that joint."""
     servo = model.steering is not None and model.level == "nonlinear"
     if not servo or element.at_tip or len(element.directions) != 1:
@@ -57,7 +57,7 @@ def simulated_part(model: Model, numbers: Numbers) -> Numbers:
     which those forces count against."""
     if np.any(np.isfinite(numbers.law.limit)):
         return numbers
-    moving = tuple(e for e in numbers.elements if not is_held(model, e))
+    moving = tuple(e for e in numbers.elements if not acts_at_prescribed_joint(model, e))
     if len(moving) == len(numbers.elements):
         return numbers
     return numbers._replace(elements=moving)
@@ -73,12 +73,12 @@ def effects_in_steps(model: Model) -> tuple[Effect, ...]:
         kind = type(one)
         inside = kind.law is Effect.law and kind.changed_arm is Effect.changed_arm
         forces = one.elements(model.arm, numbers.p, model.effect_values)
-        return not inside or not all(is_held(model, e) for e in forces)
+        return not inside or not all(acts_at_prescribed_joint(model, e) for e in forces)
 
     return tuple(one for one in model.effects if moves(one))
 
 
-def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
+def with_prescribed_forces(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
     """The motion with the torque that overcomes the forces at held joints as well.
 
     Where the joints are prescribed, friction sees a smooth motion: the encoders' noise would turn
@@ -93,7 +93,7 @@ def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
     for e in sorted(elements, key=lambda one: one.law.loaded):  # losses see all other forces
         k = int(np.flatnonzero(e.directions[0])[0])
         if e.law.loaded:
-            torque[:, k] = _overcome(model, simulated, motion, e, k, torque[:, k].copy())
+            torque[:, k] = _overcoming_torque(model, simulated, motion, e, k, torque[:, k].copy())
         else:
             torque[:, k] += _force_along(model, simulated, motion, e, k)
     return replace(motion, arm=model.arm, torque=torque)
@@ -106,65 +106,67 @@ def _force_along(
     kept with the motion, since most parameters of a fit change neither."""
     key = (e.law, e.values, k, float(e.directions[0][k]), is_prescribed(model, simulated))
     nothing = np.zeros(len(motion.time))
-    return motion.kept(key, lambda: _overcome(model, simulated, motion, e, k, nothing))
+    return motion.kept(key, lambda: _overcoming_torque(model, simulated, motion, e, k, nothing))
 
 
-def _seen(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
+def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
     """(FINER (N - 1) + 1, 2 joints): place and speed of the joints as friction sees them."""
     joints = model.arm.joints
 
     def made() -> np.ndarray:
         place, speed = motion.q[:, :joints], motion.v[:, :joints]
         if not is_prescribed(model, simulated):
-            return _curved(np.hstack([place, speed]))
+            return _spline_between(np.hstack([place, speed]))
         dt, servo = float(motion.time[1] - motion.time[0]), model.servo
         key = hashlib.blake2b(place.tobytes(), digest_size=16).digest(), dt, servo.hz, servo.band_hz
-        return _SEEN.get(key, lambda: _curved(np.hstack(servo.seen_by_friction(place, dt))))
+        return _JOINT_MOTIONS.get(
+            key, lambda: _spline_between(np.hstack(servo.seen_by_friction(place, dt)))
+        )
 
     return motion.kept(("seen", is_prescribed(model, simulated)), made)
 
 
-_SEEN = Recent[np.ndarray](32 * 2**20, lambda seen: seen.nbytes)
+_JOINT_MOTIONS = Recent[np.ndarray](32 * 2**20, lambda seen: seen.nbytes)
 """Bytes. Of the joints' motion alone, which is as recorded whatever else a model tries."""
 
 
-def _overcome(
+def _overcoming_torque(
     model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int, torque: np.ndarray
 ) -> np.ndarray:
     """(N,) torque at joint k (from 0) with what overcomes one element, of what it was without."""
     law, scale, joints = e.law, float(e.directions[0][k]), model.arm.joints
-    seen, dt = _seen(model, simulated, motion), float(motion.time[1] - motion.time[0])
+    seen, dt = _joint_motion(model, simulated, motion), float(motion.time[1] - motion.time[0])
     x, v = (np.ascontiguousarray(scale * seen[:, at]) for at in (k, joints + k))
     values = np.array([*e.values, 0.0], dtype=float)
     loaded_at = len(e.values) - 1 if law.loaded else -1
     out = np.zeros(law.size)
-    address, whole = compile_law(law).address, _straight(torque)
+    address, whole = compile_law(law).address, _linear_between(torque)
     as_it_is = law.loaded or not is_prescribed(model, simulated)
-    every = FINER if as_it_is or not law.states else 1
-    _along(address, len(law.states), loaded_at, x, v, dt / FINER, values, scale, every, whole, out)
+    every = POINTS if as_it_is or not law.states else 1
+    _along(address, len(law.states), loaded_at, x, v, dt / POINTS, values, scale, every, whole, out)
     if as_it_is:
-        return np.ascontiguousarray(whole[::FINER])
+        return np.ascontiguousarray(whole[::POINTS])
     # As the rest of this torque is, which a loaded force already sees.
     if not law.states:
-        return torque + averaged((whole[::FINER] - torque)[:, None])[:, 0]
-    weights = (FINER - np.abs(np.arange(1 - FINER, FINER))) / FINER**2
-    added = scipy.ndimage.convolve1d(whole - _straight(torque), weights, mode="nearest")
-    return torque + added[::FINER]
+        return torque + averaged((whole[::POINTS] - torque)[:, None])[:, 0]
+    weights = (POINTS - np.abs(np.arange(1 - POINTS, POINTS))) / POINTS**2
+    added = scipy.ndimage.convolve1d(whole - _linear_between(torque), weights, mode="nearest")
+    return torque + added[::POINTS]
 
 
-def _straight(x: np.ndarray) -> np.ndarray:
+def _linear_between(x: np.ndarray) -> np.ndarray:
     """(FINER (N - 1) + 1,) straight between samples x (N,)."""
-    return np.interp(np.arange(FINER * (len(x) - 1) + 1) / FINER, np.arange(len(x)), x)
+    return np.interp(np.arange(POINTS * (len(x) - 1) + 1) / POINTS, np.arange(len(x)), x)
 
 
-def _curved(x: np.ndarray) -> np.ndarray:
+def _spline_between(x: np.ndarray) -> np.ndarray:
     """(FINER (N - 1) + 1, k) along the cubic splines through x (N, k), so that a fast vibration
     keeps its size; NaN where a sample is."""
-    count = FINER * (len(x) - 1) + 1
+    count = POINTS * (len(x) - 1) + 1
     if len(x) < 2 or not np.isfinite(x).all():
         return np.full((count, x.shape[1]), np.nan)
     spline = scipy.interpolate.CubicSpline(np.arange(len(x)), x)
-    return np.asarray(spline(np.arange(count) / FINER))
+    return np.asarray(spline(np.arange(count) / POINTS))
 
 
 @njit(**OPTIONS)
@@ -201,18 +203,18 @@ def _along(address, states, loaded_at, x, v, step, values, scale, every, torque,
         at_x[0], at_v[0] = x[t], v[t]
         known = torque[t]
         u = known
-        for _ in range(TRIES):
+        for _ in range(NEWTON_STEPS):
             miss = u - known + scale * _force(address, at_x, at_v, w, values, loaded_at, u, out)
-            if abs(miss) <= MISS or loaded_at < 0:
+            if abs(miss) <= TOLERANCE or loaded_at < 0:
                 break
             h = 1e-6 * (1.0 + abs(u))
             above = _force(address, at_x, at_v, w, values, loaded_at, u + h, out)
             slope = (u + h - known + scale * above - miss) / h
-            u -= miss / slope if abs(slope) > FLAT else miss
+            u -= miss / slope if abs(slope) > LEAST_SLOPE else miss
         torque[t] = u if loaded_at >= 0 else u - miss
 
 
-def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
+def motion_digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
     """Of all that decides a motion beyond the `plain` task of its recording."""
     found = hashlib.blake2b(digest_size=16)
     found.update(repr((hash(Structure.of(model.arm)), model.level)).encode())
@@ -232,15 +234,15 @@ def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
     return found.digest()
 
 
-def steps_needed(model: Model, sample_time: float, fewest: int, times: float) -> int:
+def needed_steps(model: Model, sample_time: float, fewest: int, times: float) -> int:
     """As `Model.steps`, where only the effects that move the arm count. `fewest` are those of the
     bare model; of both between the points along which the joints are led."""
-    points = points_led(model, sample_time)
-    apart = 1 if model.bare is None else points_led(model.bare, sample_time) // points
+    points = servo_points_per_sample(model, sample_time)
+    apart = 1 if model.bare is None else servo_points_per_sample(model.bare, sample_time) // points
     return model.steps(sample_time / points, fewest * max(apart, 1), times, effects_in_steps(model))
 
 
-def points_led(model: Model, sample_time: float) -> int:
+def servo_points_per_sample(model: Model, sample_time: float) -> int:
     """Points per sample along which a servo leads the joints; one where it does not lead them."""
     led = is_prescribed(model, simulated_part(model, model.numbers()))
-    return finer_by(model, sample_time) if led else 1
+    return points_per_sample(model, sample_time) if led else 1

@@ -14,20 +14,20 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ..check.bending import LIGHT, Bending, Shape
-from ..check.lagged import ALIKE
-from ..check.measured import Measured, lattice_step
+from ..check.gain_and_lag import ALIKE
+from ..check.link_bending import LIGHT, LinkBending, LinkShape
+from ..check.measured_recording import MeasuredRecording, lattice_step
 from ..least_squares import GOOD_ENOUGH, Descended, Limits, descend, normal_equations
 from ..recording.channels import DRIVES, Role, is_reference, role_of
 
-STARTS = tuple(np.geomspace(0.2, 5.0, 13))
+STIFFNESS_STARTS = tuple(np.geomspace(0.2, 5.0, 13))
 """Times the stated stiffness at which a fit may begin: estimates from a drawing are a factor of 4
 off, and a resonance shows to a fit that begins within some ten per cent of its frequency."""
 LAGS = (1.0, 2.0, 4.0, 7.0, 10.0, 13.0, 16.0)
 """Samples of lag at which a fit may begin: it finds what is within half a period of it."""
-GROWN = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)
+GROWING_LAGS = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)
 """The same at the end of a recording, where the lag grows."""
-FARTHEST = 1.5 * GROWN[-1]
+MOST_LAG = 1.5 * GROWING_LAGS[-1]
 """Samples of lag at most: a fit that leaves the lags at which it may begin by more than half has
 lost the period that it began in, and says nothing."""
 CLOSEST = 3
@@ -39,21 +39,21 @@ STIFFEST, LIGHTEST = np.log(30.0), (np.log(1e-5), np.log(0.3))
 
 
 @dataclass(frozen=True)
-class Cause:
+class LateCause:
     """Channels that may be late together; `grows`: by a lag that grows from nothing."""
 
     channels: tuple[str, ...] = ()
     grows: bool = False
 
 
-PUNCTUAL = Cause()
+PUNCTUAL = LateCause()
 
 
 @dataclass(frozen=True)
-class Late:
+class LateResult:
     """What explains most."""
 
-    cause: Cause
+    cause: LateCause
     size: float
     """s; where it grows s/s"""
     error: float
@@ -62,17 +62,17 @@ class Late:
     """Share of what remained unexplained that still does, in the channel that gains most."""
 
 
-def shape_of(found: Measured) -> Shape | None:
+def shape_of(found: MeasuredRecording) -> LinkShape | None:
     """The links as a recording shows them where all channels are taken for punctual, fitted once;
     None where it shows none of them."""
-    if Shape not in found.derived:
+    if LinkShape not in found.derived:
         fit = LinkFit.of(found)
-        found.derived[Shape] = None if fit is None else fit.shape(fit.alone())
-    shape = found.derived[Shape]
-    return shape if isinstance(shape, Shape) else None
+        found.derived[LinkShape] = None if fit is None else fit.shape(fit.alone())
+    shape = found.derived[LinkShape]
+    return shape if isinstance(shape, LinkShape) else None
 
 
-def late_channel(found: Measured, others: Sequence[Shape] = ()) -> Late | None:
+def late_channel(found: MeasuredRecording, others: Sequence[LinkShape] = ()) -> LateResult | None:
     """The cause that explains most, whatever the stiffness; None where no lag explains anything.
 
     Args:
@@ -93,14 +93,14 @@ def late_channel(found: Measured, others: Sequence[Shape] = ()) -> Late | None:
         if cost < fit.cost(plain):
             found_ = fit.fitted(cause, start)
             cost = fit.cost(found_.vector, cause)
-            if cost < least and abs(found_.vector[-1]) < FARTHEST:
+            if cost < least and abs(found_.vector[-1]) < MOST_LAG:
                 least, best = cost, (cause, found_)
     if best is None:
         return None
     cause, end = best
     before, after = fit.rests(PUNCTUAL, plain), fit.rests(cause, end.vector)
     left = min(float(np.var(after[n]) / max(np.var(before[n]), 1e-300)) for n in after)
-    return Late(cause, fit.size(cause, end.vector), fit.deviation(cause, end), left)
+    return LateResult(cause, fit.size(cause, end.vector), fit.deviation(cause, end), left)
 
 
 @dataclass(frozen=True)
@@ -110,12 +110,12 @@ class LinkFit:
     Unknowns: logarithms of stiffnesses and damping; with a cause its lag in samples (at the
     end, where it grows)."""
 
-    links: Bending
+    links: LinkBending
 
     @classmethod
-    def of(cls, found: Measured) -> LinkFit | None:
+    def of(cls, found: MeasuredRecording) -> LinkFit | None:
         """None where the recording shows none of the links."""
-        links = Bending.of(found)
+        links = LinkBending.of(found)
         made = None if links is None else cls(links)
         return made if made is not None and made.names else None
 
@@ -127,7 +127,7 @@ class LinkFit:
     @cached_property
     def names(self) -> list[str]:
         """The channels that are explained."""
-        shape = Shape(np.ones(self.segments), LIGHT)
+        shape = LinkShape(np.ones(self.segments), LIGHT)
         found = list(self.links.sensed(self.links.moved(shape, self.links.q)))
         return found + [name for name in self.driven if self.links.found.has(name)]
 
@@ -159,24 +159,24 @@ class LinkFit:
     def _held(self) -> dict[str, np.ndarray]:
         return {n: self.links.held(self.links.channel(n)) for n in self.driven if n in self.names}
 
-    def causes(self) -> list[Cause]:
+    def causes(self) -> list[LateCause]:
         """Channels that may be late, in both ways; a reference that was written is not."""
         groups: list[tuple[str, ...]] = [
             (n,) for n in (*self.places, *self.names) if not is_reference(n)
         ]
         groups += [("z1", "z2")] if {"z1", "z2"} <= set(self.names) else []
-        return [Cause(group, grows) for group in groups for grows in (False, True)]
+        return [LateCause(group, grows) for group in groups for grows in (False, True)]
 
-    def unknowns(self, shapes: Sequence[Shape]) -> np.ndarray:
+    def unknowns(self, shapes: Sequence[LinkShape]) -> np.ndarray:
         """Those of the links' middle shape."""
         logs = [np.log([*one.stiffness, one.damping]) for one in shapes]
         return np.asarray(np.median(logs, axis=0))
 
-    def shape(self, x: np.ndarray) -> Shape:
+    def shape(self, x: np.ndarray) -> LinkShape:
         """Of the links."""
-        return Shape(np.exp(x[: self.segments]), float(np.exp(x[self.segments])))
+        return LinkShape(np.exp(x[: self.segments]), float(np.exp(x[self.segments])))
 
-    def size(self, cause: Cause, x: np.ndarray) -> float:
+    def size(self, cause: LateCause, x: np.ndarray) -> float:
         """s; where it grows s/s"""
         if not cause.channels:
             return 0.0
@@ -188,19 +188,21 @@ class LinkFit:
         x = np.array([*np.zeros(self.segments), np.log(LIGHT)])
         rows = np.eye(self.segments + 1)[:-1]
         for which in (rows.sum(axis=0), *(rows if self.segments > 1 else ())):
-            tried = (x + np.log(factor) * which for factor in STARTS)
+            tried = (x + np.log(factor) * which for factor in STIFFNESS_STARTS)
             x = min((np.clip(one, *self._bounds(one)) for one in tried), key=self.cost)
         return self.fitted(PUNCTUAL, x).vector
 
     def scanned(
-        self, cause: Cause, begins: Sequence[np.ndarray]
-    ) -> tuple[float, Cause, np.ndarray]:
+        self, cause: LateCause, begins: Sequence[np.ndarray]
+    ) -> tuple[float, LateCause, np.ndarray]:
         """(cost, cause, unknowns) at the best of the lags at which a fit may begin."""
-        tried = [np.array([*x, lag]) for x in begins for lag in (GROWN if cause.grows else LAGS)]
+        tried = [
+            np.array([*x, lag]) for x in begins for lag in (GROWING_LAGS if cause.grows else LAGS)
+        ]
         costs = [self.cost(x, cause) for x in tried]
         return min(costs), cause, tried[int(np.argmin(costs))]
 
-    def cost(self, x: np.ndarray, cause: Cause = PUNCTUAL) -> float:
+    def cost(self, x: np.ndarray, cause: LateCause = PUNCTUAL) -> float:
         """Twice the negative log-likelihood at the noise that each channel shows, per sample."""
         return float(sum(np.log(each) for each in self._noise(self.rests(cause, x)).values()))
 
@@ -208,7 +210,7 @@ class LinkFit:
         """Variance of each channel's errors."""
         return {n: float(np.mean(r**2)) + self.floors[n] for n, r in rests.items()}
 
-    def rests(self, cause: Cause, x: np.ndarray) -> dict[str, np.ndarray]:
+    def rests(self, cause: LateCause, x: np.ndarray) -> dict[str, np.ndarray]:
         """What remains of each channel (m,) while the cause is as large as x says."""
         t, size, inner = self.links.grid, self.size(cause, x), self.links.inner
         when = self._when(cause, size)
@@ -223,10 +225,10 @@ class LinkFit:
             # the samples and draw the lag there.
             late = own and not driven
             rows = np.array([np.interp(at, t, each) for each in rows]) if late else rows[:, inner]
-            made[n] = _unexplained(y[inner], rows)
+            made[n] = _regression_residual(y[inner], rows)
         return made
 
-    def _when(self, cause: Cause, size: float) -> np.ndarray:
+    def _when(self, cause: LateCause, size: float) -> np.ndarray:
         """(M,) s, the times at which the samples of a late channel show."""
         t = self.links.grid
         return np.asarray(t + size * (t - t[0] if cause.grows else 1.0))
@@ -237,7 +239,7 @@ class LinkFit:
         return lru_cache(maxsize=8)(self._answers)
 
     def _answers(
-        self, unknowns: tuple[float, ...], cause: Cause, size: float
+        self, unknowns: tuple[float, ...], cause: LateCause, size: float
     ) -> dict[str, np.ndarray]:
         """What explains each channel, as rows (k, M) of a regression; the cause is an encoder's."""
         shape, links = self.shape(np.array(unknowns)), self.links
@@ -260,7 +262,7 @@ class LinkFit:
             }
         return made
 
-    def fitted(self, cause: Cause, x: np.ndarray) -> Descended:
+    def fitted(self, cause: LateCause, x: np.ndarray) -> Descended:
         """Least squares in the errors' own standard deviations, which are taken anew until the cost
         stays: the tangent of a logarithm lies above it, so each descent lowers the cost."""
         limits, steps = Limits(*self._bounds(x), self._strides(x)), 0.02 * self._strides(x)
@@ -288,10 +290,10 @@ class LinkFit:
 
     def _bounds(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         s, free = self.segments, len(x) - self.segments - 1
-        lower = [-STIFFEST] * s + [LIGHTEST[0]] + [-FARTHEST] * free
-        return np.array(lower), np.array([STIFFEST] * s + [LIGHTEST[1]] + [FARTHEST] * free)
+        lower = [-STIFFEST] * s + [LIGHTEST[0]] + [-MOST_LAG] * free
+        return np.array(lower), np.array([STIFFEST] * s + [LIGHTEST[1]] + [MOST_LAG] * free)
 
-    def deviation(self, cause: Cause, end: Descended) -> float:
+    def deviation(self, cause: LateCause, end: Descended) -> float:
         """Standard deviation of the cause's size."""
         normal, _ = normal_equations(end.blocks, end.slopes)
         x = np.zeros_like(end.vector)
@@ -299,7 +301,7 @@ class LinkFit:
         return self.size(cause, x)
 
 
-def _unexplained(y: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def _regression_residual(y: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """What a regression on rows (k, M) and a constant leaves of y (M,)."""
     y, A = y - y.mean(), rows - rows.mean(axis=1, keepdims=True)
     sizes = np.sqrt(np.einsum("km,km->k", A, A))

@@ -11,9 +11,16 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..check.bending import MOST, SMALL, Bending, Shape
-from ..check.lagged import CLEAR, NEWTON, SURE, WORTH, Relation, regressed
-from ..check.measured import Measured
+from ..check.gain_and_lag import (
+    GAIN_EXPLAINED,
+    LAG_EXPLAINED,
+    LEAST_EXPLAINED,
+    NEWTON,
+    Relation,
+    regress,
+)
+from ..check.link_bending import MOST, SMALL, LinkBending, LinkShape
+from ..check.measured_recording import MeasuredRecording
 from ..model import Model
 from ..recording.channels import DRIVES, Role, role_of
 
@@ -23,8 +30,8 @@ KNOWN = 5.0
 """Standard deviations must a gain be from zero."""
 
 
-def gains(
-    found: Measured, names: tuple[str, ...], shape: Shape | None
+def torque_gains(
+    found: MeasuredRecording, names: tuple[str, ...], shape: LinkShape | None
 ) -> list[tuple[str, str, float, float]]:
     """(torque, encoder, gain over the model's, share of the torque explained) of what can be said.
 
@@ -32,7 +39,7 @@ def gains(
         names: The torques or currents, one per joint.
         shape: The links as they are; None: as stiff ones.
     """
-    links = Bending.of(found, most=np.inf)
+    links = LinkBending.of(found, most=np.inf)
     if links is None or not found.has(*names):
         return []
     moved = float(np.max(np.ptp(links.q[:, 1:], axis=0), initial=0.0))
@@ -43,7 +50,7 @@ def gains(
     for k, name in enumerate(names):
         y = links.held(links.channel(name))[inner]
         A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(len(speed))])[inner]
-        part, errors, explained = regressed(A, y)
+        part, errors, explained = regress(A, y)
         for j in range(parts.shape[2]):
             large = float(np.var(part[j] * A[:, j])) > PART * float(np.var(y))
             if large and abs(part[j]) > KNOWN * errors[j]:
@@ -51,13 +58,13 @@ def gains(
     return made
 
 
-def loops(found: Measured, shape: Shape) -> list[tuple[float, float, float]]:
+def loop_gains(found: MeasuredRecording, shape: LinkShape) -> list[tuple[float, float, float]]:
     """Of each velocity loop, theta'* = theta' + (tau + friction) / lambda: the gain of the speed,
     that of the torque over the stated 1 / lambda, and the share of the reference explained.
 
     With a clock that runs c times too slow a speed is c times too small, and a torque c^2 times.
     """
-    links, model = Bending.of(found), found.model
+    links, model = LinkBending.of(found), found.model
     gains_ = getattr(getattr(model, "drive", None), "gains", None)
     if links is None or model is None or gains_ is None:
         return []
@@ -71,29 +78,31 @@ def loops(found: Measured, shape: Shape) -> list[tuple[float, float, float]]:
     for k, name in enumerate(names):
         y = links.held(links.channel(name))[inner]
         A = np.column_stack([speed[:, k], torques[:, k], dry[:, k], np.ones(len(speed))])[inner]
-        part, _, explained = regressed(A, y)
+        part, _, explained = regress(A, y)
         made.append((float(part[0]), float(part[1]) * gains_[k], explained))
     return made
 
 
-def torque_relations(found: Measured, model: Model, shape: Shape | None) -> list[Relation]:
+def torque_relations(
+    found: MeasuredRecording, model: Model, shape: LinkShape | None
+) -> list[Relation]:
     """Each torque against every joint's motion; where that cannot be, against its own joint's."""
     names = model.drive.reference_channels(model.arm)
     if not all(role_of(n) in DRIVES for n in names):
         return _newton(found, model)
     constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
-    known = gains(found, names, shape)
+    known = torque_gains(found, names, shape)
     if not known:
         return _newton(found, model)
     scale = dict(zip(names, constants, strict=True))
     return [
         Relation(torque, (angle,), gain * scale[torque], np.inf, 0.0, np.inf, explained,
-                 NEWTON if explained > CLEAR else np.inf, step=found.step)
+                 NEWTON if explained > GAIN_EXPLAINED else np.inf, step=found.step)
         for torque, angle, gain, explained in known
     ]  # fmt: skip
 
 
-def _newton(found: Measured, model: Model) -> list[Relation]:
+def _newton(found: MeasuredRecording, model: Model) -> list[Relation]:
     """Torque against acceleration of the same joint, friction left free; for torque rigs."""
     made = []
     for k in range(model.arm.joints):
@@ -133,7 +142,7 @@ CUT = 10.0
 """Hz: below the bending of laboratory arms, above a servo's motion."""
 
 
-def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relation | None:
+def _inertial(found: MeasuredRecording, output: str, angle: str, nominal: float) -> Relation | None:
     """The gain is the apparent inertia: only its sign and its change between recordings count."""
     dt = found.step
     cut = min(CUT, 0.2 / dt)
@@ -146,18 +155,18 @@ def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relat
     columns = np.column_stack([a, v, dry, np.ones_like(v)])
     best, gain, share = _at_lag(columns, y, 0)
     lag = 0.0
-    if best > WORTH:
+    if best > LEAST_EXPLAINED:
         tried = {k: _at_lag(columns, y, k)[0] for k in range(-MOST_ROWS, MOST_ROWS + 1)}
         top = max(tried, key=lambda k: tried[k])
         lag = dt * (top + _vertex(tried, top))
         best, gain, share = _at_lag(columns, y, top)
-    if best < WORTH or share < 0.1 or gain == 0:
+    if best < LEAST_EXPLAINED or share < 0.1 or gain == 0:
         return None
     sign = -1.0 if role_of(output) is Role.DEFLECTION else 1.0
     gain = sign * gain / (nominal or abs(gain))
     tolerance = NEWTON if nominal else np.inf
     # Bending and friction shift what fits best by some samples, unless all is explained.
-    lag = lag if best > SURE else np.inf
+    lag = lag if best > LAG_EXPLAINED else np.inf
     return Relation(output, (angle,), gain, lag, 0.0, np.inf, best, tolerance, step=dt)
 
 
@@ -171,7 +180,7 @@ def _at_lag(columns: np.ndarray, y: np.ndarray, rows: int) -> tuple[float, float
     inner = slice(edge, len(y) - edge, max(len(y) // MOST, 1))
     seen = np.roll(y, -rows)[inner]
     chosen = columns[inner]
-    part, _, explained = regressed(chosen, seen)
+    part, _, explained = regress(chosen, seen)
     share = float(np.var(part[0] * chosen[:, 0])) / max(float(np.var(seen)), 1e-300)
     return explained, float(part[0]), share
 

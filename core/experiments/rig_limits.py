@@ -13,7 +13,7 @@ from ..trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class Allowed:
+class RigLimits:
     """Limits of positions, speeds and torques per joint, and of the tip's place."""
 
     position: np.ndarray
@@ -52,7 +52,7 @@ def _share(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(outside, np.inf, np.nan_to_num(shares, nan=0.0, posinf=np.inf)))
 
 
-def allowed(spec: LimitsSpec, motions: Sequence[Trajectory]) -> Allowed:
+def rig_limits(spec: LimitsSpec, motions: Sequence[Trajectory]) -> RigLimits:
     """The stated limits, and what the model did along the recordings where none is stated.
 
     Args:
@@ -68,7 +68,7 @@ def allowed(spec: LimitsSpec, motions: Sequence[Trajectory]) -> Allowed:
     torques = np.concatenate([m.torque for m in motions])
     seen = np.stack([places.min(axis=0), places.max(axis=0)], axis=1)
     reach = ((-np.inf, np.inf), (-np.inf, np.inf)) if spec.reach is None else spec.reach
-    return Allowed(
+    return RigLimits(
         position=_each("position", spec.position, joints, seen),
         speed=_each("speed", spec.speed, joints, np.abs(speeds).max(axis=0)),
         torque=_each("torque", spec.torque, joints, np.abs(torques).max(axis=0)),

@@ -17,7 +17,7 @@ import numpy as np
 from ..identify import linear_outputs, predictor
 from ..identify.lane_groups import Lanes, PointGroup, share
 from ..identify.linear_outputs import LinearOutputs
-from ..identify.prepared import Prepared
+from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import GAIN, OFFSET, Unknowns
 from ..lanes.wide import LANES
 from ..simulate.linear import interleave

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..check.case import Case
 from ..check.finding import Check, Finding
-from ..check.measured import Measured
+from ..check.measured_recording import MeasuredRecording
 from ..errors import InputError
 from ..loading import joint_units, simulated
 from ..model import Model
@@ -25,11 +25,11 @@ from ..scenario.schema import Scenario
 from ..scenario.stated_effects import base_model
 from ..sentences import did_you_mean
 
-FIRST = ("time_unit", "sample_time")
+CLOCK_CHECKS = ("time_unit", "sample_time")
 """Faults of the clock, mended before the others are sought: every speed depends on it."""
 
 
-OF_SENSORS = ("offset_", "gain_", "start_")
+SENSOR_PREFIXES = ("offset_", "gain_", "start_")
 """What [identify] may estimate besides the model's parameters."""
 
 
@@ -54,14 +54,14 @@ def check_scenario(
 def _unknown_parameters(scenario: Scenario) -> Iterator[Finding]:
     model = base_model(scenario)
     for name in scenario.identify.parameters:
-        if not name.startswith(OF_SENSORS) and name not in model.parameters:
+        if not name.startswith(SENSOR_PREFIXES) and name not in model.parameters:
             sentence = f"no parameter of this arm; {did_you_mean(name, model.parameters)}"
             yield Finding("unknown_parameter", "[identify]", name, 1.0, "", sentence)
 
 
 def measured_recordings(
     scenario: Scenario, folder: Folder, data: Path | None = None, progress: Progress | None = None
-) -> list[Measured]:
+) -> list[MeasuredRecording]:
     """A scenario's recordings as the checks see them: nothing of them is refused.
 
     Raises:
@@ -88,10 +88,10 @@ def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
 
 
 def check_all(
-    recordings: Sequence[Measured], stopped: Callable[[], bool] = lambda: False
+    recordings: Sequence[MeasuredRecording], stopped: Callable[[], bool] = lambda: False
 ) -> list[Finding]:
     """The findings of recordings of one rig, in their order; those so far where it was stopped."""
-    clocked = [with_clock(one) for one in recordings]
+    clocked = [with_true_clock(one) for one in recordings]
     cases = [case for case, _ in clocked]
     found: list[Finding] = []
     for case, findings in clocked:
@@ -106,16 +106,16 @@ def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[
     for kind, check in checks().items():
         if stopped():
             break
-        if kind not in FIRST:
+        if kind not in CLOCK_CHECKS:
             found += check.look(case)
     return found
 
 
-def with_clock(recording: Measured) -> tuple[Case, list[Finding]]:
+def with_true_clock(recording: MeasuredRecording) -> tuple[Case, list[Finding]]:
     """The recording on its true clock, and what was wrong with that."""
     findings: list[Finding] = []
     case = Case(recording)
-    for kind in FIRST:
+    for kind in CLOCK_CHECKS:
         for one in checks()[kind].look(case):
             findings.append(one)
             case = Case(replace(case.recording, time=case.recording.time / one.size))
@@ -125,17 +125,19 @@ def with_clock(recording: Measured) -> tuple[Case, list[Finding]]:
 def _measured(
     spec: RecordingSpec, scenario: Scenario, model: Model, folder: Folder, data: Path | None,
     progress: Progress,
-) -> Measured:  # fmt: skip
+) -> MeasuredRecording:  # fmt: skip
     if spec.simulate is None:
         assert spec.file is not None
         return _read(resolve_file(spec.file, folder, data), spec, model, progress)
     made = simulated(spec, scenario.sensors, model)
-    return Measured(spec.name, spec.role, made.time, made.channels, masks=made.counted, model=model)
+    return MeasuredRecording(
+        spec.name, spec.role, made.time, made.channels, masks=made.counted, model=model
+    )
 
 
 def _read(
     path: Path, spec: RecordingSpec, model: Model | None, progress: Progress | None
-) -> Measured:
+) -> MeasuredRecording:
     units = {} if model is None else joint_units(model.arm)
     raw = load_unchecked(path, spec, units, progress)
     if raw.time is None or np.isfinite(raw.time).sum() < 10:
@@ -146,7 +148,7 @@ def _read(
     pose = spec.camera.pose()
     if "z1" in channels and "z2" in channels:
         channels["z1"], channels["z2"] = in_base_frame(channels["z1"], channels["z2"], pose)
-    found = Measured(spec.name, spec.role, raw.time, channels, raw.headers, model=model)
+    found = MeasuredRecording(spec.name, spec.role, raw.time, channels, raw.headers, model=model)
     if spec.time_shift:
         for name in [n for n in channels if from_camera(n)]:
             channels[name] = shifted(channels[name], spec.time_shift / found.step)

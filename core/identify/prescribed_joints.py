@@ -4,9 +4,9 @@ A virtual servo takes the joints along the encoders' signals, whatever the arm i
 need no simulation: they move as the encoders say, and only what bends or twists beyond them is
 integrated. The servo's stiffness, which grows as a joint's inertia shrinks, does not enter, and the
 steps need only resolve what the arm does by itself. Its response is a filter of the missing torque
-(core.identify.prepared).
+(core.identify.prepared_recording).
 
-Where the joints are between the samples is found in core.identify.led_motion.
+Where the joints are between the samples is found in core.identify.prescribed_joint_motion.
 
 The torque follows from M q'' - f = u, averaged over the two samples around each with the weight of
 a triangle: a second difference is that average of an acceleration, and the mean of two neighbours
@@ -29,7 +29,7 @@ from ..arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
 from ..arm.slots import HUB_INERTIA, slot
 from ..drives.law import static_law
 from ..drives.servo import acceleration, bend
-from ..identify.led_motion import Led, joint_motion
+from ..identify.prescribed_joint_motion import PrescribedMotion, prescribed_motion
 from ..lanes.algebra import factor_positive, substitute_positive
 from ..model import Model, Numbers
 from ..simulate.elements import ELEMENTS, push, see
@@ -60,21 +60,21 @@ def is_prescribed(model: Model, numbers: Numbers) -> bool:
     return known and not law.states and not np.any(np.isfinite(law.limit))
 
 
-def is_given(model: Model, numbers: Numbers) -> bool:
+def is_fully_prescribed(model: Model, numbers: Numbers) -> bool:
     """Whether nothing is left to simulate: an arm that has no coordinate but its joints."""
     return is_prescribed(model, numbers) and model.arm.coordinates == model.arm.joints
 
 
-def given_motion(model: Model, numbers: Numbers, task: Task) -> Trajectory:
+def fully_prescribed_motion(model: Model, numbers: Numbers, task: Task) -> Trajectory:
     """The motion and torque of an arm that has no coordinate but its joints."""
-    motion = joint_motion(model, numbers, task)
+    motion = prescribed_motion(model, numbers, task)
     return _with_torque(model, numbers, task, motion, motion.place, motion.speed)
 
 
 def prescribed_job(model: Model, numbers: Numbers, task: Task) -> Job:
     """The simulation of what the joints take along; its result has the joints' torque."""
     joints, n = model.arm.joints, model.arm.coordinates
-    motion = joint_motion(model, numbers, task)
+    motion = prescribed_motion(model, numbers, task)
     inertia = HEAVY * np.diag(model.servo.inertia)
     w = 2.0 * np.pi * DRIFT_HZ
     P, V = np.zeros((joints, n)), np.zeros((joints, n))
@@ -89,12 +89,12 @@ def prescribed_job(model: Model, numbers: Numbers, task: Task) -> Job:
         references=np.hstack(motion[:4]), before=None,
     )  # fmt: skip
     law = static_law(R, P, V, interpolate=True, held=joints)
-    finish = _finished(model, numbers, task, motion)
+    finish = _result_maker(model, numbers, task, motion)
     return Job(model, numbers._replace(p=p, law=law), led, finish)
 
 
-def _finished(
-    model: Model, numbers: Numbers, task: Task, motion: Led
+def _result_maker(
+    model: Model, numbers: Numbers, task: Task, motion: PrescribedMotion
 ) -> Callable[[Trajectory], Trajectory]:
     """Puts the joints' own motion and torque into what was simulated."""
 
@@ -108,7 +108,12 @@ def _finished(
 
 
 def _with_torque(
-    model: Model, numbers: Numbers, task: Task, motion: Led, q: np.ndarray, v: np.ndarray
+    model: Model,
+    numbers: Numbers,
+    task: Task,
+    motion: PrescribedMotion,
+    q: np.ndarray,
+    v: np.ndarray,
 ) -> Trajectory:
     """Of q, v (finer (L + N - 1) + 1, n), the recorded samples with the joints' torque."""
     joints, compiled, finer = model.arm.joints, model.compiled, motion.finer

@@ -13,12 +13,12 @@ LOOP, DIRECT, NEWTON = 0.25, 0.12, 1.1
 """Natural logarithm of a gain that is nobody's fault. LOOP: dry friction takes 10 %, a payload as
 much (scenarios/mujoco); DIRECT: a real drive's current follows its reference within 7 %; NEWTON:
 the apparent inertias of a bench are 1.5 to 2.5 times the nominal ones."""
-WORTH = 0.5
+LEAST_EXPLAINED = 0.5
 """Share of variance that must be explained before a gain means anything."""
-CLEAR = 0.85
+GAIN_EXPLAINED = 0.85
 """Share explained above which a gain of the scenario's loop or of a torque counts: another arm
 explains less. Below, only its sign does."""
-SURE = 0.985
+LAG_EXPLAINED = 0.985
 """Share explained above which a lag is a delay and no other dynamics: with elastic joints in
 scenarios/mujoco it stays below 0.98, with a late camera it is 0.987 to 0.999; of a torque EMPS has
 0.998, a bench with soft links 0.92. The loop must explain every encoder as well: elastic joints,
@@ -63,7 +63,7 @@ class Relation:
         return replace(self, lag=np.inf, drift=0.0, drift_error=np.inf)
 
 
-def compare(
+def relate(
     output: str, inputs: tuple[str, ...], y: np.ndarray, expected: Sequence[np.ndarray],
     dt: float, tolerance: float,
 ) -> Relation | None:  # fmt: skip
@@ -83,7 +83,7 @@ def compare(
     lag, explained = _best_lag(y, x, dt)
     if explained < 0.02:
         return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, tolerance, x, dt)
-    one = followed(y, [x], dt, lag, drifts=True)
+    one = fit_gains_and_lags(y, [x], dt, lag, drifts=True)
     return Relation(
         output, inputs, float(one.gains[0]), float(one.lags[0]), one.drift, one.drift_error,
         one.explained, tolerance, x, dt,
@@ -114,7 +114,7 @@ def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
     return (k - most) * dt, float(around[k] / size) ** 2
 
 
-class Regressed(NamedTuple):
+class Regression(NamedTuple):
     """A signal as a sum of others."""
 
     part: np.ndarray
@@ -129,15 +129,15 @@ ALIKE = 10.0
 """Neighbouring errors are alike: one in so many is independent."""
 
 
-def regressed(A: np.ndarray, y: np.ndarray) -> Regressed:
+def regress(A: np.ndarray, y: np.ndarray) -> Regression:
     """y (M,) by columns A (M, k)."""
     part, *_ = np.linalg.lstsq(A, y, rcond=None)
     left = float(np.var(y - A @ part))
     errors = np.sqrt(ALIKE * left * np.abs(np.diag(np.linalg.pinv(A.T @ A))))
-    return Regressed(part, errors, 1.0 - left / max(float(np.var(y)), 1e-300))
+    return Regression(part, errors, 1.0 - left / max(float(np.var(y)), 1e-300))
 
 
-class Followed(NamedTuple):
+class GainsAndLags(NamedTuple):
     """How a signal follows others."""
 
     gains: np.ndarray
@@ -154,9 +154,9 @@ class Followed(NamedTuple):
     """(k,), that of each by itself"""
 
 
-def followed(
+def fit_gains_and_lags(
     y: np.ndarray, parts: Sequence[np.ndarray], dt: float, lag: float, drifts: bool = False
-) -> Followed:
+) -> GainsAndLags:
     """Gauss-Newton on the moves of y (M,), with the gain and the lag of each part (M,) free.
 
     Args:
@@ -174,7 +174,7 @@ def followed(
         slopes = -np.gradient(moved, dt, axis=1)
         growing = [middle * slopes.sum(axis=0)] if drifts else []
         A = np.vstack([moved, slopes, *growing, np.ones_like(t)]).T[inside]
-        fit = regressed(A, ys[inside])
+        fit = regress(A, ys[inside])
         gains = np.where(fit.part[:k] == 0.0, 1.0, fit.part[:k])
         lags = lags + np.clip(fit.part[k : 2 * k] / gains, -20.0 * dt, 20.0 * dt)
         if drifts:
@@ -183,4 +183,4 @@ def followed(
         if np.any(np.abs(lags) > 2 * LAGS):
             break
     shares = np.var(gains[:, None] * moved, axis=1) / max(float(np.var(ys)), 1e-300)
-    return Followed(gains, lags, drift, error, fit.explained, shares)
+    return GainsAndLags(gains, lags, drift, error, fit.explained, shares)

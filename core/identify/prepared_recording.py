@@ -11,9 +11,9 @@ import numpy as np
 from ..drives.law import DriveLaw
 from ..drives.servo import Recorded, rates_along
 from ..errors import InputError
-from ..identify.held import simulated_part
-from ..identify.led_motion import vague_ends
-from ..identify.prescribed import is_prescribed
+from ..identify.prescribed_joint_forces import simulated_part
+from ..identify.prescribed_joint_motion import unknown_ends
+from ..identify.prescribed_joints import is_prescribed
 from ..identify.processing import TORQUE, Processing, delayed
 from ..identify.unknowns import GAIN, OFFSET, START
 from ..model import Model, Numbers
@@ -192,7 +192,7 @@ class Prepared:
     @cached_property
     def _vague_ends(self) -> tuple[int, int]:
         """Samples at both ends of which a torque along the led joints says nothing."""
-        return vague_ends(self.model, self.task)
+        return unknown_ends(self.model, self.task)
 
     def through_logger(self, name: str, y: np.ndarray) -> np.ndarray:
         """y (N, ...) of one channel as its logger writes it: late with the camera, and filtered."""

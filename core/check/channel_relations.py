@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..check.bending import Shape
-from ..check.inverse import torque_relations
-from ..check.lagged import DIRECT, LOOP, WORTH, Relation, compare, followed
-from ..check.measured import Measured
+from ..check.gain_and_lag import DIRECT, LEAST_EXPLAINED, LOOP, Relation, fit_gains_and_lags, relate
+from ..check.inverse_dynamics import torque_relations
+from ..check.link_bending import LinkShape
+from ..check.measured_recording import MeasuredRecording
 from ..model import Model
 from ..recording.channels import Role, is_reference, role_of
 from ..sensors import sensors
@@ -29,7 +29,7 @@ SMALL = 0.3
 
 
 def relations(
-    found: Measured, quick: bool = False, shape: Shape | None = None
+    found: MeasuredRecording, quick: bool = False, shape: LinkShape | None = None
 ) -> tuple[Relation, ...]:
     """All that can be said; nothing where the arm is not known.
 
@@ -44,14 +44,14 @@ def relations(
     return tuple(made)
 
 
-def _servos(found: Measured) -> list[Relation]:
+def _servos(found: MeasuredRecording) -> list[Relation]:
     made = []
     for output in found.names("theta#", "i#"):
         given = f"{output}_ref"
         if not found.has(given):
             continue
         x, y = found.even(given), found.even(output)
-        one = compare(output, (given,), y, [x - x[0]], found.step, DIRECT)
+        one = relate(output, (given,), y, [x - x[0]], found.step, DIRECT)
         if one:
             gain = _level(y, x, one, found.step) if role_of(output) is Role.PLACE else one.gain
             made.append(replace(one, gain=gain))
@@ -68,7 +68,7 @@ def _level(y: np.ndarray, x: np.ndarray, one: Relation, dt: float) -> float:
     return gain or one.gain
 
 
-def _loop(found: Measured, model: Model, quick: bool) -> list[Relation]:
+def _loop(found: MeasuredRecording, model: Model, quick: bool) -> list[Relation]:
     """Every sensor against the scenario's closed loop under the recorded references."""
     references = model.drive.reference_channels(model.arm)
     if not all(is_reference(r) and role_of(r) in (Role.PLACE, Role.SPEED) for r in references):
@@ -114,11 +114,11 @@ def _compared(found, model, references, signals, predicted, together, quick):  #
     made: list[Relation] = []
     for name in names:
         y = found.even(name)
-        whole = compare(name, references, y, [together[name]], found.step, LOOP)
+        whole = relate(name, references, y, [together[name]], found.step, LOOP)
         made += [whole] if whole else []
         if len(singles) == len(references):
             parts = [s[name] for s in singles]
-            first = whole.lag if whole and whole.explained > WORTH else 0.0
+            first = whole.lag if whole and whole.explained > LEAST_EXPLAINED else 0.0
             made += _by_reference(name, references, y, parts, found.step, first)
     return made
 
@@ -128,18 +128,18 @@ def _by_reference(
     lag: float,
 ) -> list[Relation]:  # fmt: skip
     """The gain of each reference in a channel, together."""
-    one = followed(y, parts, dt, lag)
+    one = fit_gains_and_lags(y, parts, dt, lag)
     return [
         Relation(name, (reference,), float(gain), float(late), 0.0, np.inf, one.explained, LOOP,
                  part, step=dt)
         for reference, gain, late, share, part in zip(
             references, one.gains, one.lags, one.shares, parts, strict=True
         )
-        if share > 0.1 and one.explained > WORTH
+        if share > 0.1 and one.explained > LEAST_EXPLAINED
     ]  # fmt: skip
 
 
-def _posture(found: Measured, model: Model) -> np.ndarray | None:
+def _posture(found: MeasuredRecording, model: Model) -> np.ndarray | None:
     names = [f"theta{k + 1}" for k in range(model.arm.joints)]
     return np.array([found.even(n)[0] for n in names]) if found.has(*names) else None
 

@@ -17,7 +17,7 @@ from ..effects.effect import Effect, EffectParameter
 from ..effects.sizes import Sizes, typical
 from ..model import Model
 from ..study.detectability import Detectability, crossing
-from ..study.rig import Experiment, bare_model, seen_by
+from ..study.study_rig import Experiment, bare_model, study_rig
 
 SPLIT = (0.5, 1.5)
 """Each joint's or segment's share of the common size."""
@@ -37,7 +37,7 @@ it cannot be missing there."""
 
 def candidates() -> dict[str, Effect]:
     """All effects that the rig of the studies can show."""
-    rig = seen_by(bare_model())
+    rig = study_rig(bare_model())
     return {
         kind: one
         for kind, one in catalogue().items()
@@ -45,7 +45,7 @@ def candidates() -> dict[str, Effect]:
     }
 
 
-def known_before(one: Effect) -> tuple[Effect, ...]:
+def prerequisites(one: Effect) -> tuple[Effect, ...]:
     """What must be in a model before `one` is a question of its own, simpler ones first.
 
     Above all what it includes: Stribeck's bulge stands on Coulomb's level, and on a bare model
@@ -60,7 +60,7 @@ def parameters_on(
 ) -> tuple[EffectParameter, ...]:
     """Its parameters on the arm that it makes of the model's, where the studies show them."""
     arm = one.changed_arm(model.arm, {})
-    quantities, rig = one.parameters(arm, model.drive, sizes or typical(arm)), seen_by(model)
+    quantities, rig = one.parameters(arm, model.drive, sizes or typical(arm)), study_rig(model)
     return tuple(quantity for quantity in quantities if one.shown(quantity.parameter.name, rig))
 
 
@@ -122,7 +122,7 @@ def _shape(quantity: EffectParameter, rng: np.random.Generator) -> float:
 
 
 @dataclass(frozen=True)
-class Hidden:
+class HiddenEffect:
     """An effect at a size, on top of a model that lacks it."""
 
     kind: str
@@ -136,36 +136,38 @@ class Hidden:
     @property
     def truth(self) -> Model:
         """The model with the effect in it."""
-        return added(self.base, [effect(self.kind)], self.values, self.sizes)
+        return with_added(self.base, [effect(self.kind)], self.values, self.sizes)
 
 
-def hidden(
+def hide_effect(
     one: Effect,
     bare: Model,
     experiments: Sequence[Experiment],
     level: float,
     rng: np.random.Generator,
-) -> Hidden:
+) -> HiddenEffect:
     """The effect at the size that shows `level` in the experiments; as it is if it has no size.
 
     Unreachable where no size shows that.
     """
-    known, detectability = known_before(one), Detectability(bare, experiments)
+    known, detectability = prerequisites(one), Detectability(bare, experiments)
     sizes = detectability.sizes
     if not parameters_on(one, bare, sizes):
-        return Hidden(one.kind, bare, {}, detectability.of(added(bare, [one], {}, sizes)), sizes)
+        return HiddenEffect(
+            one.kind, bare, {}, detectability.of(with_added(bare, [one], {}, sizes)), sizes
+        )
     carriers = _directions(known, bare, sizes, rng)
-    if known and _is_carried(one, carriers, detectability):
-        return _carried(one, carriers, detectability, level, rng)
-    base = _with_known(bare, carriers, KNOWN, sizes)
+    if known and _has_no_own_force(one, carriers, detectability):
+        return _hide_with_prerequisites(one, carriers, detectability, level, rng)
+    base = _with_prerequisites(bare, carriers, PREREQUISITE_SIZE, sizes)
     detectability = Detectability(base, experiments) if known else detectability
     towards = direction(one, base, sizes, rng)
 
     def shown(m: float) -> float:
-        return detectability.of(added(base, [one], towards.values(m), sizes))
+        return detectability.of(with_added(base, [one], towards.values(m), sizes))
 
     m, found = crossing(shown, level)
-    return Hidden(one.kind, base, towards.values(m), found, sizes)
+    return HiddenEffect(one.kind, base, towards.values(m), found, sizes)
 
 
 def _directions(
@@ -174,11 +176,15 @@ def _directions(
     """One after the other, so that what shapes two of them is the same in both."""
     found: list[Direction] = []
     for each in effects:
-        found.append(direction(each, _with_known(bare, found, KNOWN, sizes), sizes, rng))
+        found.append(
+            direction(each, _with_prerequisites(bare, found, PREREQUISITE_SIZE, sizes), sizes, rng)
+        )
     return found
 
 
-def _with_known(bare: Model, carriers: Sequence[Direction], m: float, sizes: Sizes) -> Model:
+def _with_prerequisites(
+    bare: Model, carriers: Sequence[Direction], m: float, sizes: Sizes
+) -> Model:
     values = {name: x for each in carriers for name, x in each.values(m).items()}
     return bare.with_effects([each.effect for each in carriers], values, sizes)
 
@@ -189,40 +195,44 @@ NEARLY = 1e-6
 UNSEEN = 0.02
 """In noise rms: what two simulations with different steps differ by."""
 
-KNOWN = 0.3
+PREREQUISITE_SIZE = 0.3
 """Of the plausible size: of what is known before, so that it does not drown what is sought."""
 
 
-def _is_carried(one: Effect, carriers: Sequence[Direction], detectability: Detectability) -> bool:
+def _has_no_own_force(
+    one: Effect, carriers: Sequence[Direction], detectability: Detectability
+) -> bool:
     """Whether the effect vanishes with what it includes: presliding has no force of its own."""
-    base = _with_known(detectability.base, carriers, NEARLY, detectability.sizes)
+    base = _with_prerequisites(detectability.base, carriers, NEARLY, detectability.sizes)
     plausible = {
         k.parameter.name: k.parameter.value for k in parameters_on(one, base, detectability.sizes)
     }
-    return detectability.of(added(base, [one], plausible, detectability.sizes)) < UNSEEN
+    return detectability.of(with_added(base, [one], plausible, detectability.sizes)) < UNSEEN
 
 
-def _carried(
+def _hide_with_prerequisites(
     one: Effect,
     carriers: Sequence[Direction],
     detectability: Detectability,
     level: float,
     rng: np.random.Generator,
-) -> Hidden:
+) -> HiddenEffect:
     """Sized by what it includes; its own parameters lie anywhere on their grids."""
     bare, sizes = detectability.base, detectability.sizes
     values = {k.parameter.name: _shape(k, rng) for k in parameters_on(one, bare, sizes)}
 
     def shown(m: float) -> float:
-        base = _with_known(bare, carriers, m, sizes)
+        base = _with_prerequisites(bare, carriers, m, sizes)
         own = Detectability(base, detectability.experiments)
-        return own.of(added(base, [one], values, sizes))
+        return own.of(with_added(base, [one], values, sizes))
 
     m, found = crossing(shown, level)
-    return Hidden(one.kind, _with_known(bare, carriers, m, sizes), values, found, sizes)
+    return HiddenEffect(
+        one.kind, _with_prerequisites(bare, carriers, m, sizes), values, found, sizes
+    )
 
 
-def added(
+def with_added(
     base: Model, effects: Sequence[Effect], values: Mapping[str, float], sizes: Sizes
 ) -> Model:
     """The base with more effects on top of those that it has."""

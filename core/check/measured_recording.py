@@ -20,7 +20,7 @@ FEWEST_LEVELS = 3
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredRecording:
     """One recording; arrays (N,) in SI, NaN where there is no sample."""
 
     name: str

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..identify.estimates import first_estimate
-from ..identify.population import PopulationCost
-from ..identify.refinement import Refined, refine
+from ..identify.estimates import first_estimate_text
+from ..identify.population_cost import PopulationCost
+from ..identify.refinement import RefinedFit, refine
 from ..identify.residuals import Residuals
 from ..least_squares import limits_of
 from ..progress import Progress, StoppedError
@@ -22,7 +22,7 @@ DIFFERENTIAL_WEIGHT = 0.8
 CROSSOVER = 0.9
 """CR of design section 2."""
 
-FAILED = 1e300
+FAILED_COST = 1e300
 """Cost of a vector whose simulation overflowed; finite, so that it can be ranked."""
 
 OnGeneration = Callable[[Generation], bool]
@@ -30,7 +30,7 @@ OnGeneration = Callable[[Generation], bool]
 
 
 @dataclass(frozen=True)
-class Searched:
+class EvolutionResult:
     """Where the search ended and how it got there."""
 
     vector: np.ndarray
@@ -54,7 +54,7 @@ def evolve(
     generations: int,
     seed: int,
     on_generation: OnGeneration,
-) -> Searched:
+) -> EvolutionResult:
     """rand/1/bin over `generations`; costs takes (S, P) and gives (S,).
 
     Where somebody stops in the middle of a generation, the best of those before is kept;
@@ -68,8 +68,8 @@ def evolve(
         try:
             values = costs(np.atleast_2d(x.T))
         except StoppedError:
-            return np.full(x.size // len(lower), FAILED)
-        return np.where(np.isfinite(values), values, FAILED)
+            return np.full(x.size // len(lower), FAILED_COST)
+        return np.where(np.isfinite(values), values, FAILED_COST)
 
     def report(intermediate_result: scipy.optimize.OptimizeResult) -> bool:
         nonlocal stopped
@@ -94,9 +94,9 @@ def evolve(
         callback=report,
         rng=rng,
     )
-    if result.fun >= FAILED and stopped:
+    if result.fun >= FAILED_COST and stopped:
         raise StoppedError
-    return Searched(np.asarray(result.x), float(result.fun), tuple(history), stopped)
+    return EvolutionResult(np.asarray(result.x), float(result.fun), tuple(history), stopped)
 
 
 def _generation(number: int, result: scipy.optimize.OptimizeResult) -> Generation:
@@ -114,7 +114,7 @@ def _generation(number: int, result: scipy.optimize.OptimizeResult) -> Generatio
 AGREEMENT = 1e-3
 """Two starts agree when their costs differ by less than this share."""
 
-ROUGH = 1e-6
+ROUGH_TOLERANCE = 1e-6
 """Relative tolerance of the cost in a search whose last step follows: with 10,000 samples a tenth
 of a deviation."""
 
@@ -132,7 +132,7 @@ def search(
     start: np.ndarray,
     spec: IdentifySpec,
     progress: Progress,
-) -> Searched | None:
+) -> EvolutionResult | None:
     """Evolution over the searched entries by the cost (S,) of vectors (S, P); the rest keep their
     start."""
     items = residuals.unknowns.items
@@ -162,10 +162,10 @@ def search(
     )  # fmt: skip
     vector = start.copy()
     vector[free] = found.vector
-    return Searched(vector, found.cost, found.generations, found.stopped)
+    return EvolutionResult(vector, found.cost, found.generations, found.stopped)
 
 
-def evolves(fast: PopulationCost | None, spec: IdentifySpec) -> bool:
+def uses_evolution(fast: PopulationCost | None, spec: IdentifySpec) -> bool:
     """Whether differential evolution searches: where the scenario asks for its generations, and
     where the whole population costs next to nothing. Elsewhere several starts of a Gauss-Newton
     descent find the same minimum with a hundredth of the simulations."""
@@ -204,9 +204,9 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
     return [start, tried[int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))]]
 
 
-def refine_from_all(
+def refine_from_starts(
     residuals: Residuals, starts: Sequence[np.ndarray], searched: bool, progress: Progress
-) -> tuple[Refined, str]:
+) -> tuple[RefinedFit, str]:
     """Refines from each start, the first one's minimum first; says whether they agree."""
 
     def report(cost: float) -> bool:
@@ -214,13 +214,13 @@ def refine_from_all(
         return progress.stopped()
 
     dear = residuals.predictor.simulation_is_dear
-    tolerance = ROUGH if dear else None
+    tolerance = ROUGH_TOLERANCE if dear else None
     first = refine(residuals, starts[0], report, tolerance)
     if all(np.array_equal(starts[0], other) for other in starts[1:]):
         return first, "One start: the nominal values."
     if progress.stopped():
         return first, ""
-    progress.advance(0, first_estimate(residuals.unknowns, first.vector))
+    progress.advance(0, first_estimate_text(residuals.unknowns, first.vector))
 
     def meets(cost: float) -> bool:
         near = cost - first.cost <= MEETING * first.cost + ROUNDING * residuals.magnitude

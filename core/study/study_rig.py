@@ -48,7 +48,7 @@ def bare_model(level: str = "nonlinear", modes: int = 1) -> Model:
     return Model(arm.model_copy(update={"segments": segments}), VelocityLoop(gains=GAINS), level)
 
 
-def seen_by(model: Model) -> Rig:
+def study_rig(model: Model) -> Rig:
     """What the studies' recordings of a model can show."""
     return Rig(model.arm, model.drive, model.level, KINDS)
 
@@ -71,7 +71,7 @@ def readings(model: Model, motion: Trajectory) -> np.ndarray:
     return np.hstack([model.sensed(k, np.array(sensor(k).measure(motion)), dt, {}) for k in KINDS])
 
 
-def roughly(model: Model, task: Task) -> Trajectory:
+def simulate_roughly(model: Model, task: Task) -> Trajectory:
     """The motion with a fixed number of steps, or by the linear model where it is one."""
     numbers = model.numbers()
     if model.level == "lpv":
@@ -79,10 +79,10 @@ def roughly(model: Model, task: Task) -> Trajectory:
     return run(model, numbers, task, model.steps(task.sample_time, STEPS))
 
 
-def exactly(model: Model, task: Task) -> Trajectory:
+def simulate_exactly(model: Model, task: Task) -> Trajectory:
     """The motion with a controlled error, as a recording needs it."""
     if model.level == "lpv":
-        return roughly(model, task)
+        return simulate_roughly(model, task)
     return simulate_within(model, model.numbers(), task).trajectory
 
 
@@ -98,7 +98,7 @@ def recording(
     return Recording(experiment.name, task.time, channels, role, source="study", theta2=theta2)
 
 
-def noisy(
+def with_noise(
     recordings: Sequence[Recording], kind: str, seed: Sequence[int]
 ) -> tuple[list[Recording], float]:
     """The recordings with noise, and its mean square in units of the stated deviations."""
@@ -106,7 +106,7 @@ def noisy(
     found, squares = [], []
     for r in recordings:
         draws = {
-            name: noise(rng, len(r.time), std, COLOURS[kind], r.sample_time)
+            name: noise(rng, len(r.time), std, AR_COEFFICIENTS[kind], r.sample_time)
             for name, std in STDS.items()
         }
         found.append(_with(r, {name: r[name] + x for name, x in draws.items()}))
@@ -119,13 +119,13 @@ def _with(r: Recording, channels: Mapping[str, np.ndarray]) -> Recording:
     return Recording(r.name, r.time, both, r.role, source=r.source, theta2=r.theta2)
 
 
-COLOUR = 0.9
+AR_COEFFICIENT = 0.9
 """Coefficient of the first-order autoregression at SAMPLE_TIME: noise with a memory of 10 ms."""
 
 SAMPLE_TIME = 1e-3
 """s"""
 
-COLOURS = {"white": 0.0, "coloured": COLOUR}
+AR_COEFFICIENTS = {"white": 0.0, "coloured": AR_COEFFICIENT}
 """kind of noise -> coefficient."""
 
 

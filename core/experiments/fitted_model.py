@@ -15,10 +15,10 @@ from ..diagnose.fit_problem import Data, Hypothesis
 from ..diagnose.next_experiment import data_for_recording, expected_recording
 from ..diagnose.refit import with_robust_covariance
 from ..experiments.information import Information, information
-from ..experiments.trial import Trial, played, played_to
+from ..experiments.trial import Trial, model_without_servo, simulate_reference
 from ..identify.estimates import derived_estimates
-from ..identify.prepared import make_task
-from ..identify.uncertainty import Colour, colour
+from ..identify.prepared_recording import make_task
+from ..identify.uncertainty import Autocovariance, autocovariance
 from ..results import Estimate
 from ..trajectory import Trajectory
 
@@ -64,10 +64,10 @@ class FittedModel:
         """(joints,) by which share of its motion the model missed each joint where the references
         of the recordings there are were played to it. Torques without a loop let it drift, and
         nothing damps what they excite."""
-        model = played_to(self.h)
+        model = model_without_servo(self.h)
         worst = np.zeros(model.arm.joints)
         for e in self.data.experiments[:TRUSTED]:
-            motion = played(self.h, make_task(model, e.recording), self.steps)
+            motion = simulate_reference(self.h, make_task(model, e.recording), self.steps)
             for k in range(model.arm.joints):
                 place = e.recording.channels.get(f"theta{k + 1}")
                 if place is not None:
@@ -79,10 +79,10 @@ class FittedModel:
     def steps(self) -> int:
         """Per sample, such that twice as many move no peak by more than CLOSE."""
         recording = self.data.experiments[0].recording
-        task, steps = make_task(played_to(self.h), recording), FEWEST
-        peaks = _peaks(played(self.h, task, steps))
+        task, steps = make_task(model_without_servo(self.h), recording), FEWEST
+        peaks = _peaks(simulate_reference(self.h, task, steps))
         while steps < MOST_STEPS:
-            finer = _peaks(played(self.h, task, 2 * steps))
+            finer = _peaks(simulate_reference(self.h, task, 2 * steps))
             if np.all(np.abs(finer - peaks) <= CLOSE * peaks):
                 break
             steps, peaks = 2 * steps, finer
@@ -104,9 +104,9 @@ class FittedModel:
         return found
 
     @cached_property
-    def errors(self) -> Colour:
+    def errors(self) -> Autocovariance:
         """Of the recordings together: those to come are expected to have the same."""
-        return colour(np.concatenate(self.begun.base.errors))
+        return autocovariance(np.concatenate(self.begun.base.errors))
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
@@ -117,7 +117,7 @@ class FittedModel:
     def known(self) -> Information:
         """What the recordings there are show."""
         base = self.begun.base
-        own = [colour(r) for r in base.errors]
+        own = [autocovariance(r) for r in base.errors]
         return information(self.h.unknowns.labels, base.descended.slopes, own)
 
     def deviations(self, shown: Information) -> dict[str, float]:
@@ -131,7 +131,7 @@ class FittedModel:
 
     def there(self, trial: Trial) -> Data:
         """Its data."""
-        model, like = played_to(self.h), self.data.experiments[0].recording
+        model, like = model_without_servo(self.h), self.data.experiments[0].recording
         task, point = trial.task(model)
         return data_for_recording(
             self.data, expected_recording(model, task, point, trial.motion(self.h), like)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..check.lagged import CLEAR, LOOP, SURE, WORTH, Relation
-from ..check.late import Late
+from ..check.gain_and_lag import GAIN_EXPLAINED, LAG_EXPLAINED, LEAST_EXPLAINED, LOOP, Relation
+from ..check.late_channels import LateResult
 from ..recording.channels import DRIVES, Role, is_reference, role_of
 
 SCALE = 0.12
 """|ln factor| below which a gain is friction, a payload or a calibration (scenarios/mujoco: the
 gains of one recording's channels lie that close together whatever is hidden)."""
-STANDS_OUT = 3.0
+LEAST_RATIO = 3.0
 """Times what the innocent channels disagree by must a fault be."""
 ALIKE = 0.25
 """Share of a factor by which the relations of one channel may differ."""
@@ -49,7 +49,7 @@ class Suspect:
 
 
 @dataclass(frozen=True)
-class _Entry:
+class _JudgedRelation:
     relation: Relation
     gain: float
     """ln |gain| beyond the usual."""
@@ -67,11 +67,13 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
         own: The relations of the recording in question.
         others: Those of the scenario's other recordings: what they agree on is the rig.
     """
-    entries = [_entry(r, others) for r in own if r.explained > WORTH]
+    entries = [_judged(r, others) for r in own if r.explained > LEAST_EXPLAINED]
     if not entries:
         return ()
     every, entries = entries, list(_single(entries))
-    gains = [e for e in entries if e.relation.tolerance != LOOP or e.relation.explained > CLEAR]
+    gains = [
+        e for e in entries if e.relation.tolerance != LOOP or e.relation.explained > GAIN_EXPLAINED
+    ]
     gains = [e for e in gains if np.isfinite(e.relation.tolerance)]
     found = _factors(gains)
     # With others to compare, what they do is no delay: a servo's lag, the rig's own dynamics.
@@ -79,7 +81,7 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
     return (*found, *(late or _delays(*_trusted(entries))), *_drifts(every))
 
 
-def late_channels(one: Late | None, step: float) -> tuple[Suspect, ...]:
+def late_suspects(one: LateResult | None, step: float) -> tuple[Suspect, ...]:
     """The channels that are late whatever the stiffness of the links; `step` in s.
 
     A channel that is early is none: another one is late then, and explains more.
@@ -97,7 +99,7 @@ def late_channels(one: Late | None, step: float) -> tuple[Suspect, ...]:
     )
 
 
-def _single(entries: Sequence[_Entry]) -> Sequence[_Entry]:
+def _single(entries: Sequence[_JudgedRelation]) -> Sequence[_JudgedRelation]:
     """Where each reference is judged by itself, what they say together is left out."""
     apart = {e.relation.output for e in entries if len(e.relation.inputs) == 1
              and e.relation.tolerance == LOOP}  # fmt: skip
@@ -105,23 +107,28 @@ def _single(entries: Sequence[_Entry]) -> Sequence[_Entry]:
 
 
 def _trusted(
-    entries: Sequence[_Entry],
-) -> tuple[Sequence[_Entry], float, Callable[[_Entry], float]]:
+    entries: Sequence[_JudgedRelation],
+) -> tuple[Sequence[_JudgedRelation], float, Callable[[_JudgedRelation], float]]:
     """Relations whose lag says something by itself: of a current, and of a velocity loop that
     explains every encoder."""
     loop = [e for e in entries if e.relation.tolerance == LOOP]
     loop = [e for e in loop if all(role_of(n) is Role.SPEED for n in e.relation.inputs)]
     encoders = [e.relation.explained for e in loop if role_of(e.relation.output) is Role.PLACE]
-    if min(encoders, default=0.0) < SURE:
+    if min(encoders, default=0.0) < LAG_EXPLAINED:
         loop = []
     direct = [
         e for e in entries if role_of(e.relation.output) in DRIVES and e.relation.tolerance != LOOP
     ]
-    return [*loop, *direct], SURE, lambda e: e.relation.lag
+    return [*loop, *direct], LAG_EXPLAINED, lambda e: e.relation.lag
 
 
-def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
-    alike = [r for each in others for r in each if r.key == relation.key and r.explained > WORTH]
+def _judged(relation: Relation, others: Sequence[Sequence[Relation]]) -> _JudgedRelation:
+    alike = [
+        r
+        for each in others
+        for r in each
+        if r.key == relation.key and r.explained > LEAST_EXPLAINED
+    ]
     logs = np.array([np.log(abs(r.gain)) for r in alike])
     lags = np.array([r.lag for r in alike if np.isfinite(r.lag)])
     log = float(np.log(abs(relation.gain)))
@@ -131,13 +138,15 @@ def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
     lag = float(np.median(lags)) if len(lags) >= 2 else 0.0
     spread = float(np.ptp(lags)) if len(lags) >= 2 else 0.0
     tolerance = 1.5 * float(np.ptp(logs)) if len(logs) >= 2 else relation.tolerance
-    return _Entry(
+    return _JudgedRelation(
         relation, log - habit, relation.gain < 0, relation.lag - lag, spread, relation.drift,
         max(tolerance, SCALE),
     )  # fmt: skip
 
 
-def _touching(entries: Sequence[_Entry], group: Sequence[str]) -> list[tuple[_Entry, int]]:
+def _touching(
+    entries: Sequence[_JudgedRelation], group: Sequence[str]
+) -> list[tuple[_JudgedRelation, int]]:
     """Relations in which the group is the output (+1) or the only input (-1), and not both."""
     made = []
     for entry in entries:
@@ -148,18 +157,18 @@ def _touching(entries: Sequence[_Entry], group: Sequence[str]) -> list[tuple[_En
     return made
 
 
-def _channels(entries: Sequence[_Entry]) -> list[str]:
+def _channels(entries: Sequence[_JudgedRelation]) -> list[str]:
     """Measured ones first: a sensor is wrong more often than a command."""
     names = {e.relation.output for e in entries}
     names |= {e.relation.inputs[0] for e in entries if len(e.relation.inputs) == 1}
     return sorted(names, key=lambda n: (is_reference(n), n))
 
 
-def _of(entry: _Entry, channel: str) -> np.ndarray | None:
+def _of(entry: _JudgedRelation, channel: str) -> np.ndarray | None:
     return entry.relation.expected if entry.relation.output == channel else None
 
 
-def _names(entries: Sequence[_Entry], channel: str) -> str:
+def _names(entries: Sequence[_JudgedRelation], channel: str) -> str:
     """The channels on the other side of its relations."""
     found: list[str] = []
     for entry, side in _touching(entries, [channel]):
@@ -167,7 +176,7 @@ def _names(entries: Sequence[_Entry], channel: str) -> str:
     return ", ".join(dict.fromkeys(found))
 
 
-def _factors(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
+def _factors(entries: Sequence[_JudgedRelation]) -> tuple[Suspect, ...]:
     groups: list[tuple[str, ...]] = [(name,) for name in _channels(entries)]
     whole = [
         tuple(n for n in _channels(entries) if role_of(n) is role)
@@ -181,7 +190,7 @@ def _factors(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
             continue
         size, left = found
         limit = max(min(e.gain_tolerance for e, _ in _touching(entries, group)), SCALE)
-        if abs(size) <= max(limit, STANDS_OUT * left):
+        if abs(size) <= max(limit, LEAST_RATIO * left):
             continue
         if len(group) > 1 and abs(size) < np.log(20.0):
             continue  # only a unit is wrong in several channels alike
@@ -197,7 +206,9 @@ def _factors(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
 
 
 def _explained(
-    entries: Sequence[_Entry], group: Sequence[str], value: Callable[[_Entry], float]
+    entries: Sequence[_JudgedRelation],
+    group: Sequence[str],
+    value: Callable[[_JudgedRelation], float],
 ) -> tuple[float, float] | None:
     """(size that the group's relations agree on, what remains elsewhere); None if they do not."""
     touched = _touching(entries, group)
@@ -215,14 +226,14 @@ def _explained(
     return size, float(np.percentile(rest, 80)) if rest else 0.0
 
 
-def _slack(entry: _Entry) -> float:
+def _slack(entry: _JudgedRelation) -> float:
     return max(entry.relation.tolerance - 0.25, 0.0)
 
 
 def _delays(
-    entries: Sequence[_Entry], least: float, lag: Callable[[_Entry], float]
+    entries: Sequence[_JudgedRelation], least: float, lag: Callable[[_JudgedRelation], float]
 ) -> tuple[Suspect, ...]:
-    known = [e for e in entries if e.relation.explained > WORTH and np.isfinite(lag(e))]
+    known = [e for e in entries if e.relation.explained > LEAST_EXPLAINED and np.isfinite(lag(e))]
     sure = [e for e in known if e.relation.explained > least]
     found: list[Suspect] = []
     names = _channels(sure)
@@ -239,7 +250,7 @@ def _delays(
         step = _step(touched)
         alike = np.all(np.abs(sizes - size) <= max(ALIKE * abs(size), step))
         stands = size > max(
-            FEW_SAMPLES * step, STANDS_OUT * max(rest, default=0.0), 1.5 * tolerance
+            FEW_SAMPLES * step, LEAST_RATIO * max(rest, default=0.0), 1.5 * tolerance
         )
         if (
             alike
@@ -254,24 +265,24 @@ def _delays(
     return tuple(found)
 
 
-def _one_each(touched: Sequence[tuple[_Entry, int]]) -> list[tuple[_Entry, int]]:
-    made: dict[str, tuple[_Entry, int]] = {}
+def _one_each(touched: Sequence[tuple[_JudgedRelation, int]]) -> list[tuple[_JudgedRelation, int]]:
+    made: dict[str, tuple[_JudgedRelation, int]] = {}
     for entry, side in touched:
         name = entry.relation.output if side == 1 else entry.relation.inputs[0]
         made.setdefault(name, (entry, side))
     return list(made.values())
 
 
-def _step(touched: Sequence[tuple[_Entry, int]]) -> float:
+def _step(touched: Sequence[tuple[_JudgedRelation, int]]) -> float:
     return max(entry.relation.step for entry, _ in touched)
 
 
-def _drifts(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
+def _drifts(entries: Sequence[_JudgedRelation]) -> tuple[Suspect, ...]:
     found = []
     for entry in entries:
         r = entry.relation
         clear = abs(r.drift) > max(DRIFT, SURE_DRIFT * r.drift_error)
-        if clear and r.explained > SURE and np.isfinite(r.drift_error):
+        if clear and r.explained > LAG_EXPLAINED and np.isfinite(r.drift_error):
             found.append(Suspect(r.output, drift=r.drift, against=", ".join(r.inputs),
                                  expected=r.expected))  # fmt: skip
     names = {e.relation.output for e in entries if np.isfinite(e.relation.drift_error)}

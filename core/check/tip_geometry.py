@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import scipy
 
-from ..check.measured import Measured
+from ..check.measured_recording import MeasuredRecording
 from ..recording.channels import Role, role_of
 
 POINTS = 200
@@ -20,14 +20,14 @@ larger misfit is none of bending."""
 
 
 @dataclass(frozen=True)
-class Tip:
+class TipGeometry:
     """Where the camera sees the tip, and where the encoders put it."""
 
     values: dict[str, np.ndarray]
     lengths: tuple[float, ...]
 
     @classmethod
-    def of(cls, found: Measured) -> Tip | None:
+    def of(cls, found: MeasuredRecording) -> TipGeometry | None:
         """None where there are no camera, encoders or revolute arm to compare."""
         model = found.model
         if model is None or any(

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from ..check.measured import Measured, lattice_step, noise_of
+from ..check.measured_recording import MeasuredRecording, lattice_step, noise_of
 from ..model import Model
 from ..sensors import sensor
 from ..trajectory import Trajectory
@@ -42,7 +42,7 @@ EDGE, MOST = 20, 3000
 
 
 @dataclass(frozen=True)
-class Shape:
+class LinkShape:
     """What is not known of the links."""
 
     stiffness: np.ndarray
@@ -52,10 +52,10 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Bending:
+class LinkBending:
     """The links of one recording at its middle posture."""
 
-    found: Measured
+    found: MeasuredRecording
     model: Model
     q: np.ndarray
     """(M, joints) encoders on the even clock, from where they begin to move"""
@@ -63,7 +63,7 @@ class Bending:
     """Of the even clock: where that is."""
 
     @classmethod
-    def of(cls, found: Measured, most: float = SMALL) -> Bending | None:
+    def of(cls, found: MeasuredRecording, most: float = SMALL) -> LinkBending | None:
         """None where nothing bends, an encoder is missing or a joint that changes the posture
         moves by more than `most`."""
         model = found.model
@@ -109,7 +109,7 @@ class Bending:
         K, _ = self.model.compiled.linear_matrices(middle, p)
         return p, self.model.compiled.mass_matrix(middle, p), K
 
-    def _modes(self, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    def _modes(self, shape: LinkShape) -> tuple[np.ndarray, np.ndarray]:
         """(rad/s (modes,), shapes (bending coordinates, modes)) while the joints stand."""
         _, M, K = self._matrices
         j = self.model.arm.joints
@@ -118,7 +118,7 @@ class Bending:
         squares, modes = scipy.linalg.eigh(root[:, None] * K[j:, j:] * root, M[j:, j:])
         return np.sqrt(np.maximum(squares, 1e-12)), modes
 
-    def bent(self, shape: Shape, q: np.ndarray) -> np.ndarray:
+    def bent(self, shape: LinkShape, q: np.ndarray) -> np.ndarray:
         """(M, bending coordinates) while the joints move as q (M, joints), from rest."""
         _, M, _ = self._matrices
         j = self.model.arm.joints
@@ -132,7 +132,7 @@ class Bending:
         ]
         return np.asarray(moved + np.column_stack(answers) @ modes.T)
 
-    def ringing(self, shape: Shape) -> list[np.ndarray]:
+    def ringing(self, shape: LinkShape) -> list[np.ndarray]:
         """Free vibrations (M,) of every mode, two each: what a recording that starts in motion adds
         to the answer from rest. None where the joints begin at rest: they would explain more than
         there is in a short recording."""
@@ -152,7 +152,7 @@ class Bending:
         speed = np.gradient(self.smooth(self.q), dt, axis=0)
         return bool(np.any(first > IN_MOTION * np.sqrt(np.mean(speed**2, axis=0))))
 
-    def moved(self, shape: Shape, q: np.ndarray) -> np.ndarray:
+    def moved(self, shape: LinkShape, q: np.ndarray) -> np.ndarray:
         """(M, coordinates) of the arm while its joints move as q (M, joints), from rest."""
         return np.hstack([q, self.bent(shape, q)])
 
@@ -175,7 +175,7 @@ class Bending:
     @cached_property
     def _cut(self) -> float:
         """Of the sample rate, below which the encoders' accelerations are clean."""
-        clean = (c for c in CUTS if all(_clean(x, c) for x in self.q.T))
+        clean = (c for c in CUTS if all(_is_clean(x, c) for x in self.q.T))
         return next(clean, CUTS[-1])
 
     def smooth(self, x: np.ndarray) -> np.ndarray:
@@ -194,7 +194,7 @@ class Bending:
         momentum = self.smooth(whole @ M[: self.model.arm.joints].T)
         return np.asarray(np.gradient(np.gradient(momentum, dt, axis=0), dt, axis=0))
 
-    def torques_of_each(self, shape: Shape | None) -> np.ndarray:
+    def torques_of_each(self, shape: LinkShape | None) -> np.ndarray:
         """(M, joints, joints) smoothed torques of each joint (rows) that the motion of each joint
         (columns) takes; of links that do not bend, at every posture, where no shape is given."""
         if shape is not None:
@@ -257,7 +257,7 @@ def _low_passed(x: np.ndarray, cut: float) -> np.ndarray:
     return np.asarray(made.T)
 
 
-def _clean(x: np.ndarray, cut: float) -> bool:
+def _is_clean(x: np.ndarray, cut: float) -> bool:
     """Whether a place's smoothed acceleration is the motion's and not the encoder's noise."""
     noise = max(lattice_step(x) / np.sqrt(12.0), min(noise_of(x), float(np.std(x))))
     white = noise * np.random.default_rng(0).standard_normal(len(x))

@@ -11,9 +11,9 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
-from flexgui.core.identify import held
+from flexgui.core.identify import prescribed_joint_forces
 from flexgui.core.identify.predictor import Predictor
-from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknowns
 from flexgui.core.model import Model
@@ -106,9 +106,11 @@ def test_a_rigid_arm_needs_the_torque_of_its_inverse_dynamics() -> None:
 
 def test_only_what_moves_the_arm_limits_the_steps() -> None:
     stiff = rig(BENCH, "coulomb_friction", "joint_elasticity", values={"fc1": 0.6, "fc2": 0.1})
-    assert [one.kind for one in held.effects_in_steps(stiff.model)] == ["joint_elasticity"]
+    assert [one.kind for one in prescribed_joint_forces.effects_in_steps(stiff.model)] == [
+        "joint_elasticity"
+    ]
     free = replace(stiff.model, steering=None)
-    assert held.effects_in_steps(free) == free.effects
+    assert prescribed_joint_forces.effects_in_steps(free) == free.effects
 
 
 def test_a_loss_that_depends_on_the_torque_itself_is_solved_for() -> None:
