@@ -86,13 +86,13 @@ SHORT = 1e-2
 WORST_DAMPING = 1e6
 AT_BOUND = 1e-6
 """Of a typical size: nearer than this a parameter stands at its bound."""
-ASTRAY = 1e12
+DIVERGED = 1e12
 """In floors: no simulation that holds together is that far off."""
 
 
 def cost_of(blocks: Blocks) -> float:
     """Sum of squares; infinite where a simulation went astray."""
-    if not all(np.all(np.abs(b) < ASTRAY) for b in blocks):
+    if not all(np.all(np.abs(b) < DIVERGED) for b in blocks):
         return np.inf
     return float(sum(np.sum(b * b) for b in blocks))
 
@@ -197,7 +197,7 @@ def promised(descended: Descended, limits: Limits) -> float:
 
 def whole(S: np.ndarray) -> np.ndarray:
     """A simulation that went astray beside the point shows no direction."""
-    return S if np.all(np.abs(S) < ASTRAY) else np.nan_to_num(S, nan=0.0, posinf=0.0, neginf=0.0)
+    return S if np.all(np.abs(S) < DIVERGED) else np.nan_to_num(S, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _free(x: np.ndarray, b: np.ndarray, limits: Limits) -> np.ndarray:

@@ -19,7 +19,7 @@ from .errors import InputError
 from .model import Model
 from .processors import WORKERS
 from .progress import Progress
-from .recording.beginning import with_beginnings
+from .recording.initial_motion import with_beginnings
 from .recording.load import load_recording
 from .recording.recording import Recording
 from .recording.spec import RecordingSpec

@@ -52,7 +52,7 @@ class Trajectory:
 
     def tip(self) -> tuple[np.ndarray, np.ndarray]:
         """Place (N, 2) in m and velocity (N, 2) in m/s of the end effector."""
-        from .arm.calls import tip_path
+        from .arm.evaluation import tip_path
 
         q, v = np.ascontiguousarray(self.q), np.ascontiguousarray(self.v)
         return tip_path(self.compiled.tip, q, v, self.p)

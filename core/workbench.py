@@ -17,7 +17,7 @@ from .diagnose.linear_or_nonlinear import AUTO, choose_level
 from .diagnose.output_noise import stated_noise
 from .diagnose.repeated_motions import compare_repeated_runs
 from .diagnose.search_state import Options
-from .diagnosed import diagnosed_scenario
+from .diagnosed_scenario import diagnosed_scenario
 from .identify import predictor
 from .identify.compare import compare
 from .identify.fit import Fitted

@@ -30,10 +30,10 @@ from dataclasses import replace
 from flexgui.core.arm.compiled import compile_arm, compile_wide_arm
 from flexgui.core.arm.arm import Structure
 from flexgui.core.effects import catalogue
-from flexgui.core.scenario.stated_effects import structures_tried
+from flexgui.core.scenario.stated_effects import candidate_structures
 from tests.helpers import PAPER
 softer = [replace(Structure.of(PAPER), elastic=soft) for soft in ((True, False), (False, True))]
-for structure in [*structures_tried(PAPER, list(catalogue().values())), *softer][{}::2]:
+for structure in [*candidate_structures(PAPER, list(catalogue().values())), *softer][{}::2]:
     compile_arm(structure), compile_wide_arm(structure)
 """
 """Every second one of the structures that a diagnosis tries, those with one elastic joint too: so
@@ -44,16 +44,16 @@ HALVES = (
     COMPILED.format("flexgui.core.simulate.rosenbrock", "integrate_lanes")
     + COMPILED.format("flexgui.core.simulate.rosenbrock", "integrate")
     + ARMS.format(0),
-    COMPILED.format("flexgui.core.simulate.followed", "followed")
+    COMPILED.format("flexgui.core.simulate.along_motion", "followed")
     + COMPILED.format("flexgui.core.simulate.linear", "respond_lanes")
-    + COMPILED.format("flexgui.core.simulate.pieces", "piecewise")
+    + COMPILED.format("flexgui.core.simulate.piecewise", "piecewise")
     + ARMS.format(1),
 )
 """What nearly every test needs compiled, once per machine: each is half of the work, and neither
 compiles what the other does."""
 MARK = (
-    "from flexgui.core.progress import Silent; from flexgui.core.warm import warm_up; "
-    "warm_up(Silent())"
+    "from flexgui.core.progress import Silent; from flexgui.core.precompile import precompile_all; "
+    "precompile_all(Silent())"
 )
 """Finds all of it there, and says so to the next start."""
 
@@ -62,9 +62,9 @@ def pytest_configure(config: pytest.Config) -> None:
     """Before xdist starts its workers, which would all compile the same at the same time."""
     if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
         return
-    from flexgui.core.warm import is_warm
+    from flexgui.core.precompile import kernels_compiled
 
-    if not is_warm():
+    if not kernels_compiled():
         halves = [subprocess.Popen([sys.executable, "-c", text], cwd=ROOT) for text in HALVES]
         for half in halves:
             half.wait()

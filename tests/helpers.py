@@ -15,7 +15,7 @@ from flexgui.core.identify.predictor import Predictor
 from flexgui.core.lanes.wide import LANES
 from flexgui.core.model import Model, Numbers
 from flexgui.core.simulate import discrete
-from flexgui.core.simulate.many import Job
+from flexgui.core.simulate.batch import Job
 from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import run_many_extrapolated
 from flexgui.core.trajectory import Trajectory

@@ -38,7 +38,7 @@ NOT_LOADED = {
     # A slip in a scenario is told before what computes is there.
     "flexgui.library.project": (
         "flexgui.core.loading",
-        "flexgui.core.simulate.many",
+        "flexgui.core.simulate.batch",
         "flexgui.core.workbench",
     ),
     # The server listens before it loads what a page needs, and what only a class does.

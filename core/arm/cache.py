@@ -85,7 +85,7 @@ def sources_key() -> str:
     return digest.hexdigest()[:16]
 
 
-def keep_kernels_here() -> None:
+def use_cache_folder() -> None:
     """Points Numba's cache to a folder of this version, unless the user has chosen one."""
     from numba import config
 
@@ -128,7 +128,7 @@ def module_file(name: str) -> Path:
     return cache_folder() / f"{name}.py"
 
 
-def kept_module(name: str, make: Callable[[], str]) -> ModuleType:
+def cached_module(name: str, make: Callable[[], str]) -> ModuleType:
     """The generated module of that name, executed once; `make` writes its text where it is not
     in the cache, or not as it was written."""
     module_name = f"flexgui_{name}"
@@ -158,7 +158,7 @@ def _write(file: Path, content: bytes) -> None:
 
 
 def _executed(name: str, file: Path) -> ModuleType:
-    keep_kernels_here()
+    use_cache_folder()
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

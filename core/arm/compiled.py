@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..arm.arm import Structure
-from ..arm.cache import kept_module, module_file, sources_key
+from ..arm.cache import cached_module, module_file, sources_key
 
 _LOADING = threading.Lock()
 """A second thread must not meet a module that is still being executed."""
@@ -48,25 +48,25 @@ class CompiledArm:
         self, q: np.ndarray, v: np.ndarray, p: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """M(q) (n, n) and F(q, q') (n,) without the drive."""
-        from ..arm.calls import call_dynamics
+        from ..arm.evaluation import call_dynamics
 
         return call_dynamics(self.dynamics, *_floats(q, v, p))
 
     def tip_place(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """z (2,) in m and dz/dq (2, n)."""
-        from ..arm.calls import call_tip
+        from ..arm.evaluation import call_tip
 
         return call_tip(self.tip, *_floats(q, p))
 
     def tip_places(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
         """z (N, 2, S) in m along S motions q (N, n, S), each with its own numbers p (S, np)."""
-        from ..arm.calls import tip_places
+        from ..arm.evaluation import tip_places
 
         return tip_places(self.tip, *_floats(q, p))
 
     def linear_matrices(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """K = -dF/dq and D = -dF/dq' (n, n) of the straight arm at the joint positions in q."""
-        from ..arm.calls import call_linear
+        from ..arm.evaluation import call_linear
 
         return call_linear(self.linear, *_floats(q, p))
 
@@ -103,7 +103,7 @@ def _module_text(structure: Structure, wide: bool = False) -> str:
 def compile_arm(structure: Structure) -> CompiledArm:
     """The compiled arm; a second or two the first time, from the cache after that."""
     with _LOADING:
-        module = kept_module(_name(structure), partial(_module_text, structure))
+        module = cached_module(_name(structure), partial(_module_text, structure))
     return CompiledArm(structure, module.dynamics, module.tip, module.linear)
 
 
@@ -122,7 +122,7 @@ def compile_wide_arm(structure: Structure) -> WideArm:
     """Seconds the first time, from the cache after that."""
     with _LOADING:
         text = partial(_module_text, structure, wide=True)
-        module = kept_module(f"wide_{_name(structure)}", text)
+        module = cached_module(f"wide_{_name(structure)}", text)
     solvers = (
         module.factor, module.substitute, module.solve_positive, module.multiply, module.subtract
     )  # fmt: skip

@@ -11,9 +11,9 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..arm.cache import keep_kernels_here
+from ..arm.cache import use_cache_folder
 
-keep_kernels_here()  # before the first function is compiled
+use_cache_folder()  # before the first function is compiled
 
 vector = types.float64[::1]
 matrix = types.float64[:, ::1]

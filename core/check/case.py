@@ -19,7 +19,7 @@ from ..check.measured_recording import MeasuredRecording
 from ..check.suspect_channels import Suspect, late_suspects, suspects
 from ..check.tip_geometry import TipGeometry
 from ..recording.channels import Role, channel_kind, role_of
-from ..written import parse_header
+from ..units import parse_header
 
 MOST_POINTS = 600
 """Of a picture; a column on a screen is not wider."""

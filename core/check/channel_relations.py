@@ -18,7 +18,7 @@ from ..check.measured_recording import MeasuredRecording
 from ..model import Model
 from ..recording.channels import Role, is_reference, role_of
 from ..sensors import sensors
-from ..simulate.many import run
+from ..simulate.batch import run
 from ..simulate.motion import Task, at_rest
 from ..trajectory import Trajectory
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..written import parse_header
+from ..units import parse_header
 
 if TYPE_CHECKING:
     from ..check.case import Case

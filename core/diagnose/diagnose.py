@@ -24,12 +24,12 @@ from ..effects import catalogue, with_included
 from ..errors import InputError
 from ..identify.predictor import fast_thread_switching
 from ..identify.setup import Setup
+from ..precompile import precompile_arms
 from ..progress import Progress, Silent
 from ..recording.recording import Recording
 from ..results import MISSING, NOTHING, UNLISTED, Diagnosis, Remains
 from ..scenario.schema import IdentifySpec
-from ..scenario.stated_effects import structures_tried
-from ..warm import compile_beforehand
+from ..scenario.stated_effects import candidate_structures
 
 
 @fast_thread_switching()
@@ -114,7 +114,7 @@ def fit_base_to_recordings(
     if not chosen:
         raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
     tried = [e for kind, e in catalogue().items() if kind in (options.candidates or catalogue())]
-    compile_beforehand(structures_tried(setup.model.arm, tried))
+    precompile_arms(candidate_structures(setup.model.arm, tried))
     base_fit = fit_base(
         setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
         options.fidelity, progress.stopped, options.identified, options.stated_rig,

@@ -11,7 +11,7 @@ from ..arm.joints import joint
 from ..diagnose.fit_problem import Hypothesis
 from ..identify.prepared_recording import Prepared
 from ..results import MissingTorque, RecordingComparison
-from ..simulate.disturbance import Behind, torque_answer, torque_behind
+from ..simulate.disturbance import JointTorque, estimate_torque, torque_answer
 from ..simulate.posture import Posture, posture
 
 MOST_ROWS = 20_000
@@ -42,7 +42,7 @@ def missing_torque(
         or len(chosen[0].time) > MOST_ROWS
     ):
         return (), agility
-    behind = torque_behind(
+    behind = estimate_torque(
         _linearised(h, experiment),
         [c.channel for c in chosen],
         np.column_stack([c.residual for c in chosen]),
@@ -93,7 +93,7 @@ def error_response(
     if not (_one_linear_model(h, e) and e.counted.all()) or len(error) > MOST_ROWS:
         return None, agility
     names, dt, at = [c[0] for c in e.channels], e.recording.sample_time, _linearised(h, e)
-    behind = torque_behind(at, names, error, floors.tolist(), dt, agility)
+    behind = estimate_torque(at, names, error, floors.tolist(), dt, agility)
     if behind is None:
         return None, agility
     which, answer = torque_answer(at, names, dt, np.fft.rfftfreq(len(error))[FIRST_FREQUENCY:])
@@ -115,7 +115,7 @@ def _one_linear_model(h: Hypothesis, experiment: Prepared) -> bool:
 
 
 def _joint_record(
-    k: int, behind: Behind, comparison: RecordingComparison, applied: np.ndarray, h: Hypothesis
+    k: int, behind: JointTorque, comparison: RecordingComparison, applied: np.ndarray, h: Hypothesis
 ) -> MissingTorque:
     """The torque that the drive applies beyond the model's: minus the torque that explains the
     error."""

@@ -32,7 +32,7 @@ from ..diagnose.sensor_noise import (
 from ..identify.predictor import Motion
 from ..identify.prepared_recording import Prepared
 from ..identify.setup import Setup
-from ..recording.beginning import FEWEST_PER_COLUMN, LAGS
+from ..recording.initial_motion import FEWEST_PER_COLUMN, LAGS
 from ..recording.recording import Recording
 from ..recording.visible_band import visible_band
 from ..scenario.schema import Scenario

@@ -18,7 +18,7 @@ import scipy
 from ..arm.arm import Arm
 from ..drives.law import DriveLaw, static_law
 from ..errors import InputError
-from ..recording.beginning import begins_at_rest
+from ..recording.initial_motion import begins_at_rest
 from ..recording.recording import Recording
 from ..recording.velocity import ZeroPhaseLowPass, central_difference
 

@@ -70,7 +70,7 @@ class OwnEffect(Effect):
 class FormulaLaw(ForceLaw):
     """A law in the functions of a formula, compiled with the sign that force laws print."""
 
-    passing = True
+    interpreted = True
 
     def outputs(self) -> tuple[sp.Expr, ...]:
         return tuple(e.replace(FUNCTIONS["sign"], _SIGN) for e in super().outputs())

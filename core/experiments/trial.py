@@ -13,8 +13,8 @@ from ..diagnose.fit_problem import Hypothesis
 from ..experiments.rig_limits import RigLimits
 from ..model import Model
 from ..recording.spec import SimulateSpec
+from ..simulate.batch import run
 from ..simulate.experiment import make_task
-from ..simulate.many import run
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 

@@ -12,10 +12,10 @@ import numba
 import numpy as np
 import sympy as sp
 
-from ..arm.cache import kept_module, sources_key
+from ..arm.cache import cached_module, sources_key
 from ..forces.generate import module_text, wide_module_text
+from ..forces.interpreted import InterpretedLaw, wide
 from ..forces.law import ForceLaw
-from ..forces.passing import PassingLaw, wide
 
 _LOADING = threading.Lock()
 
@@ -50,17 +50,17 @@ KNOWN = 128
 """Formulas that are at hand; a model has a few, and they are soon compiled anew."""
 
 
-def compile_law(law: ForceLaw) -> CompiledLaw | PassingLaw:
+def compile_law(law: ForceLaw) -> CompiledLaw | InterpretedLaw:
     """A tenth of a second the first time, from the cache after that; a formula when needed."""
-    return _passing(law) if law.passing else _kept(law)
+    return _passing(law) if law.interpreted else _kept(law)
 
 
-def compile_wide_law(law: ForceLaw) -> CompiledLaw | PassingLaw:
+def compile_wide_law(law: ForceLaw) -> CompiledLaw | InterpretedLaw:
     """The same for LANES arms side by side; its `address` takes rows of LANES doubles."""
-    return _wide_passing(law) if law.passing else _wide_kept(law)
+    return _wide_passing(law) if law.interpreted else _wide_kept(law)
 
 
-_passing = lru_cache(KNOWN)(PassingLaw)
+_passing = lru_cache(KNOWN)(InterpretedLaw)
 _wide_passing = lru_cache(KNOWN)(wide)
 
 
@@ -78,4 +78,4 @@ def _loaded(stem: str, law: ForceLaw, write: Callable[[ForceLaw], str]) -> Modul
     text = repr((sp.srepr(law.outputs()), law.x, law.v, law.states, law.parameters))
     key = hashlib.sha256(f"{text}{numba.__version__}{sources_key()}".encode()).hexdigest()[:20]
     with _LOADING:
-        return kept_module(f"{stem}_{key}", partial(write, law))
+        return cached_module(f"{stem}_{key}", partial(write, law))

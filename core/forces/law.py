@@ -35,7 +35,7 @@ class ForceLaw:
         if len(set(symbols)) < len(symbols):
             raise ValueError(f"one symbol stands for two things among {symbols}")
 
-    passing: ClassVar[bool] = False
+    interpreted: ClassVar[bool] = False
     """Whether it comes and goes, as a formula that a person tries."""
 
     @property

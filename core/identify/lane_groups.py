@@ -23,10 +23,10 @@ from ..identify.prepared_recording import Prepared
 from ..lanes.wide import LANES
 from ..model import Model
 from ..progress import heeded, heeding, look
-from ..simulate.followed import followed
+from ..simulate.along_motion import followed
 from ..simulate.linear import interleave
-from ..simulate.pieces import STORE, Pieces, cut, pieces, piecewise
-from ..simulate.postures import Nodes
+from ..simulate.piecewise import STORE, Pieces, cut, pieces, piecewise
+from ..simulate.posture_interpolation import Nodes
 
 T = TypeVar("T")
 _NOTHING = np.zeros(0)
@@ -127,7 +127,7 @@ class PointGroup(Group):
         self, system: System, numbers: Lanes, mode: int, measured: np.ndarray,
         weights: np.ndarray, costs: np.ndarray, out: np.ndarray, passes: tuple[int, int],
     ) -> None:  # fmt: skip
-        """The passes from the first to before the second, see core.simulate.pieces.piecewise."""
+        """The passes from the first to before the second, see core.simulate.piecewise.piecewise."""
         piecewise(
             system.model.compiled.addresses, numbers.p, numbers.laws, numbers.C, numbers.D,
             self.postures, self.h, system.keep, system.held, numbers.x0, self.references,

@@ -32,7 +32,7 @@ from ..identify.processing import TORQUE
 from ..identify.unknowns import GAIN, OFFSET, Unknowns
 from ..lanes.wide import LANES
 from ..simulate.linear import respond
-from ..simulate.postures import interpolation, joints_that_matter, midpoints
+from ..simulate.posture_interpolation import interpolation, joints_that_matter, midpoints
 
 POSTURE_TOLERANCE = 1e-6
 """Of a channel's rms: what following the posture may change an output by. A thousandth of the

@@ -21,7 +21,7 @@ from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import GAIN, OFFSET, Unknowns
 from ..lanes.wide import LANES
 from ..simulate.linear import interleave
-from ..simulate.pieces import COMPARE, WEIGH
+from ..simulate.piecewise import COMPARE, WEIGH
 
 _NO_OUTPUTS = np.zeros((1, 0))
 

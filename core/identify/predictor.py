@@ -26,8 +26,8 @@ from ..identify.unknowns import Unknowns
 from ..model import Model, Numbers
 from ..processors import WORKERS
 from ..recording.recording import Recording
+from ..simulate.batch import Job, run_many
 from ..simulate.linear import respond
-from ..simulate.many import Job, run_many
 from ..simulate.motion import Task
 from ..simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS, run_many_extrapolated, simulate_many
 from ..trajectory import Trajectory

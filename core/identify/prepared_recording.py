@@ -17,8 +17,8 @@ from ..identify.prescribed_joints import is_prescribed
 from ..identify.processing import TORQUE, Processing, delayed
 from ..identify.unknowns import GAIN, OFFSET, START
 from ..model import Model, Numbers
-from ..recording.beginning import AT_ONCE
 from ..recording.channels import from_camera
+from ..recording.initial_motion import AT_ONCE
 from ..recording.recording import Recording, apply_logger_filter
 from ..sensors import Sensor
 from ..simulate.motion import Task, at_rest

@@ -16,6 +16,7 @@ from numba import njit, types
 
 from ..arm.arm import Structure
 from ..arm.signatures import OPTIONS, kernel, vector
+from ..bounded_cache import BoundedCache
 from ..drives.servo import averaged
 from ..effects.effect import Effect
 from ..forces.compiled import compile_law
@@ -23,9 +24,8 @@ from ..forces.element import Element
 from ..identify.prescribed_joint_motion import points_per_sample
 from ..identify.prescribed_joints import is_prescribed
 from ..model import Model, Numbers
-from ..recent import Recent
+from ..simulate.batch import law_arrays
 from ..simulate.elements import call_element
-from ..simulate.many import law_arrays
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
@@ -126,7 +126,7 @@ def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.nd
     return motion.kept(("seen", is_prescribed(model, simulated)), made)
 
 
-_JOINT_MOTIONS = Recent[np.ndarray](32 * 2**20, lambda seen: seen.nbytes)
+_JOINT_MOTIONS = BoundedCache[np.ndarray](32 * 2**20, lambda seen: seen.nbytes)
 """Bytes. Of the joints' motion alone, which is as recorded whatever else a model tries."""
 
 

@@ -20,10 +20,10 @@ import scipy
 from ..arm.arm import Structure
 from ..arm.signatures import DYNAMICS, kernel, matrix, vector
 from ..arm.slots import weighing
+from ..bounded_cache import BoundedCache
 from ..drives.servo import FollowingServo
 from ..lanes.algebra import factor_positive, substitute_positive
 from ..model import Model, Numbers
-from ..recent import Recent
 from ..simulate.motion import Task
 
 SWING = 0.5
@@ -60,7 +60,7 @@ def points_per_sample(model: Model, sample_time: float) -> int:
     return _POINTS.get(key, lambda: (bare, servo, _count_points(bare, servo, sample_time)))[2]
 
 
-_POINTS = Recent[tuple[Model, object, int]](64)
+_POINTS = BoundedCache[tuple[Model, object, int]](64)
 """Asked for at each simulation of a fit; both objects are kept, so that their identities stay
 theirs."""
 
@@ -201,7 +201,9 @@ CAPACITY = 64 * 2**20
 number of motions would be too few for many short recordings, which then push each other out, and
 too many for long ones."""
 
-_MOTIONS = Recent[PrescribedMotion](CAPACITY, lambda led: sum(part.nbytes for part in led[:4]))
+_MOTIONS = BoundedCache[PrescribedMotion](
+    CAPACITY, lambda led: sum(part.nbytes for part in led[:4])
+)
 """Most parameters of a fit leave a motion as it is, and splines cost more than simulating an arm of
 few coordinates along them."""
 
@@ -213,7 +215,7 @@ class _TaskMotion(NamedTuple):
     led: PrescribedMotion
 
 
-_BY_TASK = Recent[_TaskMotion](
+_BY_TASK = BoundedCache[_TaskMotion](
     CAPACITY, lambda one: one.task.references.nbytes + sum(part.nbytes for part in one.led[:4])
 )
 """By the arrays themselves: to read them through for what they say costs a third of simulating
@@ -298,7 +300,7 @@ def _held_acceleration(
     return np.vstack([np.repeat((found[0] - moves)[None], lead, axis=0), found])
 
 
-_ACCELERATIONS = Recent[np.ndarray](CAPACITY, lambda found: found.nbytes)
+_ACCELERATIONS = BoundedCache[np.ndarray](CAPACITY, lambda found: found.nbytes)
 """Stiffnesses, friction and sensors leave it as it is."""
 
 

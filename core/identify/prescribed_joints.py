@@ -32,8 +32,8 @@ from ..drives.servo import acceleration, bend
 from ..identify.prescribed_joint_motion import PrescribedMotion, prescribed_motion
 from ..lanes.algebra import factor_positive, substitute_positive
 from ..model import Model, Numbers
+from ..simulate.batch import Job
 from ..simulate.elements import ELEMENTS, push, see
-from ..simulate.many import Job
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 

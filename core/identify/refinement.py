@@ -20,7 +20,7 @@ from ..identify.prepared_recording import Prepared, prepare
 from ..identify.residuals import Residuals
 from ..least_squares import Descended, Limits, cost_of, descend, limits_of
 from ..progress import StoppedError
-from ..recording.thinning import first_part
+from ..recording.decimation import first_part
 
 MOST_ITERATIONS = 60
 """Of a descent; most end after ten."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..montecarlo.printed import (
+from ..montecarlo.paper_values import (
     WORKING_POINTS,
     Numbers,
     caption_deviation,

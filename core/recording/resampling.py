@@ -18,10 +18,10 @@ import scipy
 from ..errors import InputError
 from ..recording.channels import channel_kind
 from ..recording.clock import MIN_SAMPLES
+from ..recording.decimation import sentence, thinned
 from ..recording.recording import Recording
 from ..recording.spec import ResampleSpec
 from ..recording.table import MOST_CELLS, MOST_ROWS, Table
-from ..recording.thinning import sentence, thinned
 
 GAP = 1.75
 """Times a channel's usual step, beyond which a row is missing; jitter hardly reaches that."""
@@ -93,7 +93,7 @@ def even_table(
 
 
 def at_rate(recording: Recording, factor: int) -> Recording:
-    """Every factor-th instant behind the low-pass of `core.recording.thinning`; inputs keep their
+    """Every factor-th instant behind the low-pass of `core.recording.decimation`; inputs keep their
     mean, samples of a slow sensor go to the nearest instant that is kept."""
     if factor == 1:
         return recording

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..files import replacing
 from ..recording.channels import channel_kind
 from ..recording.recording import Recording
-from ..written import factor_to_si
+from ..units import factor_to_si
 
 if TYPE_CHECKING:
     from pandas import DataFrame

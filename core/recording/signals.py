@@ -14,7 +14,7 @@ from ..recording.channels import channel_kind, is_channel, is_reference
 from ..recording.clock import JITTER
 from ..recording.table import Listed, Reading, Table
 from ..sentences import few
-from ..written import factor_to_si, parse_header
+from ..units import factor_to_si, parse_header
 
 TIME_NAMES = ("t", "time", "timestamp", "stamp", "times", "timestamps")
 """How loggers call the time column, in lower case."""

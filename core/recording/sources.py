@@ -19,7 +19,7 @@ from ..recording.channels import channel_kind, is_channel
 from ..recording.spec import RecordingSpec
 from ..recording.table import Table, is_number, number
 from ..sentences import did_you_mean, few
-from ..written import factor_to_si, is_unit, parse_header
+from ..units import factor_to_si, is_unit, parse_header
 
 
 class Source(NamedTuple):

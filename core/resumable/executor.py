@@ -40,7 +40,7 @@ def never() -> bool:
     return False
 
 
-def give_again(index: int, waiting: deque[int], losses: Counter[int]) -> None:
+def requeue(index: int, waiting: deque[int], losses: Counter[int]) -> None:
     """The order of a worker that died goes to the front; InputError where too many did over it."""
     losses[index] += 1
     if losses[index] >= MOST_LOSSES:
@@ -169,7 +169,7 @@ class Processes(Executor):
         self._workers.remove(worker)
         worker.connection.close()
         worker.process.join(FAREWELL)
-        give_again(index, waiting, losses)
+        requeue(index, waiting, losses)
 
     def _dismiss(self) -> None:
         for worker in self._workers:

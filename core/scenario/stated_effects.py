@@ -156,14 +156,14 @@ def without_diagnosis(scenario: Scenario) -> Scenario:
     return Scenario.model_construct(stated, **{name: getattr(scenario, name) for name in stated})
 
 
-def arms_to_come(scenario: Scenario) -> tuple[Structure, ...]:
+def arms_to_compile(scenario: Scenario) -> tuple[Structure, ...]:
     """What must be compiled for a scenario: its arm, and those that a diagnosis will try."""
     model = base_model(scenario)
     candidates = candidate_effects(scenario.diagnose) if diagnosis_wanted(scenario) else ()
-    return structures_tried(model.arm, candidates)
+    return candidate_structures(model.arm, candidates)
 
 
-def structures_tried(arm: Arm, effects: Sequence[Effect]) -> tuple[Structure, ...]:
+def candidate_structures(arm: Arm, effects: Sequence[Effect]) -> tuple[Structure, ...]:
     """Of an arm by itself and with each of the effects."""
     arms = [arm, *(item.changed_arm(arm, {}) for item in effects)]
     return tuple(dict.fromkeys(Structure.of(item) for item in arms))

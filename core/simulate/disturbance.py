@@ -28,7 +28,7 @@ DOUBLINGS, SETTLED = 40, 1e-9
 
 
 @dataclass(frozen=True)
-class Behind:
+class JointTorque:
     """The torque behind an error."""
 
     torque: np.ndarray
@@ -42,14 +42,14 @@ class Behind:
     agility: float
 
 
-def torque_behind(
+def estimate_torque(
     at: Posture,
     channels: Sequence[str],
     error: np.ndarray,
     noise: Sequence[float],
     dt: float,
     agility: float | None = None,
-) -> Behind | None:
+) -> JointTorque | None:
     """error (N, k), measured minus modelled, each sample counting; None where no channel is a
     linear output of the posture's motion. `noise` (k,): standard deviations; `agility` in N m/√s
     (N/√s), None: the likeliest of some."""
@@ -93,7 +93,7 @@ def output_rows(at: Posture, channel: str) -> np.ndarray | None:
 
 def _smoothed(
     at: Posture, C: np.ndarray, e: np.ndarray, std: np.ndarray, dt: float, agility: float
-) -> Behind | None:
+) -> JointTorque | None:
     nx, joints, n = at.states, at.model.arm.joints, at.model.arm.coordinates
     F = _step(at, dt)
     H = np.hstack([C, np.zeros((len(C), joints))])
@@ -113,7 +113,7 @@ def _smoothed(
         x[k] += back @ (x[k + 1] - F @ x[k])
     weighted = np.sum(innovations * np.linalg.solve(S, innovations.T).T)
     likelihood = -0.5 * float(weighted + len(e) * np.linalg.slogdet(S)[1])
-    return Behind(x[:, nx:], x[:, :joints], x[:, n : n + joints], likelihood, agility)
+    return JointTorque(x[:, nx:], x[:, :joints], x[:, n : n + joints], likelihood, agility)
 
 
 def _predicted_covariance(F: np.ndarray, H: np.ndarray, Q: np.ndarray) -> np.ndarray | None:

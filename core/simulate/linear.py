@@ -1,9 +1,9 @@
 """Response of the LPV descriptor model, up to LANES experiments at once.
 
-State x = [q, q', s] with the drive's feedback closed, (11) of the paper for a velocity loop.
-The discretisation is exact for the drive's kind of hold; along a recorded motion the model at the
-middle of each sample is held over it. core.simulate.pieces and core.simulate.followed are faster
-and are tested against this.
+State x = [q, q', s] with the drive's feedback closed, (11) of the paper for a velocity loop. The
+discretisation is exact for the drive's kind of hold; along a recorded motion the model at the
+middle of each sample is held over it. core.simulate.piecewise and core.simulate.along_motion are
+faster and are tested against this.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..model import Model, Numbers
 from ..progress import heed, heeded
-from ..simulate.beam import bending, left_out
-from ..simulate.many import Job, finished, passes, run, run_many
+from ..simulate.batch import Job, finished, passes, run, run_many
+from ..simulate.modal_truncation import bending, left_out
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 

@@ -17,9 +17,9 @@ from ..recording.recording import Recording
 from ..recording.spec import SimulateSpec
 from ..scenario.schema import IdentifySpec
 from ..sensors import sensor
+from ..simulate.batch import run
 from ..simulate.experiment import make_task
 from ..simulate.linear import respond
-from ..simulate.many import run
 from ..simulate.motion import Task
 from ..simulate.nonlinear import simulate_within
 from ..trajectory import Trajectory

@@ -11,8 +11,8 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv
 
-from flexgui.core.diagnosed import NAME as DIAGNOSED
-from flexgui.core.diagnosed import diagnosed_toml
+from flexgui.core.diagnosed_scenario import NAME as DIAGNOSED
+from flexgui.core.diagnosed_scenario import diagnosed_toml
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress
 from flexgui.core.results import Outcome
@@ -123,10 +123,10 @@ def export_scenario(
     if far := outside(scenario, path.parent, data):
         print_line(far)
 
-    from flexgui.core.scenario.stated_effects import arms_to_come
-    from flexgui.core.warm import warm_up
+    from flexgui.core.precompile import precompile_all
+    from flexgui.core.scenario.stated_effects import arms_to_compile
 
-    warm_up(progress, arms_to_come(scenario))
+    precompile_all(progress, arms_to_compile(scenario))
 
     from flexgui.core.workbench import run_scenario
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from flexgui.core.diagnosed import diagnosed_scenario
+from flexgui.core.diagnosed_scenario import diagnosed_scenario
 from flexgui.core.errors import InputError
 from flexgui.core.identify.unknowns import GAIN, OFFSET, RECORDING_MARK
 from flexgui.core.recording.recording import Recording

@@ -70,10 +70,10 @@ class CallbackProgress(Silent):
 def at_work(callback: Callback | None, arms: Iterable[Structure] = ()) -> Iterator[Progress]:
     """What a computation reports to: the callback, or stderr. What the first one on a machine has
     to compile is part of it; `arms` that will be needed later are compiled beside it."""
-    from flexgui.core.warm import warm_up
+    from flexgui.core.precompile import precompile_all
     from flexgui.progress import shown_progress
 
     shown = shown_progress() if callback is None else nullcontext(CallbackProgress(callback))
     with shown as progress:
-        warm_up(progress, arms)
+        precompile_all(progress, arms)
         yield progress

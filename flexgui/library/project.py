@@ -14,7 +14,7 @@ from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.read import check_scenario, scenario_toml, write_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import arms_to_come, base_model, with_hidden_effects
+from flexgui.core.scenario.stated_effects import arms_to_compile, base_model, with_hidden_effects
 from flexgui.core.validation import validated
 from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.comparison import Comparison, Simulation
@@ -307,7 +307,7 @@ class Project:
         return target
 
     def _run(self, progress: Callback | None) -> Outcome:
-        with at_work(progress, arms_to_come(self.scenario)) as heard:
+        with at_work(progress, arms_to_compile(self.scenario)) as heard:
             from flexgui.core.workbench import run_scenario
 
             return run_scenario(self.scenario, **self._places, progress=heard)

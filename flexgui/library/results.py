@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from flexgui.core.diagnosed import diagnosed_scenario
+from flexgui.core.diagnosed_scenario import diagnosed_scenario
 from flexgui.core.results import (
     Estimate,
     LadderStep,

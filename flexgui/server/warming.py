@@ -96,9 +96,9 @@ class Warming(Silent):
             self._pool.start()
 
     def _compile(self) -> None:
-        from flexgui.core.warm import compile_kernels, is_warm
+        from flexgui.core.precompile import compile_kernels, kernels_compiled
 
-        if is_warm():
+        if kernels_compiled():
             return
         self._print_line(PREPARING)
         try:

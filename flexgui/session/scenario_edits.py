@@ -10,8 +10,8 @@ from typing import Any
 import msgspec
 
 from flexgui.core.arm.build import build_arm
+from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.model import Model
-from flexgui.core.recent import Recent
 from flexgui.core.scenario.read import check_scenario, scenario_toml
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
@@ -98,9 +98,9 @@ CACHE_SIZE = 64
 """Entries of each kind: twice the browsers of a class. The largest, a live model, has 100 KB."""
 
 
-_SCENARIOS: Recent[Scenario] = Recent(CACHE_SIZE)
-_MODELS: Recent[tuple[Scenario, Model]] = Recent(CACHE_SIZE)
-_TEXTS: Recent[tuple[Scenario, str]] = Recent(CACHE_SIZE)
+_SCENARIOS: BoundedCache[Scenario] = BoundedCache(CACHE_SIZE)
+_MODELS: BoundedCache[tuple[Scenario, Model]] = BoundedCache(CACHE_SIZE)
+_TEXTS: BoundedCache[tuple[Scenario, str]] = BoundedCache(CACHE_SIZE)
 """Keyed by the scenario's id, which stays unique while the entry holds the scenario."""
 
 

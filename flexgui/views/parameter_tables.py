@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from markupsafe import Markup
 
-from flexgui.core.montecarlo.printed import (
+from flexgui.core.montecarlo.paper_values import (
     GLOCAL,
     LABELS,
     MEAN,

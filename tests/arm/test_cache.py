@@ -150,7 +150,7 @@ def test_a_second_checkout_compiles_nothing_again(tmp_path: Path) -> None:
         copy, without = tmp_path / place / "physics", shutil.ignore_patterns("__pycache__")
         shutil.copytree(cache.PACKAGE, copy, ignore=without)
         subprocess.run(
-            [sys.executable, "-c", "import physics.arm.calls"],
+            [sys.executable, "-c", "import physics.arm.evaluation"],
             cwd=tmp_path / place, env=environment | {"PYTHONPATH": "."}, check=True,
         )  # fmt: skip
         kept.append({p: p.stat().st_mtime_ns for p in cached.rglob("*.nb?")})
@@ -171,7 +171,7 @@ def test_a_disk_that_becomes_full_is_said_and_another_folder_is_used(
         return write(path, content)
 
     monkeypatch.setattr(Path, "write_bytes", no_room)
-    module = cache.kept_module("force_of_a_test", lambda: "answer = 42\n")
+    module = cache.cached_module("force_of_a_test", lambda: "answer = 42\n")
     monkeypatch.delitem(sys.modules, module.__name__)
     assert module.answer == 42 and full not in Path(str(module.__file__)).parents
     assert caplog.text.count("no space left on device") == 1
@@ -196,7 +196,7 @@ def test_a_cache_that_cannot_grow_keeps_the_result(
         return 2 * x
 
     assert twice(21) == 42
-    assert "cannot be kept" in caplog.text
+    assert "cannot be saved" in caplog.text
 
 
 def test_the_module_for_many_arms_at_once_is_kept_with_a_digest_too() -> None:

@@ -12,7 +12,7 @@ import pytest
 from numba import njit
 
 from flexgui.core.arm.arm import Structure
-from flexgui.core.arm.cache import kept_module, module_file, sources_key
+from flexgui.core.arm.cache import cached_module, module_file, sources_key
 from flexgui.core.arm.compiled import _name as name_of
 from flexgui.core.arm.compiled import compile_wide_arm
 from flexgui.core.arm.generate import module_head
@@ -62,7 +62,7 @@ def apart(n: int) -> tuple[Any, ...]:
     """As the module of an arm has them, but alone."""
     text = module_head(n, wide=True) + "".join(solver_functions(n))
     key = hashlib.sha256(f"{text}{sources_key()}".encode()).hexdigest()[:20]
-    module = kept_module(f"solvers_{key}", lambda: text)
+    module = cached_module(f"solvers_{key}", lambda: text)
     return tuple(getattr(module, name) for name in CALLS)
 
 

@@ -10,7 +10,7 @@ from flexgui.core.drives.servo import DEFAULT_HZ, FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.errors import InputError
 from flexgui.core.model import Model
-from flexgui.core.recording.beginning import begins_at_rest
+from flexgui.core.recording.initial_motion import begins_at_rest
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.experiment import make_task, simulate_recording
 from flexgui.core.simulate.motion import Task

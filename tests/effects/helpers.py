@@ -17,9 +17,9 @@ from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.sensors import sensors
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.experiment import NoiseLevels, make_task, simulate_recording
 from flexgui.core.simulate.linear import respond
-from flexgui.core.simulate.many import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.trajectory import Trajectory

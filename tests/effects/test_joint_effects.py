@@ -19,8 +19,8 @@ from flexgui.core.effects.joint_load import LEAST, joint_load
 from flexgui.core.effects.torque_ripple import LAW as RIPPLE
 from flexgui.core.forces.compiled import compile_law
 from flexgui.core.model import Model
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.equations import equations
-from flexgui.core.simulate.many import run
 from flexgui.core.simulate.nonlinear import difference, simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.effects.helpers import experiment, moved, with_effect

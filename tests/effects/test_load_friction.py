@@ -13,7 +13,7 @@ from flexgui.core.effects import effect
 from flexgui.core.effects.load_friction import LAW
 from flexgui.core.forces.compiled import compile_law
 from flexgui.core.model import Model
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.nonlinear import difference, simulate_within
 from tests.effects.helpers import experiment, with_effect
 from tests.helpers import PAPER, looped, task_from

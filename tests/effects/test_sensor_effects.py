@@ -147,7 +147,7 @@ def rig(arm=PAPER, outputs=("z",), servo=False) -> Rig:
     [
         ("camera_delay", rig(outputs=("encoder",)), "camera"),
         ("sensor_lag", rig(outputs=("encoder", "torque")), "strain gauge"),
-        ("camera_misalignment", rig(outputs=("ydot",)), "places of the tip"),
+        ("camera_misalignment", rig(outputs=("ydot",)), "tip positions"),
         ("camera_misalignment", rig(outputs=("encoder",)), "camera"),
         ("encoder_offset", rig(arm=chain(1)), "one joint"),
         ("encoder_offset", rig(servo=True), "encoders' positions"),

@@ -14,7 +14,7 @@ from flexgui.core.model import Model
 from flexgui.core.results import Outcome
 from flexgui.core.simulate.linear import respond
 from flexgui.core.simulate.motion import Task
-from flexgui.core.simulate.postures import midpoints
+from flexgui.core.simulate.posture_interpolation import midpoints
 from flexgui.export.formats.c_code import FOLDER, CCode, c_sources
 from flexgui.export.formats.fmu import compiler
 from flexgui.export.model_format import in_c, scheduled

@@ -51,7 +51,7 @@ def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     # A text for a scenario has no recordings that could lie anywhere.
     monkeypatch.setattr("flexgui.core.scenario.data_folder.outside", lambda *given: "")
     monkeypatch.setattr("flexgui.core.identify.unknowns.check_names", lambda given: None)
-    monkeypatch.setattr("flexgui.core.scenario.stated_effects.arms_to_come", lambda given: ())
+    monkeypatch.setattr("flexgui.core.scenario.stated_effects.arms_to_compile", lambda given: ())
     # The motion in 3-D would be simulated by the workbench that is not there.
     monkeypatch.setattr("flexgui.export.report_motion.report_motion", lambda *given: None)
     monkeypatch.setitem(sys.modules, "flexgui.core.scenario.read", reader)
@@ -117,7 +117,7 @@ def test_a_slip_is_told_before_what_computes_is_imported(tmp_path: Path) -> None
     code = (
         "import sys; from flexgui.cli import run\n"
         f"assert {{run(each) for each in {tried!r}}} == {{2}}\n"
-        "names = ('loading', 'simulate.many', 'check.run_checks')\n"
+        "names = ('loading', 'simulate.batch', 'check.run_checks')\n"
         "core = [f'flexgui.core.{name}' for name in names]\n"
         "heavy = (*core, 'plotly', 'pandas')\n"
         "print([name for name in heavy if name in sys.modules])"

@@ -13,7 +13,7 @@ from flexgui.core.effects.bristle import bristle_law
 from flexgui.core.forces.element import Element, pack
 from flexgui.core.forces.law import ForceLaw, V, W, X
 from flexgui.core.model import Model
-from flexgui.core.simulate.many import flat, law_arrays, run
+from flexgui.core.simulate.batch import flat, law_arrays, run
 from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.simulate.rosenbrock import implicit_parts, integrate
 from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, _rate, at, excited, forced

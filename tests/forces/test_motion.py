@@ -15,7 +15,7 @@ from flexgui.core.forces.compiled import compile_law
 from flexgui.core.forces.element import Element, linear_matrices, pack
 from flexgui.core.forces.law import ForceLaw, V, W, X, joint_law
 from flexgui.core.model import Model
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import ARMS, PAPER, looped, task_from, torque_of
 

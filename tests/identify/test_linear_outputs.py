@@ -18,7 +18,7 @@ from flexgui.core.recording.recording import CameraPose, LoggerFilter, Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.simulate.experiment import simulate_recording
-from flexgui.core.simulate.postures import interpolation
+from flexgui.core.simulate.posture_interpolation import interpolation
 from tests.helpers import ARMS, PAPER, loaded, looped, with_modes
 from tests.identify.helpers import LPV, residuals_of, simulated
 

@@ -27,8 +27,8 @@ from flexgui.core.results import Generation
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate import motion
+from flexgui.core.simulate.batch import Job, run, run_many
 from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
-from flexgui.core.simulate.many import Job, run, run_many
 from tests.helpers import finer
 
 TRUTH = 1e9 * 0.05**4 / 12.0

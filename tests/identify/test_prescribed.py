@@ -21,7 +21,7 @@ from flexgui.core.identify.unknowns import Unknowns
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.many import run_many
+from flexgui.core.simulate.batch import run_many
 
 BENCH = presets()["two_stage_bench"]
 INERTIA = (0.35, 0.0095)

@@ -20,7 +20,7 @@ from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.many import Job, run_many
+from flexgui.core.simulate.batch import Job, run_many
 from flexgui.core.trajectory import Trajectory
 
 SLIDE = presets()["single_axis"]

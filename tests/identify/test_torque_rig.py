@@ -12,7 +12,7 @@ from flexgui.core.identify.predictor import motion_of
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
-from flexgui.core.recording.beginning import begins_at_rest
+from flexgui.core.recording.initial_motion import begins_at_rest
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.errors import InputError
-from flexgui.core.montecarlo import printed
+from flexgui.core.montecarlo import paper_values
 from flexgui.core.montecarlo.estimates import (
     estimate_tables,
     flat_prior,
@@ -47,15 +47,15 @@ def summary(records: dict[str, Record]) -> Summary:
 
 
 def test_the_printed_deviation_of_the_mean_obeys_the_formula_that_the_caption_does_not() -> None:
-    for table in (printed.SNR_NONE, printed.SNR_20):
-        each = [table[k][1] for k in printed.LOCALS]
-        told = table[printed.MEAN][1]
-        assert printed.deviation_of_mean(each) == pytest.approx(told, abs=PRINTED_DIGITS)
-        assert abs(printed.caption_deviation(each) - told) > 0.05
+    for table in (paper_values.SNR_NONE, paper_values.SNR_20):
+        each = [table[k][1] for k in paper_values.LOCALS]
+        told = table[paper_values.MEAN][1]
+        assert paper_values.deviation_of_mean(each) == pytest.approx(told, abs=PRINTED_DIGITS)
+        assert abs(paper_values.caption_deviation(each) - told) > 0.05
 
 
 def test_the_papers_means_imply_a_wrong_ei() -> None:
-    bias = [100.0 * implied_bias(n, TRUE_EI) for n in printed.SNR_NONE]
+    bias = [100.0 * implied_bias(n, TRUE_EI) for n in paper_values.SNR_NONE]
     assert bias[0] == pytest.approx(7.0, abs=0.1)
     assert bias[6] == pytest.approx(-1.0, abs=0.1)
     assert least_scatter((1.0, 0.1, 50.0, 50.0 * 0.1 / 4.0)) == pytest.approx(0.0, abs=1e-12)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from flexgui.core.montecarlo.estimates import WITHIN, agreements, explained, pooled
-from flexgui.core.montecarlo.printed import FITS
+from flexgui.core.montecarlo.paper_values import FITS
 from flexgui.core.montecarlo.settings import make_settings
 from flexgui.core.montecarlo.study import study
 from flexgui.core.montecarlo.summary import Summary, summarise

@@ -4,7 +4,7 @@ import pytest
 
 from flexgui.core.errors import InputError
 from flexgui.core.recording.channels import CHANNEL_KINDS
-from flexgui.core.written import factor_to_si, parse_header
+from flexgui.core.units import factor_to_si, parse_header
 
 ROUNDING = 1e-12
 """Relative; a factor is the product of a few rounded constants."""

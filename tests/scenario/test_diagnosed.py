@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from flexgui.core.diagnosed import diagnosed, diagnosed_scenario, diagnosed_toml
+from flexgui.core.diagnosed_scenario import diagnosed, diagnosed_scenario, diagnosed_toml
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.recording.save import save_recording

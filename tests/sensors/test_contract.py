@@ -10,9 +10,9 @@ from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.rig_spec import SensorsSpec
 from flexgui.core.sensors import sensor, sensors
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.experiment import make_task
 from flexgui.core.simulate.linear import respond
-from flexgui.core.simulate.many import run
 from flexgui.core.trajectory import Trajectory
 from tests.helpers import ARMS, looped
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from flexgui.core import warm
+from flexgui.core import precompile
 from flexgui.server import warming
 from flexgui.server.warming import PREPARING, READY, Warming
 
@@ -70,8 +70,8 @@ def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
         begun.set()
         assert end.wait(PATIENCE)
 
-    monkeypatch.setattr(warm, "is_warm", lambda: False)
-    monkeypatch.setattr(warm, "compile_kernels", compile_all)
+    monkeypatch.setattr(precompile, "kernels_compiled", lambda: False)
+    monkeypatch.setattr(precompile, "compile_kernels", compile_all)
     said: list[str] = []
     one, pool = warming_of(said)
     thread = one.start()
@@ -94,7 +94,7 @@ def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
 
 
 def test_a_warm_machine_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(warm, "is_warm", lambda: True)
+    monkeypatch.setattr(precompile, "kernels_compiled", lambda: True)
     said: list[str] = []
     one, pool = warming_of(said)
     one.start().join(PATIENCE)
@@ -110,8 +110,8 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(monkeypatch: pytest.Monke
         progress.stage("compiling", 3)
         raise RuntimeError("no compiler")
 
-    monkeypatch.setattr(warm, "is_warm", lambda: False)
-    monkeypatch.setattr(warm, "compile_kernels", fail)
+    monkeypatch.setattr(precompile, "kernels_compiled", lambda: False)
+    monkeypatch.setattr(precompile, "compile_kernels", fail)
     one, pool = warming_of([])
     one.start().join(PATIENCE)
     one.wait()
@@ -119,7 +119,7 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(monkeypatch: pytest.Monke
 
 
 def test_the_workers_start_behind_the_first_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(warm, "is_warm", lambda: True)
+    monkeypatch.setattr(precompile, "kernels_compiled", lambda: True)
     pool = Pool()
     shown = Warming(pool, print)  # type: ignore[arg-type]
     thread = shown.start()

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.errors import InputError
-from flexgui.core.recent import Recent
 from flexgui.places import WORK, is_kept
 from flexgui.session import scenario_document
 from flexgui.session.saved_work import SavedWork
@@ -112,7 +112,7 @@ def test_numbers_that_are_equal_but_not_the_same_kind_are_two_documents(kept: Se
 
 
 def test_what_is_known_is_bounded_and_the_oldest_goes_first() -> None:
-    known: Recent[list[int]] = Recent(3)
+    known: BoundedCache[list[int]] = BoundedCache(3)
     first = known.get(0, lambda: [0])
     for k in (1, 2, 0, 3):
         known.get(k, lambda k=k: [k])  # type: ignore[misc]

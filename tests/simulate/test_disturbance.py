@@ -7,8 +7,8 @@ import pytest
 
 from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY
 from flexgui.core.diagnose.shape_refinement import spectrum, spectrum_of_error
-from flexgui.core.simulate.disturbance import torque_answer, torque_behind
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
+from flexgui.core.simulate.disturbance import estimate_torque, torque_answer
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.posture import posture
 from flexgui.core.study.study_rig import bare_model
@@ -54,7 +54,7 @@ def friction():
 
 def test_a_known_torque_is_found_again(friction) -> None:
     at, error, torque = friction
-    found = torque_behind(at, list(NOISE), error, list(NOISE.values()), DT)
+    found = estimate_torque(at, list(NOISE), error, list(NOISE.values()), DT)
     assert found is not None
     for k in range(2):
         assert np.corrcoef(found.torque[:, k], torque[:, k])[0, 1] > SHAPE
@@ -64,7 +64,7 @@ def test_a_known_torque_is_found_again(friction) -> None:
 
 def test_encoders_alone_suffice_and_a_chosen_agility_is_kept(friction) -> None:
     at, error, torque = friction
-    found = torque_behind(at, ["theta1", "theta2"], error[:, :2], [2e-5, 2e-5], DT, 10.0)
+    found = estimate_torque(at, ["theta1", "theta2"], error[:, :2], [2e-5, 2e-5], DT, 10.0)
     assert found is not None and found.agility == 10.0
     assert np.corrcoef(found.torque[:, 0], torque[:, 0])[0, 1] > 0.9
 
@@ -72,14 +72,14 @@ def test_encoders_alone_suffice_and_a_chosen_agility_is_kept(friction) -> None:
 def test_noise_alone_needs_no_torque(friction) -> None:
     at, error, torque = friction
     noise = np.random.default_rng(4).standard_normal(error.shape) * list(NOISE.values())
-    found = torque_behind(at, list(NOISE), noise, list(NOISE.values()), DT)
+    found = estimate_torque(at, list(NOISE), noise, list(NOISE.values()), DT)
     assert found is not None
     assert np.abs(found.torque).max() < 0.1 * np.abs(torque).max()
 
 
 def test_an_output_that_is_not_of_the_motion_is_no_use(friction) -> None:
     at, error, _ = friction
-    assert torque_behind(at, ["i1"], error[:, :1], [1.0], DT) is None
+    assert estimate_torque(at, ["i1"], error[:, :1], [1.0], DT) is None
 
 
 def test_the_answer_to_a_torque_is_that_of_the_simulated_arm(friction) -> None:

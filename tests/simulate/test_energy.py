@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexgui.core.model import Model
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
 from flexgui.core.trajectory import Trajectory
 from tests.helpers import PAPER, loaded, looped, simulate_fixed, task_from
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.excitation import build_excitation
 from flexgui.core.model import Model
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import (
     DEFAULT_TOLERANCE,

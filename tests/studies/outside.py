@@ -16,7 +16,7 @@ from flexgui.core.effects.sizes import Sizes
 from flexgui.core.forces.element import Element
 from flexgui.core.forces.law import V, W, joint_law
 from flexgui.core.model import Model
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.study.detectability import Detectability, crossing
 from flexgui.core.study.study_rig import STEPS, readings

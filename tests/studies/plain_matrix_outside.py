@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from flexgui.core.recording.recording import Recording
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.study.detectability import crossing
 from flexgui.core.trajectory import Trajectory

@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.effects import effect
 from flexgui.core.recording.spec import SimulateSpec
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
 from flexgui.core.study.detectability import CLOSE, Detectability, UnreachableError, crossing
 from flexgui.core.study.hidden_effect import (
     LEVELS_OF_MODEL,

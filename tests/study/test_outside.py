@@ -8,7 +8,7 @@ import pytest
 from flexgui.core.effects import catalogue
 from flexgui.core.forces.compiled import compile_law
 from flexgui.core.recording.spec import SimulateSpec
-from flexgui.core.simulate.many import run
+from flexgui.core.simulate.batch import run
 from flexgui.core.study.detectability import CLOSE, Detectability
 from flexgui.core.study.study_rig import STEPS, Experiment, bare_model
 from tests.studies.outside import CABLE, OUTSIDE, PIECES, STRONG, disturbed, in_pieces

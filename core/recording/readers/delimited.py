@@ -14,7 +14,7 @@ from typing import IO, Any
 import numpy as np
 
 from ...errors import InputError
-from ...recording.heading import Heading, cells_of, decoded, read_heading
+from ...recording.header import Heading, cells_of, decoded, read_heading
 from ...recording.table import (
     NO_NUMBER,
     Reading,

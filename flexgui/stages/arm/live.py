@@ -9,8 +9,8 @@ import numpy as np
 
 from flexgui.core.arm.arm import Arm, Structure
 from flexgui.core.arm.compiled import compile_arm
+from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.model import Model, Numbers
-from flexgui.core.recent import Recent
 from flexgui.core.results import DescriptorModel, Equation
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.simulate.posture import Mode, Posture, once, posture, vibration_modes
@@ -96,9 +96,9 @@ def is_new(arm: Arm, before: Prepared | None) -> bool:
     return before is None or Structure.of(arm) != Structure.of(before.model.arm)
 
 
-_EQUATIONS: Recent[tuple[Equation, ...]] = Recent(CACHE_SIZE)
-_PREPARED: Recent[Prepared] = Recent(CACHE_SIZE)
-_LIVE: Recent[LiveModel] = Recent(CACHE_SIZE)
+_EQUATIONS: BoundedCache[tuple[Equation, ...]] = BoundedCache(CACHE_SIZE)
+_PREPARED: BoundedCache[Prepared] = BoundedCache(CACHE_SIZE)
+_LIVE: BoundedCache[LiveModel] = BoundedCache(CACHE_SIZE)
 """By ids of what the entries hold, so that no other object can have them."""
 
 

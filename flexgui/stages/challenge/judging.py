@@ -15,7 +15,7 @@ from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.sizes import typical
 from flexgui.core.errors import InputError
 from flexgui.core.parameters import Parameter
-from flexgui.core.written import factor_to_si
+from flexgui.core.units import factor_to_si
 from flexgui.sentences.written import format_number, shown_unit
 
 if TYPE_CHECKING:

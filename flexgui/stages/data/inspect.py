@@ -146,7 +146,7 @@ def inspect_file(
 def _suited(numbers: Mapping[str, np.ndarray], rigs: Sequence[RigColumns]) -> str:
     """The rig that finds all that it needs and uses most columns; the later one of equals."""
     from flexgui.core.recording.sources import guess_columns
-    from flexgui.core.written import parse_header
+    from flexgui.core.units import parse_header
 
     best, most = "", 0
     for rig in rigs:
@@ -217,7 +217,7 @@ def _numbers(table: Table) -> dict[str, np.ndarray]:
 def _guessed(numbers: Mapping[str, np.ndarray], wanted: tuple[str, ...]) -> dict[str, Any]:
     """Entries under `columns`; a column of a channel's own name needs none."""
     from flexgui.core.recording.sources import guess_columns
-    from flexgui.core.written import parse_header
+    from flexgui.core.units import parse_header
 
     found = {}
     for channel, one in guess_columns(numbers, wanted).items():
@@ -261,7 +261,7 @@ def _in_plausible_units(
     """Degrees and millimetres where radians and metres cannot be, in columns without a unit; all of
     a kind alike."""
     from flexgui.core.arm.build import build_arm
-    from flexgui.core.written import parse_header
+    from flexgui.core.units import parse_header
 
     arm = build_arm(file.scenario.arm)
     reach = sum(segment.length for segment in arm.segments)
@@ -282,7 +282,7 @@ def _in_plausible_units(
 
 
 def _unit_of(columns: Mapping[str, Any], headers: Mapping[str, str], channel: str) -> str:
-    from flexgui.core.written import parse_header
+    from flexgui.core.units import parse_header
 
     stated = columns.get(channel, {}).get("name", headers[channel])
     return parse_header(stated)[1] or parse_header(headers[channel])[1]
@@ -319,7 +319,7 @@ def _headers_of(
     headers: tuple[str, ...], columns: Mapping[str, Any], wanted: tuple[str, ...]
 ) -> dict[str, str]:
     """Channel -> header, of the wanted channels that have one."""
-    from flexgui.core.written import parse_header
+    from flexgui.core.units import parse_header
 
     plain = {parse_header(h)[0]: h for h in headers}
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}

@@ -95,7 +95,7 @@ def settings(found: Rows, how: str = "", clock: str = "interpolate") -> dict[str
 def headers_of(headers: tuple[str, ...], columns: Mapping[str, Any]) -> dict[str, str]:
     """Channel -> header: what `columns` names, then columns of a channel's own name."""
     from flexgui.core.recording.channels import is_channel
-    from flexgui.core.written import parse_header
+    from flexgui.core.units import parse_header
 
     plain = {parse_header(h)[0]: h for h in headers}
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
@@ -108,7 +108,7 @@ def _seconds(
 ) -> np.ndarray:
     """(N,) s; nothing where no column is the time."""
     from flexgui.core.errors import InputError
-    from flexgui.core.written import factor_to_si, parse_header
+    from flexgui.core.units import factor_to_si, parse_header
 
     header = headers.get("t", "")
     if header not in numbers:

@@ -167,7 +167,7 @@ def scenario_file(scenario: Scenario, folder: Path) -> tuple[str, bytes]:
 
 def diagnosed_file(scenario: Scenario, found: Diagnosis, folder: Path) -> tuple[str, bytes]:
     """The same of the scenario with what a diagnosis found."""
-    from flexgui.core.diagnosed import diagnosed_toml
+    from flexgui.core.diagnosed_scenario import diagnosed_toml
 
     name = safe_name(scenario.title).replace(" ", "_") or "scenario"
     return bundled(f"{name}_diagnosed", diagnosed_toml(scenario, found), scenario, folder)

@@ -17,7 +17,7 @@ from flexgui.core.recording.channels import (
 )
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.written import parse_header
+from flexgui.core.units import parse_header
 from flexgui.sentences.written import channel_symbol
 from flexgui.session.scenario_edits import apply_edits, cached_model
 from flexgui.stages.data.inspect import Inspection, RigColumns

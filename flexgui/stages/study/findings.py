@@ -20,8 +20,8 @@ from flexgui.core.montecarlo.estimates import (
     least_scatter,
     pooled,
 )
-from flexgui.core.montecarlo.printed import FITS, LOCALS, caption_deviation, deviation_of_mean
-from flexgui.core.montecarlo.printed import GLOCAL as PAPERS_GLOCAL
+from flexgui.core.montecarlo.paper_values import FITS, LOCALS, caption_deviation, deviation_of_mean
+from flexgui.core.montecarlo.paper_values import GLOCAL as PAPERS_GLOCAL
 from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, Summary
 from flexgui.core.sentences import listed
 from flexgui.export.template import program

@@ -20,7 +20,7 @@ from flexgui.core.montecarlo.estimates import (
     least_scatter,
     pooled,
 )
-from flexgui.core.montecarlo.printed import MEAN, Numbers, stiffness
+from flexgui.core.montecarlo.paper_values import MEAN, Numbers, stiffness
 from flexgui.sentences.written import format_number
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, dots, figure, line

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexgui.core.montecarlo.estimates import EstimateTable, comparable, implied_bias
+from flexgui.core.montecarlo.paper_values import FITS, LOCALS
 from flexgui.core.montecarlo.planning import Candidate, Planning
-from flexgui.core.montecarlo.printed import FITS, LOCALS
 from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, BiasSource, Validation
 from flexgui.sentences.written import format_number
 from flexgui.stages.study.findings import GLOCAL, conclusions, result_words

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
-from flexgui.core.resumable.executor import CALM, Answers, Executor, Stop, Work, give_again, never
+from flexgui.core.resumable.executor import CALM, Answers, Executor, Stop, Work, never, requeue
 from flexgui.jobs.job import QUEUED, Job
 from flexgui.jobs.messages import Failed, Stopped, Task, WorkerLost
 from flexgui.jobs.pool import JobPool
@@ -99,7 +99,7 @@ def _collect(
         if isinstance(job.ending, Failed):
             raise InputError(job.ending.sentence)
         if isinstance(job.ending, WorkerLost):
-            give_again(index, waiting, losses)
+            requeue(index, waiting, losses)
         if job.stop_requested_at is not None or isinstance(job.ending, Stopped):
             waiting.clear()  # whoever ended it wants no other one begun
         if job.result is not None:

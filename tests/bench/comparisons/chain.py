@@ -12,8 +12,8 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.drives import build_drive
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
-from flexgui.core.simulate.beam import left_out
 from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.modal_truncation import left_out
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import simulate
 from tests.bench.case import GAINS

@@ -13,8 +13,8 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.drives import build_drive
 from flexgui.core.model import Model, Numbers
 from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.experiment import make_task
-from flexgui.core.simulate.many import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import MOST_SUBSTEPS, simulate_within
 from flexgui.core.trajectory import Trajectory

@@ -13,7 +13,7 @@ from numba.extending import intrinsic
 from flexgui.core.lanes.wide import LANES
 from flexgui.core.processors import WORKERS
 from flexgui.core.simulate.discrete import TAYLOR_RADIUS
-from flexgui.core.simulate.pieces import pieces
+from flexgui.core.simulate.piecewise import pieces
 from tests.bench.case import MEMBERS, Case, glocal_case, population
 from tests.bench.peers import state_space
 from tests.bench.row import Row, Size, median_seconds

@@ -13,8 +13,8 @@ from flexgui.core.arm.cache import VARIABLE
 from flexgui.core.effects.own import own_effect, own_parameter
 from flexgui.core.forces.compiled import CompiledLaw, compile_law, compile_wide_law
 from flexgui.core.forces.generate import module_text
+from flexgui.core.forces.interpreted import InterpretedLaw
 from flexgui.core.forces.law import V, X, joint_law
-from flexgui.core.forces.passing import PassingLaw
 from tests.helpers import PAPER
 
 ROUNDING = 1e-12
@@ -24,12 +24,12 @@ A = sp.Symbol("a", real=True)
 FORMULAS = ("-a*tanh(dtheta1/{})", "a*theta1**3/{}", "-a*sqrt(dtheta1**2 + 1e-{})*sign(theta1)")
 
 
-def tried(k: int) -> PassingLaw:
+def tried(k: int) -> InterpretedLaw:
     formula = FORMULAS[k % 3].format(k + 1)
     parameters = (own_parameter("a", 0.5, "N m"),)
     made = own_effect(PAPER, "joint1", formula, parameters, f"own-{k}")
     found = compile_law(made.stated)
-    assert isinstance(found, PassingLaw)
+    assert isinstance(found, InterpretedLaw)
     return found
 
 
@@ -59,7 +59,10 @@ def test_neither_does_one_that_an_integrator_calls(
 )
 def test_in_plain_python_it_gives_what_is_compiled(force: sp.Expr) -> None:
     law = joint_law(force, (A,))
-    plain, compiled = PassingLaw(law), CompiledLaw(law, PassingLaw(law, module_text)._function)
+    plain, compiled = (
+        InterpretedLaw(law),
+        CompiledLaw(law, InterpretedLaw(law, module_text)._function),
+    )
     random = np.random.default_rng(1)
     for _ in range(20):
         x, v, a = random.normal(size=(3, 1))
@@ -70,5 +73,5 @@ def test_in_plain_python_it_gives_what_is_compiled(force: sp.Expr) -> None:
 @pytest.mark.parametrize("force", [A / X, A * sp.log(X), A * sp.sqrt(X - 1), A * X**-0.5])
 def test_what_does_not_exist_at_rest_is_not_finite_and_no_error(force: sp.Expr) -> None:
     rest = np.zeros(1)
-    out = PassingLaw(joint_law(force, (A,)))(rest, rest, np.zeros(0), np.ones(1))
+    out = InterpretedLaw(joint_law(force, (A,)))(rest, rest, np.zeros(0), np.ones(1))
     assert not np.isfinite(out).all()

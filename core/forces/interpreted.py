@@ -22,7 +22,7 @@ from ..forces.law import ForceLaw
 _COMPILING = threading.Lock()
 
 
-class PassingLaw:
+class InterpretedLaw:
     """A law as `CompiledLaw` has it: a call with numbers, and an address."""
 
     def __init__(self, law: ForceLaw, write: Callable[[ForceLaw], str] = module_text) -> None:
@@ -74,6 +74,6 @@ class _Text(InspectLoader):
         return self._text
 
 
-def wide(law: ForceLaw) -> PassingLaw:
+def wide(law: ForceLaw) -> InterpretedLaw:
     """The same for LANES arms side by side; only its address is of use."""
-    return PassingLaw(law, wide_module_text)
+    return InterpretedLaw(law, wide_module_text)

@@ -1,7 +1,8 @@
 """Compiled response of the LPV descriptor model along a recorded motion.
 
-The discretised matrices F are interpolated between d node postures (core.simulate.postures), so
-that a sample costs d products instead of a matrix exponential:
+The discretised matrices F are interpolated between d node postures
+(core.simulate.posture_interpolation), so that a sample costs d products instead of a matrix
+exponential:
 
     x_next = sum_k w_k F_k [r; x],    y = [D C] [r; x].
 

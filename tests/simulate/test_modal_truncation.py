@@ -11,8 +11,8 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.effects import catalogue
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
-from flexgui.core.simulate.beam import StraightArm, left_out
 from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.modal_truncation import StraightArm, left_out
 from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import DEFAULT_TOLERANCE, Simulated, simulate, simulate_within
 from tests.helpers import ARMS, EVERY_ARM, PAPER, loaded, looped, with_modes

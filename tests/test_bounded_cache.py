@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from flexgui.core.recent import Recent
+from flexgui.core.bounded_cache import BoundedCache
 
 
-def squares(kept: Recent[np.ndarray]) -> tuple[list[int], Callable[[int], np.ndarray]]:
+def squares(kept: BoundedCache[np.ndarray]) -> tuple[list[int], Callable[[int], np.ndarray]]:
     """The numbers for which squares were made, and what asks for them."""
     made: list[int] = []
 
@@ -24,8 +24,8 @@ def squares(kept: Recent[np.ndarray]) -> tuple[list[int], Callable[[int], np.nda
     return made, asked
 
 
-def by_bytes(capacity: int) -> Recent[np.ndarray]:
-    return Recent(8 * capacity, lambda x: x.nbytes)
+def by_bytes(capacity: int) -> BoundedCache[np.ndarray]:
+    return BoundedCache(8 * capacity, lambda x: x.nbytes)
 
 
 def test_a_value_is_made_once_while_there_is_room() -> None:
@@ -36,8 +36,8 @@ def test_a_value_is_made_once_while_there_is_room() -> None:
     assert made == [9, 10, 11]
 
 
-@pytest.mark.parametrize("kept", [by_bytes(20), Recent(2)])
-def test_what_was_used_longest_ago_goes_first(kept: Recent[np.ndarray]) -> None:
+@pytest.mark.parametrize("kept", [by_bytes(20), BoundedCache(2)])
+def test_what_was_used_longest_ago_goes_first(kept: BoundedCache[np.ndarray]) -> None:
     made, asked = squares(kept)
     for n in (9, 10, 9, 11, 9, 10):
         asked(n)

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.core import warm
+from flexgui.core import precompile
 from flexgui.core.arm.arm import Structure
 from flexgui.core.arm.compiled import is_compiled
-from flexgui.core.warm import compile_beforehand
+from flexgui.core.precompile import precompile_arms
 
 SMALL = Structure(joints=("revolute",), modes=(0,), mounts=("previous",))
 LONGEST = 120.0
@@ -22,20 +22,20 @@ LONGEST = 120.0
 def empty(tmp_path, monkeypatch):  # type: ignore[no-untyped-def]
     """A machine that has compiled nothing yet."""
     monkeypatch.setenv("FLEXGUI_CACHE", str(tmp_path))
-    monkeypatch.setattr(warm, "_begun", set())
+    monkeypatch.setattr(precompile, "_requested", set())
 
 
 @pytest.mark.long
 def test_what_is_missing_is_compiled_by_another_process_once(empty) -> None:
     assert not is_compiled(SMALL)
-    other = compile_beforehand([SMALL, SMALL])
-    assert other is not None and compile_beforehand([SMALL]) is None
+    other = precompile_arms([SMALL, SMALL])
+    assert other is not None and precompile_arms([SMALL]) is None
     assert other.wait(LONGEST) == 0 and is_compiled(SMALL)
 
 
 def test_what_is_there_needs_no_process(empty, monkeypatch) -> None:
-    monkeypatch.setattr(warm, "is_compiled", lambda _: True)
-    assert compile_beforehand([SMALL]) is None
+    monkeypatch.setattr(precompile, "is_compiled", lambda _: True)
+    assert precompile_arms([SMALL]) is None
 
 
 def test_without_another_process_everything_goes_on(empty, monkeypatch) -> None:
@@ -43,15 +43,15 @@ def test_without_another_process_everything_goes_on(empty, monkeypatch) -> None:
         raise OSError("no more processes")
 
     monkeypatch.setattr(subprocess, "Popen", refuse)
-    assert compile_beforehand([SMALL]) is None
+    assert precompile_arms([SMALL]) is None
 
 
 def test_the_process_ends_with_the_one_that_began_it(empty) -> None:
     script = (
-        "from flexgui.core.warm import compile_beforehand\n"
+        "from flexgui.core.precompile import precompile_arms\n"
         "from flexgui.core.arm.arm import Structure\n"
         "s = Structure(('revolute',) * 3, (3, 3, 3), ('previous',) * 3)\n"
-        "print(compile_beforehand([s]).pid)\n"
+        "print(precompile_arms([s]).pid)\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=LONGEST, check=True

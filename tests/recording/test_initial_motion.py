@@ -12,7 +12,7 @@ from flexgui.core.drives.drive import Drive
 from flexgui.core.drives.torque import Torque
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.model import Model
-from flexgui.core.recording.beginning import with_beginnings
+from flexgui.core.recording.initial_motion import with_beginnings
 from flexgui.core.recording.recording import Recording
 from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import simulate_within

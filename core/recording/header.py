@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ..errors import InputError
 from ..recording.channels import is_channel
 from ..recording.table import check_distinct, is_number
-from ..written import is_unit, parse_header
+from ..units import is_unit, parse_header
 
 DELIMITERS = ",;\t"
 COMMA_DECIMALS = ";\t"

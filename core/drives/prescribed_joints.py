@@ -12,7 +12,7 @@ from ..drives.drive import Drive
 from ..drives.law import DriveLaw, static_law
 
 
-class Held(Drive):
+class PrescribedJoints(Drive):
     """The joints follow the recorded theta1, theta2, ...; the bending is simulated.
 
     For rigs with an unknown servo and no recorded torque or current. Effects at a joint, such as

@@ -15,8 +15,8 @@ from flexgui.core.lanes import functions
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.schema import ArmSpec
+from flexgui.core.simulate.batch import Job, run, run_many
 from flexgui.core.simulate.experiment import make_task
-from flexgui.core.simulate.many import Job, run, run_many
 
 ROUNDING = 1e-9
 """rad or m after some hundred steps: sums are taken in another order, and that is all."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flexgui.core.recording.decimation import first_part, low_pass, thinned
 from flexgui.core.recording.recording import Recording
-from flexgui.core.recording.thinning import first_part, low_pass, thinned
 
 DT = 1e-4
 N = 20_001
