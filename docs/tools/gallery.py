@@ -45,7 +45,7 @@ SIZE, MARGIN, MOST_POINTS = (400, 190), (52, 12, 30, 34), 500
 HEAD = """# Effects
 
 {count} physical effects that a model may lack. Each one has its story, its law and a picture of
-what it leaves in the residual. `python docs/tools/gallery.py` makes this page from the catalogue.
+what it leaves in the residual. The command `python docs/tools/gallery.py` makes this page.
 
 The pictures show the paper's arm with the effect at a plausible size. Left: the residual (measured
 minus modelled) of the sensor that shows the effect most. The grey band is ± 2 standard deviations

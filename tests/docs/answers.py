@@ -30,8 +30,8 @@ CALIPER = 1e-4
 
 HEAD = """# The teacher's answers
 
-Computed from the scenarios of the sheets; where a number depends on the search (sheet 2), another
-seed gives another one, and that is the point.
+Computed from the scenarios of the sheets. Some numbers of sheet 2 depend on the search: another
+seed gives another number, and that is the point.
 """
 
 
@@ -67,8 +67,8 @@ def _friction(rig: fg.Project) -> Iterator[str]:
     fc = {p.name: p for p in added.parameters}
     off = abs(ei.value - EI) / ei.std
     yield (
-        f"EI = {_pm(ei)}. It is {off:.1f} standard deviations below {EI:.2f} N m², so the number "
-        "alone gives nothing away; the residual does."
+        f"EI = {_pm(ei)}. It is {off:.1f} standard deviations below {EI:.2f} N m². The number "
+        "alone does not show the fault; the residual does."
     )
     yield (
         f"The tip's error is {_um(first)}, {_tip(first) / CAMERA:.0f} times the camera's noise of "
@@ -85,8 +85,8 @@ def _friction(rig: fg.Project) -> Iterator[str]:
         f"{_um(added)}, the camera's noise."
     )
     yield (
-        f"{_second(found)}: they contain Coulomb friction as a special case and explain as much "
-        "with more parameters, so the data do not ask for them."
+        f"{_second(found)}. They contain Coulomb friction as a special case and explain as much "
+        "with more parameters. So the data do not require them."
     )
 
 
@@ -97,7 +97,7 @@ def _valley(rig: fg.Project) -> Iterator[str]:
     eps, d = value["epsilon"] / 1e9, 1e3 * value["d"]
     yield (
         f"With the sheet's seed ε = {eps:.1f} GPa and d = {d:.0f} mm, factors of {eps:.1f} and "
-        f"{d / 50.0:.2f}. No error of the program: all pairs on the curve fit alike."
+        f"{d / 50.0:.2f}. This is no error of the program: all pairs on the curve fit equally well."
     )
     others = [rig.with_settings(identify={"seed": seed}).identify().values for seed in (2, 3)]
     pairs = [f"({v['epsilon'] / 1e9:.1f} GPa, {1e3 * v['d']:.0f} mm)" for v in others]
@@ -109,13 +109,14 @@ def _valley(rig: fg.Project) -> Iterator[str]:
     )
     yield f"A curve. “{identifiability_sentences(found)[0]}”"
     yield (
-        "Nowhere else, both: the mass is given, not computed from d. So the sensitivity to d is "
-        "that to ε times 4 ε/d at every sample: two columns of one direction, rank 1."
+        "Nowhere else, both: the mass is stated, not computed from d. So the sensitivity to d is "
+        "4 ε/d times the sensitivity to ε at every sample. The two columns have one direction: "
+        "rank 1."
     )
     yield "1 %: ε d⁴ must stay, and 1.04 × 0.99⁴ = 1.00."
     yield (
         "No and no: both multiply the same direction. Yes, a mass that depends on d distinguishes "
-        "them, because inertia then speaks of d alone."
+        "them, because the inertia then depends on d alone."
     )
     share = ei.std / ei.value
     yield f"As well as EI, to {100.0 * share:.1f} % (one standard deviation)."
@@ -129,8 +130,8 @@ def _joint(rig: fg.Project) -> Iterator[str]:
     before, after = {e.name: e.value for e in fitted}, found.values
     added = found.steps[1]
     yield (
-        f"EI1 = {before['EI1']:.0f}, EI2 = {before['EI2']:.0f} N m² of {EI:.0f}. Taken at their "
-        f"word, the second beam would have {100.0 * before['EI2'] / EI:.0f} % of its stiffness."
+        f"EI1 = {before['EI1']:.0f}, EI2 = {before['EI2']:.0f} N m² of {EI:.0f}. By these "
+        f"numbers the second beam would have {100.0 * before['EI2'] / EI:.0f} % of its stiffness."
     )
     yield (
         f"The tip's error is {_um(first)}, {_tip(first) / CAMERA:.0f} times the noise: the soft "
@@ -141,8 +142,9 @@ def _joint(rig: fg.Project) -> Iterator[str]:
         "them."
     )
     yield (
-        "Of the twist nothing, it sits before the spring; of the beam nothing. The camera sees "
-        "both, so the two differ in motion only: by shape and by the inertia that swings."
+        "It sees nothing of the twist, because it sits before the spring, and nothing of the "
+        "beam. The camera sees both. So the two differ in motion only: by shape and by the "
+        "inertia that vibrates."
     )
     yield (
         "The beam's own deflection stays what it is for a given load; the torque of the first gear "

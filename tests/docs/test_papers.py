@@ -39,6 +39,14 @@ def test_files_that_a_document_names_are_there(path: Path) -> None:
         assert (ROOT / name).exists(), name
 
 
+def test_modules_that_a_document_names_are_there() -> None:
+    files = [path.as_posix() for path in ROOT.rglob("*.py") if ".venv" not in path.parts]
+    for name in ("method", "architecture", "contributing"):
+        text = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+        for module in re.findall(r"`([a-z_/]+\.py)`", text):
+            assert any(path.endswith(f"/{module}") for path in files), module
+
+
 def test_the_citation_has_the_version_of_the_package() -> None:
     text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {flexgui.__version__}\n" in text

@@ -18,13 +18,13 @@ first."""
 Found = Mapping[str, Any]
 
 ABOUT = """\
-Chains of ten rigid bodies per link on elastic hinges in MuJoCo, in their velocity loops: the \
-paper's arm, one with unequal links (lengths 7 : 4, stiffnesses 6 : 1), one link, and three. What \
-the engine has is its own (dry friction as a constraint, springs, dampers, gravity); the rest is \
-applied between two of its steps of 20 µs. Every effect in three sizes, pairs and triples; three \
-recordings of 1.5 s and one to validate; both stiffnesses stated 30 % off. The diagnosis sees the \
-files, the loops' gains, the rotors and the drawing. A size counts as right within 5 %, one of dry \
-friction within 8 %."""
+Chains of ten rigid bodies per link on elastic hinges in MuJoCo, in their velocity loops. There \
+are four arms: the paper's arm, one with unequal links (lengths 7 : 4, stiffnesses 6 : 1), one \
+link, and three. Dry friction as a constraint, springs, dampers and gravity are the engine's own. \
+Other effects are applied between two of its steps of 20 µs. Each effect has three sizes; there \
+are pairs and triples. Each case has three recordings of 1.5 s and one to validate. Both \
+stiffnesses are stated 30 % off. The diagnosis sees the files, the loops' gains, the rotors and \
+the drawing. A size counts as right within 5 %, one of dry friction within 8 %."""
 
 
 def allowed(truth: Found) -> set[str]:

@@ -49,9 +49,9 @@ MOST_NAMED = 10
 
 HEAD = """# Evidence
 
-What FlexGUI finds, and how well, on recordings that others made and beside what others use. Every
-figure stands with the command that makes it; `make evidence` makes them all and goes on where it
-stopped. A part that was not run says so.
+What FlexGUI finds on recordings of others, and how well, beside the tools of others. Each figure
+has the command that makes it. `make evidence` makes them all and continues where it stopped. A part
+that was not run states this.
 """
 
 

@@ -141,9 +141,9 @@ def section(found: Mapping[str, Any]) -> str:
     texts = [
         "One motor-driven slide (Janot, Gautier, Brunot 2019). Estimated on the first recording "
         "only; the second, with pulses, judges. Errors are |measured − modelled| / |measured| in "
-        "per cent; motion filtered at 100 Hz, force at 30 Hz and decimated by 10, measurement and "
-        "model alike. The filters of the published figures are not all stated, so that part of a "
-        "difference may be theirs."
+        "per cent. Motion is filtered at 100 Hz, force at 30 Hz and decimated by 10, measurement "
+        "and model alike. The filters of the published figures are not all stated. They may "
+        "explain part of a difference."
     ]
     if done:
         rows = [_force_row(name, found[name]) for name in done]
@@ -215,10 +215,10 @@ def _limits(one: Mapping[str, Any]) -> str:
         "**What limits the free run.** It integrates every error of the force twice. One per cent "
         f"of a parameter moves it by (rms) {moved}. Fitted to its own free run, for comparison "
         f"only, the asymmetric structure reaches {own['first']['mm']:.2f} mm on the first "
-        f"recording and {crossed['first']:.2f} mm on the pulses; fitted to the pulses, "
+        f"recording and {crossed['first']:.2f} mm on the pulses. Fitted to the pulses, it reaches "
         f"{own['pulses']['mm']:.2f} mm there and {crossed['pulses']:.2f} mm on the first. Coulomb "
         f"friction would be {own['first']['values']['fc1']:.2f} and "
         f"{own['pulses']['values']['fc1']:.2f} N, viscous {own['first']['values']['fv1']:.1f} and "
-        f"{own['pulses']['values']['fv1']:.1f} N s/m: what one recording teaches of a long free "
-        "run does not carry over to the other."
+        f"{own['pulses']['values']['fv1']:.1f} N s/m. A long free run of one recording does not "
+        "predict that of the other."
     )

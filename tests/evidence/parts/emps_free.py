@@ -144,19 +144,19 @@ def _compared(rows: list[dict[str, Any]]) -> list[str]:
     head = ("estimated from", "first half → second", "second → first", "both, rms",
             "first recording", "pulses, not seen")  # fmt: skip
     about = (
-        "The structure that the diagnosis finds (mass, viscous friction and its asymmetry, Coulomb "
-        "friction), estimated from the force or from the position's error of free runs over "
-        "windows of some length. Which length is right must be seen on the first recording alone: "
-        "values of one half judge in the other. All in mm rms."
+        "The diagnosis finds mass, viscous friction and its asymmetry, and Coulomb friction. This "
+        "structure is estimated from the force, or from the position error of free runs over "
+        "windows. Only the first recording may choose the length of the window: values of one "
+        "half are judged in the other half. All in mm rms."
     )
     near = [row for row in rows if row["held_out"] < best["held_out"] + TIE]
     verdict = (
         f"The least error on halves, {best['held_out']:.2f} mm, comes from "
         f"{_window(best['window'])}: **{best['pulses']:.2f} mm on the pulses**, where the inverse "
         f"model has {rows[0]['pulses']:.2f} mm. But {len(near)} choices are within {TIE:g} mm of "
-        f"it on halves, and on the pulses these give {min(r['pulses'] for r in near):.2f} to "
-        f"{max(r['pulses'] for r in near):.2f} mm: the first recording cannot say which is right, "
-        "and to state the best of them as ours would be to tune on the judge."
+        f"it on halves. On the pulses these give {min(r['pulses'] for r in near):.2f} to "
+        f"{max(r['pulses'] for r in near):.2f} mm. The first recording cannot show which choice is "
+        "right. To state the best of them would be to tune on the test data."
     )
     return [about, markdown(head, cells), verdict]
 
@@ -174,12 +174,12 @@ def _limit(one: Mapping[str, Any]) -> str:
     return (
         f"**What limits it.** With the values of the first recording {one['rms']['first']:.1f} N "
         f"rms remain below {SLOW_HZ:g} Hz there and {one['rms']['pulses']:.1f} N on the pulses. It "
-        f"is no noise: the two remainders correlate by {one['in_time']:.2f} in time and, over the "
-        f"slide's position, by {both} in the two directions, so some force depends on the place "
-        f"and has no name in the catalogue. And the friction is another one: on the pulses the "
-        f"slide is braked by {moved:.2f} N more (Coulomb {own['first']['fc1']:.2f} and "
+        f"is not noise. The two residuals correlate by {one['in_time']:.2f} in time. Over the "
+        f"slide's position they correlate by {both} in the two directions. So some force depends "
+        f"on the position and is not in the catalogue. The friction differs too: on the pulses "
+        f"it is {moved:.2f} N larger (Coulomb {own['first']['fc1']:.2f} and "
         f"{own['pulses']['fc1']:.2f} N, viscous {own['first']['fv1']:.1f} and "
         f"{own['pulses']['fv1']:.1f} N s/m, each from its own recording). One per cent of either "
-        "friction is about 3 mm of free run; a model with constant parameters that has not seen "
-        "the judged recording cannot know it."
+        "friction is about 3 mm of free run. A model with constant parameters that has not seen "
+        "the judged recording cannot predict this change."
     )

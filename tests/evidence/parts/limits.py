@@ -12,19 +12,21 @@ FILES: tuple[str, ...] = ()
 CASES: dict[str, Callable[[Path], dict[str, Any]]] = {}
 
 TEXT = """\
-- **The free run of EMPS** is worse than the best published one, and no estimator that the first
-  recording could choose mends it: friction changes between the recordings, and a force that
-  depends on the place has no name in the catalogue (see there).
+- **The free run of EMPS** is worse than the best published one. No estimator that the first
+  recording could choose corrects this. Friction changes between the recordings. A force that
+  depends on the position is not in the catalogue (see there).
 - **EMPS is not explained to its noise**: after three effects the verdict is `unlisted`.
-- **One assumed mode per link is no beam**: its second clamped frequency is off by a factor of two,
-  which the exported MJCF states in its header. Three modes are within one per cent for the first
-  three.
+- **One assumed mode per link is no beam**: its second clamped frequency is off by a factor of two.
+  The exported MJCF states this in its header. With three modes the first three frequencies are
+  within one per cent.
 - **ε and d** of a square section cannot be distinguished by any recording of this arm; see
   `docs/teaching/2_valley.md`.
 
-Studies with their own commands, whose figures are not on this page yet: plain scenarios of random
-rigs (`make matrix`), the shipped recordings of the independent engine
-(`python -m pytest -m long tests/mujoco`), the paper's Monte Carlo study (`make study`).\
+The figures of three studies are not on this page yet:
+
+- plain scenarios of random rigs (`make matrix`),
+- the shipped recordings of the independent engine (`python -m pytest -m long tests/mujoco`),
+- the paper's Monte Carlo study (`make study`).\
 """
 
 

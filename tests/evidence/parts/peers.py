@@ -54,10 +54,10 @@ def section(found: Mapping[str, Any]) -> str:
         rows = [[name, f"{one['direct']:.2f} %", f"{one['cross']:.2f} %"]
                 for name, one in found["least_squares_emps"].items()]  # fmt: skip
         texts += [
-            "**EMPS by SciPy** (`lsq_linear` on the inverse model: mass, viscous and Coulomb "
-            "friction, and an offset or an asymmetry that somebody has to think of). The same "
-            "filters and rules as above. It is as quick to compute; the friction is the sign of a "
-            "filtered velocity, where ours is simulated.",
+            "**EMPS by SciPy** (`lsq_linear` on the inverse model). The parameters are mass, "
+            "viscous and Coulomb friction, and an offset or an asymmetry, which a person must "
+            "choose. The filters and rules are those above. It is as quick to compute. Its "
+            "friction is the sign of a filtered velocity; ours is simulated.",
             table(("friction", "direct", "judged on the pulses"), rows),
         ]
     return "\n\n".join([*texts, OPEN])

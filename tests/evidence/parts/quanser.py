@@ -60,9 +60,10 @@ CASES = {"models": models, "ladder": ladder}
 def section(found: Mapping[str, Any]) -> str:
     """Markdown."""
     texts = [
-        "The manufacturer's recording on its own bench (`steps`, estimated) and a university's on "
-        "another bench of the same type with other friction (`lqr`, judged). Error of the links' "
-        "deflections relative to their spread; encoders are followed by a virtual servo."
+        "`steps` is the manufacturer's recording on its own bench; it is estimated. `lqr` is a "
+        "university's on another bench of the same type with other friction; it is judged. The "
+        "table has the error of the links' deflections relative to their spread. A virtual servo "
+        "follows the encoders."
     ]
     if "models" in found:
         rows = [[title, *_cells(each)] for title, each in found["models"].items()]
