@@ -34,8 +34,9 @@ class TimeLine(PageElement):
         super().__init__(context)
         self._sent = ""
         playback, actions = self.session.playback, context.actions
-        actions.register("play", lambda on: playback.move(playing=bool(on)))
+        actions.register("play", lambda _: playback.move(playing=not playback.cursor.playing))
         actions.register("seek", lambda text: self._move(text, playback.seek))
+        actions.register("step", lambda text: self._move(text, self._step))
         actions.register("speed", lambda text: self._move(text, self._speed))
         actions.register("apart", lambda text: self._move(text, self._apart))
         actions.register("view", lambda side: look_from(side) if side in DIRECTIONS else None)
@@ -48,6 +49,11 @@ class TimeLine(PageElement):
             return
         if math.isfinite(value):
             move(value)
+
+    def _step(self, seconds: float) -> None:
+        """From where the cursor stands: the browser may not know it yet."""
+        playback = self.session.playback
+        playback.seek(playback.cursor.time + seconds)
 
     def _speed(self, value: float) -> None:
         if value in SPEEDS:

@@ -80,8 +80,9 @@ def headless(session: Session) -> float:
     setup = make_setup(model, spec, recordings)
     noise = stated_noise(scenario, setup, recordings)
     options = Options(
-        1, asked.candidates or (), asked.fidelity, noise, per_recording=asked.per_recording
-    )
+        1, asked.candidates or (), asked.fidelity, noise, per_recording=asked.per_recording,
+        stated_rig=scenario.rig.statements,
+    )  # fmt: skip
     found = diagnose(setup, spec, recordings, options)
     return float(np.sqrt(found.steps[-1].cost_per_sample))
 
@@ -228,7 +229,7 @@ def test_guess_and_reveal(page: Any, session: Session) -> None:
     press(page, "Reveal")
     sees(page, "That was not it.")
     sees(page, "Who found what")
-    sees(page, "Coulomb friction of joint 1 fc1 = 0.1823 N m")
+    sees(page, "Coulomb friction of joint 1 = 0.1823 N m")
 
 
 AT_ONCE = """([field, button, texts]) => {
@@ -247,8 +248,7 @@ that the click would take the place of the last key."""
 def test_a_size_is_committed_as_the_field_shows_it(page: Any, session: Session) -> None:
     few(session)
     session.challenge.state = Challenge(4, "easy", "sealed")
-    session.show("Diagnose")
-    sees(page, "One effect is hidden.")
+    session.show("Challenge")
     choose(page, "Coulomb friction")
     row = page.get_by_text("fc1 [N m]", exact=True).first.locator("xpath=ancestor::*[.//input][1]")
     field = row.locator("input")

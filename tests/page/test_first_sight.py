@@ -60,7 +60,7 @@ def test_the_systems_theme_is_followed_and_a_choice_is_kept(
 @pytest.mark.long
 def test_space_plays_and_arrows_step(page: Any, session: Session) -> None:
     press(page, "Data")
-    until(lambda: session.playback.motion is not None)
+    page.locator("#fx-line .play").wait_for()
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press(" ")
     until(lambda: session.playback.cursor.playing and session.playback.cursor.time > 0.0)

@@ -183,7 +183,7 @@ def cut_off(desktop: Desktop, chromium: Any, size: tuple[int, int]) -> list[Any]
 @pytest.mark.long
 def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None:
     press(page, "Data")
-    page.get_by_label("Rig").select_option("Voltage recorded")
+    page.locator('select[data-action="rig"]').select_option("Voltage recorded")
     until(lambda: session.document.scenario.drive.kind == "voltage")
     sees(page, "Resistances [Ω]")
     shot(page, "voltage")

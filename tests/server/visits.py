@@ -110,9 +110,11 @@ def moved(page: Any, label: str) -> list[float]:
 def frames(page: Any) -> float:
     """Frames per second in which the playing arm is drawn anew."""
     press(page, "Data")
+    page.locator("#fx-line .play").wait_for()
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press(" ")
     page.wait_for_timeout(2000.0)
+    page.locator('#fx-line button[aria-label="Pause"]').wait_for()
     found: int = page.evaluate(FRAMES, 1e3 * PLAYED)
     return found / PLAYED
 

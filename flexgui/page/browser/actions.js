@@ -18,7 +18,7 @@
   let typed = -1e9;
   const rest = () => typed + 120 - performance.now();
   document.addEventListener("input", event => {
-    if (event.isTrusted && !event.target.closest("#fx-line")) typed = performance.now();
+    if (event.target !== field() && !event.target.closest("#fx-line")) typed = performance.now();
   }, true);
   document.addEventListener("click", event => {
     const button = event.target.closest("button:not([data-action])"), wait = rest();
@@ -48,7 +48,9 @@
     if (event.target.matches?.("select[data-action]"))
       window.fxAct(event.target.dataset.action, event.target.value);
   }, true);
-  document.addEventListener("focusin", event => { focused = key(keyed(event.target)); });
+  document.addEventListener("focusin", ({target}) => {  // a mouse leaves the keys to the time-line
+    focused = target.matches(":focus-visible") ? key(keyed(target)) : null;
+  });
   const refocus = () => {
     if (!focused || document.activeElement !== document.body) return;
     [...document.querySelectorAll("button[data-action]")].find(b => key(b) === focused)

@@ -29,9 +29,9 @@
     button.innerHTML = `<svg viewBox="0 0 24 24" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
   };
   let state = {}, held = 0;
-  const toggle = () => window.fxAct("play", state.playing ? "" : "1");
+  const toggle = () => window.fxAct("play");
   const step = by => {
-    if (!bar.hidden && state.plays) window.fxAct("seek", (Number(time.value) + by).toFixed(2));
+    if (!bar.hidden && state.plays) window.fxAct("step", by);
     return state.plays;
   };
   play.onclick = toggle;
