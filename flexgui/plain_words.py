@@ -45,7 +45,7 @@ def plain_words(raw: bool = False) -> Iterator[None]:
             raise typer.Exit(BAD_INPUT) from None
         if raw:
             raise
-        print_error(f"{_internal(error)}{_kept_traceback(error)}")
+        print_error(f"{_internal(error)}{_saved_traceback(error)}")
         raise typer.Exit(INTERNAL) from None
 
 
@@ -69,7 +69,7 @@ def _internal(error: Exception) -> str:
     return f"Internal error in FlexGUI, not in your input ({text})."
 
 
-def _kept_traceback(error: Exception) -> str:
+def _saved_traceback(error: Exception) -> str:
     """Where the traceback was written; empty where nothing can be written."""
     with suppress(OSError):
         with tempfile.NamedTemporaryFile(

@@ -1,4 +1,4 @@
-"""Who found what, for a class: everybody with the same seed has the same data."""
+"""The board of a class: who found which effect. All who use the same seed have the same data."""
 
 from __future__ import annotations
 
@@ -22,8 +22,7 @@ class _Class:
 
 
 class Board:
-    """Shared by all sessions of a server; thread-safe. What somebody guessed is only told to those
-    who have seen the truth themselves."""
+    """Shared by all sessions of a server; thread-safe. Only those who revealed see the guesses."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -31,38 +30,38 @@ class Board:
         self._callbacks: list[Callable[[], None]] = []
 
     def committed(self, seed: int, level: str, key: str) -> None:
-        """Somebody, by the session's key, has made a guess."""
+        """Notes that a session, by its key, has guessed."""
         with self._lock:
-            known = self._of(seed, level)
-            if key not in known.entries and len(known.guessing) < MOST:
-                known.guessing.add(key)
+            state = self._of(seed, level)
+            if key not in state.entries and len(state.guessing) < MOST:
+                state.guessing.add(key)
         self._notify()
 
     def put(self, seed: int, level: str, key: str, entry: Entry) -> None:
-        """Somebody has seen the truth; a session stands there once."""
+        """Stores the result of a session that revealed; one entry per session."""
         with self._lock:
-            known = self._of(seed, level)
-            known.guessing.discard(key)
-            known.entries.setdefault(key, replace(entry, name=plain_name(entry.name)))
-            while len(known.entries) > MOST:
-                known.entries.pop(next(iter(known.entries)))
+            state = self._of(seed, level)
+            state.guessing.discard(key)
+            state.entries.setdefault(key, replace(entry, name=plain_name(entry.name)))
+            while len(state.entries) > MOST:
+                state.entries.pop(next(iter(state.entries)))
         self._notify()
 
     def entries(self, seed: int, level: str) -> tuple[Entry, ...]:
-        """Who found all comes first, the quicker before the slower."""
+        """Entries, complete ones first, then by time."""
         with self._lock:
-            known = self._classes.get((seed, level))
-            found = () if known is None else tuple(known.entries.values())
-        return tuple(sorted(found, key=lambda e: (not e.complete, -e.found, e.seconds)))
+            state = self._classes.get((seed, level))
+            entries = () if state is None else tuple(state.entries.values())
+        return tuple(sorted(entries, key=lambda e: (not e.complete, -e.found, e.seconds)))
 
     def guessing(self, seed: int, level: str) -> int:
-        """How many have committed to a guess and not looked."""
+        """Number of sessions that guessed and did not reveal."""
         with self._lock:
-            known = self._classes.get((seed, level))
-            return 0 if known is None else len(known.guessing)
+            state = self._classes.get((seed, level))
+            return 0 if state is None else len(state.guessing)
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Calls `callback` after each change, until what is returned is called."""
+        """Calls `callback` after each change; call the result to stop."""
         with self._lock:
             self._callbacks.append(callback)
 
@@ -74,11 +73,11 @@ class Board:
         return end
 
     def _of(self, seed: int, level: str) -> _Class:
-        known = self._classes.setdefault((seed, level), _Class())
+        state = self._classes.setdefault((seed, level), _Class())
         self._classes.move_to_end((seed, level))
         while len(self._classes) > CLASSES:
             self._classes.popitem(last=False)
-        return known
+        return state
 
     def _notify(self) -> None:
         with self._lock:
@@ -94,7 +93,7 @@ MARKS = {"*": "used the tool before guessing", "°": "changed the guess"}
 
 
 def board_table(entries: Sequence[Entry], waiting: int) -> Table:
-    """In the order given; `waiting` have guessed and not seen the truth."""
+    """The entries in this order; `waiting`: how many guessed and did not reveal."""
     columns = (
         Column("Who"), Column("Guess"), Column("Found"), Column("Size"),
         Column("Time", numeric=True),

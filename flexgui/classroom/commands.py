@@ -32,9 +32,9 @@ def reveal(
     place: Place,
 ) -> None:
     """Open the seal: print what was hidden in a challenge."""
-    from flexgui.stages.challenge.judging import revealed
+    from flexgui.stages.challenge.judging import truth_of
 
-    typer.echo(revealed(place))
+    typer.echo(truth_of(place))
 
 
 def hand_in(
@@ -61,10 +61,10 @@ def hand_in(
             f"{len(guess)} guesses are too many: this challenge hides {most_guesses(obfuscated)}. "
             f"Give at most that many --guess."
         )
-    given = HandIn(name, tuple(stated_guess(text) for text in guess), obfuscated)
-    target = out or Path(given.filename)
+    answer = HandIn(name, tuple(stated_guess(text) for text in guess), obfuscated)
+    target = out or Path(answer.filename)
     with replacing(target) as temporary:
-        temporary.write_text(given.text(), encoding="utf-8", newline="\n")
+        temporary.write_text(answer.text(), encoding="utf-8", newline="\n")
     typer.echo(f"The hand-in is {target}.")
 
 

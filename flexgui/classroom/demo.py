@@ -26,7 +26,7 @@ WAITING = "**The demo has not begun yet.** The teacher's stage appears here by i
 
 
 class Demo:
-    """Knows who is the teacher."""
+    """Connects teacher and followers."""
 
     def __init__(
         self,
@@ -44,13 +44,13 @@ class Demo:
         """The teacher's, once there is one."""
 
     def arrive(self, browser: BrowserConnection, key: str | None) -> None:
-        """Gives the browser its role and its session, and shows it."""
+        """Gives a browser its role and session, and shows the session."""
         with self._lock:
             self._browsers[browser.client.client_id] = browser
             first = self.session is None and self._first_is_teacher and browser.is_here
-            known = self.session is not None and key == self.session.key
+            is_teacher = self.session is not None and key == self.session.key
             begins = False
-            if browser.has_ticket or first or known:
+            if browser.has_ticket or first or is_teacher:
                 begins = self.session is None
                 mine = key if self.session is None else self.session.key
                 self.session = self._store.join(mine, pinned=True, address=browser.address)
@@ -66,11 +66,11 @@ class Demo:
                     self._follow(other)
 
     def leave(self, browser: BrowserConnection) -> None:
-        """The browser has gone."""
+        """A browser has left."""
         self._browsers.pop(browser.client.client_id, None)
 
     def add_button(self, browser: BrowserConnection) -> None:
-        """How a follower comes to an own session, and back."""
+        """A follower's button for an own copy of the session, and back."""
         gui = browser.client.gui
         if browser.role == FOLLOWER and browser.session is None:
             gui.add_markdown(WAITING)
@@ -107,13 +107,13 @@ class Demo:
             self._store.leave(own)
 
     def _follow(self, browser: BrowserConnection) -> None:
-        """Rights first, page second: in between nothing of the teacher's can be changed."""
+        """Shows the teacher's session; read-only is set first."""
         browser.follow(self.session)
         self._show(browser)
 
 
 def copy_session(teacher: Session, own: Session) -> None:
-    """The scenario, its files, and what was found so far; jobs stay the teacher's."""
+    """Copies scenario, files and results; the teacher's jobs are not copied."""
     from flexgui.session.state import Topic  # late: the server listens before it is there
 
     _copy_files(teacher.folder, own.folder)
@@ -132,7 +132,7 @@ def copy_session(teacher: Session, own: Session) -> None:
 
 
 def _copy_files(source: Path, target: Path) -> None:
-    """Recordings only: studies and reports are the teacher's, and a link may lead anywhere."""
+    """Copies recordings only; links are not followed."""
     from flexgui.core.scenario.data_folder import Within
 
     for path in source.iterdir():

@@ -15,7 +15,7 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import did_you_mean
 from flexgui.core.study.challenge import LEVELS, obfuscate, reveal
-from flexgui.stages.challenge.judging import NONE_GUESSED, Guess, judged, plain_name, truth_in_words
+from flexgui.stages.challenge.judging import NONE_GUESSED, Guess, judge, plain_name, truth_text
 
 HEAD = "FlexGUI hand-in, sealed. `flexgui grade` checks it."
 ENDING = ".handin"
@@ -26,7 +26,7 @@ LARGEST = 100_000
 
 @dataclass(frozen=True)
 class HandIn:
-    """What somebody committed to, with the challenge's own obfuscated truth."""
+    """The guesses of one person with the challenge's obfuscated truth."""
 
     name: str
     guesses: tuple[Guess, ...]
@@ -51,14 +51,14 @@ class HandIn:
 
     @property
     def filename(self) -> str:
-        """'Ada_challenge_6.handin', without what a file system might refuse."""
+        """'Ada_challenge_6.handin', in characters that every file system takes."""
         truth = json.loads(reveal(self.obfuscated, "The challenge"))
         letters = "".join(c if c.isalnum() else "_" for c in plain_name(self.name)) or "somebody"
         return f"{letters}_challenge_{truth['seed']}{ENDING}"
 
 
 def read_hand_in(path: Path) -> HandIn:
-    """A hand-in from its file; InputError where it is none or its checksum is wrong."""
+    """A hand-in from its file; InputError if it is not one or its checksum is wrong."""
     try:
         if path.stat().st_size > LARGEST:
             raise InputError(f"{path.name} is too large for a hand-in.")
@@ -82,16 +82,16 @@ class _Content(msgspec.Struct, rename={"obfuscated": "sealed"}):
 
 
 def stated_guess(text: str) -> Guess:
-    """'coulomb_friction: fc1 = 0.2 N m' as a guess; InputError where no effect has that id."""
+    """'coulomb_friction: fc1 = 0.2 N m' as a guess; InputError if the id is unknown."""
     kind, _, size = (part.strip() for part in text.partition(":"))
-    known = (*catalogue(), NONE_GUESSED)
-    if kind not in known:
-        raise InputError(f"--guess {kind!r} is not an effect; {did_you_mean(kind, known)}")
+    kinds = (*catalogue(), NONE_GUESSED)
+    if kind not in kinds:
+        raise InputError(f"--guess {kind!r} is not an effect; {did_you_mean(kind, kinds)}")
     return Guess(kind, size)
 
 
 def most_guesses(obfuscated: str) -> int:
-    """How many effects are hidden at the level of an obfuscated challenge."""
+    """Number of effects that an obfuscated challenge hides."""
     level = json.loads(reveal(obfuscated, "The challenge"))["level"]
     return LEVELS[level][0]
 
@@ -102,7 +102,7 @@ FORMULA = ("=", "+", "-", "@")
 
 @dataclass(frozen=True)
 class Grade:
-    """One row, empty but for `file` and `fault` where the file is no sound hand-in."""
+    """One row; only `file` and `fault` if the hand-in cannot be read."""
 
     file: str
     name: str = ""
@@ -123,7 +123,7 @@ class Grade:
 
 
 def grades(folder: Path) -> tuple[Grade, ...]:
-    """One row per hand-in below a folder, by path; InputError where there is none."""
+    """One row per hand-in below a folder, by path; InputError if there are none."""
     if not folder.is_dir():
         raise InputError(f"{folder} is not a folder; name the folder of the hand-ins.")
     paths = sorted(path for path in folder.rglob(f"*{ENDING}") if path.is_file())
@@ -137,33 +137,33 @@ def grades(folder: Path) -> tuple[Grade, ...]:
 
 def _graded(path: Path, name: str) -> Grade:
     try:
-        given = read_hand_in(path)
-        return _judged(given, reveal(given.obfuscated, name), name)
+        answer = read_hand_in(path)
+        return _judged(answer, reveal(answer.obfuscated, name), name)
     except InputError as error:
         return Grade(name, fault=str(error))
 
 
-def _judged(given: HandIn, text: str, file: str) -> Grade:
+def _judged(answer: HandIn, text: str, file: str) -> Grade:
     truth = json.loads(text)
-    judgement = judged(given.guesses, truth)
+    judgement = judge(answer.guesses, truth)
     return Grade(
         file=file,
-        name=given.name,
+        name=answer.name,
         seed=int(truth["seed"]),
         level=str(truth["level"]),
-        guess="; ".join(f"{g.kind} {g.size}".strip() for g in given.guesses),
+        guess="; ".join(f"{g.kind} {g.size}".strip() for g in answer.guesses),
         found=judgement.found,
         hidden=len(judgement.hidden),
         complete=judgement.complete,
-        size="; ".join(one.size for one in judgement.each if one.size),
-        used_tool_first=given.asked,
-        changed=given.changed,
-        truth=" ".join(truth_in_words(text).splitlines()[1:]),
+        size="; ".join(guess.size for guess in judgement.each if guess.size),
+        used_tool_first=answer.asked,
+        changed=answer.changed,
+        truth=" ".join(truth_text(text).splitlines()[1:]),
     )
 
 
 def as_csv(rows: tuple[Grade, ...]) -> str:
-    """The table, with a heading; yes and no, and nothing where nothing is known."""
+    """The table with a heading; 'yes', 'no', or empty if unknown."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     names = [field.name for field in fields(Grade)]

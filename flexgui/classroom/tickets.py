@@ -72,7 +72,7 @@ TOO_MANY = "Too many wrong codes from here. The right code is on the board; it a
 
 
 class Tickets:
-    """Opens to who brings a right word in the address, or the ticket that was given for one."""
+    """Admits requests with a right code or token in the address, or with a ticket."""
 
     names = frozenset({CODE, TEACHER})
 
@@ -93,20 +93,20 @@ class Tickets:
         self._most = (limits or Limits()).wrong_codes
 
     def is_teacher(self, request: Request) -> bool:
-        """Whether it brought the teacher's ticket."""
+        """Whether the request has the teacher's ticket."""
         return self._brought(request, TEACHER)
 
     def has_ticket(self, request: Request) -> bool:
-        """Whether it brought one."""
+        """Whether the request has a ticket."""
         return any(self._brought(request, name) for name in self.words)
 
     def right_words(self, request: Request) -> list[str]:
-        """The names of the words in the address that are right."""
+        """Names of the right codes in the address."""
         query = parse_qs(urlsplit(request.path).query)
         return [
             name
             for name, word in self.words.items()
-            if len(given := query.get(name, [])) == 1 and _same(_plain(given[0]), _plain(word))
+            if len(values := query.get(name, [])) == 1 and _same(_plain(values[0]), _plain(word))
         ]
 
     def welcome(self, address: str, request: Request) -> Response:
@@ -127,14 +127,14 @@ class Tickets:
 
     def ask(self, address: str, request: Request) -> Response:
         """Asks for the code. Words and tickets that are wrong are guesses, none at all is none."""
-        asked, cookies = "?" in request.path, _cookies(request)
-        guess = asked or any(_cookie(request, name) in cookies for name in self.names)
+        has_query, cookies = "?" in request.path, _cookies(request)
+        guess = has_query or any(_cookie(request, name) in cookies for name in self.names)
         if guess and self._too_many(address):
             return _form(HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY)
-        return _form(HTTPStatus.FORBIDDEN, WRONG if asked else WHICH)
+        return _form(HTTPStatus.FORBIDDEN, WRONG if has_query else WHICH)
 
     def own_address(self, home: str) -> str:
-        """What the browser of who started the server opens."""
+        """Address with the code, for the browser on this machine."""
         name = TEACHER if TEACHER in self.words else CODE
         return f"{home}?{name}={quote(self.words[name])}"
 
@@ -145,7 +145,7 @@ class Tickets:
         origins: tuple[str, ...],
         print_line: Callable[[str], None],
     ) -> None:
-        """What is open, to whom, and how to come in."""
+        """Prints addresses and codes."""
         if more:
             for_class = f"{more[0]}/?{CODE}={quote(self.words[CODE])}"
             print_line(f"FlexGUI for the class: {for_class}   (Ctrl-C ends it)")
@@ -178,12 +178,12 @@ class Tickets:
 
     def _brought(self, request: Request, name: str) -> bool:
         brought = _cookies(request).get(_cookie(request, name))
-        known = self._given.get(name)
-        return brought is not None and known is not None and _same(brought, known.hexdigest())
+        ticket = self._given.get(name)
+        return brought is not None and ticket is not None and _same(brought, ticket.hexdigest())
 
 
 def _same(text: str, other: str) -> bool:
-    """Compared in the same time however much of it is the same."""
+    """Compares in constant time."""
     return hmac.compare_digest(text.encode("utf-8", "replace"), other.encode())
 
 
@@ -193,17 +193,17 @@ def _form(status: HTTPStatus, sentence: str) -> Response:
 
 
 def _cookie(request: Request, name: str) -> str:
-    """Cookies are shared by all ports of a host."""
+    """Name of the cookie; it holds the port, as all ports of a host share cookies."""
     port = (only(request.headers, "Host") or "").rpartition(":")[2]
     return f"flexgui_{name}_{port if port.isdigit() else 'web'}"
 
 
 def _cookies(request: Request) -> dict[str, str]:
-    found: SimpleCookie = SimpleCookie()
+    cookies: SimpleCookie = SimpleCookie()
     for header in request.headers.get_all("Cookie"):
         with contextlib.suppress(CookieError):
-            found.load(header)
-    return {name: morsel.value for name, morsel in found.items()}
+            cookies.load(header)
+    return {name: morsel.value for name, morsel in cookies.items()}
 
 
 KEY_FILE, KEY_BYTES = "server.key", 32
@@ -221,9 +221,9 @@ def server_key() -> bytes:
             handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
             with os.fdopen(handle, "wb") as file:
                 file.write(fresh)
-        kept = path.read_bytes()
-        if len(kept) == KEY_BYTES:
-            return kept
+        key = path.read_bytes()
+        if len(key) == KEY_BYTES:
+            return key
         path.unlink()  # cut short by a crash: the next start makes it anew
     return fresh
 

@@ -1,4 +1,4 @@
-"""All files of one export, and the way to it from a scenario file, without a page."""
+"""Writes all files of one export, also directly from a scenario file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from flexgui.export.report import report_html
 from flexgui.export.report_motion import Motion
 from flexgui.export.result import result
 from flexgui.export.tables import tables
-from flexgui.views.summary import ending
+from flexgui.views.summary import result_lines
 
 DIGITS = 10
 """More than any sensor resolves, at two thirds of the size of all 17."""
@@ -92,10 +92,10 @@ def _write(
 
 def _models(outcome: Outcome, folder: Path) -> None:
     """The model in every format that can hold it."""
-    for one in model_formats():
-        if one.unable(outcome):
+    for model_format in model_formats():
+        if model_format.unable(outcome):
             continue
-        for name, content in one.files(outcome).items():
+        for name, content in model_format.files(outcome).items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(content)
 
@@ -107,8 +107,7 @@ def _text(path: Path, text: str) -> None:
 def export_scenario(
     path: Path, out: Path, data: Path | None, progress: Progress, print_line: Callable[[str], None]
 ) -> tuple[str, ...]:
-    """Read, run, export, and say in lines how it ended; bad input is found before anything long
-    begins.
+    """Reads, runs and exports a scenario, and returns closing lines; checks input first.
 
     `print_line` gets which files lie outside the scenario's folder and the data folder.
     """
@@ -136,13 +135,13 @@ def export_scenario(
 
     progress.stage("Writing the report")
     motion = report_motion(scenario, outcome, path.parent, data)
-    found = diagnosed_text(scenario, outcome, seen_by(out, path.parent, data))
-    export_outcome(outcome, text, out, motion, found)
-    return (*ending(outcome), f"The report is {out / 'report.html'}.")
+    diagnosed = diagnosed_text(scenario, outcome, seen_by(out, path.parent, data))
+    export_outcome(outcome, text, out, motion, diagnosed)
+    return (*result_lines(outcome), f"The report is {out / 'report.html'}.")
 
 
 def diagnosed_text(scenario: Scenario, outcome: Outcome, locate: Callable[[str], str] = str) -> str:
-    """The scenario with what was found; empty without a diagnosis.
+    """The scenario with the effects found; empty without a diagnosis.
 
     `locate` says how it names the scenario's files; as the scenario itself where nobody says.
     """

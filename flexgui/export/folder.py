@@ -67,7 +67,7 @@ def _remove_empty(folders: list[Path]) -> None:
 
 
 def swap_in(folder: Path, out: Path) -> None:
-    """Move every file of `folder` to its place in `out`; on failure put the old ones back.
+    """Moves every file of `folder` to its place in `out`; on failure restores the old ones.
 
     Files that an older export listed and the new one lacks are removed.
     """
@@ -76,8 +76,8 @@ def swap_in(folder: Path, out: Path) -> None:
         key=lambda path: (path.name == INDEX, path),
     )
     stale = [path for path in listed_files(out) if path not in new and (out / path).is_file()]
-    with tempfile.TemporaryDirectory(prefix=WORKROOM, dir=out) as kept, _uninterrupted():
-        old = Path(kept)
+    with tempfile.TemporaryDirectory(prefix=WORKROOM, dir=out) as backup, _uninterrupted():
+        old = Path(backup)
         _keep(out, old, [path for path in (*new, *stale) if (out / path).exists()])
         try:
             for path in new:
@@ -104,7 +104,7 @@ def _restore(out: Path, old: Path, new: list[Path]) -> None:
 
 
 def listed_files(out: Path) -> list[Path]:
-    """The files that the export in `out` says are its own, as paths inside `out`."""
+    """Files that the export in `out` lists as its own, as paths inside `out`."""
     try:
         listed = json.loads((out / INDEX).read_text(encoding="utf-8"))["files"]
         paths = [PurePosixPath(name) for name in listed]
@@ -115,7 +115,7 @@ def listed_files(out: Path) -> list[Path]:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Ctrl-C is too late once files change places: all are in place a moment later.
+    """Delays Ctrl-C while files are moved.
 
     Only the main thread ever sees the signal, and only it may say what happens then.
     """
@@ -149,7 +149,7 @@ def zipped(content: Mapping[str, bytes]) -> bytes:
 
 
 def dumps(value: Any) -> str:
-    """Strict JSON text, in UTF-8 characters, with a line end; what is not a finite number is null.
+    """Strict JSON text in UTF-8 with a final newline; non-finite numbers are null.
 
     Records, arrays and any mapping may be in it.
     """

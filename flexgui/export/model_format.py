@@ -27,7 +27,7 @@ LINEAR_LIMITS = (
 
 
 class ModelFormat(ABC):
-    """One format; the export writes its files, the page offers them as a download."""
+    """One format; exports write its files, the page offers them as a download."""
 
     kind: str = ""
     """Id of the plug-in; the page lists formats in the order of their ids."""
@@ -36,12 +36,12 @@ class ModelFormat(ABC):
     hint: str = ""
 
     def unable(self, outcome: Outcome) -> str:
-        """A sentence why this outcome cannot be written so; empty where it can."""
+        """Why this outcome cannot be written in this format; empty if it can."""
         return ""
 
     @abstractmethod
     def files(self, outcome: Outcome) -> dict[str, bytes]:
-        """Path inside the export -> content; several files share one folder."""
+        """Path inside the export -> content."""
 
 
 def linear_header(outcome: Outcome, what: str) -> list[str]:
@@ -89,7 +89,7 @@ def _effect(effect: PresentEffect) -> str:
 
 
 def plain(text: str) -> str:
-    """One line without what ends a comment in C, XML or Python."""
+    """One line without sequences that end a comment in C, XML or Python."""
     line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return re.sub(r"-{2,}", "-", line).replace("*/", "* /").replace("/*", "/ *").replace("\\", "/")
 
@@ -100,14 +100,14 @@ _OPERATORS: dict[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Di
 
 
 def scheduled(bases: Sequence[str]) -> tuple[str, ...]:
-    """Names of the joint positions that occur, such as theta2, in their order."""
-    found = {
+    """Names of the joint positions that the matrices depend on, such as theta2."""
+    indices = {
         node.id
         for text in bases
         for node in ast.walk(ast.parse(text, mode="eval"))
         if isinstance(node, ast.Name) and node.id not in FUNCTIONS
     }
-    return tuple(sorted(found))
+    return tuple(sorted(indices))
 
 
 def in_c(text: str, variables: Sequence[str]) -> str:

@@ -35,7 +35,7 @@ def plan_scenario(
     path: Path, out: Path, data: Path | None, seconds: float,
     parameters: Sequence[str], between: Sequence[str], progress: Progress,
 ) -> Sequence[str]:  # fmt: skip
-    """Read, plan, write; the words of the plan.
+    """Reads a scenario, plans experiments, writes them, and returns closing lines.
 
     Raises:
         InputError: Where the scenario, a recording or an option is wrong.
@@ -49,35 +49,35 @@ def plan_scenario(
     scenario = read_scenario(path)
     check_writable(out)
     wish = ExperimentRequest(seconds, tuple(parameters), tuple(between), scenario.limits)
-    found = plan(scenario, wish, folder=path.parent, data_folder=data, progress=progress)
-    write_plan(scenario, found, out, seen_by(out, path.parent, data))
-    files = [Names(n).recorded for n, _ in enumerate(found.chosen, start=1)]
+    design = plan(scenario, wish, folder=path.parent, data_folder=data, progress=progress)
+    write_plan(scenario, design, out, seen_by(out, path.parent, data))
+    files = [Names(n).recorded for n, _ in enumerate(design.chosen, start=1)]
     closing = f"Save what is recorded beside them as {files[0]}" if files else ""
     more = ", and so on" if len(files) > 1 else ""
     ending = f"{closing}{more}; {out / SCENARIO} then reads them." if files else ""
-    return [*plan_paragraphs(found), ending]
+    return [*plan_paragraphs(design), ending]
 
 
 def write_plan(
-    scenario: Scenario, found: Design, out: Path, locate: Callable[[str], str] = lambda file: file
+    scenario: Scenario, design: Design, out: Path, locate: Callable[[str], str] = lambda file: file
 ) -> None:
     """References, what to expect, the plan in words and numbers, and the scenario for after.
 
     `locate` says how the new scenario names a file of the old one.
     """
-    units = joint_units(found.fitted.model.arm)
-    document = with_planned(scenario, found, locate)
+    units = joint_units(design.fitted.model.arm)
+    document = with_planned(scenario, design, locate)
     check_scenario(document, SCENARIO)
     with work_folder(out) as folder:
-        for n, c in enumerate(found.chosen, start=1):
-            save_recording(references(c, found), folder / Names(n).play, units)
-            save_recording(expected(c, found), folder / Names(n).expected, units)
-        (folder / PLAN).write_text(dumps(_as_document(found)), encoding="utf-8")
-        (folder / TEXT).write_text("\n\n".join(plan_paragraphs(found)) + "\n", encoding="utf-8")
+        for n, c in enumerate(design.chosen, start=1):
+            save_recording(references(c, design), folder / Names(n).play, units)
+            save_recording(expected(c, design), folder / Names(n).expected, units)
+        (folder / PLAN).write_text(dumps(_as_document(design)), encoding="utf-8")
+        (folder / TEXT).write_text("\n\n".join(plan_paragraphs(design)) + "\n", encoding="utf-8")
         (folder / SCENARIO).write_text(document_toml(document), encoding="utf-8")
         for path in folder.iterdir():
             path.replace(out / path.name)
-    _drop_older(out, len(found.chosen))
+    _drop_older(out, len(design.chosen))
 
 
 def _as_document(design: Design) -> dict[str, Any]:
@@ -116,7 +116,7 @@ def _tightest(c: Candidate, design: Design) -> float:
 
 
 def _drop_older(out: Path, count: int) -> None:
-    """Nobody is to play what an older plan of more experiments left; recordings stay."""
+    """Deletes references of an older plan, so that nobody plays them; recordings stay."""
     for n in range(count + 1, MOST + 1):
         for name in (Names(n).play, Names(n).expected):
             (out / name).unlink(missing_ok=True)

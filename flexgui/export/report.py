@@ -26,14 +26,19 @@ from flexgui.views.fit_table import (
     overview,
     variants,
 )
-from flexgui.views.headline import beside, final_comparisons, given_comparisons, grown
+from flexgui.views.headline import (
+    comparisons_as_given,
+    final_comparisons,
+    has_added_effects,
+    of_same_recording,
+)
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.layout import POINTS
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
-from flexgui.views.parameter_tables import between_runs, given_parameters, standing_parameters
-from flexgui.views.summary import alarms, distinguishable, lead
+from flexgui.views.parameter_tables import between_runs, final_parameters, first_parameters
+from flexgui.views.summary import alarms, lead_sentences, which_fit_in_report
 from flexgui.views.table import Column, Row, Table, affine, mathml, matrices
 
 LARGEST = 4_000_000
@@ -79,21 +84,21 @@ def _rendered(outcome: Outcome, scenario_text: str, motion: Motion | None) -> st
 
 
 def _content(outcome: Outcome) -> dict[str, Any]:
-    shown, before = final_comparisons(outcome), given_comparisons(outcome)
+    shown, before = final_comparisons(outcome), comparisons_as_given(outcome)
     diagnosed, model = diagnosis_section(outcome), outcome.model
     return {
         "title": outcome.title,
         "alarms": alarms(outcome),
-        "lead": lead(outcome),
+        "lead": lead_sentences(outcome),
         "overview": overview(shown, before),
-        "which_fit": distinguishable(outcome),
+        "which_fit": which_fit_in_report(outcome),
         "diagnosis": diagnosed,
-        "parameters": standing_parameters(outcome) if outcome.fits else None,
-        "parameters_as_given": given_parameters(outcome),
+        "parameters": final_parameters(outcome) if outcome.fits else None,
+        "parameters_as_given": first_parameters(outcome),
         "between_runs": between_runs(outcome.repeated),
-        "given_open": grown(outcome),
+        "given_open": has_added_effects(outcome),
         # Of a way on the page the last fit is of the grown model.
-        "first_fit": FIRST_FIT if grown(outcome) and not outcome.as_given else "",
+        "first_fit": FIRST_FIT if has_added_effects(outcome) and not outcome.as_given else "",
         "sentences": sentences_of_fits(outcome.fits),
         "valley": plot(valley(outcome.fits)),
         "fit_table": fit_table(shown, before) if shown else None,
@@ -122,15 +127,14 @@ def _recordings(
     points = points_per_line(comparisons)
     return [
         {"label": bar_label(recording, comparisons), "open": k < OPEN, "note": recording.note}
-        | _drawn(recording, beside(recording, before), points)
+        | _drawn(recording, of_same_recording(recording, before), points)
         for k, recording in enumerate(comparisons)
         if recording.channels
     ]
 
 
 def points_per_line(comparisons: Sequence[RecordingComparison]) -> int:
-    """How finely the signals are drawn, so that many recordings still make a report that is quick
-    to load."""
+    """Points per signal: fewer for many recordings, so that the report loads quickly."""
     lines = PER_CHANNEL * sum(len(recording.channels) for recording in comparisons)
     return min(max(SIGNALS // max(lines, 1), FEWEST), POINTS)
 
@@ -138,17 +142,17 @@ def points_per_line(comparisons: Sequence[RecordingComparison]) -> int:
 def _drawn(
     recording: RecordingComparison, before: RecordingComparison | None, points: int
 ) -> dict[str, Any]:
-    """Its figures, those of outputs that were not fitted apart, and how far the tip was missed."""
+    """Figures of one recording, outputs that were not fitted apart, and its tip error."""
     about = [ROLES.get(recording.role, recording.role)]
     if recording.tip_rms is not None:
         about.append(f"tip error {quantity(recording.tip_rms, 'm')} rms")
     if before is not None and before.tip_rms is not None:
         about.append(f"model as given {quantity(before.tip_rms, 'm')}")
-    found: dict[str, Any] = {"about": ", ".join(about)}
+    block: dict[str, Any] = {"about": ", ".join(about)}
     for name, fitted in (("fitted", True), ("others", False)):
         chosen = [c for c in recording.channels if c.fitted is fitted]
-        found[name] = plot(comparison(recording, chosen, before, points)) if chosen else None
-    return found
+        block[name] = plot(comparison(recording, chosen, before, points)) if chosen else None
+    return block
 
 
 def _views(

@@ -39,7 +39,7 @@ class Motion:
 def report_motion(
     scenario: Scenario, outcome: Outcome, folder: Folder, data: Path | None = None
 ) -> Motion | None:
-    """Of the first validation, else of the first recording; None where there is nothing to play.
+    """Motion of the first validation recording, else of the first; None without one.
 
     A report without it is still a report: what cannot be read again or drawn is left out, and said.
     """
@@ -64,21 +64,21 @@ def report_motion(
 
 
 def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> RecordedMotion:
-    """By the model as it now stands."""
+    """Comparisons with the model after the diagnosis."""
     from flexgui.scene.recorded_motion import motion_of, simulated_motion
 
-    found = outcome.diagnosis
-    if found is None or not (found.added and found.values):
+    diagnosis = outcome.diagnosis
+    if diagnosis is None or not (diagnosis.added and diagnosis.values):
         return motion_of(scenario, outcome, recording)
     values = {}
-    for label, value in found.values.items():
+    for label, value in diagnosis.values.items():
         name, mark, own = label.partition(RECORDING_MARK)
         if (not mark or own == recording.name) and not name.startswith((OFFSET, GAIN)):
             values[name] = value
-    return simulated_motion(diagnosed_scenario(scenario, found), values, recording)
+    return simulated_motion(diagnosed_scenario(scenario, diagnosis), values, recording)
 
 
 def _first(recording: Recording, seconds: float) -> Recording:
-    """What is not played need not be computed."""
+    """Only the samples that are played."""
     count = int(np.searchsorted(recording.time, recording.time[0] + seconds)) + 1
     return recording.rows(slice(count))

@@ -23,60 +23,61 @@ from flexgui.sentences.verdict import all_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_dots
-from flexgui.views.headline import final_comparisons, verdict_now
+from flexgui.views.headline import current_verdict, final_comparisons
 from flexgui.views.ladder import ladder, ladder_table, sizes_table
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.errors import patterns
 from flexgui.views.ranking import ranking, ranking_table
-from flexgui.views.summary import doubt
+from flexgui.views.summary import provisional_warning
 from flexgui.views.table import Column, Row, Table, mathml
 
 
 def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:
-    """What is missing, as the template shows it; None where nothing was diagnosed."""
-    found = outcome.diagnosis
-    if found is None:
+    """Data of the section on missing effects; None without a diagnosis."""
+    diagnosis = outcome.diagnosis
+    if diagnosis is None:
         return None
-    maps = error_maps(found.given or outcome.comparisons, found.floors)
+    maps = error_maps(diagnosis.given or outcome.comparisons, diagnosis.floors)
     return {
-        "words": all_paragraphs(found),
-        "formulas": _formulas(found),
-        "ladder_table": ladder_table(found),
-        "sizes": sizes_table(found),
-        "rounds": [_round(k, one) for k, one in enumerate(found.rounds, start=1)],
+        "words": all_paragraphs(diagnosis),
+        "formulas": _formulas(diagnosis),
+        "ladder_table": ladder_table(diagnosis),
+        "sizes": sizes_table(diagnosis),
+        "rounds": [_round(k, searched) for k, searched in enumerate(diagnosis.rounds, start=1)],
         "by_frequency": plot(error_map(maps.by_frequency)),
         "by_time": plot(error_map(maps.by_time, narrow=True)),
         "over": plot(residual_over(patterns(maps))),
         "worst": worst_table(maps.worst),
-        "left": _left(found),
-        "not_applicable": _not_applicable(found),
+        "left": _residual_plot(diagnosis),
+        "not_applicable": _not_applicable(diagnosis),
     }
 
 
-def _left(found: Diagnosis) -> Plot | None:
-    maps = error_maps(found.left, found.floors) if found.left else None
+def _residual_plot(diagnosis: Diagnosis) -> Plot | None:
+    maps = error_maps(diagnosis.left, diagnosis.floors) if diagnosis.left else None
     return plot(error_map(maps.by_time, narrow=True)) if maps else None
 
 
-def _formulas(found: Diagnosis) -> tuple[tuple[str, Markup], ...]:
-    """Of the effects that were added."""
-    known = catalogue()
-    kinds = dict.fromkeys(str(entry["id"]) for entry in found.effects)
-    shown = [known[kind] for kind in kinds if kind in known and known[kind].formula]
-    return tuple((one.title, mathml(one.formula)) for one in shown)
+def _formulas(diagnosis: Diagnosis) -> tuple[tuple[str, Markup], ...]:
+    """Formulas of the added effects."""
+    effects = catalogue()
+    kinds = dict.fromkeys(str(entry["id"]) for entry in diagnosis.effects)
+    shown = [effects[kind] for kind in kinds if kind in effects and effects[kind].formula]
+    return tuple((effect.title, mathml(effect.formula)) for effect in shown)
 
 
-def _round(number: int, one: DiagnosisRound) -> dict[str, Any]:
-    """One round's candidates."""
-    titles = {r.effect: r.title for r in one.ranking}
-    shown = in_order(one.ranking, one.accepted)
-    ending = f"{titles.get(one.accepted, '')} was added" if one.accepted else "nothing was added"
+def _round(number: int, searched: DiagnosisRound) -> dict[str, Any]:
+    """The candidates of one round."""
+    titles = {r.effect: r.title for r in searched.ranking}
+    shown = in_order(searched.ranking, searched.accepted)
+    accepted = searched.accepted
+    ending = f"{titles.get(accepted, '')} was added" if accepted else "nothing was added"
     return {
         "title": f"Round {number}: {ending}",
-        "sentence": round_sentence(one),
-        "figure": plot(ranking(shown, one.accepted)),
-        "table": ranking_table(shown, one.accepted),
-        "planned": _planned(one.experiments),
+        "sentence": round_sentence(searched),
+        "figure": plot(ranking(shown, searched.accepted)),
+        "table": ranking_table(shown, searched.accepted),
+        "planned": _planned(searched.experiments),
     }
 
 
@@ -90,9 +91,9 @@ def _planned(experiments: tuple[PlannedExperiment, ...]) -> Table | None:
     return Table(columns, rows, text) if rows else None
 
 
-def _not_applicable(found: Diagnosis) -> Table | None:
+def _not_applicable(diagnosis: Diagnosis) -> Table | None:
     titles = {kind: effect.title for kind, effect in catalogue().items()}
-    rows = tuple(Row((titles.get(kind, kind), why)) for kind, why in found.not_applicable.items())
+    rows = tuple(Row((titles.get(k, k), why)) for k, why in diagnosis.not_applicable.items())
     return Table((Column("Effect"), Column("Why it was not tried")), rows) if rows else None
 
 
@@ -104,13 +105,13 @@ SEED = "identify"
 
 
 def glance(outcome: Outcome, scenario_text: str) -> dict[str, Any]:
-    """All that the first page shows beside the title and the summary."""
-    found = outcome.diagnosis
-    steps = () if found is None else found.steps
+    """Data of the first page besides title and summary."""
+    diagnosis = outcome.diagnosis
+    steps = () if diagnosis is None else diagnosis.steps
     return {
-        "found": "" if found is None else verdict_now(found),
+        "found": "" if diagnosis is None else current_verdict(diagnosis),
         # In red; empty where the model reaches the noise floor.
-        "doubt": doubt(float(np.sqrt(steps[-1].cost_per_sample))) if steps else "",
+        "doubt": provisional_warning(float(np.sqrt(steps[-1].cost_per_sample))) if steps else "",
         "figure": plot(ladder(steps) or fit_dots(final_comparisons(outcome))),
         "facts": _facts(outcome, scenario_text),
     }
@@ -127,7 +128,7 @@ def _facts(outcome: Outcome, scenario_text: str) -> tuple[tuple[str, str], ...]:
 
 
 def _today() -> str:
-    """ISO date; of SOURCE_DATE_EPOCH where a build that is repeated sets it."""
+    """ISO date; from SOURCE_DATE_EPOCH for a reproducible build."""
     stated = os.environ.get("SOURCE_DATE_EPOCH", "")
     if stated.isdigit():
         return datetime.fromtimestamp(int(stated), UTC).date().isoformat()
@@ -143,7 +144,7 @@ def _seed(scenario_text: str) -> str:
 
 
 def digest(outcome: Outcome) -> str:
-    """The first digits of the SHA-256 over names, times and values of all that was measured."""
+    """First digits of the SHA-256 over names, times and values of all measurements."""
     whole = hashlib.sha256()
     for recording in outcome.comparisons:
         whole.update(recording.recording.encode())

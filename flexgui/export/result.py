@@ -31,14 +31,14 @@ from flexgui.sentences.identifiability import identifiability_sentences, invaria
 from flexgui.sentences.ranked import round_sentence
 from flexgui.sentences.verdict import STOPPED, all_paragraphs
 from flexgui.views.headline import (
-    belongs_to,
+    comparisons_as_given,
     final_comparisons,
-    follows,
-    given,
-    given_biased,
-    given_comparisons,
-    standing,
-    standing_biased,
+    final_derived_names,
+    final_estimates,
+    final_is_biased,
+    first_estimates,
+    first_is_biased,
+    owner_of,
 )
 from flexgui.views.pooled import (
     ESTIMATE,
@@ -61,35 +61,38 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
     ranking is empty, and the one step is the fit as the comparison shows it. For local fits
     `parameters_as_given` holds the means; each fit's own stand under `fits`.
     """
-    found = outcome.diagnosis
+    diagnosis = outcome.diagnosis
     return {
         "schema": SCHEMA,
         "title": outcome.title,
-        "verdict": found and found.verdict,
-        "final_verdict": found and found.final_verdict,
-        "ranking": as_record(found.ranking) if found else [],
+        "verdict": diagnosis and diagnosis.verdict,
+        "final_verdict": diagnosis and diagnosis.final_verdict,
+        "ranking": as_record(diagnosis.ranking) if diagnosis else [],
         "parameters": parameters(
-            outcome, standing(outcome), follows(outcome), standing_biased(outcome)
+            outcome,
+            final_estimates(outcome),
+            final_derived_names(outcome),
+            final_is_biased(outcome),
         ),
         "parameters_as_given": parameters(
-            outcome, given(outcome), derived_names(outcome.fits), given_biased(outcome)
+            outcome, first_estimates(outcome), derived_names(outcome.fits), first_is_biased(outcome)
         ),
         # What it costs; null where it was not the one identified.
-        "linear_model": found and as_record(found.linear_model),
-        "steps": as_record(found.steps) if found else [_as_given(outcome.comparisons)],
+        "linear_model": diagnosis and as_record(diagnosis.linear_model),
+        "steps": as_record(diagnosis.steps) if diagnosis else [_as_given(outcome.comparisons)],
         "seconds": {"identify": None, "diagnose": 0.0, **outcome.seconds},
         "method": outcome.method,
         "level": outcome.level,
         "fits": as_record(outcome.fits),
         "recordings": as_record(final_comparisons(outcome)),
-        "recordings_as_given": as_record(given_comparisons(outcome)),
+        "recordings_as_given": as_record(comparisons_as_given(outcome)),
         "variants": as_record(outcome.variants),
-        "diagnosis": found and _diagnosis(found, outcome.comparisons),
+        "diagnosis": diagnosis and _diagnosis(diagnosis, outcome.comparisons),
         "arm": [
             dict(zip(("name", "title", "value", "unit"), row, strict=True))
             for row in outcome.arm_table
         ],
-        "repeatability": [asdict(one) for one in outcome.repeated],
+        "repeatability": [asdict(repeated) for repeated in outcome.repeated],
         "notes": (*plain(alarms(outcome)), *notes(outcome)),
         "files": list(files),
     }
@@ -98,12 +101,12 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
 def parameters(
     outcome: Outcome, estimates: Sequence[Estimate], derived: frozenset[str], biased: bool
 ) -> list[dict[str, Any]]:
-    """Estimates with what each belongs to, and whether it follows from others or is biased."""
+    """Estimates with their owners, and whether they are derived or biased."""
     return [
         {
             **as_record(e),
             "derived": e.name in derived,
-            "of": belongs_to(outcome, e.name),
+            "of": owner_of(outcome, e.name),
             "biased": biased,
         }
         for e in estimates
@@ -111,7 +114,7 @@ def parameters(
 
 
 def _as_given(comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:
-    """The only step of the error ladder where nothing was diagnosed."""
+    """The only ladder step without a diagnosis."""
     estimation = channel_errors(with_role(comparisons, ESTIMATE))
     validation = {e.channel: e for e in channel_errors(with_role(comparisons, VALIDATE))}
     fitted = [e for e in estimation if e.fitted]
@@ -137,16 +140,16 @@ def _as_given(comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:
     }
 
 
-def _diagnosis(found: Diagnosis, comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:
+def _diagnosis(diagnosis: Diagnosis, comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:
     """What goes beyond the contract: words, all rounds, worst places, planned experiments."""
     return {
-        "words": all_paragraphs(found),
-        "effects": found.effects,
-        "floors": found.floors,
-        "not_applicable": found.not_applicable,
-        "notes": (STOPPED,) if found.stopped else (),
-        "rounds": as_record(found.rounds),
-        "worst": as_record(error_maps(found.given or comparisons, found.floors).worst),
+        "words": all_paragraphs(diagnosis),
+        "effects": diagnosis.effects,
+        "floors": diagnosis.floors,
+        "not_applicable": diagnosis.not_applicable,
+        "notes": (STOPPED,) if diagnosis.stopped else (),
+        "rounds": as_record(diagnosis.rounds),
+        "worst": as_record(error_maps(diagnosis.given or comparisons, diagnosis.floors).worst),
     }
 
 
@@ -155,7 +158,7 @@ Shape = Mapping[str, str | Callable[[Any], Any]]
 
 
 def as_record(value: Any) -> Any:
-    """A record, or a sequence of them, as plain mappings; anything else as it is."""
+    """A record, or a sequence of records, as plain mappings; other values as they are."""
     if shape := SHAPES.get(type(value)):
         return {
             name: as_record(source(value) if callable(source) else getattr(value, source))
@@ -167,7 +170,7 @@ def as_record(value: Any) -> Any:
 
 
 def _fields(names: str) -> dict[str, str | Callable[[Any], Any]]:
-    """Fields that keep their names, which stand between blanks."""
+    """Fields that keep their names, separated by spaces."""
     return {name: name for name in names.split()}
 
 
@@ -177,9 +180,9 @@ def _parameters(fit: Fit) -> list[dict[str, Any]]:
 
 
 def _identifiability(fit: Fit) -> dict[str, Any]:
-    found = fit.identifiability
+    identified = fit.identifiability
     sentences = {"sentences": identifiability_sentences(fit)}
-    return {**as_record(found), **sentences, "valley": as_record(found.valley)}
+    return {**as_record(identified), **sentences, "valley": as_record(identified.valley)}
 
 
 SHAPES: Mapping[type, Shape] = {

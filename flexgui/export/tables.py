@@ -1,4 +1,4 @@
-"""The numbers behind the report as CSV tables; units stand in the headings or in a column."""
+"""The numbers of the report as CSV tables; units are in the headings or in a column."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from flexgui.core.results import ChannelComparison, Estimate, Outcome, Recording
 from flexgui.export.result import as_record, parameters
 from flexgui.views.fit_table import bar_label
 from flexgui.views.headline import (
-    beside,
+    comparisons_as_given,
     final_comparisons,
-    follows,
-    given_biased,
-    given_comparisons,
-    standing,
-    standing_biased,
+    final_derived_names,
+    final_estimates,
+    final_is_biased,
+    first_is_biased,
+    of_same_recording,
 )
 
 LONGEST = 80
@@ -35,7 +35,7 @@ def slug(name: str) -> str:
 
 
 def unique_slugs(names: Sequence[str]) -> list[str]:
-    """A slug for each name, numbered where two meet (capitals do not tell files apart)."""
+    """A unique slug for each name, numbered if needed; case is ignored."""
     taken: set[str] = set()
     slugs = []
     for name in names:
@@ -53,14 +53,13 @@ Rows = Iterator[dict[str, Any]]
 
 
 def parameter_rows(outcome: Outcome) -> Rows:
-    """A row per parameter of the model as it now stands, in the units of the results; without a
-    diagnosis a row per fit and parameter."""
+    """A row per final parameter, in the results' units; without a diagnosis per fit."""
     if outcome.diagnosis is None or not outcome.diagnosis.parameters:
         yield from parameter_rows_as_given(outcome)
         return
-    biased = standing_biased(outcome)
-    for one in parameters(outcome, standing(outcome), follows(outcome), biased):
-        yield {"fit": "the model as it now stands", "parameter": one["name"], **one}
+    biased = final_is_biased(outcome)
+    for row in parameters(outcome, final_estimates(outcome), final_derived_names(outcome), biased):
+        yield {"fit": "the model as it now stands", "parameter": row["name"], **row}
 
 
 def parameter_rows_as_given(outcome: Outcome) -> Rows:
@@ -70,8 +69,8 @@ def parameter_rows_as_given(outcome: Outcome) -> Rows:
         groups = [("as given", outcome.as_given, ())]
     for label, estimates, derived in groups:
         names = frozenset(e.name for e in derived)
-        for one in parameters(outcome, estimates, names, given_biased(outcome)):
-            yield {"fit": label, "parameter": one["name"], **one}
+        for row in parameters(outcome, estimates, names, first_is_biased(outcome)):
+            yield {"fit": label, "parameter": row["name"], **row}
 
 
 def error_rows(comparisons: Sequence[RecordingComparison]) -> Rows:
@@ -82,11 +81,11 @@ def error_rows(comparisons: Sequence[RecordingComparison]) -> Rows:
 
 
 def fit_rows(outcome: Outcome) -> Rows:
-    """The same of the model as it now stands, then of it as given."""
+    """The same for the model after the diagnosis, then as given."""
     yield from (
         {"model": "as it now stands", **row} for row in error_rows(final_comparisons(outcome))
     )
-    yield from ({"model": "as given", **row} for row in error_rows(given_comparisons(outcome)))
+    yield from ({"model": "as given", **row} for row in error_rows(comparisons_as_given(outcome)))
 
 
 def correlation_rows(outcome: Outcome) -> Rows:
@@ -94,8 +93,8 @@ def correlation_rows(outcome: Outcome) -> Rows:
     for fit in outcome.fits:
         names = list(map(_own_name, fit.estimates))
         for (i, a), (j, b) in product(enumerate(names), repeat=2):
-            found = fit.correlation[i, j]
-            yield {"fit": fit.label, "parameter": a, "other": b, "correlation": found}
+            rho = fit.correlation[i, j]
+            yield {"fit": fit.label, "parameter": a, "other": b, "correlation": rho}
 
 
 def _own_name(estimate: Estimate) -> str:
@@ -103,17 +102,17 @@ def _own_name(estimate: Estimate) -> str:
 
 
 def repeatability_rows(outcome: Outcome) -> Rows:
-    """A row per parameter that several runs of one experiment have estimated, in SI."""
-    for one in outcome.repeated:
+    """A row per parameter estimated in several runs of one experiment, in SI."""
+    for repeated in outcome.repeated:
         yield {
-            "parameter": one.name,
-            "unit": one.unit,
-            "mean": one.mean,
-            "lower95": one.interval[0],
-            "upper95": one.interval[1],
-            "std_between": one.between,
-            "std_within": one.within,
-            "runs_differing": " ".join(each.run for each in one.disagreeing),
+            "parameter": repeated.name,
+            "unit": repeated.unit,
+            "mean": repeated.mean,
+            "lower95": repeated.interval[0],
+            "upper95": repeated.interval[1],
+            "std_between": repeated.between,
+            "std_within": repeated.within,
+            "runs_differing": " ".join(each.run for each in repeated.disagreeing),
         }
 
 
@@ -127,10 +126,10 @@ def ladder_rows(outcome: Outcome) -> Rows:
 def ranking_rows(outcome: Outcome) -> Rows:
     """A row per round and candidate."""
     rounds = outcome.diagnosis.rounds if outcome.diagnosis else ()
-    for k, one in enumerate(rounds, start=1):
-        for effect in one.ranking:
+    for k, searched in enumerate(rounds, start=1):
+        for effect in searched.ranking:
             confused = " ".join(effect.confused_with)
-            accepted = effect.effect == one.accepted
+            accepted = effect.effect == searched.accepted
             yield {
                 "round": k, **as_record(effect), "confused_with": confused, "accepted": accepted
             }  # fmt: skip
@@ -138,8 +137,9 @@ def ranking_rows(outcome: Outcome) -> Rows:
 
 def error_map_rows(outcome: Outcome) -> Rows:
     """A row per output, recording and time window or frequency band."""
-    found = outcome.diagnosis
-    maps = error_maps(found.given or outcome.comparisons, found.floors) if found else None
+    diagnosis = outcome.diagnosis
+    given = outcome.comparisons if diagnosis is None else diagnosis.given or outcome.comparisons
+    maps = None if diagnosis is None else error_maps(given, diagnosis.floors)
     for m in (*maps.by_time, *maps.by_frequency) if maps else ():
         named = {"channel": m.channel, "unit": m.unit, "axis": m.axis, "axis_unit": m.axis_unit}
         for (i, name), (j, edges) in product(enumerate(m.recordings), enumerate(pairwise(m.edges))):
@@ -211,10 +211,10 @@ def convergence_table(outcome: Outcome) -> pd.DataFrame:
 def recording_tables(outcome: Outcome) -> dict[str, pd.DataFrame]:
     """A table per recording: time and, per output, measured, model, residual, counted; and the
     model as given beside them where it has changed since."""
-    shown, before = final_comparisons(outcome), given_comparisons(outcome)
+    shown, before = final_comparisons(outcome), comparisons_as_given(outcome)
     slugs = unique_slugs([bar_label(r, shown) for r in shown])
     return {
-        f"recording_{slug}": recording_table(recording, beside(recording, before))
+        f"recording_{slug}": recording_table(recording, of_same_recording(recording, before))
         for slug, recording in zip(slugs, shown, strict=True)
     }
 
@@ -222,7 +222,7 @@ def recording_tables(outcome: Outcome) -> dict[str, pd.DataFrame]:
 def recording_table(
     recording: RecordingComparison, before: RecordingComparison | None = None
 ) -> pd.DataFrame:
-    """One row per time; an empty cell is 'no sample'."""
+    """One row per time; an empty cell means 'no sample'."""
     parts = [
         pd.DataFrame(
             {

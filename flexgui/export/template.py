@@ -33,13 +33,13 @@ NO_BREAK = "\u00a0"
 
 
 def glued(text: str) -> str:
-    """The text, or Markup, with spaces inside its quantities that no line breaks at."""
-    return type(text)(_QUANTITY.sub(lambda found: found[0].replace(" ", NO_BREAK), text))
+    """The text, or Markup, with non-breaking spaces inside quantities."""
+    return type(text)(_QUANTITY.sub(lambda match: match[0].replace(" ", NO_BREAK), text))
 
 
 @cache
 def environment() -> Environment:
-    """Of pages and XML: what people wrote is escaped."""
+    """Templates of pages and XML; user text is escaped."""
     made = Environment(
         loader=PackageLoader("flexgui.export"),
         autoescape=True,
@@ -71,7 +71,7 @@ def _programs() -> Environment:
 
 
 def program(template: str, /, **values: Any) -> str:
-    """A program's text from its template; what people wrote comes into it as plain lines only."""
+    """A program's text from its template; user text enters as plain lines only."""
     return _programs().get_template(f"{template}.j2").render(values)
 
 

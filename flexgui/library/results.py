@@ -21,12 +21,12 @@ from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import fit_dots
-from flexgui.views.headline import final_comparisons, given_comparisons, standing
+from flexgui.views.headline import comparisons_as_given, final_comparisons, final_estimates
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder, ladder_table
-from flexgui.views.parameter_tables import standing_parameters
+from flexgui.views.parameter_tables import final_parameters
 from flexgui.views.ranking import ranking, ranking_table
-from flexgui.views.summary import alarms, ending, plain, summary
+from flexgui.views.summary import alarms, plain, result_lines, summary
 from flexgui.views.table import html_table
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class _Found:
     @property
     def parameters(self) -> tuple[Estimate, ...]:
         """Estimates of the model as it now stands; of local fits their means."""
-        return standing(self.outcome)
+        return final_estimates(self.outcome)
 
     @property
     def values(self) -> dict[str, float]:
@@ -93,11 +93,13 @@ class _Found:
         return self.project._write(self.outcome, Path(folder))
 
     def __repr__(self) -> str:
-        return "\n".join((f"{type(self).__name__}: {self.outcome.title}", *ending(self.outcome)))
+        return "\n".join(
+            (f"{type(self).__name__}: {self.outcome.title}", *result_lines(self.outcome))
+        )
 
     def _summary_html(self) -> Markup:
         above = paragraphs(alarms(self.outcome), "color:firebrick; font-weight:bold")
-        below = html_table(standing_parameters(self.outcome))
+        below = html_table(final_parameters(self.outcome))
         return above + paragraphs(summary(self.outcome)) + below
 
 
@@ -197,7 +199,7 @@ class Diagnosis(_Found):
 
     def compare_as_given(self) -> Comparison:
         """Compare measurements and the model as it was given."""
-        before = given_comparisons(self.outcome)
+        before = comparisons_as_given(self.outcome)
         return Comparison(before or self.outcome.comparisons, self._diagnosis.floors or None)
 
     def diagnosed_project(self) -> Project:

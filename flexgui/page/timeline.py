@@ -17,7 +17,7 @@ from flexgui.scene.error_board import greatest
 from flexgui.scene.paint import DIRECTIONS
 from flexgui.stages.diagnose.effects import places
 from flexgui.views import colours
-from flexgui.views.error_map import words as error_words
+from flexgui.views.error_map import error_text as error_words
 
 SPEEDS = (0.1, 0.25, 0.5, 1, 2)
 ERRORS = (1, 5, 20, 100)

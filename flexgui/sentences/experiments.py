@@ -84,8 +84,8 @@ def _improved(deviations: Sequence[ParameterDeviation]) -> str:
         f"{quantity(d.after, d.estimate.unit, 2)}"
         for d in improved
     ]
-    rest = [d.estimate.name for d in deviations if d not in improved]
-    more = f" Not improved: {listed(rest)}." if rest else ""
+    others = [d.estimate.name for d in deviations if d not in improved]
+    more = f" Not improved: {listed(others)}." if others else ""
     return (
         "Expected standard deviations, before and after, in a fit to all channels: "
         f"{listed(parts)}.{more}"

@@ -75,7 +75,7 @@ def chance(p_value: float) -> str:
     return f"about 1 in {format_number(1.0 / p_value, 2)}"
 
 
-def how_sure(ranked: RankedEffect) -> str:
+def significance(ranked: RankedEffect) -> str:
     """Chance and evidence of one effect."""
     text = f"Probability of noise alone, corrected for all trials: {chance(ranked.p_value)}."
     if ranked.delta_bic is None:
@@ -86,7 +86,7 @@ def how_sure(ranked: RankedEffect) -> str:
     )
 
 
-def how_big(sizes: Sequence[Estimate]) -> str:
+def sizes_sentence(sizes: Sequence[Estimate]) -> str:
     """All sizes of one effect with their standard deviations: 'Coulomb friction of joint 1 is
     1.201 ± 0.001 N m.'"""
     if not sizes:
@@ -144,7 +144,7 @@ def error_change(before: LadderStep, after: LadderStep) -> str:
     return f"{text}, tip from {tips[0]} to {tips[1]} rms"
 
 
-def by_channel(remains: Remains, step: LadderStep) -> str:
+def error_by_channel(remains: Remains, step: LadderStep) -> str:
     """'θ₁ 1.0 and z₁ 0.98 times the noise floor, tip 0.043 mm rms'; no tip without a camera."""
     parts = [
         f"{channel_symbol(name)} {format_number(ratio, 2, keep_zeros=True)}"
@@ -160,7 +160,7 @@ def validation_rms(errors: Sequence[ChannelError]) -> float:
     return math.sqrt(sum(x * x for x in ratios) / len(ratios)) if ratios else math.nan
 
 
-def on_validation(errors: Sequence[ChannelError]) -> str:
+def validation_sentence(errors: Sequence[ChannelError]) -> str:
     """The error on validation recordings; empty where there are none."""
     rms = validation_rms(errors)
     return "" if math.isnan(rms) else f"On validation the error is {times(rms)} the noise floor."

@@ -166,9 +166,9 @@ def _larger(f: Finding) -> str:
     more = [f"{r.title} ({percent(share)})" for share, r in larger if share >= own + NO_MORE]
     texts = []
     if same:
-        rest = ("explains no more: its", "explain no more: their")[len(same) > 1]
+        reason = ("explains no more: its", "explain no more: their")[len(same) > 1]
         verb = _with_verb(same, "contains", "contain")
-        texts.append(f"{verb} {title} and {rest} additional parameters are not needed.")
+        texts.append(f"{verb} {title} and {reason} additional parameters are not needed.")
     if more:
         verbs = _with_verb(more, "contains", "contain")
         texts.append(f"{verbs} {title}; the gain does not justify the additional parameters.")
@@ -203,10 +203,10 @@ def _next_best(f: Finding) -> str:
     share, second = max(different, key=lambda pair: pair[0])
     which = "different" if len(different) < len(f.others) else "best"
     text = f"The next {which} explanation, {second.title}, reaches {percent(share)}"
-    return f"{text}{_why_not(share, second, f.ranked)}. {_not_refitted(f, share)}".strip()
+    return f"{text}{_reason_against(share, second, f.ranked)}. {_not_refitted(f, share)}".strip()
 
 
-def _why_not(share: float, second: RankedEffect, best: RankedEffect) -> str:
+def _reason_against(share: float, second: RankedEffect, best: RankedEffect) -> str:
     """Why a second effect that explains nearly as much was not named."""
     own = best.refit_drop_percent or 0.0
     if share < CLOSE_SECOND * own or second.delta_bic is None or best.delta_bic is None:

@@ -20,39 +20,38 @@ from flexgui.sentences.figures import (
     COMPLETE,
     FLOOR_IS,
     at_bounds,
-    by_channel,
+    error_by_channel,
     explained,
-    how_big,
-    how_sure,
     linear_sentence,
-    on_validation,
     percent,
+    significance,
+    sizes_sentence,
     times,
     validation_rms,
+    validation_sentence,
     vibration,
 )
 from flexgui.sentences.ranked import Finding, refitted, round_sentence, what_else
 from flexgui.sentences.written import format_number
 
-FLOOR = f"the noise floor. {FLOOR_IS}"
 STOPPED = "The search was stopped before it was complete."
 
 
-def all_paragraphs(found: Diagnosis) -> tuple[str, ...]:
+def all_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
     """What the linear model costs, where it was the one identified, before the verdict."""
-    first = () if found.linear_model is None else (linear_sentence(found.linear_model),)
-    return (*first, *verdict_paragraphs(found))
+    first = () if diagnosis.linear_model is None else (linear_sentence(diagnosis.linear_model),)
+    return (*first, *verdict_paragraphs(diagnosis))
 
 
-def verdict_paragraphs(found: Diagnosis) -> tuple[str, ...]:
+def verdict_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
     """One paragraph each."""
-    if found.words:
-        return found.words
-    opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[found.verdict]
-    if found.stopped and not _findings(found) and found.verdict != NOTHING:
+    if diagnosis.words:
+        return diagnosis.words
+    opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[diagnosis.verdict]
+    if diagnosis.stopped and not _findings(diagnosis) and diagnosis.verdict != NOTHING:
         opening = _unfinished
-    paragraphs = [*opening(found), _ruled_out(found)]
-    if found.stopped:
+    paragraphs = [*opening(diagnosis), _ruled_out(diagnosis)]
+    if diagnosis.stopped:
         paragraphs.append(
             "The search was stopped before it was complete. Other effects may explain more than "
             "those listed here."
@@ -60,82 +59,85 @@ def verdict_paragraphs(found: Diagnosis) -> tuple[str, ...]:
     return tuple(p for p in paragraphs if p)
 
 
-def gist(found: Diagnosis) -> str:
+def gist(diagnosis: Diagnosis) -> str:
     """One sentence for a card: what is missing."""
-    return STOPPED if found.stopped else first_sentence(verdict_paragraphs(found)[0])
+    return STOPPED if diagnosis.stopped else first_sentence(verdict_paragraphs(diagnosis)[0])
 
 
-def _findings(found: Diagnosis) -> list[Finding]:
+def _findings(diagnosis: Diagnosis) -> list[Finding]:
     """The effects that are in the model at the end; the best of the ranking where none was to be
     added."""
-    if not found.limit:
+    if not diagnosis.limit:
         # In a ranking that was stopped the first is not yet the best.
-        best = [] if found.stopped or not found.ranking else [found.ranking[0]]
-        return [Finding(ranked, found.rounds[0], found.steps[0], None) for ranked in best]
-    accepted = [r for r in found.rounds if r.accepted is not None]
-    added = [(a, b) for a, b in pairwise(found.steps) if b.added is not None]
+        best = [] if diagnosis.stopped or not diagnosis.ranking else [diagnosis.ranking[0]]
+        return [Finding(ranked, diagnosis.rounds[0], diagnosis.steps[0], None) for ranked in best]
+    accepted = [r for r in diagnosis.rounds if r.accepted is not None]
+    added = [(a, b) for a, b in pairwise(diagnosis.steps) if b.added is not None]
     named = []
     for found_in, (before, after) in zip(accepted, added, strict=True):
-        kind = _kept_kind(found_in.accepted or "", found.kept)
+        kind = _final_kind(found_in.accepted or "", diagnosis.kept)
         ranked = next((r for r in found_in.ranking if r.effect == kind), None)
         if ranked is not None:
             named.append(Finding(ranked, found_in, before, after))
     return named
 
 
-def _kept_kind(kind: str, kept: Sequence[str]) -> str:
+def _final_kind(kind: str, kept: Sequence[str]) -> str:
     """Id of an added effect at the end: its own, or that of a simpler one that replaced it."""
     effect = catalogue().get(kind)
     simpler = [] if effect is None or kind in kept else [k for k in effect.includes if k in kept]
     return kind if kind in kept else next(iter(simpler), "")
 
 
-def _sizes(found: Diagnosis, ranked: RankedEffect) -> Sequence[Estimate]:
+def _sizes(diagnosis: Diagnosis, ranked: RankedEffect) -> Sequence[Estimate]:
     """Final parameters of one effect, with those of the effects that it includes."""
-    if ranked.effect not in found.kept:
+    if ranked.effect not in diagnosis.kept:
         return ranked.parameters
     parts = {e.kind for e in with_included([catalogue()[ranked.effect]])}
-    return [e for e in found.steps[-1].parameters if found.origins.get(e.name) in parts]
+    return [e for e in diagnosis.steps[-1].parameters if diagnosis.origins.get(e.name) in parts]
 
 
-def _missing(found: Diagnosis) -> list[str]:
-    findings = _findings(found)
+def _missing(diagnosis: Diagnosis) -> list[str]:
+    findings = _findings(diagnosis)
     if not findings:
-        return _unlisted(found)
+        return _unlisted(diagnosis)
     first, *more = [f.ranked.title for f in findings]
     after = f", then {listed(more)}" if more else ""
     # Without a ladder the model may already contain added effects.
-    which = "model as given" if found.limit else "model"
-    paragraphs = [
-        f"The first missing effect is {first}{after}. The error of the {which} is "
-        f"{times(found.error_given.rms)} {FLOOR}"
-    ]
+    which = "model as given" if diagnosis.limit else "model"
+    paragraphs = [f"The first missing effect is {first}{after}. {_given_error(diagnosis, which)}"]
     for f in findings:
-        paragraphs += [_described(f, _sizes(found, f.ranked)), what_else(f)]
-    complete = COMPLETE if any(_sizes(found, f.ranked) for f in findings) else ""
+        paragraphs += [_described(f, _sizes(diagnosis, f.ranked)), what_else(f)]
+    complete = COMPLETE if any(_sizes(diagnosis, f.ranked) for f in findings) else ""
     removed = ""
-    if found.needless:
-        them = "it" if len(found.needless) == 1 else "them"
+    if diagnosis.needless:
+        them = "it" if len(diagnosis.needless) == 1 else "them"
         removed = (
-            f"{listed(found.needless)} seemed to be missing at first. With the later effects the "
-            f"error is as small without {them}."
+            f"{listed(diagnosis.needless)} seemed to be missing at first. With the later effects "
+            f"the error is as small without {them}."
         )
-    ending = " ".join(p for p in (_at_bounds(found), complete) if p)
-    return [*paragraphs, removed, _remains(found), ending]
+    ending = " ".join(p for p in (_at_bounds(diagnosis), complete) if p)
+    return [*paragraphs, removed, _remains(diagnosis), ending]
 
 
-def _at_bounds(found: Diagnosis) -> str:
+def _given_error(diagnosis: Diagnosis, which: str = "model") -> str:
+    """The error before anything was added, and what a noise floor is."""
+    error = times(diagnosis.error_given.rms)
+    return f"The error of the {which} is {error} the noise floor. {FLOOR_IS}"
+
+
+def _at_bounds(diagnosis: Diagnosis) -> str:
     """Nominal parameters at a bound; parameters of effects say it beside their value."""
     effects = catalogue()
-    own = {e.kind for e in with_included([effects[kind] for kind in found.kept])}
+    own = {e.kind for e in with_included([effects[kind] for kind in diagnosis.kept])}
     return at_bounds(
-        [e for e in found.steps[-1].parameters if found.origins.get(e.name) not in own]
+        [e for e in diagnosis.steps[-1].parameters if diagnosis.origins.get(e.name) not in own]
     )
 
 
-def _refused(found: Diagnosis) -> str:
+def _refused(diagnosis: Diagnosis) -> str:
     """Why the last round added nothing though something explained a part."""
-    last = found.rounds[-1] if found.rounds else None
+    last = diagnosis.rounds[-1] if diagnosis.rounds else None
     if last is None or last.accepted is not None or last.experiments:
         return ""
     return round_sentence(last)
@@ -145,19 +147,19 @@ def _described(f: Finding, sizes: Sequence[Estimate]) -> str:
     """What it is, how large, what it explains, how sure."""
     gist = first_sentence(catalogue()[f.ranked.effect].story)
     explains = explained(f.ranked, f.before, f.after)
-    parts = (f"{f.ranked.title}. {gist}", how_big(sizes), explains, how_sure(f.ranked))
+    parts = (f"{f.ranked.title}. {gist}", sizes_sentence(sizes), explains, significance(f.ranked))
     return " ".join(p for p in parts if p)
 
 
-def _remains(found: Diagnosis) -> str:
+def _remains(diagnosis: Diagnosis) -> str:
     """The error after the last step, and what it means."""
     endings = {NOTHING: _at_the_floor, UNLISTED: _unexplained, MISSING: _more}
-    ending = endings[found.final_verdict](found) if found.final_verdict else ""
+    ending = endings[diagnosis.final_verdict](diagnosis) if diagnosis.final_verdict else ""
     parts = (
-        _error_by_channel(found),
-        on_validation(found.steps[-1].errors),
+        _error_by_channel(diagnosis),
+        validation_sentence(diagnosis.steps[-1].errors),
         ending,
-        _refused(found),
+        _refused(diagnosis),
     )
     return " ".join(p for p in parts if p)
 
@@ -168,9 +170,9 @@ IDEALISED = (
 )
 
 
-def _at_the_floor(found: Diagnosis) -> str:
+def _at_the_floor(diagnosis: Diagnosis) -> str:
     """The fitted recordings are explained; the validation recordings may not be."""
-    remains, validation = found.error_left, validation_rms(found.steps[-1].errors)
+    remains, validation = diagnosis.error_left, validation_rms(diagnosis.steps[-1].errors)
     if remains.above_exact_laws:
         return IDEALISED
     if remains.above_known_floors:
@@ -188,62 +190,62 @@ def _at_the_floor(found: Diagnosis) -> str:
     )
 
 
-def _error_by_channel(found: Diagnosis) -> str:
+def _error_by_channel(diagnosis: Diagnosis) -> str:
     """Of the last model, by channel."""
     which = "Error"
-    if found.added:
+    if diagnosis.added:
         which = "Remaining error"
-    elif found.verdict == MISSING and _findings(found):
+    elif diagnosis.verdict == MISSING and _findings(diagnosis):
         which = "Error without it"
-    return f"{which}: {by_channel(found.error_left, found.steps[-1])}."
+    return f"{which}: {error_by_channel(diagnosis.error_left, diagnosis.steps[-1])}."
 
 
-def _more(found: Diagnosis) -> str:
+def _more(diagnosis: Diagnosis) -> str:
     """The next effect that the search would have added."""
-    ranking = found.rounds[-1].ranking if found.rounds else ()
+    ranking = diagnosis.rounds[-1].ranking if diagnosis.rounds else ()
     if not ranking or ranking[0].refit_drop_percent is None:
         return ""
     share = percent(ranking[0].refit_drop_percent)
     return (
         f"More can be explained: {ranking[0].title} would explain {share} of the remaining error "
-        f"above the noise floor. The search ended at its limit of {found.limit}; raise it to "
+        f"above the noise floor. The search ended at its limit of {diagnosis.limit}; raise it to "
         "continue."
     )
 
 
-def _unexplained(found: Diagnosis) -> str:
+def _unexplained(diagnosis: Diagnosis) -> str:
     """An error above the noise floor that no listed effect explains."""
     return (
-        f"The remaining error is {times(found.error_left.rms)} the noise floor, and no listed "
-        f"effect explains it: something else is missing too. {vibration(found.error_left)}"
+        f"The remaining error is {times(diagnosis.error_left.rms)} the noise floor, and no listed "
+        f"effect explains it: something else is missing too. {vibration(diagnosis.error_left)}"
     ).strip()
 
 
-def _nothing(found: Diagnosis) -> list[str]:
-    count = len(found.ranking)
+def _nothing(diagnosis: Diagnosis) -> list[str]:
+    count = len(diagnosis.ranking)
     tried = f" None of the {count} effects tried explains enough of the error."
     first = (
-        f"Nothing is missing that these recordings could show. The error of the model is "
-        f"{times(found.error_given.rms)} {FLOOR}{tried if count else ''} Effects that these "
-        f"motions barely excite may remain undetected."
+        "Nothing is missing that these recordings could show. "
+        f"{_given_error(diagnosis)}{tried if count else ''} Effects that these motions barely "
+        "excite may remain undetected."
     )
-    return [first, _not_tried(found), _remains(found), _at_bounds(found)]
+    return [first, _not_tried(diagnosis), _remains(diagnosis), _at_bounds(diagnosis)]
 
 
-def _unlisted(found: Diagnosis) -> list[str]:
+def _unlisted(diagnosis: Diagnosis) -> list[str]:
     opening = (
-        f"Something is missing that is not in the list of effects. The error of the model is "
-        f"{times(found.error_given.rms)} {FLOOR} None of the {len(found.ranking)} effects tried "
-        f"reduces the error enough."
+        f"Something is missing that is not in the list of effects. {_given_error(diagnosis)} None "
+        f"of the {len(diagnosis.ranking)} effects tried reduces the error enough."
     )
-    if best := _best(found.ranking):
+    if best := _best(diagnosis.ranking):
         closest = f"The best, {best[0]}, explains {best[1]} of the error above the noise floor."
-        opening = " ".join(part for part in (opening, closest, _refused(found)) if part)
+        opening = " ".join(part for part in (opening, closest, _refused(diagnosis)) if part)
     advice = (
-        f"{_error_by_channel(found)} The error maps show when and where it happens. You can write "
-        "your own effect as a formula."
+        f"{_error_by_channel(diagnosis)} The error maps show when and where it happens. You can "
+        "write your own effect as a formula."
     )
-    return [opening, vibration(found.error_left), _not_tried(found), advice, _at_bounds(found)]
+    line, not_tried = vibration(diagnosis.error_left), _not_tried(diagnosis)
+    return [opening, line, not_tried, advice, _at_bounds(diagnosis)]
 
 
 def _best(ranking: Sequence[RankedEffect]) -> tuple[str, str] | None:
@@ -252,29 +254,26 @@ def _best(ranking: Sequence[RankedEffect]) -> tuple[str, str] | None:
     return (max(shares)[1], percent(max(shares)[0])) if shares else None
 
 
-def _unfinished(found: Diagnosis) -> list[str]:
+def _unfinished(diagnosis: Diagnosis) -> list[str]:
     """A stopped search that named no effect says nothing about the listed effects."""
-    best = _best(found.rounds[-1].ranking if found.rounds else ())
+    best = _best(diagnosis.rounds[-1].ranking if diagnosis.rounds else ())
     share = "of the error above the noise floor"
     most = f" So far {best[0]} explains most: {best[1]} {share}." if best else ""
-    return [
-        f"Something is missing: the error of the model is {times(found.error_given.rms)} {FLOOR} "
-        f"Its cause is not found yet.{most}"
-    ]
+    return [f"Something is missing. {_given_error(diagnosis)} Its cause is not found yet.{most}"]
 
 
-def _not_tried(found: Diagnosis) -> str:
+def _not_tried(diagnosis: Diagnosis) -> str:
     """What these recordings cannot show."""
     effects = catalogue()
-    titles = [effects[kind].title for kind in found.not_applicable if kind in effects]
-    titles = [title for title in titles if title not in found.ruled_out]
+    titles = [effects[kind].title for kind in diagnosis.not_applicable if kind in effects]
+    titles = [title for title in titles if title not in diagnosis.ruled_out]
     return f"Not tried, as these recordings cannot show it: {listed(titles)}." if titles else ""
 
 
-def _ruled_out(found: Diagnosis) -> str:
+def _ruled_out(diagnosis: Diagnosis) -> str:
     """Effects that were not tried, by the statement about the rig that excludes them."""
     by: dict[str, list[str]] = {}
-    for title, statement in found.ruled_out.items():
+    for title, statement in diagnosis.ruled_out.items():
         by.setdefault(statement, []).append(title)
     return " ".join(
         f"Not tried, as it is stated that {statement}: {listed(titles)}."

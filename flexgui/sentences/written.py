@@ -154,8 +154,8 @@ STEMS = {
 
 def split_name(name: str) -> tuple[str, str]:
     """'theta12' -> ('theta', '12')."""
-    found = re.fullmatch(r"(.*?)_?(\d*)", name)
-    return (found[1], found[2]) if found else (name, "")
+    match = re.fullmatch(r"(.*?)_?(\d*)", name)
+    return (match[1], match[2]) if match else (name, "")
 
 
 SLIDING = {"theta": "q", "dtheta": "q" + DOT}

@@ -1,4 +1,4 @@
-"""Measured against modelled outputs of one recording with their residuals, large and small."""
+"""Measured and modelled outputs of one recording with their residuals, large and small."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def comparison(
     model as given left, pale beside the residual; `points`: of each line at the most; `floors`: of
     the noise, a band around the zero of the residual."""
     shown = recording.channels if channels is None else tuple(channels)
-    given = {} if before is None else {c.channel: c for c in before.channels}
+    channels_as_given = {} if before is None else {c.channel: c for c in before.channels}
     bands = floors or {}
     parts = [
         part
         for c in shown
-        for part in _parts(c, given.get(c.channel), points, bands.get(c.channel, 0.0))
+        for part in _parts(c, channels_as_given.get(c.channel), points, bands.get(c.channel, 0.0))
     ]
     text = "Residual: measured minus model, in the samples that are compared."
     if any(channel.time.size > points for channel in shown):
@@ -66,19 +66,19 @@ def _parts(
 
     measured = drawn("measured", channel.measured, colours.MEASURED)
     model = drawn("model", channel.model, colours.MODEL, width=1.4, dash="dash")
-    left = [drawn("residual", counted, colours.RESIDUAL, small, width=1.0)]
+    residual = [drawn("residual", counted, colours.RESIDUAL, small, width=1.0)]
     if before is not None and before.time.shape == channel.time.shape:
         was = np.where(before.counted, before.residual, np.nan)
-        left.insert(0, drawn("residual as given", was, GIVEN, small, width=1.0))
+        residual.insert(0, drawn("residual as given", was, GIVEN, small, width=1.0))
     if floor > 0.0:
-        left.insert(0, _band(channel.time, floor * small.factor))
+        residual.insert(0, _band(channel.time, floor * small.factor))
     first, second = signal.label(symbol), small.label(f"Δ{symbol}")
     yield Pane([measured, model], axis(first, nticks=TICKS[0]), share=SIGNAL_SHARE)
-    yield Pane(left, axis(second, nticks=TICKS[1]), share=RESIDUAL_SHARE)
+    yield Pane(residual, axis(second, nticks=TICKS[1]), share=RESIDUAL_SHARE)
 
 
 def _band(time: np.ndarray, floor: float) -> Figure:
-    """One noise floor to each side: a residual within it tells nothing."""
+    """A band of one noise floor on each side of zero."""
     ends = [float(time[0]), float(time[-1])]
     return {
         "type": "scatter", "mode": "lines", "name": "± noise floor", "hoverinfo": "skip",
@@ -94,10 +94,10 @@ def live_worst(recordings: Sequence[RecordingComparison]) -> Figure | None:
     """Measured and model of the first of these recordings, in the fitted output that is missed
     most; None where nothing of it counts."""
     fitted = [c for r in recordings[:1] for c in r.channels if c.fitted]
-    known = [c for c in fitted if np.isfinite(c.normalised_error)]
-    if not known:
+    compared = [c for c in fitted if np.isfinite(c.normalised_error)]
+    if not compared:
         return None
-    worst = max(known, key=lambda c: c.normalised_error)
+    worst = max(compared, key=lambda c: c.normalised_error)
     title = f"{recordings[0].recording}: {output_title(worst.channel, worst.unit)}"
     drawn = live_comparison(recordings[0], [worst.channel])
     return {**drawn, "layout": drawn["layout"] | {"title": headline(title)}}
@@ -108,6 +108,6 @@ def live_comparison(
     names: Sequence[str],
     floors: Mapping[str, float] | None = None,
 ) -> Figure:
-    """The same for a panel, which is as many pixels wide."""
+    """The same with fewer points, for a panel."""
     shown = [c for c in recording.channels if c.channel in names]
     return comparison(recording, shown, points=SMALL_POINTS, floors=floors)

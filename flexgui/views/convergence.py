@@ -1,4 +1,4 @@
-"""How an identification closes in: its costs, its population, and the parameters while it runs."""
+"""Convergence of an identification: costs, population and parameters while it runs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ History = Mapping[str, Sequence[Generation]]
 
 
 def convergence(fits: Sequence[Fit]) -> Figure | None:
-    """Cost over generations on a logarithmic axis; None where no fit evolved."""
+    """Cost over generations on a logarithmic axis; None without generations."""
     history = {fit.label: fit.convergence for fit in fits if len(fit.convergence) > 1}
     text = "Line: best of each generation."
     if len(history) <= BANDS:
@@ -54,8 +54,8 @@ def live_descent(costs: Mapping[str, Sequence[float]]) -> Figure | None:
         new = np.flatnonzero(np.diff(values) > 0.0) + 1
         steps = np.insert(np.arange(1.0, len(values) + 1.0), new, np.nan)
         values = np.insert(values, new, np.nan)
-        look = {"mode": "lines+markers", "marker": {"size": 5}}
-        traces.append(line(steps, values, label, colours.series(k), "%{y:.4g}", **look))
+        style = {"mode": "lines+markers", "marker": {"size": 5}}
+        traces.append(line(steps, values, label, colours.series(k), "%{y:.4g}", **style))
     cost = axis("mean square error [–]", type="log", exponentformat="power")
     title = headline("Cost")
     return figure(traces, axis("step [–]"), cost, title=title) if traces else None
@@ -104,8 +104,7 @@ def _cost_lines(
 
 
 def _few(generations: Sequence[Generation]) -> list[Generation]:
-    """Not more than a small plot can show, the newest among them: it is drawn several times each
-    second, and a browser that draws thousands of points so often no longer hears a click."""
+    """The newest histories, few enough for a browser that draws several times a second."""
     every = -(-len(generations) // LIVE_POINTS)
     return list(generations[::-1][:: max(every, 1)][::-1])
 
@@ -129,15 +128,15 @@ def live_plane(history: History, searched: Sequence[Searched]) -> Figure | None:
     if len(searched) < 2 or not history:
         return None
     names = [s.name for s in searched]
-    known = {"epsilon", "d"} <= set(names)
-    pair = [names.index(n) for n in ("epsilon", "d")] if known else [0, 1]
+    of_paper = {"epsilon", "d"} <= set(names)
+    pair = [names.index(n) for n in ("epsilon", "d")] if of_paper else [0, 1]
     chosen = [searched[k] for k in pair]
     units = [shown_unit(s.upper if np.isfinite(s.upper) else 1.0, s.unit) for s in chosen]
     factors = np.array([unit.factor for unit in units])
     traces: list[Figure] = []
     newest = [generations[-1] for generations in history.values() if generations]
     best = np.array([g.best_vector[pair] for g in newest if len(g.best_vector) > max(pair)])
-    if len(best) and known:
+    if len(best) and of_paper:
         traces.append(_valley(chosen[0], best.mean(axis=0), factors))
     for g in newest[-1:]:
         if g.population is not None:
@@ -175,7 +174,7 @@ SEARCHED_COLUMNS = (
 
 
 def live_parameters(history: History, searched: Sequence[Searched]) -> Table | None:
-    """Of the newest fit; None before its first generation."""
+    """Parameters of the newest fit; None before its first generation."""
     if not history:
         return None
     label, generations = list(history.items())[-1]

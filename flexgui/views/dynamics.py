@@ -73,9 +73,9 @@ def frequency_response(response: FrequencyResponse) -> Figure:
     gain = np.abs(response.gain)
     unit = ShownUnit(1.0, response.outputs[0].unit or "–")
     top = float(np.log10(gain.max(initial=1e-12) * 2.0))
-    least = float(np.log10(max(gain[gain > 0.0].min(initial=1e12), 1e-12)))
+    lowest = float(np.log10(max(gain[gain > 0.0].min(initial=1e12), 1e-12)))
     title = f"|{_outputs(response)}| [{per_reference(unit, response.references)}]"
-    ends = [max(top - DECADES, least), top]
+    ends = [max(top - DECADES, lowest), top]
     return figure(
         pair_lines(response.frequency, gain, response, "%{y:.3g}"),
         _frequencies(response),
@@ -117,7 +117,7 @@ def pair_lines(
 ) -> list[Figure]:
     """Lines of values (N, ny, nr) over x (N,), one for each output and reference."""
     size = float(np.abs(values).max(initial=0.0))
-    found = []
+    lines = []
     for i, output in enumerate(response.outputs):
         for j, reference in enumerate(response.references):
             y = values[:, i, j]
@@ -125,13 +125,13 @@ def pair_lines(
                 continue
             stepped = reference_symbol(reference.name, reference.unit)
             ends = (stepped, channel_symbol(output.name, output.unit))
-            look = {"width": 1.8, "dash": DASHES[j % len(DASHES)]}
-            found.append(line(x, y, " → ".join(ends), colours.joint(i)["color"], hover, **look))
-    return found
+            style = {"width": 1.8, "dash": DASHES[j % len(DASHES)]}
+            lines.append(line(x, y, " → ".join(ends), colours.joint(i)["color"], hover, **style))
+    return lines
 
 
 def per_reference(unit: ShownUnit, references: Sequence[Port]) -> str:
-    """'rad/s per rad/s' where all references share a unit, else only the output's."""
+    """'rad/s per rad/s' if all references share a unit, else only the output's unit."""
     units = {port.unit for port in references}
     return f"{unit.name} per {units.pop()}" if len(units) == 1 else unit.name
 
@@ -150,7 +150,7 @@ FAR = 3.0
 
 
 def poles(values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode] = ()) -> Figure:
-    """The poles (nx,) in 1/s; `clamped` are those of the arm with its joints held, for comparison.
+    """The poles (nx,) in 1/s; `clamped`: those with clamped joints, for comparison.
 
     Poles of pure decay far to the left are named in a note and not drawn: they would squeeze the
     others into a corner.
@@ -158,13 +158,13 @@ def poles(values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode
     left, top, far = window(values)
     near = values[(values.real >= left) & (values.imag >= 0.0)]
     by_pole = {complex(m.pole): m for m in modes}
-    held = [m for m in clamped if m.pole.real >= left]
+    shown = [m for m in clamped if m.pole.real >= left]
     traces = _damping_lines(left, top)
-    if held:
-        labels = [_pole_label(m, m.pole) for m in held]
-        look: Figure = {"symbol": "circle-open", "size": 9}
-        found = np.array([m.pole for m in held])
-        traces.append(_marks(found, "joints clamped", colours.START, labels, "clamped: ", **look))
+    if shown:
+        labels = [_pole_label(m, m.pole) for m in shown]
+        style: Figure = {"symbol": "circle-open", "size": 9}
+        values = np.array([m.pole for m in shown])
+        traces.append(_marks(values, "joints clamped", colours.START, labels, "clamped: ", **style))
     labels = [_pole_label(by_pole.get(complex(s)), s) for s in near]
     cross: Figure = {"symbol": "x-thin", "size": 10, "line": {"width": 2.2, "color": colours.MODEL}}
     traces.append(_marks(near, "drive closed", colours.MODEL, labels, **cross))
@@ -181,7 +181,7 @@ def poles(values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode
 
 
 def window(values: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """(left end, upper end, poles that are left out) of a plot in 1/s."""
+    """(left end, upper end, poles outside) of a plot in 1/s."""
     swinging = values[np.abs(values.imag) > 1e-6 * np.abs(values)]
     core = swinging if swinging.size else values[~integrators(values)]
     if not core.size:
@@ -196,10 +196,10 @@ def window(values: np.ndarray) -> tuple[float, float, np.ndarray]:
 
 
 def _marks(
-    found: np.ndarray, name: str, colour: str, labels: list[str], before: str = "", **marker: Any
+    values: np.ndarray, name: str, colour: str, labels: list[str], before: str = "", **marker: Any
 ) -> Figure:
     hover = f"{before}%{{text}}<extra></extra>"
-    return dots(found.real, found.imag, name, colour, hover, **marker) | {"text": labels}
+    return dots(values.real, values.imag, name, colour, hover, **marker) | {"text": labels}
 
 
 def _pole_label(mode: Mode | None, s: complex) -> str:
@@ -230,7 +230,7 @@ UNDAMPED = 5e-7
 
 
 def mode_table(modes: Sequence[Mode]) -> Table:
-    """One row per vibration, slowest first."""
+    """One row per vibration, lowest frequency first."""
     columns = (*texts("Mode"), *numbers("Damped frequency [Hz]", "Damping ratio [–]"))
     rows = (
         Row((f"{k}", format_number(m.frequency), _damping(m))) for k, m in enumerate(modes, start=1)

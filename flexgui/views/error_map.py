@@ -29,7 +29,7 @@ def error_map(
     maps: Sequence[ErrorMap], narrow: bool = False, chosen: WorstCell | None = None,
     dark: bool = False,
 ) -> Figure | None:  # fmt: skip
-    """One heat map per channel, one below the other, all in the same colours; None without maps.
+    """One heat map per channel on a common colour scale; None without maps.
 
     `narrow`: of each band only the beginning is written; `chosen` is outlined; `dark`: for a dark
     page.
@@ -61,7 +61,7 @@ def error_map(
 
 
 def _axis_over(m: ErrorMap, narrow: bool, named: bool) -> Figure:
-    """Of time in s, or of bands, which stand at 0, 1, 2, …"""
+    """Axis of time in s, or of frequency bands at 0, 1, 2, …"""
     title = "frequency band" if m.axis == "frequency" else "time since the start"
     text = f"{title} [{m.axis_unit}]" if named else ""
     if m.axis == "time":
@@ -71,7 +71,7 @@ def _axis_over(m: ErrorMap, narrow: bool, named: bool) -> Figure:
 
 
 def _outline(m: ErrorMap, cell: WorstCell | None, axes: str) -> list[Figure]:
-    """Around the cell, where it is one of this map."""
+    """A frame around the chosen cell, if it is in this map."""
     if cell is None or (m.channel, m.axis) != (cell.channel, cell.axis):
         return []
     row = m.recordings.index(cell.recording)
@@ -100,7 +100,7 @@ def _heat(m: ErrorMap, top: float, legend: bool, dark: bool) -> Figure:
 
 
 def row_labels(m: ErrorMap) -> list[str]:
-    """The recording's name, with its working point where the name does not hold it."""
+    """The recording's name, with its working point if the name does not state it."""
     return [
         name
         if point is None or any(word in name.lower() for word in ("theta2", "θ2", "θ₂"))
@@ -116,7 +116,7 @@ def cell_labels(edges: np.ndarray) -> list[str]:
 
 
 def worst_table(cells: Sequence[WorstCell]) -> Table:
-    """The worst cells, worst first."""
+    """The cells with the largest errors, largest first."""
     columns = (
         *texts("Recording", "Output", "Where"), *numbers("Rms error", "× noise floor")
     )  # fmt: skip
@@ -148,7 +148,7 @@ TIP = (("z1", "z2"), ("y1", "y2"), ("ydot1", "ydot2"))
 
 @dataclass(frozen=True)
 class ErrorNow:
-    """The error of one recording along its time, in times the floor."""
+    """The error of one recording over time, in noise floors."""
 
     time: np.ndarray
     """(N,) s since the start"""
@@ -158,7 +158,7 @@ class ErrorNow:
     """channel -> its unit"""
 
     def at(self, time: float) -> dict[str, float]:
-        """part -> times the floor."""
+        """part -> error in noise floors at a time."""
         k = int(np.clip(np.searchsorted(self.time, time), 0, len(self.time) - 1))
         return {name: float(values[k]) for name, values in self.parts.items()}
 
@@ -171,26 +171,26 @@ class ErrorNow:
 
 
 def error_now(seen: RecordingComparison, floors: Mapping[str, float]) -> ErrorNow | None:
-    """None where no measured part has a floor."""
-    known = {c.channel: c for c in seen.channels if c.channel in floors}
-    if not known:
+    """The error over time; None if no measured part has a noise floor."""
+    comparisons = {c.channel: c for c in seen.channels if c.channel in floors}
+    if not comparisons:
         return None
-    time = next(iter(known.values())).time
+    time = next(iter(comparisons.values())).time
     parts = {
         name: np.sqrt(_square(c, floors[name]))
-        for name, c in known.items()
+        for name, c in comparisons.items()
         if role_of(name) in (Role.PLACE, Role.DEFLECTION)
     }
-    seen_by = next((names for names in TIP if known.keys() & set(names)), ())
-    tip = [_square(known[name], floors[name]) for name in seen_by if name in known]
+    seen_by = next((names for names in TIP if comparisons.keys() & set(names)), ())
+    tip = [_square(comparisons[name], floors[name]) for name in seen_by if name in comparisons]
     if tip:
         parts[CAMERA] = np.sqrt(np.mean(tip, axis=0))
-    units = {name: c.unit for name, c in known.items()}
+    units = {name: c.unit for name, c in comparisons.items()}
     return ErrorNow(time - time[0], parts, units) if parts else None
 
 
 def _square(c: ChannelComparison, floor: float) -> np.ndarray:
-    """(N,) mean square in floors around each sample; zero where none counts."""
+    """(N,) mean square in noise floors around each sample; zero without counted samples."""
     counts = c.counted & np.isfinite(c.residual)
     square = np.where(counts, (np.nan_to_num(c.residual) / floor) ** 2, 0.0)
     dt = float(c.time[1] - c.time[0]) if len(c.time) > 1 else 1.0
@@ -201,12 +201,12 @@ def _square(c: ChannelComparison, floor: float) -> np.ndarray:
     return np.asarray((total[high] - total[low]) / np.maximum(many[high] - many[low], 1.0))
 
 
-def words(now: Mapping[str, float], units: Mapping[str, str] | None = None) -> str:
+def error_text(errors: Mapping[str, float], units: Mapping[str, str] | None = None) -> str:
     """'error now: θ₁ 1.1, camera 35 × floor'; `units`: channel -> the unit of what it measures."""
-    known = units or {}
+    units_of = units or {}
     texts = [
-        f"{name if name == CAMERA else channel_symbol(name, known.get(name, ''))} "
+        f"{name if name == CAMERA else channel_symbol(name, units_of.get(name, ''))} "
         f"{format_number(value, 2, keep_zeros=True)}"
-        for name, value in now.items()
+        for name, value in errors.items()
     ]
     return f"error now: {', '.join(texts)} × noise floor" if texts else ""

@@ -43,8 +43,8 @@ def fit_table(
 
     def add(label: str, role: str, of: Error, ratios: Iterable[str], was: Error | None) -> None:
         symbol = channel_symbol(of.channel, of.unit) + ("" if of.fitted else " *")
-        known = (label, ROLES.get(role, role), symbol, *_quality(of), *ratios)
-        cells = (*known, *_quality(was)) if before else known
+        cells_now = (label, ROLES.get(role, role), symbol, *_quality(of), *ratios)
+        cells = (*cells_now, *_quality(was)) if before else cells_now
         rows.append(Row(cells, strong=isinstance(of, ChannelError)))
 
     for role in (ESTIMATE, VALIDATE):
@@ -52,12 +52,12 @@ def fit_table(
         earlier = {e.channel: e for e in channel_errors(with_role(before, role))}
         for error in channel_errors(chosen) if len(chosen) > 1 else ():
             add(f"all {len(chosen)}", role, error, ("", ""), earlier.get(error.channel))
-    given = {(r.recording, c.channel): c for r in before for c in r.channels}
+    as_given = {(r.recording, c.channel): c for r in before for c in r.channels}
     for recording in comparisons:
         for c in recording.channels:
             ratios = (c.normalised_error, c.relative_error)
             figures = (format_number(x, 3, keep_zeros=True) for x in ratios)
-            was = given.get((recording.recording, c.channel))
+            was = as_given.get((recording.recording, c.channel))
             add(bar_label(recording, comparisons), recording.role, c, figures, was)
     columns = (*COLUMNS, *GIVEN_COLUMNS) if before else COLUMNS
     return Table(
@@ -70,7 +70,7 @@ def fit_table(
 
 
 def _quality(of: Error | None) -> tuple[str, str]:
-    """FIT and rms error."""
+    """FIT and rms error as text."""
     return ("", "") if of is None else (format_percent(of.fit_percent), quantity(of.rms, of.unit))
 
 
@@ -93,12 +93,12 @@ def overview(
 def _pooled(chosen: Sequence[RecordingComparison]) -> tuple[dict[str, str], dict[str, str]]:
     """Output -> its FIT, and output or tip -> its rms error."""
     fitted = [e for e in channel_errors(chosen) if e.fitted]
-    found = {channel_symbol(e.channel, e.unit): _quality(e) for e in fitted}
-    errors = {symbol: rms for symbol, (_, rms) in found.items()}
+    qualities = {channel_symbol(e.channel, e.unit): _quality(e) for e in fitted}
+    errors = {symbol: rms for symbol, (_, rms) in qualities.items()}
     distance = tip_rms(chosen)
     if distance is not None and np.isfinite(distance):
         errors["tip"] = quantity(distance, "m")
-    return {symbol: fit for symbol, (fit, _) in found.items()}, errors
+    return {symbol: fit for symbol, (fit, _) in qualities.items()}, errors
 
 
 def variants(outcome: Outcome) -> Table | None:
@@ -154,26 +154,26 @@ HEIGHT_OF_FRAME, HEIGHT_PER_ROW = 84, 20
 def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
     """The FIT as dots and numbers: a row per recording, a column per fitted output; None without a
     FIT."""
-    known = [
+    fits = [
         (bar_label(r, comparisons), r.role, c)
         for r in comparisons
         for c in r.channels
         if c.fitted and np.isfinite(c.fit_percent)
     ]
-    if not known:
+    if not fits:
         return None
-    rows, parts = list(dict.fromkeys(label for label, _, _ in known)), list[Pane]()
-    ends = _ends([c.fit_percent for _, _, c in known])
+    rows, parts = list(dict.fromkeys(label for label, _, _ in fits)), list[Pane]()
+    ends = _ends([c.fit_percent for _, _, c in fits])
     first, last = (float(np.log10(max(100.0 - fit, LEAST))) for fit in ends)
     end = first + (last - first) / DOTS
-    for name in dict.fromkeys(c.channel for _, _, c in known):
-        of = [(rows.index(label), role, c) for label, role, c in known if c.channel == name]
+    for name in dict.fromkeys(c.channel for _, _, c in fits):
+        of = [(rows.index(label), role, c) for label, role, c in fits if c.channel == name]
         traces = [_fit_numbers([(row, c.fit_percent) for row, _, c in of], 10.0**end)]
-        for role, look in LOOK.items():
+        for role, style in LOOK.items():
             chosen = [(row, c.fit_percent) for row, found, c in of if found == role]
             left = [min(max(100.0 - fit, LEAST), MOST) for _, fit in chosen]
             found = dots(left, [row for row, _ in chosen], f"FIT, {ROLES[role]}", colours.MODEL)
-            found["marker"] |= look
+            found["marker"] |= style
             found |= {"customdata": [fit for _, fit in chosen]}
             traces.append(found | {"hovertemplate": "%{customdata:.4f} %<extra></extra>"})
         x = axis(
@@ -189,7 +189,7 @@ def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
 
 
 def _ends(fits: Sequence[float]) -> tuple[float, float]:
-    """Two FITs of NUMBERED that all of `fits` lie between."""
+    """The two values of NUMBERED that enclose all `fits`."""
     below = [n for n in NUMBERED[:-1] if n <= min(fits)]
     first = below[-1] if below else NUMBERED[0]
     above = [n for n in NUMBERED if n >= max(fits) and n > first]
@@ -197,7 +197,7 @@ def _ends(fits: Sequence[float]) -> tuple[float, float]:
 
 
 def _fit_numbers(fits: Sequence[tuple[int, float]], at: float) -> Figure:
-    """At the end of each row, `at` on its axis."""
+    """FIT as numbers at the end of each row; `at`: their position on the axis."""
     return {
         "type": "scatter", "mode": "text", "x": [at] * len(fits),
         "y": [row for row, _ in fits], "text": [format_percent(fit) for _, fit in fits],

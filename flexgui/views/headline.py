@@ -23,7 +23,7 @@ from flexgui.views.pooled import derived_names, overall_estimates
 AS_GIVEN = "As given"
 BIASED = "as given; biased, because an effect was missing"
 COMPLETE = "±\N{NO-BREAK SPACE}values hold only if the model is complete."
-SHORT_OF = "An effect is still missing, so these values are biased too."
+STILL_MISSING = "An effect is still missing, so these values are biased too."
 ENDS = {
     MISSING: "something is still missing",
     NOTHING: "nothing more is missing",
@@ -34,101 +34,103 @@ ENDS = {
 PLACES = {"arm": "arm", "drive": "drive", "sensor": "sensors"}
 
 
-def grown(outcome: Outcome) -> bool:
-    """Whether the diagnosis put effects into the model."""
-    found = outcome.diagnosis
-    return found is not None and bool(found.added)
+def has_added_effects(outcome: Outcome) -> bool:
+    """Whether the diagnosis added effects to the model."""
+    diagnosis = outcome.diagnosis
+    return diagnosis is not None and bool(diagnosis.added)
 
 
-def verdict_now(found: Diagnosis) -> str:
-    """The verdict on the model as it now stands, a sentence."""
-    if not found.added:
-        return next(iter(verdict_paragraphs(found)), "")
-    first, last = found.steps[0], found.steps[-1]
-    return f"With {kept(found)} {ENDS[found.final_verdict]}: {error_change(first, last)}."
+def current_verdict(diagnosis: Diagnosis) -> str:
+    """The verdict on the model after the diagnosis, in a sentence."""
+    if not diagnosis.added:
+        return next(iter(verdict_paragraphs(diagnosis)), "")
+    first, last = diagnosis.steps[0], diagnosis.steps[-1]
+    verdict = f"With {kept_effects(diagnosis)} {ENDS[diagnosis.final_verdict]}"
+    return f"{verdict}: {error_change(first, last)}."
 
 
-def kept(found: Diagnosis) -> str:
-    """What the ladder put into the model and left there."""
-    there = {str(entry["id"]) for entry in found.effects}
-    steps = [s for s in found.steps if s.added is not None]
+def kept_effects(diagnosis: Diagnosis) -> str:
+    """Titles of the effects that the diagnosis added and kept."""
+    there = {str(entry["id"]) for entry in diagnosis.effects}
+    steps = [s for s in diagnosis.steps if s.added is not None]
     return listed([s.title for s in steps if s.added in there] or [s.title for s in steps])
 
 
-def standing(outcome: Outcome) -> tuple[Estimate, ...]:
-    """The parameters of the model as it now stands: the diagnosis' last fit where there is one."""
-    found = outcome.diagnosis
-    if found is None or not found.parameters:
+def final_estimates(outcome: Outcome) -> tuple[Estimate, ...]:
+    """Parameters of the model after the diagnosis: of the diagnosis' last fit if there is one."""
+    diagnosis = outcome.diagnosis
+    if diagnosis is None or not diagnosis.parameters:
         return overall_estimates(outcome.fits)
-    first = {e.name: e.start for e in given(outcome)}
+    first = {e.name: e.start for e in first_estimates(outcome)}
     # Each refit starts where the one before it ended; what a person stated is the first start.
-    shared = [replace(e, start=first.get(e.name, float("nan"))) for e in found.parameters]
-    labels = {f"{e.name}{RECORDING_MARK}{e.recording}": e for e in given(outcome) if e.recording}
+    shared = [replace(e, start=first.get(e.name, float("nan"))) for e in diagnosis.parameters]
+    labels = {
+        f"{e.name}{RECORDING_MARK}{e.recording}": e for e in first_estimates(outcome) if e.recording
+    }
     # What belongs to a recording has moved with the rest; how sure it is was not asked again.
     moved = [
-        replace(e, value=found.values[label], std=float("nan"))
+        replace(e, value=diagnosis.values[label], std=float("nan"))
         for label, e in labels.items()
-        if label in found.values
+        if label in diagnosis.values
     ]
     return (*shared, *moved)
 
 
-def given(outcome: Outcome) -> tuple[Estimate, ...]:
-    """The estimates of the first fit, of the model as it was given."""
+def first_estimates(outcome: Outcome) -> tuple[Estimate, ...]:
+    """Estimates of the first fit, of the model as given."""
     return outcome.as_given or overall_estimates(outcome.fits)
 
 
-def given_biased(outcome: Outcome) -> bool:
+def first_is_biased(outcome: Outcome) -> bool:
     """Whether an effect was missing in the model as given."""
     return outcome.diagnosis is not None and outcome.diagnosis.verdict == MISSING
 
 
-def standing_biased(outcome: Outcome) -> bool:
-    """Whether an effect that is known is still missing in the model as it now stands."""
+def final_is_biased(outcome: Outcome) -> bool:
+    """Whether a known effect is still missing after the diagnosis."""
     return outcome.diagnosis is not None and outcome.diagnosis.standing_verdict == MISSING
 
 
-def belongs_to(outcome: Outcome, name: str) -> str:
-    """arm, drive, sensor, or the id of the effect that a parameter belongs to."""
-    found = outcome.diagnosis
-    own = {} if found is None else found.origins
+def owner_of(outcome: Outcome, name: str) -> str:
+    """'arm', 'drive', 'sensor', or the id of the effect that has the parameter."""
+    diagnosis = outcome.diagnosis
+    own = {} if diagnosis is None else diagnosis.origins
     return own.get(name) or outcome.origins.get(name) or "arm"
 
 
-def belongs_in_words(outcome: Outcome, name: str) -> str:
-    """The same for a person: 'arm', 'sensors', 'Coulomb friction'."""
-    kind = belongs_to(outcome, name)
+def owner_title(outcome: Outcome, name: str) -> str:
+    """The owner as text: 'arm', 'sensors', 'Coulomb friction'."""
+    kind = owner_of(outcome, name)
     effect = catalogue().get(kind)
-    own = {s.added: s.title for s in outcome.diagnosis.steps} if outcome.diagnosis else {}
-    return PLACES.get(kind) or (own.get(kind, kind) if effect is None else effect.title)
+    titles = {s.added: s.title for s in outcome.diagnosis.steps} if outcome.diagnosis else {}
+    return PLACES.get(kind) or (titles.get(kind, kind) if effect is None else effect.title)
 
 
-def follows(outcome: Outcome) -> frozenset[str]:
-    """Names of the quantities that only follow from estimates."""
-    found = outcome.diagnosis
-    if found is None or not found.parameters:
+def final_derived_names(outcome: Outcome) -> frozenset[str]:
+    """Names of the quantities that are computed from estimates."""
+    diagnosis = outcome.diagnosis
+    if diagnosis is None or not diagnosis.parameters:
         return derived_names(outcome.fits)
-    estimated = {label.partition(RECORDING_MARK)[0] for label in found.values}
-    return frozenset(e.name for e in found.parameters if e.name not in estimated)
+    estimated = {label.partition(RECORDING_MARK)[0] for label in diagnosis.values}
+    return frozenset(e.name for e in diagnosis.parameters if e.name not in estimated)
 
 
 def final_comparisons(outcome: Outcome) -> tuple[RecordingComparison, ...]:
-    """Measured against the model as it now stands, by the fit that its parameters are of."""
-    found = outcome.diagnosis
-    if found is None:
+    """Measured against the model after the diagnosis."""
+    diagnosis = outcome.diagnosis
+    if diagnosis is None:
         return outcome.comparisons
-    return found.left or (() if found.added else found.given) or outcome.comparisons
+    return diagnosis.left or (() if diagnosis.added else diagnosis.given) or outcome.comparisons
 
 
-def given_comparisons(outcome: Outcome) -> tuple[RecordingComparison, ...]:
-    """Measured against the model as given, by a fit of the same kind; empty where the model has
-    not changed."""
-    found = outcome.diagnosis
-    return found.given if found is not None and found.left else ()
+def comparisons_as_given(outcome: Outcome) -> tuple[RecordingComparison, ...]:
+    """Measured against the model as given; empty if the model has not changed."""
+    diagnosis = outcome.diagnosis
+    return diagnosis.given if diagnosis is not None and diagnosis.left else ()
 
 
-def beside(
+def of_same_recording(
     comparison: RecordingComparison, others: tuple[RecordingComparison, ...]
 ) -> RecordingComparison | None:
-    """The same recording among others."""
+    """The comparison of the same recording among others; None if there is none."""
     return next((c for c in others if c.recording == comparison.recording), None)

@@ -1,4 +1,4 @@
-"""What the data cannot tell apart: valleys of the cost, and correlations of the estimates."""
+"""What the data cannot distinguish: valleys of the cost, and correlations of the estimates."""
 
 from __future__ import annotations
 
@@ -18,35 +18,35 @@ VISIBLE = 0.01
 
 
 def valley(fits: Sequence[Fit]) -> Figure | None:
-    """The curve of (nearly) equal cost in the plane of two parameters, and where fits ended.
+    """The curve of (nearly) equal cost in the plane of two parameters, and the ends of the fits.
 
     None where no fit found a valley.
     """
-    found = next((f.identifiability.valley for f in fits if f.identifiability.valley), None)
-    if found is None:
+    curve = next((f.identifiability.valley for f in fits if f.identifiability.valley), None)
+    if curve is None:
         return None
-    units = [shown_unit(found.points[:, k], found.units[k]) for k in range(2)]
+    units = [shown_unit(curve.points[:, k], curve.units[k]) for k in range(2)]
     factors = np.array([unit.factor for unit in units])
-    order = np.argsort(found.points[:, 0])
-    x, y = (found.points[order] * factors).T
+    order = np.argsort(curve.points[:, 0])
+    x, y = (curve.points[order] * factors).T
     hover = "%{x:.5g}, %{y:.5g}<br>cost / least cost %{customdata:.6g}<extra></extra>"
-    name = f"{invariant(found)} = const"
-    traces = [line(x, y, name, colours.MODEL, hover, width=2.5, customdata=found.cost_ratio[order])]
+    name = f"{invariant(curve)} = const"
+    traces = [line(x, y, name, colours.MODEL, hover, width=2.5, customdata=curve.cost_ratio[order])]
     plain = "%{x:.5g}, %{y:.5g}<extra></extra>"
-    population = _last_population(fits, found.names)
+    population = _last_population(fits, curve.names)
     if population is not None:
         x, y = (population * factors).T
         colour = colours.faded(colours.MEASURED, 0.6)
         traces.append(dots(x, y, "last population", colour, plain, size=6))
     ended = [(f.label, {e.name: e for e in f.estimates}) for f in fits]
-    known = [(label, [e[n] for n in found.names]) for label, e in ended if {*found.names} <= {*e}]
-    if known:
-        x, y = (np.array([[e.value for e in pair] for _, pair in known]) * factors).T
-        name = "where the fits ended" if len(known) > 1 else "where the fit ended"
-        look: Figure = {"size": 10, "symbol": "diamond"}
-        ends = dots(x, y, name, colours.MEASURED, f"%{{text}}<br>{plain}", **look)
-        traces.append(ends | {"text": [label for label, _ in known]})
-    starts = np.array([[e.start for e in pair] for _, pair in known]).reshape(-1, 2)
+    pairs = [(label, [e[n] for n in curve.names]) for label, e in ended if {*curve.names} <= {*e}]
+    if pairs:
+        x, y = (np.array([[e.value for e in pair] for _, pair in pairs]) * factors).T
+        name = "where the fits ended" if len(pairs) > 1 else "where the fit ended"
+        style: Figure = {"size": 10, "symbol": "diamond"}
+        ends = dots(x, y, name, colours.MEASURED, f"%{{text}}<br>{plain}", **style)
+        traces.append(ends | {"text": [label for label, _ in pairs]})
+    starts = np.array([[e.start for e in pair] for _, pair in pairs]).reshape(-1, 2)
     starts = starts[np.isfinite(starts).all(axis=1)][:1] * factors
     if len(starts):
         x, y = starts.T
@@ -56,30 +56,30 @@ def valley(fits: Sequence[Fit]) -> Figure | None:
             "line": {"width": 2, "color": colours.START},
         }
         traces.append(dots(x, y, "start", colours.START, f"start {plain}", **cross))
-    rise = 100.0 * (float(np.nanmax(found.cost_ratio)) - 1.0)
+    rise = 100.0 * (float(np.nanmax(curve.cost_ratio)) - 1.0)
     change = f"rises by {rise:.2g} % at most" if rise >= VISIBLE else "does not change"
     text = (
-        f"Along the curve {invariant(found)} is constant and the cost {change}. The data cannot "
+        f"Along the curve {invariant(curve)} is constant and the cost {change}. The data cannot "
         f"distinguish its points."
     )
     symbols = {e.name: e.symbol for fit in fits for e in fit.estimates}
     x_axis, y_axis = (
         axis(unit.label(plain_symbol(symbols.get(name, ""), name)))
-        for unit, name in zip(units, found.names, strict=True)
+        for unit, name in zip(units, curve.names, strict=True)
     )
     return figure(traces, x_axis, y_axis, text, 420, hovermode="closest")
 
 
 def _last_population(fits: Sequence[Fit], names: tuple[str, str]) -> np.ndarray | None:
-    """(N, 2) of all fits that searched both parameters."""
-    found = []
+    """(N, 2) last populations of all fits of both parameters."""
+    points = []
     for fit in fits:
-        known = [e.name for e in fit.estimates]
-        if fit.convergence and set(names) <= set(known):
+        estimated = [e.name for e in fit.estimates]
+        if fit.convergence and set(names) <= set(estimated):
             members = fit.convergence[-1].population
             if members is not None:
-                found.append(members[:, [known.index(name) for name in names]])
-    return np.concatenate(found) if found else None
+                points.append(members[:, [estimated.index(name) for name in names]])
+    return np.concatenate(points) if points else None
 
 
 WRITTEN = 9

@@ -1,4 +1,4 @@
-"""The error ladder: how the error falls to its floor, effect by effect."""
+"""The error ladder: the error after each added effect, down to the noise floor."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ UNSEEN = "no validation"
 
 
 def ladder(steps: Sequence[LadderStep]) -> Figure | None:
-    """A row per step: its name, a pair of bars that begin at the floor, and by what factor the
-    error has fallen; None without steps."""
+    """A row per step: name, two bars from the noise floor on, reduction factor; None without
+    steps."""
     if not steps:
         return None
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
@@ -96,7 +96,7 @@ def ladder(steps: Sequence[LadderStep]) -> Figure | None:
 
 
 def reductions(errors: Sequence[float]) -> list[str]:
-    """'<b>÷ 22</b>' at each step by which the error has fallen; a blank elsewhere."""
+    """'<b>÷ 22</b>' at each step that reduced the error; empty elsewhere."""
     texts = [" "]
     for before, after in pairwise(errors):
         reduced = np.isfinite(before) and np.isfinite(after) and after * LEAST_REDUCTION < before
@@ -106,7 +106,7 @@ def reductions(errors: Sequence[float]) -> list[str]:
 
 
 def _ticks(end: float) -> dict[str, list[float] | list[str]]:
-    """1, 2, 5, 10, ... as they are read; decades alone where these would be many."""
+    """1, 2, 5, 10, ...; only powers of ten if there would be too many."""
     steps = (1, 2, 5) if end < MANY else (1,)
     ticks = [s * 10**k for k in range(int(np.log10(max(end, 1.0))) + 1) for s in steps]
     return {"tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
@@ -117,11 +117,11 @@ HATCHES = {"estimation": "", "validation": "/"}
 
 def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep]) -> Figure:
     hatch = HATCHES[role]
-    known = [bool(np.isfinite(v)) for v in values]
+    finite = [bool(np.isfinite(v)) for v in values]
     return {
         "type": "bar", "orientation": "h", "name": role, "y": list(range(len(values))), "base": 1.0,
         # Noise that is a little smaller than its estimate does not hang below the floor.
-        "x": [max(v - 1.0, 0.0) if k else 0.0 for v, k in zip(values, known, strict=True)],
+        "x": [max(v - 1.0, 0.0) if k else 0.0 for v, k in zip(values, finite, strict=True)],
         "marker": {
             "color": colours.faded(colours.RESIDUAL, 0.55) if hatch else colours.RESIDUAL,
             "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colours.RESIDUAL},
@@ -129,7 +129,7 @@ def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep]) -> Fi
         },
         "text": [
             f"{format_number(v, 2, keep_zeros=True)} ×" if k else UNSEEN
-            for v, k in zip(values, known, strict=True)
+            for v, k in zip(values, finite, strict=True)
         ],
         "textposition": "outside", "textangle": 0, "cliponaxis": False,
         "customdata": [step.title for step in steps],
@@ -138,7 +138,7 @@ def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep]) -> Fi
 
 
 def step_labels(steps: Sequence[LadderStep]) -> list[str]:
-    """'as given', '+ Coulomb friction', ...; each once."""
+    """'as given', '+ Coulomb friction', ...; each label is unique."""
     labels: list[str] = []
     for k, step in enumerate(steps):
         text = f"+ {step.title}" if step.added else (GIVEN if not k else step.title)
@@ -148,7 +148,7 @@ def step_labels(steps: Sequence[LadderStep]) -> list[str]:
 
 
 def folded(label: str) -> str:
-    """In lines of a few words, which leave the bars their room."""
+    """The text in short lines, to leave space for the bars."""
     return "<br>".join(textwrap.wrap(label, LABEL_WIDTH, break_long_words=False))
 
 
@@ -174,13 +174,13 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
 
 
 def sizes_table(diagnosis: Diagnosis) -> Table | None:
-    """All parameters as they stand after each step; None where no step tells of any."""
-    known = {e.name: e for step in diagnosis.steps for e in step.parameters}
-    if not known:
+    """All parameters after each step; None if no step has any."""
+    estimates = {e.name: e for step in diagnosis.steps for e in step.parameters}
+    if not estimates:
         return None
-    columns = texts("Model", *(plain_symbol(e.symbol, name) for name, e in known.items()))
+    columns = texts("Model", *(plain_symbol(e.symbol, name) for name, e in estimates.items()))
     rows = []
     for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
         mine = {e.name: estimate_text(e) for e in step.parameters}
-        rows.append(Row((label, *(mine.get(name, "") for name in known))))
+        rows.append(Row((label, *(mine.get(name, "") for name in estimates))))
     return Table(columns, tuple(rows), COMPLETE)

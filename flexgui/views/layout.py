@@ -1,4 +1,4 @@
-"""All figures are put together here: axes, lines, panes, one look that a page may recolour.
+"""Builds all figures: axes, lines, panes and one style that a page can recolour.
 
 A figure is plain data, as Plotly takes it: Plotly's own objects cost more than all the rest, and
 some figures are drawn with every move of a slider.
@@ -26,7 +26,7 @@ Figure = dict[str, Any]
 
 
 def frame(height: int, caption: str) -> Figure:
-    """The look of a whole figure, as a layout; the caption travels in `meta`."""
+    """Layout of a whole figure; the caption is stored in `meta`."""
     return {
         "template": {},
         "height": height,
@@ -61,7 +61,7 @@ def axis(text: str = "", **more: Any) -> Figure:
 
 
 def named_axis(names: Sequence[str], text: str = "", **more: Any) -> Figure:
-    """An axis that has names at 0, 1, 2, …"""
+    """An axis with names at 0, 1, 2, …"""
     ticks = {"tickvals": list(range(len(names))), "ticktext": list(names)}
     return axis(text, **ticks, **more)
 
@@ -103,7 +103,7 @@ def panes(
     beside: bool = False,
     **layout: Any,
 ) -> Figure:
-    """Panes below one another, or beside; a name stands in the legend once.
+    """Panes below one another, or side by side; a name is in the legend only once.
 
     Args:
         parts: From the top, or from the left.
@@ -136,19 +136,19 @@ def panes(
 
 
 def number(k: int) -> str:
-    """What Plotly calls the k-th axis, from 0."""
+    """Plotly's name of the k-th axis, from 0."""
     return "" if k == 0 else str(k + 1)
 
 
 def _spans(parts: Sequence[Pane], gap: float, beside: bool) -> list[list[float]]:
-    """Where each pane begins and ends, as shares of the figure."""
+    """Begin and end of each pane, as shares of the figure."""
     free = (1.0 - gap * (len(parts) - 1)) / sum(part.share for part in parts)
-    found, begin = [], 0.0
+    spans, begin = [], 0.0
     for part in parts:
         end = min(begin + free * part.share, 1.0)
-        found.append([begin, end] if beside else [1.0 - end, 1.0 - begin])
+        spans.append([begin, end] if beside else [1.0 - end, 1.0 - begin])
         begin = end + gap
-    return found
+    return spans
 
 
 def line(x: Any, y: Any, name: str, colour: str, hover: str = "", **more: Any) -> Figure:
@@ -159,20 +159,20 @@ def line(x: Any, y: Any, name: str, colour: str, hover: str = "", **more: Any) -
 
 
 def dots(x: Any, y: Any, name: str, colour: str, hover: str = "", **marker: Any) -> Figure:
-    """Points."""
-    look = {"color": colour, "size": 7, **marker}
-    return _points(x, y, name, hover) | {"mode": "markers", "marker": look}
+    """A trace of points."""
+    style = {"color": colour, "size": 7, **marker}
+    return _points(x, y, name, hover) | {"mode": "markers", "marker": style}
 
 
 def _points(x: Any, y: Any, name: str, hover: str) -> Figure:
-    """What has no name stands in no legend."""
+    """A trace; without a name it is not in the legend."""
     legend = {"name": name} if name else {"showlegend": False}
     shown = {"hovertemplate": hover} if hover else {}
     return {"type": "scatter", "x": short(x), "y": short(y), **legend, **shown}
 
 
 def heat(z: np.ndarray, scale: Sequence[tuple[float, str]], title: str, **more: Any) -> Figure:
-    """A map of colours; its cells lie at 0, 1, 2, …"""
+    """A heat map with cells at 0, 1, 2, …"""
     bar = {"title": {"text": title, "side": "right"}, "thickness": 12} | more.pop("colorbar", {})
     rows, columns = z.shape
     return {
@@ -182,15 +182,15 @@ def heat(z: np.ndarray, scale: Sequence[tuple[float, str]], title: str, **more: 
 
 
 def short(values: Any) -> Any:
-    """As exact as a pixel can show; what is not finite is a gap. Lists stay as they are."""
+    """float32 values, in which a non-finite value is a gap; lists stay as they are."""
     if isinstance(values, list):
         return values
-    found = np.asarray(values, dtype=np.float32)
-    return np.where(np.isfinite(found), found, np.float32(np.nan))
+    array = np.asarray(values, dtype=np.float32)
+    return np.where(np.isfinite(array), array, np.float32(np.nan))
 
 
 def note(text: str, x: float, y: float, size: int = 11, yanchor: str = "bottom") -> Figure:
-    """Words at a place of the figure, in shares of its width and height."""
+    """Text at a place of the figure, in shares of its width and height."""
     return {
         "text": text, "xref": "paper", "yref": "paper", "x": x, "y": y, "xanchor": "left",
         "yanchor": yanchor, "showarrow": False, "font": {"size": size, "color": colours.TEXT},
@@ -204,7 +204,7 @@ def headline(text: str) -> Figure:
 
 
 def plain(figure: Figure | go.Figure) -> Figure:
-    """Plain data of a figure, also of one that a plugin made with Plotly's objects."""
+    """Plain data of a figure, also of Plotly's own objects."""
     return figure if isinstance(figure, dict) else figure.to_plotly_json()
 
 
@@ -215,7 +215,7 @@ GAP = 5.0
 
 
 def decimate(time: np.ndarray, values: np.ndarray, points: int = POINTS) -> np.ndarray:
-    """Indices (k,), k <= points, that keep the least and the greatest finite value per stretch."""
+    """Indices (k,), k <= points, that keep minimum and maximum of each interval."""
     index = np.flatnonzero(np.isfinite(values) & np.isfinite(time))
     if index.size <= points:
         return index
@@ -224,9 +224,9 @@ def decimate(time: np.ndarray, values: np.ndarray, points: int = POINTS) -> np.n
     stretches = padded.reshape(-1, width)
     inside = values[stretches]
     rows = np.arange(len(stretches))
-    least = stretches[rows, np.argmin(inside, axis=1)]
+    lowest = stretches[rows, np.argmin(inside, axis=1)]
     greatest = stretches[rows, np.argmax(inside, axis=1)]
-    return np.unique(np.concatenate([least, greatest]))
+    return np.unique(np.concatenate([lowest, greatest]))
 
 
 def trace(

@@ -32,7 +32,7 @@ def missing_over_time(torques: Sequence[MissingTorque]) -> Figure:
 
 def missing_curve(torques: Sequence[MissingTorque]) -> Figure:
     """The missing torque alone, for a panel."""
-    return panes([_over_time(one, SMALL_POINTS) for one in torques], axis("time [s]"))
+    return panes([_over_time(torque, SMALL_POINTS) for torque in torques], axis("time [s]"))
 
 
 def _over_time(torque: MissingTorque, points: int, with_applied: bool = False) -> Pane:
@@ -45,8 +45,8 @@ def _over_time(torque: MissingTorque, points: int, with_applied: bool = False) -
 
     lines = [line(*drawn(torque.missing), "missing", colours.MISSING, hover, width=1.4)]
     if with_applied:
-        look = {"width": 1.0, "dash": "dot"}
-        lines.insert(0, line(*drawn(torque.applied), "applied", colours.START, hover, **look))
+        style = {"width": 1.0, "dash": "dot"}
+        lines.insert(0, line(*drawn(torque.applied), "applied", colours.START, hover, **style))
     else:
         lines[0] |= {"showlegend": False}
     return Pane(lines, axis(unit.label(_what(torque))))
@@ -81,30 +81,31 @@ def missing_cloud(
     """A pane per joint over its own velocity, both directions in their colours; in it what the
     drive would spend on an effect with these laws. The axes are those of `scale`, so that what an
     effect has explained is seen to be gone."""
-    scaled = {one.joint: one for one in scale}
+    scaled = {torque.joint: torque for torque in scale}
     parts = []
-    for one in torques:
-        keep = _thinned(one, SMALL_POINTS)
-        before = scaled.get(one.joint, one)
-        unit = shown_unit(before.missing[before.counted], one.unit)
-        speed = shown_unit(one.velocity[keep], one.velocity_unit)
+    for torque in torques:
+        keep = _thinned(torque, SMALL_POINTS)
+        before = scaled.get(torque.joint, torque)
+        unit = shown_unit(before.missing[before.counted], torque.unit)
+        speed = shown_unit(torque.velocity[keep], torque.velocity_unit)
         traces = []
         for sign, symbol, (name, colour) in zip(
             (1.0, -1.0), ("circle", "x-thin-open"), DIRECTIONS, strict=True
         ):
-            some = keep[sign * one.velocity[keep] >= 0.0]
-            x, y = one.velocity[some] * speed.factor, one.missing[some] * unit.factor
-            look = {"size": 4, "symbol": symbol}
-            traces.append(dots(x, y, name, colours.faded(colour, 0.6), _hover(unit, speed), **look))
-        traces += [_law(law, unit, speed, effect) for law in laws if law.joint == one.joint]
+            chosen = keep[sign * torque.velocity[keep] >= 0.0]
+            x, y = torque.velocity[chosen] * speed.factor, torque.missing[chosen] * unit.factor
+            style = {"size": 4, "symbol": symbol}
+            colour = colours.faded(colour, 0.6)
+            traces.append(dots(x, y, name, colour, _hover(unit, speed), **style))
+        traces += [_law(law, unit, speed, effect) for law in laws if law.joint == torque.joint]
         limits = {"range": _span(before, unit)} if scale else {}
-        y_axis = axis(unit.label(_what(one)), **limits)
-        parts.append(Pane(traces, y_axis, _speed_axis(one, speed)))
+        y_axis = axis(unit.label(_what(torque)), **limits)
+        parts.append(Pane(traces, y_axis, _speed_axis(torque, speed)))
     return panes(parts, None, gap=0.17, beside=beside, hovermode="closest")
 
 
 def _law(law: OverSpeed, unit: ShownUnit, speed: ShownUnit, effect: str) -> Figure:
-    """Turned round: the drive spends what the effect takes."""
+    """With the opposite sign: the drive supplies the torque that the effect takes."""
     x, y = law.speed * speed.factor, -law.torque * unit.factor
     hover = f"{effect}: {_hover(unit, speed)}"
     if law.line:
@@ -116,12 +117,12 @@ def _hover(unit: ShownUnit, speed: ShownUnit) -> str:
     return f"%{{x:.4g}} {speed.name}, %{{y:.4g}} {unit.name}<extra></extra>"
 
 
-def _span(one: MissingTorque, unit: ShownUnit) -> list[float]:
-    """The axis of a cloud, with a little room."""
-    seen = one.missing[one.counted & np.isfinite(one.missing)] * unit.factor
-    if not seen.size:
+def _span(torque: MissingTorque, unit: ShownUnit) -> list[float]:
+    """The range of a cloud's axis, with a margin."""
+    values = torque.missing[torque.counted & np.isfinite(torque.missing)] * unit.factor
+    if not values.size:
         return [-1.0, 1.0]
-    low, high = float(seen.min()), float(seen.max())
+    low, high = float(values.min()), float(values.max())
     margin = MARGIN * (high - low) or 1.0
     return [low - margin, high + margin]
 
@@ -131,7 +132,7 @@ def _known(torque: MissingTorque) -> np.ndarray:
 
 
 def _thinned(torque: MissingTorque, points: int) -> np.ndarray:
-    """About so many of the samples, evenly spread: a cloud has no extremes to keep."""
+    """Indices of about `points` samples, evenly spread."""
     index = np.flatnonzero(_known(torque))
     return index[:: max(1, -(-index.size // points))]
 
@@ -148,17 +149,18 @@ def _height(torques: Sequence[MissingTorque]) -> int:
     return HEIGHT_OF_FRAME + HEIGHT_PER_JOINT * len(torques)
 
 
-def residual_over(found: Sequence[ErrorOver]) -> Figure | None:
-    """A row each: the mean error of each direction with the spread around it; None without any."""
-    if not found:
+def residual_over(errors: Sequence[ErrorOver]) -> Figure | None:
+    """A row each: mean error per direction and its spread; None without any."""
+    if not errors:
         return None
     parts = []
-    for one in found:
-        unit, across = shown_unit(one.rms, one.unit), shown_unit(one.edges, one.quantity_unit)
-        traces = [t for k in range(len(DIRECTIONS)) for t in _direction(one, k, unit, across)]
-        y = axis(unit.label(f"Δ{channel_symbol(one.channel, one.unit)}"))
-        part = "segment" if one.quantity == "deflection" else "joint"
-        x = axis(across.label(f"{one.quantity} of {part} {one.joint}"))
+    for error in errors:
+        unit = shown_unit(error.rms, error.unit)
+        across = shown_unit(error.edges, error.quantity_unit)
+        traces = [t for k in range(len(DIRECTIONS)) for t in _direction(error, k, unit, across)]
+        y = axis(unit.label(f"Δ{channel_symbol(error.channel, error.unit)}"))
+        part = "segment" if error.quantity == "deflection" else "joint"
+        x = axis(across.label(f"{error.quantity} of {part} {error.joint}"))
         parts.append(Pane(traces, y, x))
     text = (
         "Mean error (measured minus model) in bins of the motion, per direction; band: one "
@@ -171,15 +173,15 @@ def residual_over(found: Sequence[ErrorOver]) -> Figure | None:
     return panes(parts, None, text, height, gap, hovermode="closest")
 
 
-def _direction(one: ErrorOver, k: int, unit: ShownUnit, across: ShownUnit) -> Iterator[Figure]:
+def _direction(error: ErrorOver, k: int, unit: ShownUnit, across: ShownUnit) -> Iterator[Figure]:
     """Band and mean line of one direction of motion."""
     name, colour = DIRECTIONS[k]
-    known = np.isfinite(one.mean[k])
-    if not known.any():
+    finite = np.isfinite(error.mean[k])
+    if not finite.any():
         return
-    x = (0.5 * (one.edges[:-1] + one.edges[1:]) * across.factor)[known]
-    mean = (one.mean[k] * unit.factor)[known]
-    spread = np.sqrt(np.maximum(one.rms[k] ** 2 - one.mean[k] ** 2, 0.0))[known] * unit.factor
+    x = (0.5 * (error.edges[:-1] + error.edges[1:]) * across.factor)[finite]
+    mean = (error.mean[k] * unit.factor)[finite]
+    spread = np.sqrt(np.maximum(error.rms[k] ** 2 - error.mean[k] ** 2, 0.0))[finite] * unit.factor
     yield line(
         np.concatenate([x, x[::-1]]), np.concatenate([mean + spread, (mean - spread)[::-1]]), "",
         colour, width=0, fill="toself", fillcolor=colours.faded(colour, 0.16), legendgroup=name,

@@ -1,4 +1,4 @@
-"""Names and shares as people write them: theta1 -> θ₁, \\varepsilon -> ε."""
+"""Names and shares in readable form: theta1 -> θ₁, \varepsilon -> ε."""
 
 from __future__ import annotations
 
@@ -73,15 +73,15 @@ def typeset(symbol: str, name: str) -> Markup:
 
 
 def equals(symbol: Markup | str, value: str) -> Markup:
-    """'f_c1 = 1.2 N m' for HTML, on one line: a unit is not torn from its number."""
+    """'f_c1 = 1.2 N m' for HTML, without a line break between number and unit."""
     return Markup("<span style='white-space: nowrap'>{} = {}</span>").format(symbol, value)
 
 
 def format_percent(value: float) -> str:
-    """'97.12', two decimals: a FIT differs between models in the second."""
+    """'97.12': two decimals, because FIT differs between models in the second."""
     return f"{value:.2f}" if math.isfinite(value) else "–"
 
 
 def is_of_a_start(estimate: Estimate) -> bool:
-    """Whether it is a number of the state in which a recording begins."""
+    """Whether it belongs to the initial state of a recording."""
     return estimate.recording is not None and estimate.name.startswith(START)

@@ -1,4 +1,4 @@
-"""The torque that effects put on a joint, over the joint's speed: what a student draws of them."""
+"""The torque of effects on a joint over the joint's speed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ POINTS = 401
 
 @dataclass(frozen=True)
 class OverSpeed:
-    """Of one joint."""
+    """Torque over speed of one joint."""
 
     joint: int
     """From 1."""
@@ -39,10 +39,10 @@ def over_speed(
     Empty where an effect is no force law at a joint, or one with a memory: dry friction is at the
     level on which it slides.
     """
-    elements = [e for one in effects for e in one.elements(arm, p, values)]
+    elements = [e for effect in effects for e in effect.elements(arm, p, values)]
     if not elements or not all(_known(e, arm) for e in elements):
         return ()
-    found = []
+    laws = []
     for k in range(arm.joints):
         own = [e for e in elements if _at(e, arm, k)]
         line = not any(set(e.law.x) & e.law.forces[0].free_symbols for e in own)
@@ -51,8 +51,8 @@ def over_speed(
             v = np.linspace(v.min(), v.max(), POINTS)
             x = np.zeros(POINTS)
         torque = sum((_torque(e, x, v) for e in own), np.zeros(len(v)))
-        found.append(OverSpeed(k + 1, v, torque, line))
-    return tuple(found)
+        laws.append(OverSpeed(k + 1, v, torque, line))
+    return tuple(laws)
 
 
 def _known(e: Element, arm: Arm) -> bool:
@@ -61,13 +61,13 @@ def _known(e: Element, arm: Arm) -> bool:
 
 
 def _at(e: Element, arm: Arm, k: int) -> bool:
-    """Whether it acts on joint k (from 0) and nowhere else."""
+    """Whether the element acts on joint k (from 0) only."""
     alone = len(e.law.x) == 1 and not e.at_tip
     return alone and np.array_equal(e.directions[0], joint_direction(arm, k))
 
 
 def _torque(e: Element, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """(N,); a bristle that slides is bent all the way to one side."""
+    """(N,) torque; a sliding bristle is fully bent in the direction of motion."""
     from flexgui.core.forces.compiled import compile_law
 
     compiled, values = compile_law(e.law), np.array(e.values, dtype=float)

@@ -1,4 +1,4 @@
-"""Tables of parameters: as estimated, from run to run, and beside those that the paper prints."""
+"""Tables of parameters: estimates, scatter between runs, comparison with the paper."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from flexgui.sentences.written import ShownUnit, estimate_text, format_number, s
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
-    SHORT_OF,
-    belongs_in_words,
-    follows,
-    given,
-    given_biased,
-    standing,
-    standing_biased,
+    STILL_MISSING,
+    final_derived_names,
+    final_estimates,
+    final_is_biased,
+    first_estimates,
+    first_is_biased,
+    owner_title,
 )
 from flexgui.views.names import equals, is_of_a_start, typeset
 from flexgui.views.pooled import derived_names, overall_estimates
@@ -54,13 +54,13 @@ STARTS = "The initial states were estimated too; see the exported parameters.csv
 
 
 def parameters(fits: Sequence[Fit]) -> Table:
-    """A row per parameter; of several fits a block each, and the mean at the end."""
+    """A row per parameter; with several fits a block each, and the mean at the end."""
     several, derived = len(fits) > 1, derived_names(fits)
     everything = [(fit, e) for fit in fits for e in (*fit.estimates, *fit.derived)]
-    known = [(fit, e) for fit, e in everything if not is_of_a_start(e)]
-    first = ("Fit",) if several else ("Recording",) if any(e.recording for _, e in known) else ()
+    shown = [(fit, e) for fit, e in everything if not is_of_a_start(e)]
+    first = ("Fit",) if several else ("Recording",) if any(e.recording for _, e in shown) else ()
     rows = []
-    for fit, e in known:
+    for fit, e in shown:
         label = fit.label if several else e.recording or "all"
         cells = _cells(e, e.name in derived)
         rows.append(Row((label, *cells) if first else cells))
@@ -72,29 +72,28 @@ def parameters(fits: Sequence[Fit]) -> Table:
         COLOURED,
         FOLLOWS if derived else "",
         OF_MEAN if several else "",
-        STARTS if len(known) < len(everything) else "",
+        STARTS if len(shown) < len(everything) else "",
     )
     return Table((*texts(*first), *COLUMNS), tuple(rows), caption)
 
 
-def standing_parameters(outcome: Outcome) -> Table:
-    """A row per parameter of the model as it now stands, with what it belongs to; without a
-    diagnosis the table of the fits."""
+def final_parameters(outcome: Outcome) -> Table:
+    """Parameters of the model after the diagnosis with their owner; else of the fits."""
     if outcome.diagnosis is None or not outcome.diagnosis.parameters:
         table = parameters(outcome.fits)
         return replace(table, caption=f"{table.caption} {COMPLETE}")
-    everything, derived = standing(outcome), follows(outcome)
+    everything, derived = final_estimates(outcome), final_derived_names(outcome)
     # States in which recordings begin are dozens of numbers that say nothing of the arm.
     shown = [e for e in everything if not is_of_a_start(e)]
     own = any(e.recording for e in shown)
     rows = []
     for e in shown:
-        labels = (belongs_in_words(outcome, e.name), *((e.recording or "all",) if own else ()))
+        labels = (owner_title(outcome, e.name), *((e.recording or "all",) if own else ()))
         rows.append(Row((*labels, *_cells(e, e.name in derived))))
     caption = _joined(
         "Of the current model, including the added effects." if outcome.diagnosis.added else "",
         COMPLETE,
-        SHORT_OF if standing_biased(outcome) else "",
+        STILL_MISSING if final_is_biased(outcome) else "",
         COLOURED,
         FOLLOWS if derived else "",
         STARTS if len(shown) < len(everything) else "",
@@ -103,15 +102,15 @@ def standing_parameters(outcome: Outcome) -> Table:
     return Table((*heads, *COLUMNS), tuple(rows), caption)
 
 
-def given_parameters(outcome: Outcome) -> Table | None:
-    """Those of the first fit where the diagnosis speaks of another one; else None."""
-    if outcome.diagnosis is None or not (outcome.diagnosis.parameters and given(outcome)):
+def first_parameters(outcome: Outcome) -> Table | None:
+    """Parameters of the first fit, if the diagnosis has a fit of its own; else None."""
+    if outcome.diagnosis is None or not (outcome.diagnosis.parameters and first_estimates(outcome)):
         return None
     table = parameters(outcome.fits)
     if outcome.as_given:
         rows = tuple(Row(_cells(e, False)) for e in outcome.as_given)
         table = Table(COLUMNS, rows, COLOURED)
-    prefix = f"{BIASED[0].upper()}{BIASED[1:]}." if given_biased(outcome) else ""
+    prefix = f"{BIASED[0].upper()}{BIASED[1:]}." if first_is_biased(outcome) else ""
     return replace(table, caption=_joined(prefix, table.caption))
 
 
@@ -140,7 +139,7 @@ def equation(estimate: Estimate) -> Markup:
 
 
 def interval(estimate: Estimate, unit: ShownUnit) -> str:
-    """'520.79 … 520.87 N m²', or '–' where the data leave the parameter free."""
+    """'520.79 … 520.87 N m²', or '–' if the data do not determine the parameter."""
     std = estimate.std
     if not np.isfinite(std) or std <= 0.0 or estimate.undetermined:
         return "–"
@@ -164,9 +163,9 @@ REPEATED_CAPTION = (
 )
 
 
-def between_runs(found: Sequence[Repeated]) -> Table | None:
+def between_runs(repeated: Sequence[Repeated]) -> Table | None:
     """A row per parameter; None where nothing was repeated."""
-    rows = tuple(_repeated_row(one) for one in found)
+    rows = tuple(_repeated_row(row) for row in repeated)
     return Table(REPEATED_COLUMNS, rows, REPEATED_CAPTION) if rows else None
 
 
@@ -175,37 +174,36 @@ IN_REPORT = ("95 % interval", "Start", "Bounds")
 
 
 def short_parameters(table: Table, estimates: Sequence[Estimate]) -> Table:
-    """For a panel: of several fits the means only, which leaves the plots in sight; the report
-    holds all."""
+    """For a panel: of several fits only the means; the report holds all."""
     means = tuple(row for row in table.rows if row.strong)
-    kept = [k for k, column in enumerate(table.columns) if column.title not in IN_REPORT]
+    columns = [k for k, column in enumerate(table.columns) if column.title not in IN_REPORT]
     free = any(not np.isfinite(e.std) for e in estimates if not is_of_a_start(e))
     text = "No standard deviation: the data do not determine the parameter." if free else ""
-    return replace(table, rows=means or table.rows).only(kept, text)
+    return replace(table, rows=means or table.rows).only(columns, text)
 
 
-def short_between_runs(found: Sequence[Repeated]) -> Table | None:
-    """The same without the interval, for a panel beside the arm."""
-    whole = between_runs(found)
+def short_between_runs(repeated: Sequence[Repeated]) -> Table | None:
+    """The same without the interval, for a panel."""
+    whole = between_runs(repeated)
     return None if whole is None else whole.only((0, 1, 3, 4, 5))
 
 
-def _repeated_row(one: Repeated) -> Row:
-    unit = shown_unit(one.mean, one.unit)
-    odd = ", ".join(f"{each.run} by {100.0 * each.share:+.2g} %" for each in one.disagreeing)
-    known = np.isfinite(one.interval).all()
-    ends = " … ".join(format_number(end * unit.factor, 4) for end in one.interval)
+def _repeated_row(repeated: Repeated) -> Row:
+    unit = shown_unit(repeated.mean, repeated.unit)
+    odd = ", ".join(f"{each.run} by {100.0 * each.share:+.2g} %" for each in repeated.disagreeing)
+    is_known = np.isfinite(repeated.interval).all()
+    ends = " … ".join(format_number(end * unit.factor, 4) for end in repeated.interval)
     mean, between, within = (
         with_unit(format_number(value * unit.factor, digits), unit.name)
-        for value, digits in ((one.mean, 4), (one.between, 2), (one.within, 2))
+        for value, digits in ((repeated.mean, 4), (repeated.between, 2), (repeated.within, 2))
     )
     shares = [
-        f" ({100.0 * deviation / abs(one.mean):.2g} %)" if one.mean else ""
-        for deviation in (one.between, one.within)
+        f" ({100.0 * deviation / abs(repeated.mean):.2g} %)" if repeated.mean else ""
+        for deviation in (repeated.between, repeated.within)
     ]
     return Row(
         (
-            typeset("", one.name), mean, with_unit(ends, unit.name) if known else "–",
+            typeset("", repeated.name), mean, with_unit(ends, unit.name) if is_known else "–",
             between + shares[0], within + shares[1], odd.replace("-", "−") or "none",
         )
     )  # fmt: skip

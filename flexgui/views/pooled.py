@@ -34,11 +34,11 @@ def with_role(
 
 def channels(comparisons: Iterable[RecordingComparison]) -> dict[str, list[ChannelComparison]]:
     """Each output's comparisons by its name, in the order in which the outputs appear."""
-    found: dict[str, list[ChannelComparison]] = {}
+    by_channel: dict[str, list[ChannelComparison]] = {}
     for comparison in comparisons:
         for channel in comparison.channels:
-            found.setdefault(channel.channel, []).append(channel)
-    return found
+            by_channel.setdefault(channel.channel, []).append(channel)
+    return by_channel
 
 
 def channel_errors(comparisons: Iterable[RecordingComparison]) -> tuple[ChannelError, ...]:
@@ -65,22 +65,22 @@ def mean(values: Sequence[float]) -> float:
 
 def tip_rms(comparisons: Iterable[RecordingComparison]) -> float | None:
     """Root mean square distance in m between measured and modelled tip, over all samples."""
-    known = [(c.tip_rms, _samples(c)) for c in comparisons if c.tip_rms is not None]
-    if not known:
+    errors = [(c.tip_rms, _samples(c)) for c in comparisons if c.tip_rms is not None]
+    if not errors:
         return None
-    squares, weights = zip(*((rms**2, n) for rms, n in known), strict=True)
+    squares, weights = zip(*((rms**2, n) for rms, n in errors), strict=True)
     return float(np.sqrt(np.average(squares, weights=weights)))
 
 
 def _samples(comparison: RecordingComparison) -> int:
-    """How many camera samples a recording has; at least 1, so that weights never vanish."""
+    """Number of camera samples of a recording, at least 1 because it is a weight."""
     camera = [c for c in comparison.channels if role_of(c.channel) is Role.TIP]
     counts = [int(c.counted.sum()) for c in camera or comparison.channels]
     return max([1, *counts])
 
 
 def overall_estimates(fits: Sequence[Fit]) -> tuple[Estimate, ...]:
-    """The estimates of the one fit, or the mean over several local ones; derived ones follow.
+    """The estimates of the one fit, or the mean over several; then derived ones.
 
     The deviation of the mean of n independent fits is sqrt(sum std^2) / n. Parameters that
     belong to one recording are not averaged.
@@ -108,5 +108,5 @@ def mean_estimate(group: Sequence[Estimate]) -> Estimate:
 
 
 def derived_names(fits: Iterable[Fit]) -> frozenset[str]:
-    """Names of the quantities that only follow from estimates."""
+    """Names of the quantities that are computed from estimates."""
     return frozenset(e.name for fit in fits for e in fit.derived)

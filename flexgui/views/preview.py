@@ -68,24 +68,24 @@ def as_in_file(
 
 
 def _starts(recording: Recording, names: Sequence[str]) -> list[float]:
-    """What each signal is drawn as a change from; zeros where the signals themselves are seen."""
-    known = [values[np.isfinite(values)] for values in (recording[name] for name in names)]
-    if not all(values.size for values in known):
+    """Offsets to subtract from each signal; zeros if the signals are drawn as they are."""
+    finite = [values[np.isfinite(values)] for values in (recording[name] for name in names)]
+    if not all(values.size for values in finite):
         return [0.0] * len(names)
-    whole = np.concatenate([*known, [0.0]])
-    span, moved = float(np.ptp(whole)), max(float(np.ptp(values)) for values in known)
+    whole = np.concatenate([*finite, [0.0]])
+    span, moved = float(np.ptp(whole)), max(float(np.ptp(values)) for values in finite)
     flat = 0.0 < moved < FLAT * span
-    return [float(values[0]) if flat else 0.0 for values in known]
+    return [float(values[0]) if flat else 0.0 for values in finite]
 
 
 def _kinds(recording: Recording) -> list[list[str]]:
-    found: dict[str, list[str]] = {}
+    by_kind: dict[str, list[str]] = {}
     for name in sorted(recording.channels):
-        found.setdefault(channel_kind(name).pattern, []).append(name)
-    known = [p for p in ORDER if p in found]
-    rest = [p for p in found if p not in (*ORDER, *LAST)]
-    last = [p for p in LAST if p in found]
-    return [found[p] for p in (*known, *rest, *last)][:ROWS]
+        by_kind.setdefault(channel_kind(name).pattern, []).append(name)
+    first = [p for p in ORDER if p in by_kind]
+    others = [p for p in by_kind if p not in (*ORDER, *LAST)]
+    last = [p for p in LAST if p in by_kind]
+    return [by_kind[p] for p in (*first, *others, *last)][:ROWS]
 
 
 def _unit(name: str, slides: Sequence[bool]) -> str:
@@ -96,18 +96,18 @@ def _unit(name: str, slides: Sequence[bool]) -> str:
 
 
 def _line(recording: Recording, name: str, start: float, unit: ShownUnit, symbol: str) -> Figure:
-    """In the colour and the dash of its joint, with which it is shown and hidden."""
+    """A line in the colour and dash of its joint."""
     x, y = trace(recording.time, (recording[name] - start) * unit.factor, POINTS)
     joint = joint_of(name)
-    look = colours.joint(int(re.sub(r"\D", "", name) or 1) - 1)
-    colour = colours.MEASURED if joint is None else look["color"]
+    style = colours.joint(int(re.sub(r"\D", "", name) or 1) - 1)
+    colour = colours.MEASURED if joint is None else style["color"]
     group = f"tip {symbol}" if joint is None else f"joint {joint + 1}"
     hover = f"{'Δ' if start else ''}{symbol} %{{y:.4g}} {unit.name}<extra></extra>"
-    return line(x, y, group, colour, hover, width=1.3, dash=look["dash"])
+    return line(x, y, group, colour, hover, width=1.3, dash=style["dash"])
 
 
 def masked(recording: Recording, kinds: Sequence[Sequence[str]]) -> list[Figure]:
-    """Grey bands over the stretches of a channel that the user masked."""
+    """Grey bands over the masked time ranges of a channel."""
     shapes = []
     for row, names in enumerate(kinds):
         for name in names:
@@ -159,24 +159,25 @@ TITLES = {
 
 
 def title_of(fault: str) -> str:
-    """What a person calls a fault."""
+    """Title of a fault."""
     return TITLES.get(fault, fault.replace("_", " ").capitalize())
 
 
-def finding_words(one: Finding) -> Markup:
-    """Title, picture and evidence."""
-    head = Markup("<p><b>{}</b> {}</p>").format(title_of(one.fault), channel_symbol(one.channel))
-    evidence = Markup("<p class='soft'>{}</p>").format(_with_symbols(one.evidence))
-    return head + _picture(one) + evidence
+def finding_html(finding: Finding) -> Markup:
+    """Title, picture and evidence of a finding."""
+    title, symbol = title_of(finding.fault), channel_symbol(finding.channel)
+    head = Markup("<p><b>{}</b> {}</p>").format(title, symbol)
+    evidence = Markup("<p class='soft'>{}</p>").format(_with_symbols(finding.evidence))
+    return head + _picture(finding) + evidence
 
 
-def _picture(one: Finding) -> Markup:
-    found = one.picture
-    if found is None or len(found.time) < 2:
+def _picture(finding: Finding) -> Markup:
+    picture = finding.picture
+    if picture is None or len(picture.time) < 2:
         return Markup("")
-    title = f"{one.channel} over time"
-    shown, expected = _apart(found.shown, found.expected)
-    return sparkline(found.time, shown, expected, SIZE, title)
+    title = f"{finding.channel} over time"
+    shown, expected = _apart(picture.shown, picture.expected)
+    return sparkline(picture.time, shown, expected, SIZE, title)
 
 
 FLAT_ENOUGH = 0.1
@@ -185,7 +186,7 @@ sign or a unit puts them so far apart that neither is seen to move."""
 
 
 def _apart(shown: np.ndarray, expected: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
-    """Both as they are, or both without their medians."""
+    """Both signals as they are, or both without their medians."""
     if expected is None or not np.isfinite(shown).any() or not np.isfinite(expected).any():
         return shown, expected
     both = [shown[np.isfinite(shown)], expected[np.isfinite(expected)]]
@@ -196,7 +197,7 @@ def _apart(shown: np.ndarray, expected: np.ndarray | None) -> tuple[np.ndarray, 
 
 
 def _with_symbols(sentence: str) -> str:
-    """Channels by their symbols: θ₁ for theta1, θ̇₁* for dtheta1_ref."""
+    """The text with symbols instead of channel names: θ₁ for theta1."""
 
     def symbol(word: re.Match[str]) -> str:
         name = word.group()
@@ -206,7 +207,7 @@ def _with_symbols(sentence: str) -> str:
 
 
 def lines_applied(lines: Sequence[str]) -> Markup:
-    """What stands in the scenario since a button mended something."""
+    """Lines that fixes have added to the scenario."""
     if not lines:
         return Markup("")
     items = Markup("").join(Markup("<li>{}</li>").format(line) for line in lines)

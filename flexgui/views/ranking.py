@@ -1,4 +1,4 @@
-"""What could be missing, best explanation first."""
+"""Effects that could be missing, best explanation first."""
 
 from __future__ import annotations
 
@@ -31,19 +31,18 @@ COLUMNS = (
 )
 
 
-def _is_seen(one: RankedEffect) -> bool:
-    drops = (one.expected_drop_percent, one.refit_drop_percent)
+def _is_seen(ranked: RankedEffect) -> bool:
+    drops = (ranked.expected_drop_percent, ranked.refit_drop_percent)
     return any(drop is not None and drop >= LEAST_SEEN for drop in drops)
 
 
 def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Figure | None:
-    """Two bars per effect: what the linear screen expects and what a refit explains; None where
-    nothing explains anything."""
+    """Two bars per effect: estimate before refitting and share after it; None if all are zero."""
     shown = worth_listing(ranked)[:SHOWN]
     if not any(_is_seen(r) for r in shown):
         return None
     bar = {"type": "bar", "orientation": "h", "y": [r.title for r in shown]}
-    found = [colours.ADDED if accepted in (None, r.effect) else PALE for r in shown]
+    bar_colours = [colours.ADDED if accepted in (None, r.effect) else PALE for r in shown]
     expected = bar | {
         "name": "estimate before refitting", "x": [r.expected_drop_percent for r in shown],
         "marker": {"color": colours.faded(colours.START, 0.45)},
@@ -51,7 +50,7 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Figu
     }  # fmt: skip
     refitted = bar | {
         "name": "after refitting", "x": [r.refit_drop_percent for r in shown],
-        "marker": {"color": found},
+        "marker": {"color": bar_colours},
         "hovertemplate": "%{y}: %{x:.2f} % after refitting<extra></extra>",
     }  # fmt: skip
     text = (
@@ -99,7 +98,7 @@ def _row(ranked: RankedEffect, titles: dict[str, str], accepted: str | None, bes
 
 
 def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
-    """What it cannot be told from, and how it is related to the best."""
+    """What it cannot be distinguished from, and its relation to the best effect."""
     others = ", ".join(titles.get(kind, kind) for kind in ranked.confused_with)
     parts = (
         f"cannot be distinguished from {others}" if others else "",
@@ -124,7 +123,7 @@ def typeset_sizes(ranked: RankedEffect) -> Markup:
 
 
 def _share(percent: float | None) -> str:
-    """Two decimals at most; nothing is called all of it."""
+    """Per cent with at most two decimals; never 100."""
     if percent is None:
         return ""
     return "> 99.9" if percent > 99.9 else format_number(percent, 3, keep_zeros=True)

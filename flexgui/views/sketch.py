@@ -1,4 +1,4 @@
-"""Small pictures of curves as SVG, as large as a word or a paragraph."""
+"""Small pictures of curves as SVG."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ def sketch(
     lines = []
     for curve in curves:
         x, y = trace(curve.x, curve.y, POINTS)
-        known = np.isfinite(y)
-        begins = known & ~np.concatenate([[False], known[:-1]])
+        finite = np.isfinite(y)
+        begins = finite & ~np.concatenate([[False], finite[:-1]])
         across = width * (x - begin) / (end - begin or 1.0)
         up = height - MARGIN - (height - 2.0 * MARGIN) * (y - low) / (high - low or 1.0)
         path = "".join(
             f"{'M' if first else 'L'}{a:.1f} {b:.1f}"
-            for first, a, b in zip(begins[known], across[known], up[known], strict=True)
+            for first, a, b in zip(begins[finite], across[finite], up[finite], strict=True)
         )
-        look = (path, curve.colour, curve.width, curve.dash or "none")
+        style = (path, curve.colour, curve.width, curve.dash or "none")
         line = "<path d='{}' fill='none' stroke='{}' stroke-width='{}' stroke-dasharray='{}'/>"
-        lines.append(Markup(line).format(*look))
+        lines.append(Markup(line).format(*style))
     frame = Markup(
         "<svg class='{}' role='img' aria-label='{}' viewBox='0 0 {w} {h}' width='{w}' height='{h}' "
         "preserveAspectRatio='none'>{}</svg>"

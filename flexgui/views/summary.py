@@ -18,15 +18,15 @@ from flexgui.views.fit_table import FIT_IS
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
+    comparisons_as_given,
+    current_verdict,
     final_comparisons,
-    follows,
-    given,
-    given_biased,
-    given_comparisons,
-    grown,
-    kept,
-    standing,
-    verdict_now,
+    final_derived_names,
+    final_estimates,
+    first_estimates,
+    first_is_biased,
+    has_added_effects,
+    kept_effects,
 )
 from flexgui.views.names import format_percent, is_of_a_start, typeset
 from flexgui.views.parameter_tables import equation
@@ -37,9 +37,9 @@ METHODS = {"glocal": "fitted together", "local": "fitted one by one"}
 
 
 def summary(outcome: Outcome) -> tuple[str, ...]:
-    """Sentences in reading order, without the alarms; symbols are typeset for HTML."""
+    """Sentences in reading order, without warnings; symbols are typeset for HTML."""
     sentences: list[str] = [_estimates(outcome), _first_fit(outcome)]
-    shown, before = final_comparisons(outcome), given_comparisons(outcome)
+    shown, before = final_comparisons(outcome), comparisons_as_given(outcome)
     for role, words in ((ESTIMATE, "Estimation recordings"), (VALIDATE, "Validation recordings")):
         text, was = quality(with_role(shown, role)), _tip(with_role(before, role))
         if text:
@@ -50,14 +50,14 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
     return (*(s for s in sentences if s), *_doubts(outcome))
 
 
-def ending(outcome: Outcome) -> tuple[str, ...]:
-    """A result in plain lines: alarms, verdict or basis, parameters, quality, seconds."""
-    found = outcome.diagnosis
-    estimates = [e for e in standing(outcome) if e.recording is None]
+def result_lines(outcome: Outcome) -> tuple[str, ...]:
+    """A result in plain lines: warnings, verdict or basis, parameters, quality, seconds."""
+    diagnosis = outcome.diagnosis
+    estimates = [e for e in final_estimates(outcome) if e.recording is None]
     reached = quality(with_role(final_comparisons(outcome), ESTIMATE))
     lines = (
         *(Markup("Warning: {}").format(text) for text in alarms(outcome)),
-        f"{_basis(outcome)}." if found is None else verdict_now(found),
+        f"{_basis(outcome)}." if diagnosis is None else current_verdict(diagnosis),
         Markup("{}.").format(_listed(estimates)) if estimates else "",
         f"Estimation recordings: {reached}." if reached else "",
         f"Time: {sum(outcome.seconds.values()):.1f} s.",
@@ -65,8 +65,8 @@ def ending(outcome: Outcome) -> tuple[str, ...]:
     return plain(line for line in lines if line)
 
 
-def lead(outcome: Outcome) -> tuple[str, ...]:
-    """The sentences of `summary` that no table of a report tells."""
+def lead_sentences(outcome: Outcome) -> tuple[str, ...]:
+    """Sentences of `summary` that no table of a report states."""
     return f"{_basis(outcome)}.", *_doubts(outcome)
 
 
@@ -75,13 +75,12 @@ ALMOST_NOTHING = 10.0
 
 
 def alarms(outcome: Outcome) -> tuple[str, ...]:
-    """What is to be read before any number: a result that cannot be right, a value at a bound of
-    its search, and what the check of the recordings found."""
+    """Warnings to read first: implausible results, values at a bound, findings of the check."""
     return (*_implausible(outcome), *outcome.findings)
 
 
 def plain(sentences: Iterable[str]) -> tuple[str, ...]:
-    """Without typesetting, for a terminal or a file."""
+    """Sentences without typesetting, for a terminal or a file."""
     return tuple(s.striptags() if isinstance(s, Markup) else s for s in sentences)
 
 
@@ -111,8 +110,8 @@ def _implausible(outcome: Outcome) -> list[str]:
 def _estimated(outcome: Outcome) -> list[Estimate]:
     """Estimated parameters of the model after the diagnosis, without initial states."""
     if outcome.diagnosis is not None and outcome.diagnosis.parameters:
-        derived = follows(outcome)
-        return [e for e in standing(outcome) if e.name not in derived and not e.recording]
+        derived = final_derived_names(outcome)
+        return [e for e in final_estimates(outcome) if e.name not in derived and not e.recording]
     return [e for fit in outcome.fits for e in fit.estimates if not is_of_a_start(e)]
 
 
@@ -130,9 +129,9 @@ def _basis(outcome: Outcome) -> str:
         return f"Nothing was estimated: {level} is compared as given"
     count = f"{len(names)} recording{'s' if len(names) != 1 else ''}"
     how = f", {METHODS.get(outcome.method, outcome.method)}" if len(names) > 1 else ""
-    found = outcome.diagnosis
-    if found is not None and grown(outcome):
-        return f"From {count}, with the full equations and {kept(found)} in the model"
+    diagnosis = outcome.diagnosis
+    if diagnosis is not None and has_added_effects(outcome):
+        return f"From {count}, with the full equations and {kept_effects(diagnosis)} in the model"
     return f"From {count}{how}, with {level}"
 
 
@@ -140,7 +139,7 @@ def _estimates(outcome: Outcome) -> str:
     text = _basis(outcome)
     if not outcome.fits:
         return f"{text}."
-    determined = [e for e in standing(outcome) if e.recording is None and e.identifiable]
+    determined = [e for e in final_estimates(outcome) if e.recording is None and e.identifiable]
     if not determined:
         return f"{text}: no parameter could be determined alone."
     several = len(outcome.fits) > 1 and outcome.diagnosis is None
@@ -150,8 +149,8 @@ def _estimates(outcome: Outcome) -> str:
 
 def _first_fit(outcome: Outcome) -> Markup | str:
     """Estimates of the first fit, for comparison; empty where they are not biased."""
-    estimates = [e for e in given(outcome) if e.recording is None and e.identifiable]
-    if outcome.diagnosis is None or not (given_biased(outcome) and estimates):
+    estimates = [e for e in first_estimates(outcome) if e.recording is None and e.identifiable]
+    if outcome.diagnosis is None or not (first_is_biased(outcome) and estimates):
         return ""
     return Markup("The first fit gave {} ({}).").format(_listed(estimates), BIASED)
 
@@ -204,7 +203,7 @@ MUCH = 3.0
 """A validation error below so many times the estimation error is not mentioned."""
 
 
-def validation_words(estimation: float, validation: float) -> str:
+def validation_warning(estimation: float, validation: float) -> str:
     """Sentences on a large validation error, else empty. Both errors are rms in noise floors."""
     if not validation > MUCH * max(estimation, 1.0):
         return ""
@@ -220,7 +219,7 @@ DOUBTFUL = 2.0
 assume a complete model, so a warning in red stands beside them."""
 
 
-def doubt(error: float) -> str:
+def provisional_warning(error: float) -> str:
     """Warning for a model with this error in noise floors; empty where it is near 1."""
     if not error > DOUBTFUL:
         return ""
@@ -235,7 +234,7 @@ FREE = " It also fits the initial state of each recording."
 OWN = "Diagnosis fit: it compares {}, each in multiples of its noise floor.{}"
 
 
-def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
+def are_of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
     """Whether they show the diagnosis fit."""
     return any(c.fit_label == DIAGNOSIS_FIT for c in comparisons)
 
@@ -244,8 +243,8 @@ def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -
     """Which fit the shown errors are of; `fits` of the identification."""
     seen = {k.channel: k.unit for c in comparisons for k in c.channels if k.fitted}
     outputs = listed([channel_symbol(name, unit) for name, unit in seen.items()])
-    starts = starts_freed(list(seen), fits)
-    if not of_diagnosis(comparisons):
+    starts = diagnosis_frees_starts(list(seen), fits)
+    if not are_of_diagnosis(comparisons):
         return (
             f"Identification fit: it compares {outputs}.{HELD * starts} After Find what is missing "
             "this shows the diagnosis fit, whose errors differ slightly."
@@ -254,30 +253,29 @@ def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -
     return f"{own} So these errors differ from those of the identification fit."
 
 
-def distinguishable(outcome: Outcome) -> Markup:
-    """For a report with a diagnosis: which figures are of which fit; empty without a diagnosis."""
-    found = outcome.diagnosis
-    if found is None or not outcome.fits:
+def which_fit_in_report(outcome: Outcome) -> Markup:
+    """Which figures of a report are of which fit; empty without a diagnosis."""
+    diagnosis = outcome.diagnosis
+    if diagnosis is None or not outcome.fits:
         return Markup("")
-    compared = found.steps[0].errors
+    compared = diagnosis.steps[0].errors
     outputs = listed([channel_symbol(e.channel, e.unit) for e in compared])
-    starts = starts_freed([e.channel for e in compared], outcome.fits)
+    starts = diagnosis_frees_starts([e.channel for e in compared], outcome.fits)
     own = OWN.format(outputs, FREE * starts)
     first = f"Identification fit: it compares the selected outputs.{HELD * starts}"
-    if not found.parameters:
+    if not diagnosis.parameters:
         text = f"The estimates above are of the identification fit. {first} {own}"
     else:
         text = f"The estimates above are of the diagnosis fit. {own} {first}"
-    if of_diagnosis(final_comparisons(outcome)):
+    if are_of_diagnosis(final_comparisons(outcome)):
         text += " FIT and tip error above are of the diagnosis fit too."
-    elif found.parameters:
+    elif diagnosis.parameters:
         text += " FIT and tip error above are of the identification fit."
     return Markup("{}").format(text)
 
 
-def starts_freed(channels: Sequence[str], fits: Sequence[Fit]) -> bool:
-    """Whether the diagnosis fits how a recording begins and the identification does not: neither
-    does where a servo follows the encoders, both do where it was asked for."""
+def diagnosis_frees_starts(channels: Sequence[str], fits: Sequence[Fit]) -> bool:
+    """Whether only the diagnosis fit estimates the initial states."""
     servo = any(split_name(name)[0] in ("u", "torque") for name in channels)
-    asked = any(e.name.startswith(START) for fit in fits for e in fit.estimates)
-    return not servo and not asked
+    fitted = any(e.name.startswith(START) for fit in fits for e in fit.estimates)
+    return not servo and not fitted

@@ -21,7 +21,7 @@ from flexgui.sentences.written import format_number
 
 
 def html_table(table: Table) -> Markup:
-    """With its caption below."""
+    """The table with its caption below."""
     head = "".join(_cell("th", column, column.title) for column in table.columns)
     rows = "".join(
         f"<tr class='{'strong' if row.strong else ''}'>{_cells(row, table.columns)}</tr>"
@@ -60,12 +60,12 @@ def html_matrix(view: MatrixView) -> Markup:
 
 
 def html_matrices(views: Iterable[MatrixView]) -> Markup:
-    """One below the other."""
+    """Matrices below one another."""
     return Markup("").join(html_matrix(view) for view in views)
 
 
 def html_equations(equations: Sequence[Equation]) -> Markup:
-    """Each with its title and note."""
+    """Equations with title and note."""
     frame = Markup("<h4>{}</h4><div class='formula'>{}</div>{}")
     note = Markup("<p class='soft'>{}</p>")
     return Markup("").join(
@@ -98,9 +98,9 @@ BRACKETS = {"[": "]", "(": ")", "|": "|"}
 
 
 def mathml(latex: str, block: bool = True) -> Markup:
-    """A formula as MathML; the LaTeX itself, escaped, where it cannot be converted."""
-    for unknown, known in SYNONYMS:
-        latex = latex.replace(unknown, known)
+    """A formula as MathML; the escaped LaTeX if it cannot be converted."""
+    for unknown, replacement in SYNONYMS:
+        latex = latex.replace(unknown, replacement)
     try:
         root = convert_to_element(latex, display="block" if block else "inline")
         _clean(root)
@@ -123,7 +123,7 @@ def _clean(element: ET.Element) -> None:
 
 
 def _frame_matrices(element: ET.Element) -> None:
-    """Draw the brackets of a matrix as borders.
+    """Draws the brackets of matrices as borders.
 
     A browser stretches brackets only with a mathematical font, which many machines lack.
     """
@@ -140,14 +140,14 @@ def _frame_matrices(element: ET.Element) -> None:
 
 @dataclass(frozen=True)
 class Column:
-    """A heading; numbers stand to the right."""
+    """A heading; numbers are aligned to the right."""
 
     title: str
     numeric: bool = False
 
 
 def texts(*titles: str) -> tuple[Column, ...]:
-    """Columns of words."""
+    """Columns of text."""
     return tuple(Column(title) for title in titles)
 
 
@@ -178,15 +178,15 @@ class Table:
         if any(len(row.cells) != len(self.columns) for row in self.rows):
             raise ValueError("A row does not have a cell for each column.")
 
-    def only(self, kept: Sequence[int], caption: str = "") -> Table:
-        """Those columns alone, for a panel beside the arm."""
-        rows = tuple(Row(tuple(row.cells[k] for k in kept), row.strong) for row in self.rows)
-        return Table(tuple(self.columns[k] for k in kept), rows, caption)
+    def only(self, columns: Sequence[int], caption: str = "") -> Table:
+        """Only these columns, for a narrow panel."""
+        rows = tuple(Row(tuple(row.cells[k] for k in columns), row.strong) for row in self.rows)
+        return Table(tuple(self.columns[k] for k in columns), rows, caption)
 
 
 @dataclass(frozen=True)
 class MatrixView:
-    """A matrix to show; zeros are empty texts, so that the structure is seen."""
+    """A matrix to show; zeros are empty, which shows the structure."""
 
     title: str
     rows: tuple[str, ...]

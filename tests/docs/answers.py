@@ -15,7 +15,7 @@ from flexgui.core.results import Diagnosis, Estimate, LadderStep
 from flexgui.core.study.challenge import TRUTH_FILE, make_challenge, reveal
 from flexgui.sentences.identifiability import identifiability_sentences
 from flexgui.sentences.written import format_number
-from flexgui.stages.challenge.judging import truth_in_words
+from flexgui.stages.challenge.judging import truth_text
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "docs" / "teaching" / "answers.md"
@@ -55,9 +55,7 @@ def _load(scenario: str) -> fg.Project:
 
 
 def _truth(seed: int, level: str) -> str:
-    said = truth_in_words(reveal(make_challenge(seed, level).obfuscated, TRUTH_FILE)).splitlines()[
-        1:
-    ]
+    said = truth_text(reveal(make_challenge(seed, level).obfuscated, TRUTH_FILE)).splitlines()[1:]
     return "\n".join(line if line.startswith(("-", " ")) else f"- {line}" for line in said)
 
 

@@ -14,7 +14,7 @@ from flexgui.export.report import report_html
 from flexgui.export.result import result
 from flexgui.export.tables import tables
 from flexgui.library.shipped import demo_scenario
-from flexgui.stages.identify.panel import repeated_words
+from flexgui.stages.identify.panel import repeated_html
 from flexgui.views.parameter_tables import between_runs, short_between_runs
 from tests.export.helpers import outcome_of
 
@@ -40,9 +40,9 @@ def test_the_table_has_both_deviations_and_the_run_that_differs(outcome: Outcome
 
 
 def test_the_page_says_it_in_a_sentence_and_a_table(outcome: Outcome) -> None:
-    shown = repeated_words(outcome.repeated)
+    shown = repeated_html(outcome.repeated)
     assert "Runs of the same experiment differ." in shown and "c by +20 %" in shown
-    assert repeated_words(()) == "" and short_between_runs(()) is None
+    assert repeated_html(()) == "" and short_between_runs(()) is None
 
 
 def test_report_numbers_and_table_hold_it(outcome: Outcome) -> None:

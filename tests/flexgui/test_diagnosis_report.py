@@ -30,7 +30,7 @@ from flexgui.views.error_map import cell_labels, error_map, place, row_labels, w
 from flexgui.views.ladder import UNSEEN, ladder, ladder_table, sizes_table, step_labels
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.ranking import LEAST_SEEN, ranking, ranking_table
-from flexgui.views.summary import distinguishable, starts_freed, which_fit
+from flexgui.views.summary import diagnosis_frees_starts, which_fit, which_fit_in_report
 
 FLOORS = {"ydot1": 2.4e-3, "ydot2": 2.5e-3}
 NASTY = "<script>alert(1)</script> the friction"
@@ -229,7 +229,7 @@ def test_steps_with_the_same_effect_have_labels_of_their_own() -> None:
 
 
 def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> None:
-    told = distinguishable(diagnosed)
+    told = which_fit_in_report(diagnosed)
     assert "The estimates above are of the identification fit." in told
     assert (
         ", each in multiples of its noise floor. It also fits the initial state of each recording."
@@ -237,13 +237,13 @@ def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> N
     )
     assert "FIT" not in told, "the comparisons are the identification's here"
     last = replace(FOUND, parameters=(RANKING[0].parameters[0],))
-    told = distinguishable(replace(diagnosed, diagnosis=last)).unescape()
+    told = which_fit_in_report(replace(diagnosed, diagnosis=last)).unescape()
     assert "The estimates above are of the diagnosis fit." in told
     assert "Identification fit: it compares the selected outputs." in told
     theirs = tuple(replace(c, fit_label=DIAGNOSIS_FIT) for c in diagnosed.comparisons)
-    theirs_too = distinguishable(replace(diagnosed, comparisons=theirs)).unescape()
+    theirs_too = which_fit_in_report(replace(diagnosed, comparisons=theirs)).unescape()
     assert "FIT and tip error above are of the diagnosis fit too." in theirs_too
-    assert not distinguishable(replace(diagnosed, diagnosis=None))
+    assert not which_fit_in_report(replace(diagnosed, diagnosis=None))
 
 
 def test_errors_say_on_the_spot_which_fit_they_are_of(diagnosed: Outcome) -> None:
@@ -254,8 +254,8 @@ def test_errors_say_on_the_spot_which_fit_they_are_of(diagnosed: Outcome) -> Non
 
 
 def test_where_a_servo_follows_the_encoders_no_start_is_said_to_be_fitted() -> None:
-    assert starts_freed(["z1", "theta1"], ())
-    assert not starts_freed(["u1"], ())
+    assert diagnosis_frees_starts(["z1", "theta1"], ())
+    assert not diagnosis_frees_starts(["u1"], ())
 
 
 def test_an_effect_that_contains_the_best_says_so() -> None:

@@ -14,7 +14,7 @@ from plotly.offline import get_plotlyjs
 from flexgui.core.results import Outcome
 from flexgui.export.report import report_html
 from flexgui.export.report_sections import digest, glance
-from flexgui.views.summary import DOUBTFUL, doubt
+from flexgui.views.summary import DOUBTFUL, provisional_warning
 
 SCENARIO = "[identify]\nseed = 7\n"
 LARGEST = 4_000_000
@@ -43,8 +43,8 @@ def test_other_data_have_another_digest(glocal: Outcome) -> None:
 
 
 def test_far_from_the_floor_it_is_said_that_all_rests_on_a_complete_model() -> None:
-    assert doubt(DOUBTFUL) == "" == doubt(float("nan"))
-    assert doubt(9.0).startswith("Provisional: error is 9.0× noise floor.")
+    assert provisional_warning(DOUBTFUL) == "" == provisional_warning(float("nan"))
+    assert provisional_warning(9.0).startswith("Provisional: error is 9.0× noise floor.")
 
 
 def test_plotly_travels_packed_and_whole(glocal: Outcome) -> None:

@@ -13,10 +13,10 @@ from flexgui.core.results import Estimate, LinearModel, Outcome, RecordingCompar
 from flexgui.export.export_files import export_outcome
 from flexgui.export.report import FIRST_FIT
 from flexgui.sentences.figures import linear_sentence
-from flexgui.stages.identify.panel import found_parameters
+from flexgui.stages.identify.panel import parameters_html
 from flexgui.views.fit_table import fit_table
-from flexgui.views.headline import BIASED, COMPLETE, SHORT_OF, final_comparisons
-from flexgui.views.parameter_tables import standing_parameters
+from flexgui.views.headline import BIASED, COMPLETE, STILL_MISSING, final_comparisons
+from flexgui.views.parameter_tables import final_parameters
 from flexgui.views.summary import summary
 from tests.flexgui.test_diagnosis_report import FOUND
 
@@ -153,19 +153,19 @@ def test_values_of_a_model_that_still_lacks_something_are_said_to_be_biased(
 ) -> None:
     assert after.diagnosis is not None
     short = replace(after, diagnosis=replace(after.diagnosis, final_verdict="missing"))
-    assert SHORT_OF in standing_parameters(short).caption
-    assert SHORT_OF not in standing_parameters(after).caption
+    assert STILL_MISSING in final_parameters(short).caption
+    assert STILL_MISSING not in final_parameters(after).caption
 
 
 def test_identify_shows_the_diagnosis_fit_with_the_first_one_in_a_fold(
     after: Outcome, glocal: Outcome
 ) -> None:
-    shown = unglued(found_parameters(after))
+    shown = unglued(parameters_html(after))
     table, fold = shown.split("<details>")
     assert "520.1 ± 0.2 N m²" in table and "520.83" not in table
     assert "520.83 ± 0.02 N m²" in fold
     assert "Bounds" not in shown, "a panel has no room for them"
-    assert "<details>" not in found_parameters(glocal)
+    assert "<details>" not in parameters_html(glocal)
 
 
 @pytest.mark.parametrize("steps", [1, 2])
@@ -185,7 +185,7 @@ def test_what_belongs_to_a_recording_has_moved_with_the_rest(after: Outcome) -> 
     fit = replace(after.fits[0], estimates=(*after.fits[0].estimates, own))
     assert after.diagnosis is not None
     found = replace(after.diagnosis, values={**after.diagnosis.values, "offset_u1@th1": 0.7})
-    rows = standing_parameters(replace(after, fits=(fit,), diagnosis=found)).rows
+    rows = final_parameters(replace(after, fits=(fit,), diagnosis=found)).rows
     assert any("th1" in row.cells and "0.7" in str(row.cells) for row in rows)
 
 

@@ -254,7 +254,7 @@ def test_a_size_is_committed_as_the_field_shows_it(page: Any, session: Session) 
     field = row.locator("input")
     field.fill("banana")
     press(page, "Commit to this guess")
-    sees(page, "“banana” is no number")
+    sees(page, "“banana” is not a number")
     button = page.get_by_role("button", name="Commit to this guess", exact=True)
     handles = [field.element_handle(), button.element_handle()]
     page.evaluate(AT_ONCE, [*handles, ["0", "0,", "0,25"]])

@@ -11,9 +11,9 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.session.session import Session
-from flexgui.stages.challenge.judging import Entry, asked_sizes, judged, read_sizes
+from flexgui.stages.challenge.judging import Entry, judge, read_sizes, size_fields
 from flexgui.stages.challenge.state import Challenge, Guess
-from flexgui.views.summary import validation_words
+from flexgui.views.summary import validation_warning
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
@@ -138,7 +138,7 @@ def test_the_board_says_who_asked_and_who_changed() -> None:
     ],
 )
 def test_a_size_is_a_number_with_point_or_comma(text: str, size: str) -> None:
-    one = asked_sizes("coulomb_friction")[0]
+    one = size_fields("coulomb_friction")[0]
     assert one.title == "Coulomb friction of joint 1" and one.label == "fc1 [N m]"
     assert one.stated(text) == size
 
@@ -146,39 +146,41 @@ def test_a_size_is_a_number_with_point_or_comma(text: str, size: str) -> None:
 @pytest.mark.parametrize("text", ["banana", "0.2 N m", "1e999", "nan", "1.234,5", "٣", "1_0"])
 def test_anything_else_is_refused_in_one_sentence(text: str) -> None:
     with pytest.raises(InputError, match="fc1") as caught:
-        asked_sizes("coulomb_friction")[0].stated(text)
+        size_fields("coulomb_friction")[0].stated(text)
     assert text in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("kind", sorted(catalogue()))
 def test_a_size_that_is_asked_for_is_read_back_as_stated(kind: str) -> None:
-    for one in asked_sizes(kind):
+    for one in size_fields(kind):
         assert read_sizes(one.stated("0,25")) == [(one.name, 0.25, one.unit)]
 
 
 def test_nothing_has_no_size() -> None:
-    assert asked_sizes("nothing") == ()
+    assert size_fields("nothing") == ()
 
 
 def test_only_a_much_larger_validation_error_is_explained() -> None:
-    assert "131 times" in validation_words(3.1, 131.0) and "3.1 times" in validation_words(3.1, 131)
+    assert "131 times" in validation_warning(3.1, 131.0) and "3.1 times" in validation_warning(
+        3.1, 131
+    )
     for estimation, validation in ((3.1, 9.0), (0.5, 2.9), (1.0, float("nan"))):
-        assert validation_words(estimation, validation) == ""
+        assert validation_warning(estimation, validation) == ""
 
 
 def test_kind_and_size_are_judged() -> None:
-    both = judged(
+    both = judge(
         [Guess("coulomb_friction", "fc1 = 0.3 N m"), Guess("camera_delay", "4.4 ms")], TRUTH
     )
     assert both.complete and both.found == 2
     assert "near: 1.5 times too large" in both.each[0].size and both.each[0].near
     assert "right" in both.each[1].size and both.each[1].near
-    one = judged([Guess("camera_delay", "40 ms")], TRUTH)
+    one = judge([Guess("camera_delay", "40 ms")], TRUTH)
     assert not one.complete and one.sentence == "You found 1 of 2." and not one.each[0].near
-    assert not judged([Guess("nothing")], TRUTH).found
-    lone = judged([Guess("coulomb_friction", "0.11")], TRUTH).each[0]
+    assert not judge([Guess("nothing")], TRUTH).found
+    lone = judge([Guess("coulomb_friction", "0.11")], TRUTH).each[0]
     assert lone.size.startswith("fc2") and lone.near, "the nearest of its sizes is meant"
-    odd = judged([Guess("coulomb_friction", "fc9 = 1; <b>0.2 furlong</b>")], TRUTH).each[0]
+    odd = judge([Guess("coulomb_friction", "fc9 = 1; <b>0.2 furlong</b>")], TRUTH).each[0]
     assert "fc9 is no size of it" in odd.size
 
 

@@ -13,7 +13,7 @@ from flexgui.core.check.finding import Finding
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.session.session import Session
 from flexgui.stages.data.panel_recording import wording_of
-from flexgui.views.preview import finding_words, title_of
+from flexgui.views.preview import finding_html, title_of
 from flexgui.views.sketch import sparkline
 from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, until
@@ -56,7 +56,7 @@ def test_a_file_that_arrives_is_checked_and_mended_by_buttons(brought: Session) 
     (first,) = brought.check.findings_of("rig")
     assert (first.fault, first.channel) == ("millimetres", "z1")
     assert wording_of(brought, "rig") == "1 finding"
-    said = finding_words(first)
+    said = finding_html(first)
     assert title_of(first.fault) in said and "<svg" in said
     assert brought.check.mend(first)
     until(lambda: checked(brought))

@@ -24,7 +24,7 @@ from flexgui.session.session import Session
 from flexgui.stages.data.uploads import diagnosed_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
 from flexgui.stages.diagnose.model_versions import ModelFindings, combined_diagnosis, ladder_steps
-from flexgui.views.headline import standing, verdict_now
+from flexgui.views.headline import current_verdict, final_estimates
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import exported, until
@@ -95,7 +95,7 @@ def one_fit(session: Session) -> None:
     step, said = version.found.step, version.diagnosis
     assert step.cost_per_sample == said.steps[-1].cost_per_sample
     values = {e.name: e.value for e in step.parameters}
-    for told in (said.parameters, standing(whole)):
+    for told in (said.parameters, final_estimates(whole)):
         assert {e.name: e.value for e in told if e.name in values} == values
     assert (
         f"{format_number(version.error, 2, keep_zeros=True)} times" in verdict_paragraphs(said)[0]
@@ -194,7 +194,7 @@ def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_
     assert friction.diagnosis.versions[1].error < FLOOR < friction.diagnosis.versions[0].error
     told = combined_diagnosis(friction.diagnosis.versions)
     assert told is not None and told.standing_verdict == "nothing_missing"
-    said = verdict_now(told)
+    said = current_verdict(told)
     assert said.startswith("With Coulomb friction nothing is missing any more")
     assert (
         f"{format_number(friction.diagnosis.versions[1].error, 2, keep_zeros=True)} times" in said

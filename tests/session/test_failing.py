@@ -18,8 +18,8 @@ from flexgui.stages.compare.panel import WORDS
 from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.data.rigs import point_name
 from flexgui.stages.diagnose.model_versions import ModelFindings
-from flexgui.stages.diagnose.panel_candidates import inviting
-from flexgui.views.error_map import words
+from flexgui.stages.diagnose.panel_candidates import may_explain
+from flexgui.views.error_map import error_text
 
 N, DT = 1200, 1e-3
 TIME = DT * np.arange(N)
@@ -57,7 +57,9 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
     assert all(value == pytest.approx(1.0, rel=0.3) for value in early.values())
     assert all(value == pytest.approx(20.0, rel=0.3) for value in late.values())
     assert found.worst > 15.0
-    assert words({"theta1": 1.5, "camera": 20.0}) == "error now: θ₁ 1.5, camera 20 × noise floor"
+    assert (
+        error_text({"theta1": 1.5, "camera": 20.0}) == "error now: θ₁ 1.5, camera 20 × noise floor"
+    )
 
 
 def test_an_exact_sensor_has_a_floor_all_the_same() -> None:
@@ -90,4 +92,4 @@ def test_adding_invites_only_where_something_is_to_be_explained(
 ) -> None:
     step = LadderStep(None, "As given", (), (), None, error**2)
     told = None if verdict is None else Diagnosis(verdict, None, (), (step,), {})
-    assert inviting(ModelFindings(step, (), (), (), (), diagnosis=told)) is invites
+    assert may_explain(ModelFindings(step, (), (), (), (), diagnosis=told)) is invites

@@ -24,7 +24,7 @@ from flexgui.stages.data.rigs import (
     rig_of,
 )
 from flexgui.stages.data.waiting_file import (
-    Waiting,
+    WaitingFile,
     columns_of_rigs,
     waiting_again,
     waiting_for,
@@ -60,7 +60,7 @@ def test_every_rig_with_every_arm_is_a_scenario(arm: str, rig: str) -> None:
     assert (found.arm.preset == "single_axis") == slide or arm == "single_axis"
 
 
-def first_look(scenario: Scenario, file: str) -> Waiting:
+def first_look(scenario: Scenario, file: str) -> WaitingFile:
     model = base_model(scenario)
     references = tuple(model.drive.needed_channels(model.arm))
     wanted = wanted_channels(model.arm, references)

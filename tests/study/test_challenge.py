@@ -25,7 +25,7 @@ from flexgui.core.study.challenge import (
     reveal,
     write_challenge,
 )
-from flexgui.stages.challenge.judging import revealed, truth_in_words
+from flexgui.stages.challenge.judging import truth_of, truth_text
 
 
 @pytest.fixture(scope="module")
@@ -77,15 +77,15 @@ def test_each_hidden_effect_is_well_above_the_noise(seed: int) -> None:
     obfuscated = make_challenge(seed, "hard").obfuscated
     shown = json.loads(reveal(obfuscated, TRUTH_FILE))["shown"]
     assert len(shown) == 2 and min(shown.values()) >= 1.9
-    assert not re.search(r" = 0 ", truth_in_words(reveal(obfuscated, TRUTH_FILE)))
+    assert not re.search(r" = 0 ", truth_text(reveal(obfuscated, TRUTH_FILE)))
 
 
 def test_reveal_says_what_and_how_large(folder: Path) -> None:
-    said = revealed(folder)
+    said = truth_of(folder)
     named = [kind for kind in catalogue() if f"({kind})" in said]
     assert len(named) == 2
     assert "times the noise" in said and "EI = " in said
-    assert said == revealed(folder / TRUTH_FILE)
+    assert said == truth_of(folder / TRUTH_FILE)
 
 
 def test_a_zip_holds_the_same_files(folder: Path, tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_a_zip_holds_the_same_files(folder: Path, tmp_path: Path) -> None:
     assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
     with zipfile.ZipFile(tmp_path / "a.zip") as archive:
         assert {n: archive.read(n) for n in archive.namelist()} == _bytes(folder)
-    assert revealed(tmp_path / "a.zip") == revealed(folder)
+    assert truth_of(tmp_path / "a.zip") == truth_of(folder)
 
 
 def test_a_broken_seal_is_refused_in_one_sentence(folder: Path, tmp_path: Path) -> None:
@@ -129,4 +129,4 @@ def test_bad_input_is_one_sentence_and_two(
 def test_a_zip_without_a_challenge_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.zip").write_bytes(b"no zip")
     with pytest.raises(InputError, match="holds no challenge"):
-        revealed(tmp_path / "x.zip")
+        truth_of(tmp_path / "x.zip")

@@ -26,7 +26,7 @@ from flexgui.core.workbench import load_recordings, run_scenario
 from flexgui.sentences.identifiability import notes
 from flexgui.sentences.ranked import in_order, tie
 from flexgui.stages.diagnose.model_versions import ModelFindings
-from flexgui.stages.diagnose.panel_candidates import inviting
+from flexgui.stages.diagnose.panel_candidates import may_explain
 from flexgui.views.ranking import ranking_table
 
 CLOSE = 0.01
@@ -242,7 +242,7 @@ def test_a_scale_that_the_mass_imitates_is_said_to_and_stands_last(slide_rig: Pa
     seen = replace(last, refit_drop_percent=1.0)
     assert "cannot be distinguished from m1" in ranking_table((seen,)).rows[0].cells[5]
     looked = ModelFindings(found.steps[0], (), (), (), (), (last,), diagnosis=found)
-    assert not inviting(looked) and inviting(replace(looked, ranking=found.ranking[:1]))
+    assert not may_explain(looked) and may_explain(replace(looked, ranking=found.ranking[:1]))
 
 
 BENCH = """

@@ -12,7 +12,7 @@ FOLDER = "model_c"
 
 
 class CCode(ModelFormat):
-    """Two files of C99 that need nothing but the mathematical library."""
+    """Two C99 files that need only the mathematical library."""
 
     kind = "c_code"
     label = "Model in C (.zip)"
@@ -45,5 +45,5 @@ def c_sources(outcome: Outcome) -> dict[str, str]:
 
 
 def _numbers(matrix: np.ndarray) -> str:
-    """Every digit, row by row."""
+    """All digits, row by row."""
     return ", ".join(repr(float(x)) for x in np.asarray(matrix).ravel())

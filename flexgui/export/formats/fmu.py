@@ -96,20 +96,20 @@ SUFFIXES = {"linux": ".so", "darwin": ".dylib", "windows": ".dll"}
 
 
 def compiler() -> str | None:
-    """Path of the first that is there."""
+    """Path of the first C compiler found."""
     return next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
 def library_place() -> str:
-    """Where a shared library of this platform stands in an FMU (FMI 3.0, section 2.5.1.5)."""
+    """Path of a shared library of this platform in an FMU (FMI 3.0, section 2.5.1.5)."""
     system = {"win32": "windows"}.get(sys.platform, sys.platform)
     machine = platform.machine().lower()
-    known = {"amd64": "x86_64", "arm64": "aarch64"}
-    return f"{known.get(machine, machine)}-{system}/flexmodel{SUFFIXES.get(system, '.so')}"
+    names = {"amd64": "x86_64", "arm64": "aarch64"}
+    return f"{names.get(machine, machine)}-{system}/flexmodel{SUFFIXES.get(system, '.so')}"
 
 
 def shared_library(sources: Mapping[str, str]) -> bytes | None:
-    """The library of some C files (name -> text); None where no compiler makes one of them."""
+    """The compiled library of C files (name -> text); None if no compiler works."""
     return _compiled(tuple(sorted(sources.items())))
 
 

@@ -61,7 +61,7 @@ class Mjcf(ModelFormat):
 
 
 def mjcf(outcome: Outcome, arm: Mechanism) -> bytes:
-    """Its text; the header compares the chain's first frequencies with the model's."""
+    """The MJCF text; its header compares the chain's first frequencies with the model's."""
     chord = [1.0 - (i - 0.5) / HINGES for i in range(1, HINGES + 1)]
     return xml(
         "model.xml", declared=False, arm=arm, header=_header(outcome, arm), step=_step(arm),
@@ -79,12 +79,12 @@ def _motion(link: Link) -> dict[str, str]:
 
 
 def _drive_is_carried(arm: Mechanism) -> bool:
-    """Whether the drives are what a velocity actuator with a limit is."""
+    """Whether a velocity actuator with a limit can represent the drives."""
     return all(link.gain is not None for link in arm.links)
 
 
 def _step(arm: Mechanism) -> float:
-    """s, of the engine: a whole part of LONGEST_STEP, at which the chain is stable."""
+    """s: a whole part of LONGEST_STEP at which the chain is stable."""
     fastest = max(chain_frequencies(arm, arm.posture), default=0.0)
     return LONGEST_STEP / max(math.ceil(LONGEST_STEP * math.pi * fastest / STABLE), 1)
 
@@ -97,7 +97,7 @@ def _header(outcome: Outcome, arm: Mechanism) -> Sequence[str]:
 
 
 def _compared(arm: Mechanism) -> list[str]:
-    """A line with the first frequencies of both, joints held."""
+    """A line with the first frequencies of both, with clamped joints."""
     if not arm.frequencies:
         return []
     chain = chain_frequencies(arm, arm.posture)[: len(arm.frequencies)]

@@ -1,4 +1,4 @@
-"""A script for python-control: the linear model at any posture, and a first look at it."""
+"""A script for python-control: the linear model at any posture."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ELBOW = 1.5707963267948966
 
 
 class ControlScript(ModelFormat):
-    """Runs as it is where python-control is installed."""
+    """Runs if python-control is installed."""
 
     kind = "python_control"
     label = "Model for python-control (.py)"
@@ -27,7 +27,7 @@ class ControlScript(ModelFormat):
 
 
 def script(outcome: Outcome) -> str:
-    """Its text."""
+    """The script's text."""
     model = outcome.model
     names = scheduled((*model.basis, *model.A_basis))
     return program(
@@ -51,7 +51,7 @@ def _matrices(model: DescriptorModel) -> list[str]:
 
 
 def _rows(matrix: np.ndarray) -> str:
-    """Every digit, one row per line."""
+    """All digits, one row per line."""
     rows = ",\n".join(f"    {[float(x) for x in row]}" for row in matrix)
     return f"[\n{rows},\n]"
 

@@ -1,4 +1,4 @@
-"""Lines over one common axis as uPlot takes them: drawn in a tenth of the time of a figure."""
+"""Charts of lines over one common axis for uPlot, which draws ten times as fast as Plotly."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FAINT = "rgba(128,136,146,0.11)"
 
 @dataclass(frozen=True)
 class Chart:
-    """What is drawn and how; `look` stays the same while only the numbers change."""
+    """Data and style of one chart; `look` stays the same while only the numbers change."""
 
     data: tuple[np.ndarray, ...]
     """(N,) each, float64: x, then y of each series; NaN: no point."""
@@ -36,26 +36,26 @@ class Chart:
 
 
 def chart(figure: Figure, dark: bool = False) -> Chart:
-    """Of a figure whose lines share their x; dots lie on some of these x, each on one of its own.
+    """A chart from a figure whose lines share their x values.
 
     What is below the least of a logarithmic axis runs along it. `dark`: for a dark ground.
     """
     traces, layout = figure["data"], figure["layout"]
     x = max((np.asarray(t["x"], dtype=float) for t in traces), key=len)
-    least = _least(layout["yaxis"])
-    columns = [_column(trace, x, least) for trace in traces]
+    lowest = _least(layout["yaxis"])
+    columns = [_column(trace, x, lowest) for trace in traces]
     axes = {key: layout[f"{key}axis"] for key in ("x", "y")}
-    look = {
+    style = {
         "series": (
             {"label": axes["x"]["title"]["text"]}, *(_series(trace) for trace in traces)
         ),
         "scales": {key: _scale(axis) for key, axis in axes.items()},
         "axes": tuple(_axis(key, axis, dark) for key, axis in axes.items()),
     }  # fmt: skip
-    return Chart((x, *columns), look)
+    return Chart((x, *columns), style)
 
 
-def _column(trace: Figure, x: np.ndarray, least: float) -> np.ndarray:
+def _column(trace: Figure, x: np.ndarray, lowest: float) -> np.ndarray:
     """(N,)"""
     values = np.asarray(trace["y"], dtype=float)
     values = np.where(np.abs(values) < LARGEST, values, np.nan)
@@ -63,7 +63,7 @@ def _column(trace: Figure, x: np.ndarray, least: float) -> np.ndarray:
         nearest = np.searchsorted(0.5 * (x[1:] + x[:-1]), trace["x"])  # theirs may be rounded
         values, few = np.full(len(x), np.nan), values
         values[nearest] = few
-    return np.maximum(values, least)
+    return np.maximum(values, lowest)
 
 
 def _least(axis: Figure) -> float:

@@ -1,4 +1,4 @@
-"""The model of the sliders: everything that the first stage shows, computed at once."""
+"""The model of the sliders: computes all that the first stage shows."""
 
 from __future__ import annotations
 
@@ -31,22 +31,21 @@ as a step of that size of all references at once bends it."""
 
 @dataclass(frozen=True)
 class Prepared:
-    """What a scenario's model needs before anything of it can be drawn."""
+    """A scenario's model, ready for drawing."""
 
     scenario: Scenario
     model: Model
 
     @property
     def equations(self) -> tuple[Equation, ...]:
-        """Slow to derive: only for who reads them. They depend on the structure and on the rigid
-        arm's lengths only."""
+        """Equations of motion; slow to derive, so only when they are shown."""
         from flexgui.core.simulate.equations import equations
 
         return _EQUATIONS.get(_structure(self.model), lambda: equations(self.model))
 
     @once
     def descriptor(self) -> DescriptorModel:
-        """Only for who reads its matrices: a moving slider does not wait for it."""
+        """The descriptor model's matrices; only when they are shown."""
         from flexgui.core.simulate.descriptor import descriptor
 
         return descriptor(self.model, self.model.numbers())
@@ -70,7 +69,7 @@ class LiveModel(Prepared):
 
 
 def prepare(scenario: Scenario, before: Prepared | None) -> Prepared:
-    """Seconds for a structure that is new, since it is compiled; what is known is kept."""
+    """The model of a scenario, cached; a new structure takes seconds to compile."""
     if before is not None and before.scenario == scenario:
         return before
     if scenario is demo_scenario():
@@ -80,7 +79,7 @@ def prepare(scenario: Scenario, before: Prepared | None) -> Prepared:
 
 @cache
 def _demo() -> Prepared:
-    """Most sessions begin with it."""
+    """The model of the demo scenario, with which most sessions begin."""
     return _prepared(demo_scenario())
 
 
@@ -92,7 +91,7 @@ def _prepared(scenario: Scenario) -> Prepared:
 
 
 def is_new(arm: Arm, before: Prepared | None) -> bool:
-    """Whether the arm's structure differs from that of `before`: it may have to be compiled."""
+    """Whether the arm's structure differs from that of `before` and may need compiling."""
     return before is None or Structure.of(arm) != Structure.of(before.model.arm)
 
 
@@ -102,19 +101,19 @@ _LIVE: BoundedCache[LiveModel] = BoundedCache(CACHE_SIZE)
 """By ids of what the entries hold, so that no other object can have them."""
 
 
-def live_model(known: Prepared, live: LiveSettings) -> LiveModel:
-    """Computed in some milliseconds; at once where another session is at the same place."""
-    return _LIVE.get((id(known.model), live), lambda: _live_model(known, live))
+def live_model(prepared: Prepared, live: LiveSettings) -> LiveModel:
+    """The sliders' model at the working point; milliseconds, or cached from another session."""
+    return _LIVE.get((id(prepared.model), live), lambda: _live_model(prepared, live))
 
 
-def _live_model(known: Prepared, live: LiveSettings) -> LiveModel:
-    model = known.model
+def _live_model(prepared: Prepared, live: LiveSettings) -> LiveModel:
+    model = prepared.model
     numbers = model.numbers()
     at = posture(model, _joints(model, live), numbers)
     modes = vibration_modes(at)
     step = step_response(at)
     return LiveModel(
-        scenario=known.scenario,
+        scenario=prepared.scenario,
         model=model,
         live=live,
         numbers=numbers,
@@ -143,7 +142,7 @@ def _joints(model: Model, live: LiveSettings) -> np.ndarray:
 
 
 def _bent(at: Posture) -> np.ndarray:
-    """The posture with the modal coordinates that hold against the drive's first push: static."""
+    """The posture with the modal coordinates in static balance with the drive's first push."""
     n, joints = at.model.arm.coordinates, at.model.arm.joints
     q = at.q.copy()
     if n == joints:
@@ -157,7 +156,7 @@ def _bent(at: Posture) -> np.ndarray:
 
 
 def _noise(step: np.ndarray, snr_db: float | None) -> np.ndarray:
-    """White, the same draws each time so that a slider changes its size only."""
+    """White noise, always the same draws, so that a slider changes only its size."""
     if snr_db is None:
         return np.zeros_like(step)
     return np.asarray(_draws(step.shape) * step.std(axis=0) * 10.0 ** (-snr_db / 20.0))

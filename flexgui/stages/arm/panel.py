@@ -1,4 +1,4 @@
-"""First stage: the arm under the sliders. Which there are depends on its kind."""
+"""First stage: the arm and its sliders. The drive's class decides which sliders there are."""
 
 from __future__ import annotations
 
@@ -94,8 +94,7 @@ class ArmPanel(Panel):
         self._modes.show(html_table(mode_table(view.modes)))
 
     def draw_slow_parts(self) -> None:
-        """What a hand on a slider need not wait for: the phase below the poles, the matrices,
-        the equations."""
+        """Updates what is slow: the phase below the poles, the matrices, the equations."""
         view = self.session.document.live_model
         if view is None:
             return
@@ -133,21 +132,21 @@ class Lines:
         )
 
     def show(self, figure: Figure) -> None:
-        """Draws a figure of lines over one common axis; one without any line hides the chart."""
+        """Draws a figure of lines over one common axis; a figure without lines hides the chart."""
         self._shown = figure
         if not figure["data"]:
             self._handle.visible = False
             return
-        found = chart(figure, self._theme.dark)
-        self._handle.data = found.data
-        if found.look != self._look:
-            self._look = found.look
-            for name, value in found.look.items():
+        drawing = chart(figure, self._theme.dark)
+        self._handle.data = drawing.data
+        if drawing.look != self._look:
+            self._look = drawing.look
+            for name, value in drawing.look.items():
                 setattr(self._handle, name, value)
         self._handle.visible = True
 
     def _recolour(self, dark: bool) -> None:
-        """Text on a canvas follows no style sheet."""
+        """Passes the theme on, as text on a canvas follows no style sheet."""
         if self._shown is not None:
             self.show(self._shown)
 
@@ -166,7 +165,7 @@ OF_EACH_SEGMENT: tuple[tuple[str, str, Limits, str], ...] = (
 
 
 class ArmSliders(PageElement):
-    """Sliders above the fold and those under 'more'; made anew for another kind of arm."""
+    """Sliders above the fold and under 'more'; rebuilt for another kind of arm."""
 
     def __init__(self, context: PageContext, first: RebuiltFolder, more: RebuiltFolder) -> None:
         super().__init__(context)
@@ -176,7 +175,7 @@ class ArmSliders(PageElement):
         self.refresh()
 
     def refresh(self) -> None:
-        """Nothing where the arm is of the same kind."""
+        """Rebuilds the sliders if the kind of arm changed."""
         scenario = self.session.document.scenario
         if scenario is self._made_for:
             return
@@ -189,7 +188,7 @@ class ArmSliders(PageElement):
 
     @property
     def _arm(self) -> Arm:
-        """Built once per scenario: every slider asks for it after every change."""
+        """The scenario's arm, built once per scenario because every slider reads it."""
         scenario = self.session.document.scenario
         if scenario is not self._scenario:
             self._scenario, self._built = scenario, build_arm(scenario.arm)
@@ -197,13 +196,13 @@ class ArmSliders(PageElement):
 
     @property
     def _drive_sliders(self) -> tuple[DriveSlider, ...]:
-        """Those that the class of the scenario's drive names."""
+        """The sliders that the drive's class defines."""
         kind = self.session.document.scenario.drive.kind
         return drive_classes().get(kind, Drive).sliders
 
-    def _stated(self, one: DriveSlider) -> list[float]:
-        """One number per joint; none where the scenario leaves the setting out."""
-        return list(self.session.document.scenario.drive.options.get(one.setting) or ())
+    def _stated(self, slider: DriveSlider) -> list[float]:
+        """The setting's value for each joint; empty if the scenario does not state it."""
+        return list(self.session.document.scenario.drive.options.get(slider.setting) or ())
 
     def _build_first(self) -> None:
         document, arm = self.session.document, self._arm
@@ -231,11 +230,11 @@ class ArmSliders(PageElement):
                 self._of_arm(label.format(k + 1), name, limits, hint, k)
         last = len(segments) - 1
         self._of_arm("Tip mass [kg]", "tip_mass", (0.0, 5.0, 0.05), "At the end effector.", last)
-        for one in self._drive_sliders:
-            for k, value in enumerate(self._stated(one)):
+        for row in self._drive_sliders:
+            for k, value in enumerate(self._stated(row)):
                 slider(
-                    self.context, f"{one.letter}{k + 1} [{one.unit}]", around(value, one.limits),
-                    partial(self._gain, one, k), partial(self._put_gain, one, k), one.hint,
+                    self.context, f"{row.letter}{k + 1} [{row.unit}]", around(value, row.limits),
+                    partial(self._gain, row, k), partial(self._put_gain, row, k), row.hint,
                 )  # fmt: skip
 
     def _of_arm(
@@ -247,7 +246,7 @@ class ArmSliders(PageElement):
         k: int | None = None,
         unit: float = 1.0,
     ) -> None:
-        """One segment's value; without `k` one for all segments."""
+        """A slider for one segment's value; without `k` for all segments."""
         whole = isinstance(limits[0], int)
 
         def get() -> float:
@@ -272,24 +271,24 @@ class ArmSliders(PageElement):
             return False
         return put_in(set_arm(document.scenario, name, [*values[:k], value, *values[k + 1 :]]))
 
-    def _gain(self, one: DriveSlider, k: int) -> float:
-        """0 where another drive, with rows of gains, has come and this is not rebuilt yet."""
-        values = self._stated(one)
+    def _gain(self, slider: DriveSlider, k: int) -> float:
+        """The gain of joint k; 0 while the sliders are still those of another drive."""
+        values = self._stated(slider)
         value = values[k] if k < len(values) else 0.0
         return float(value) if isinstance(value, int | float) else 0.0
 
-    def _put_gain(self, one: DriveSlider, k: int, value: float) -> bool:
-        values = self._stated(one)
+    def _put_gain(self, slider: DriveSlider, k: int, value: float) -> bool:
+        values = self._stated(slider)
         if k >= len(values):
             return False
         values[k] = float(value)
         return self.session.document.change_while_dragging(
-            set_value(("drive", one.setting), values)
+            set_value(("drive", slider.setting), values)
         )
 
 
 def around(value: float, limits: Limits) -> Limits:
-    """The usual limits where they hold the value, else some about it with a fitting step."""
+    """The usual limits if they contain the value, else limits around it with a suitable step."""
     low, high, _ = limits
     if low < high and low <= value <= high:
         return limits

@@ -1,1 +1,1 @@
-"""A hidden effect to be found."""
+"""Challenges: find a hidden effect."""

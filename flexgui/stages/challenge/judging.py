@@ -1,4 +1,4 @@
-"""The truth of a challenge, what a guess may say, and a guess against the truth: kind and size."""
+"""The truth of a challenge, the form of a guess, and the comparison of the two: kind and size."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SIZE = re.compile(
 
 @dataclass(frozen=True)
 class Guess:
-    """An effect and its size, as a person named them."""
+    """An effect and its size, as guessed."""
 
     kind: str
     """Id of an effect, or 'nothing'."""
@@ -45,13 +45,13 @@ class Guess:
     @property
     def title(self) -> str:
         """The effect's title."""
-        one = catalogue().get(self.kind)
-        return NONE_TITLE if one is None else one.title
+        effect = catalogue().get(self.kind)
+        return NONE_TITLE if effect is None else effect.title
 
 
 @dataclass(frozen=True)
-class AskedSize:
-    """A parameter of an effect, and the unit in which a person states its size."""
+class SizeField:
+    """A parameter of an effect and the unit in which its size is entered."""
 
     name: str
     title: str
@@ -64,22 +64,21 @@ class AskedSize:
         return f"{self.name} [{self.unit or '–'}]"
 
     def stated(self, text: str) -> str:
-        """'mt2 = 0.15 kg' from what was typed, '' from nothing; InputError where it is no
-        number."""
+        """'mt2 = 0.15 kg' from the entered text, '' from none; InputError if it is not a number."""
         plain = text.strip().replace("\N{MINUS SIGN}", "-").replace(",", ".")
         if not plain:
             return ""
         if _NUMBER.fullmatch(plain) is None or not math.isfinite(float(plain)):
             raise InputError(
-                f"“{text.strip()}” is no number: write the size of {self.name} as a number alone"
-                f"{f' in {self.unit}' if self.unit else ''}, such as 0.2 or 0,2, or leave it empty."
+                f"“{text.strip()}” is not a number. Write {self.name}"
+                f"{f' in {self.unit}' if self.unit else ''} as 0.2 or 0,2, or leave it empty."
             )
         return f"{self.name} = {float(plain):.10g} {self.unit}".strip()
 
 
 @dataclass(frozen=True)
-class Judged:
-    """One guess, judged."""
+class JudgedGuess:
+    """One guess and its result."""
 
     guess: Guess
     right: bool
@@ -91,21 +90,21 @@ class Judged:
 
 @dataclass(frozen=True)
 class Judgement:
-    """All guesses of a challenge."""
+    """The results of all guesses of a challenge."""
 
-    each: tuple[Judged, ...]
+    each: tuple[JudgedGuess, ...]
     hidden: tuple[str, ...]
     found: int
     """How many of the hidden effects were named."""
 
     @property
     def complete(self) -> bool:
-        """Whether all that was hidden was found, and nothing else named."""
+        """Whether all hidden effects were named, and no other."""
         return self.found == len(self.hidden) and all(one.right for one in self.each)
 
     @property
     def sentence(self) -> str:
-        """For the person."""
+        """The result in a sentence."""
         if self.complete:
             return "You found it." if len(self.hidden) == 1 else "You found all of it."
         if self.found:
@@ -113,62 +112,65 @@ class Judgement:
         return "That was not it."
 
 
-def judged(guesses: Sequence[Guess], truth: Mapping[str, Any]) -> Judgement:
-    """`truth` as it was obfuscated."""
+def judge(guesses: Sequence[Guess], truth: Mapping[str, Any]) -> Judgement:
+    """Compares guesses with the truth; `truth` is the decoded content of the obfuscated text."""
     hidden = tuple(truth["effects"])
     quantities = _parameters(hidden)
-    each = tuple(_one(guess, hidden, quantities, truth["values"]) for guess in guesses)
-    named = {k.kind for one in each if one.right for k in with_included([effect(one.guess.kind)])}
+    each = tuple(_judged_guess(guess, hidden, quantities, truth["values"]) for guess in guesses)
+    right = [effect(result.guess.kind) for result in each if result.right]
+    named = {k.kind for k in with_included(right)}
     return Judgement(each, hidden, len(named & set(hidden)))
 
 
 @cache
-def asked_sizes(kind: str) -> tuple[AskedSize, ...]:
-    """What may be asked of an effect; empty where it has no size, or is none."""
-    known = catalogue().get(kind)
-    if known is None:
+def size_fields(kind: str) -> tuple[SizeField, ...]:
+    """The parameters whose size a guess may state; empty if the effect has none."""
+    hidden = catalogue().get(kind)
+    if hidden is None:
         return ()
-    found = _parameters([one.kind for one in with_included([known])])[kind]
+    parameters = _parameters([part.kind for part in with_included([hidden])])[kind]
     return tuple(
-        AskedSize(p.name, p.title, shown_unit(p.value or p.scale, p.unit).name) for p in found
+        SizeField(p.name, p.title, shown_unit(p.value or p.scale, p.unit).name) for p in parameters
     )
 
 
 def _parameters(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
-    from flexgui.core.study.study_rig import bare_model, study_rig
+    from flexgui.core.study.study_rig import bare_model
 
     model = bare_model().with_effects([effect(kind) for kind in kinds], {})
     return {
-        one.kind: tuple(
+        hidden.kind: tuple(
             k.parameter
-            for k in one.parameters(model.arm, model.drive, typical(model.arm))
-            if one.shown(k.parameter.name, study_rig(model))
+            for k in hidden.parameters(model.arm, model.drive, typical(model.arm))
+            if hidden.shown(k.parameter.name, study_rig(model))
         )
-        for one in model.effects
+        for hidden in model.effects
     }
 
 
-def _one(
+def _judged_guess(
     guess: Guess,
     hidden: Sequence[str],
     quantities: Mapping[str, tuple[Parameter, ...]],
     values: Mapping[str, float],
-) -> Judged:
+) -> JudgedGuess:
     if guess.kind not in hidden:
-        return Judged(guess, False)
+        return JudgedGuess(guess, False)
     stated = read_sizes(guess.size)
     if not stated:
-        return Judged(guess, True)
+        return JudgedGuess(guess, True)
     phrases, near = [], True
     for name, value, unit in stated:
-        known = [p for p in quantities[guess.kind] if p.name in values and name in ("", p.name)]
-        if not known:
+        matching = [p for p in quantities[guess.kind] if p.name in values and name in ("", p.name)]
+        if not matching:
             phrases.append(f"{name} is not a parameter of this effect")
             continue
-        phrase, ratio = min((_compared(p, value, unit, values[p.name]) for p in known), key=_off)
+        phrase, ratio = min(
+            (_compared(p, value, unit, values[p.name]) for p in matching), key=_factor
+        )
         phrases.append(phrase)
-        near = near and _off((phrase, ratio)) <= NEAR
-    return Judged(guess, True, "; ".join(phrases), near)
+        near = near and _factor((phrase, ratio)) <= NEAR
+    return JudgedGuess(guess, True, "; ".join(phrases), near)
 
 
 def read_sizes(text: str) -> list[tuple[str, float, str]]:
@@ -185,17 +187,20 @@ def _compared(p: Parameter, value: float, unit: str, true: float) -> tuple[str, 
     shown = shown_unit(true, p.unit)
     numbers = [f"{format_number(v * shown.factor, 3)} {shown.name}".strip() for v in (value, true)]
     ratio = value / true if true else math.inf
-    return f"{p.name}: your guess {numbers[0]}, truth {numbers[1]}, {_words(ratio)}", ratio
+    return (
+        f"{p.name}: your guess {numbers[0]}, truth {numbers[1]}, {_comparison_text(ratio)}",
+        ratio,
+    )
 
 
-def _off(found: tuple[str, float]) -> float:
-    """Times too large or too small, at least 1; a wrong sign is as bad as can be."""
-    ratio = found[1]
+def _factor(comparison: tuple[str, float]) -> float:
+    """How many times too large or too small, at least 1; infinite for a wrong sign."""
+    ratio = comparison[1]
     return max(ratio, 1.0 / ratio) if ratio > 0.0 else math.inf
 
 
-def _words(ratio: float) -> str:
-    off = _off(("", ratio))
+def _comparison_text(ratio: float) -> str:
+    off = _factor(("", ratio))
     if off <= RIGHT:
         return "right"
     side = "large" if ratio > 1.0 else "small"
@@ -206,7 +211,7 @@ def _words(ratio: float) -> str:
 
 @dataclass(frozen=True)
 class Entry:
-    """One person's end of a challenge."""
+    """One person's result of a challenge, for the board."""
 
     name: str
     """As the person wrote it; empty: somebody."""
@@ -227,7 +232,7 @@ LONGEST_NAME = 24
 
 
 def plain_name(text: str) -> str:
-    """One short line."""
+    """A name in one short line of printable characters."""
     return " ".join("".join(c for c in text if c.isprintable()).split())[:LONGEST_NAME]
 
 
@@ -244,19 +249,18 @@ def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str
     return scenario_toml(made.scenario), made.obfuscated
 
 
-def revealed(place: Path) -> str:
-    """The truth in words; InputError where there is none or its checksum is wrong.
+def truth_of(place: Path) -> str:
+    """The truth as text; InputError if the file is missing or its checksum is wrong.
 
     `place` is a challenge's folder, its zip, or the obfuscated file itself.
     """
     from flexgui.core.study.challenge import TRUTH_FILE, obfuscated_truth, reveal
 
-    return truth_in_words(reveal(obfuscated_truth(place), TRUTH_FILE))
+    return truth_text(reveal(obfuscated_truth(place), TRUTH_FILE))
 
 
-def truth_in_words(text: str, names: bool = True) -> str:
-    """What was obfuscated, for a person: the effects, their sizes, how well they show; with `names`
-    also those by which a scenario states them."""
+def truth_text(text: str, names: bool = True) -> str:
+    """The truth as text: effects, sizes, visibility; with `names` also their ids in scenarios."""
     from flexgui.core.study.study_rig import bare_model
 
     truth = json.loads(text)
@@ -265,18 +269,16 @@ def truth_in_words(text: str, names: bool = True) -> str:
     model = bare_model().with_effects(kinds, values)
     nominal = bare_model().parameters["EI"].value
     lines = [f"Challenge {truth['seed']} ({truth['level']}). Hidden:"]
-    for one in model.effects:
-        quantities = one.parameters(model.arm, model.drive, typical(model.arm))
+    for hidden in model.effects:
+        quantities = hidden.parameters(model.arm, model.drive, typical(model.arm))
         # A size of zero hides nothing, such as the delay of a sensor that is not there.
         stated = [q.parameter for q in quantities if values.get(q.parameter.name)]
         sizes = [_size(p, values[p.name], p.name if names else "") for p in stated]
-        title = f"{one.title} ({one.kind})" if names else one.title
+        title = f"{hidden.title} ({hidden.kind})" if names else hidden.title
         lines.append(f"- {title}{': ' if sizes else ''}{'; '.join(sizes)}.")
-        if one.kind in shown:
-            lines.append(
-                f"  After refitting the nominal parameters, {shown[one.kind]:.1f} times the noise "
-                f"remains visible."
-            )
+        if hidden.kind in shown:
+            above = f"{shown[hidden.kind]:.1f} times the noise"
+            lines.append(f"  After refitting the nominal parameters, {above} remains visible.")
     lines.append(
         f"The true bending stiffness is EI = {truth['EI']:.2f} N m² (nominal {nominal:.2f} N m²)."
     )

@@ -15,17 +15,17 @@ from flexgui.sentences.figures import validation_rms
 from flexgui.session.state import Topic
 from flexgui.stages.challenge.judging import (
     NONE_GUESSED,
-    AskedSize,
     Guess,
-    asked_sizes,
+    SizeField,
     plain_name,
     read_sizes,
+    size_fields,
 )
 from flexgui.stages.challenge.state import NONE_TITLE, Challenge, Revealed, ToolAnswer
 from flexgui.stages.diagnose.effects import titled
-from flexgui.stages.diagnose.panel import AtWork
+from flexgui.stages.diagnose.panel import DemonstrationView
 from flexgui.stages.diagnose.panel_candidates import WORDS as DIAGNOSE_WORDS
-from flexgui.views.summary import validation_words
+from flexgui.views.summary import validation_warning
 from flexgui.views.table import html_table
 
 MOST = 99_999
@@ -46,8 +46,7 @@ NO_SECOND = "no second effect"
 
 
 class ChallengePanel(Panel):
-    """How to begin one, the guess and who found what on the right; on the left, once it is
-    revealed, what the hidden effect does to these recordings."""
+    """Right: start, guess, board. Left, after the reveal: the hidden effect at work."""
 
     kind = "Challenge"
     topics = frozenset({Topic.CHALLENGE, Topic.RUN, Topic.DIAGNOSIS, Topic.DEMONSTRATION})
@@ -65,7 +64,7 @@ class ChallengePanel(Panel):
 
     def build_plots(self) -> None:
         self._hint = HtmlBlock(self.gui)
-        self._at_work = AtWork(self.context)
+        self._at_work = DemonstrationView(self.context)
         self._shown: Revealed | None = None
 
     def _guess_controls(self) -> None:
@@ -101,9 +100,9 @@ class ChallengePanel(Panel):
         challenge = self.session.challenge
         second = challenge.state is not None and challenge.state.count > 1
         fields = self._fields[: 1 + (second and bool(self._fields[1].kind))]
-        found = [one.guess() for one in fields]
-        guesses = tuple(one for one in found if one is not None)
-        if len(guesses) == len(found):
+        entered = [field.guess() for field in fields]
+        guesses = tuple(guess for guess in entered if guess is not None)
+        if len(guesses) == len(entered):
             challenge.guess(guesses, str(self._name.value))
 
     def _revealed(self) -> None:
@@ -114,27 +113,27 @@ class ChallengePanel(Panel):
 
     def _handed_in(self) -> None:
         challenge = self.session.challenge
-        known = challenge.state
-        if known is None or not known.guesses:
+        state = challenge.state
+        if state is None or not state.guesses:
             return
         from flexgui.classroom.hand_in import HandIn  # late: few hand anything in
 
         name = challenge.nickname or plain_name(str(self._name.value))
-        given = HandIn(name, known.guesses, known.sealed, known.asked, known.changed)
-        self.send(given.filename, given.text().encode())
+        answer = HandIn(name, state.guesses, state.sealed, state.asked, state.changed)
+        self.send(answer.filename, answer.text().encode())
 
     def refresh(self) -> None:
-        """Shows what can be done next."""
-        session, known = self.session, self.session.challenge.state
+        """Shows the next possible actions."""
+        session, state = self.session, self.session.challenge.state
         self.enable(not session.run.busy, self._hide)
-        self._hide.color = color(known is None)
-        if known is not None:
+        self._hide.color = color(state is None)
+        if state is not None:
             # Fields first: a folder that comes is measured with what is in it.
-            self._show_fields(known)
-            self._show_words(known)
-        self._form.visible = known is not None
+            self._show_fields(state)
+            self._show_words(state)
+        self._form.visible = state is not None
         self._at_work.refresh()
-        revealed = None if known is None else known.revealed
+        revealed = None if state is None else state.revealed
         self._hint.show("" if revealed else paragraph(AFTER, "soft"))
         if revealed is not self._shown:
             self._shown = revealed
@@ -142,39 +141,42 @@ class ChallengePanel(Panel):
             if hidden and not self.context.read_only:
                 session.demonstration.start(hidden[0])
 
-    def _show_words(self, known: Challenge) -> None:
+    def _show_words(self, state: Challenge) -> None:
         session, words = self.session, _words()
         version, tool, improvement = session.diagnosis.newest, session.challenge.tool_answer, ""
         if version is not None and version.found is not None:
-            improvement = validation_words(version.error, validation_rms(version.found.step.errors))
-        self._state.show(words.state(known, session.challenge.tool_asked, improvement))
-        found = known.revealed
-        self._truth.show(words.end(found, _verdict(found, tool, session.run.busy)) if found else "")
+            improvement = validation_warning(
+                version.error, validation_rms(version.found.step.errors)
+            )
+        self._state.show(words.state(state, session.challenge.tool_used, improvement))
+        revealed = state.revealed
+        answer = _verdict(revealed, tool, session.run.busy) if revealed else ""
+        self._truth.show(words.end(revealed, answer) if revealed else "")
         board = session.services.board
-        entries = board.entries(known.seed, known.level)
-        waiting = board.guessing(known.seed, known.level)
+        entries = board.entries(state.seed, state.level)
+        waiting = board.guessing(state.seed, state.level)
         from flexgui.classroom.board import board_table  # late: only a class has entries
 
         table = html_table(board_table(entries, waiting))
-        self._board.show(words.board(known, entries, waiting, table).strip())
+        self._board.show(words.board(state, entries, waiting, table).strip())
 
-    def _show_fields(self, known: Challenge) -> None:
-        """Either the fields, or what may follow a guess that stands."""
-        nickname, committed = self.session.challenge.nickname, bool(known.guesses)
-        stands = known.revealed is None and committed and not known.changing
-        asks = known.revealed is None and not stands
-        if asks and known.changing and self._drawn != known:
-            for fields, guess in zip(self._fields, known.guesses, strict=False):
+    def _show_fields(self, state: Challenge) -> None:
+        """Shows the fields of the guess, or the buttons after it."""
+        nickname, committed = self.session.challenge.nickname, bool(state.guesses)
+        stands = state.revealed is None and committed and not state.changing
+        asks = state.revealed is None and not stands
+        if asks and state.changing and self._drawn != state:
+            for fields, guess in zip(self._fields, state.guesses, strict=False):
                 fields.fill(guess)
             self._name.value = nickname
-        self._drawn = known
+        self._drawn = state
         self._fields[0].show(asks)
-        self._fields[1].show(asks and known.count > 1)
+        self._fields[1].show(asks and state.count > 1)
         nameless = asks or (stands and not nickname)
         self._nameless.show(paragraph(NAME_IT if nameless else "", "soft"))
         self._name.visible, self._commit.visible = nameless, asks
         self._reveal.visible = self._change.visible = stands
-        self._take.visible = committed and not known.changing
+        self._take.visible = committed and not state.changing
 
 
 @cache
@@ -182,24 +184,24 @@ def _words() -> Any:
     return environment().get_template("challenge.html.j2").module
 
 
-def _verdict(found: Revealed, tool: ToolAnswer | None, busy: bool) -> str:
-    """The tool's, judged the same way as a person's."""
+def _verdict(revealed: Revealed, tool: ToolAnswer | None, busy: bool) -> str:
+    """The tool's result, judged as a person's guess is."""
     if busy and (tool is None or not tool.whole):
         return "It is examining the recordings."
     if tool is None:
         return "It was not used."
-    late = "" if found.asked else " (used only now)"
+    late = "" if revealed.asked else " (used only now)"
     if not tool.whole:
         return f"Stopped early{late}: {tool.words}."
-    hidden = found.judgement.hidden
+    hidden = revealed.judgement.hidden
     missed = [kind for kind in hidden if kind not in tool.effects]
     mark = "✓" if not missed else "✓ in part:" if len(missed) < len(hidden) else "✗"
-    rest = f" Not named: {', '.join(titled(missed))}." if missed else ""
-    return f"{mark} Verdict{late}: {tool.words}.{rest}"
+    not_named = f" Not named: {', '.join(titled(missed))}." if missed else ""
+    return f"{mark} Verdict{late}: {tool.words}.{not_named}"
 
 
 class GuessFields(PageElement):
-    """Stands in the folder that is open; `none` is what may be chosen besides an effect."""
+    """Fields for one guess; `none` is the choice besides the effects."""
 
     def __init__(self, context: PageContext, label: str, none: str) -> None:
         super().__init__(context)
@@ -218,15 +220,14 @@ class GuessFields(PageElement):
 
     @property
     def kind(self) -> str:
-        """Of the effect that is chosen; empty where none is."""
+        """Id of the chosen effect; empty for none."""
         return self._kinds.get(str(self._kind.value), "")
 
     def guess(self) -> Guess | None:
-        """What stands in the fields; None, and a sentence beside the field, where its size is no
-        number."""
-        one = self._parameter()
+        """The entered guess; None, with an error beside the field, if its size is not a number."""
+        parameter = self._parameter()
         try:
-            size = "" if one is None else one.stated(str(self._size.value))
+            size = "" if parameter is None else parameter.stated(str(self._size.value))
         except InputError as error:
             self._refused.show(paragraph(str(error), "bad"))
             return None
@@ -234,30 +235,30 @@ class GuessFields(PageElement):
         return Guess(self.kind or NONE_GUESSED, size)
 
     def fill(self, guess: Guess) -> None:
-        """Shows a guess that was made before, such as ahead of a reload."""
-        known = catalogue().get(guess.kind)
-        self._kind.value = self._none if known is None else known.title
+        """Shows an earlier guess again, for example after a reload."""
+        effect = catalogue().get(guess.kind)
+        self._kind.value = self._none if effect is None else effect.title
         self._chosen()
         for name, value, _ in read_sizes(guess.size):
-            titles = [one.title for one in asked_sizes(guess.kind) if one.name == name]
+            titles = [p.title for p in size_fields(guess.kind) if p.name == name]
             if titles:
                 self._of.value, self._size.value = titles[0], f"{value:.10g}"
         self._name_field()
 
     def show(self, visible: bool) -> None:
-        """All fields, or none."""
+        """Shows or hides all fields."""
         self._shown = visible
         self._kind.visible = visible
-        one = self._parameter()
-        self._of.visible = self._size.visible = visible and one is not None
+        parameter = self._parameter()
+        self._of.visible = self._size.visible = visible and parameter is not None
         effect = catalogue().get(self.kind)
         self._story.show(DIAGNOSE_WORDS.explanation(effect) if visible else "")
         if not visible:
             self._refused.show()
 
     def _chosen(self) -> None:
-        """Another effect has other parameters."""
-        titles = tuple(one.title for one in asked_sizes(self.kind)) or ("–",)
+        """Shows the parameters of the newly chosen effect."""
+        titles = tuple(p.title for p in size_fields(self.kind)) or ("–",)
         if self._of.options != titles:
             self._of.options = titles
         self._refused.show()
@@ -265,11 +266,11 @@ class GuessFields(PageElement):
         self.show(self._shown)
 
     def _name_field(self) -> None:
-        one = self._parameter()
-        if one is not None:
-            self._size.label = one.label
+        parameter = self._parameter()
+        if parameter is not None:
+            self._size.label = parameter.label
 
-    def _parameter(self) -> AskedSize | None:
-        found = asked_sizes(self.kind)
-        chosen = [one for one in found if one.title == self._of.value]
-        return chosen[0] if chosen else found[0] if found else None
+    def _parameter(self) -> SizeField | None:
+        parameters = size_fields(self.kind)
+        chosen = [p for p in parameters if p.title == self._of.value]
+        return chosen[0] if chosen else parameters[0] if parameters else None

@@ -1,4 +1,4 @@
-"""A hidden effect to be found: the data, a guess, and what was true."""
+"""State of a challenge: its data, the guesses and the revealed truth."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from flexgui.stages.challenge.judging import (
     Guess,
     Judgement,
     hide,
-    judged,
+    judge,
     plain_name,
-    truth_in_words,
+    truth_text,
 )
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.views.ranking import sizes
@@ -45,7 +45,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Revealed:
-    """The end of a challenge."""
+    """The truth and the result, after the reveal."""
 
     truth: tuple[str, ...]
     """Lines."""
@@ -56,7 +56,7 @@ class Revealed:
 
 @dataclass(frozen=True)
 class ToolAnswer:
-    """The tool's own verdict on the recordings of a challenge."""
+    """The tool's verdict on the recordings of a challenge."""
 
     effects: tuple[str, ...]
     """Ids: what was added to the model, else the first of its list."""
@@ -67,7 +67,7 @@ class ToolAnswer:
 
 @dataclass(frozen=True)
 class Challenge:
-    """What a person was given; the truth stays obfuscated and never leaves the server before."""
+    """A challenge; the truth stays obfuscated on the server until it is revealed."""
 
     seed: int
     level: str
@@ -91,7 +91,7 @@ class Challenge:
         return LEVELS[self.level][0] if self.level in LEVELS else 1
 
     def committed(self, guesses: tuple[Guess, ...], asked: bool) -> Challenge:
-        """With these guesses; the same ones again change nothing, whatever the tool has said."""
+        """With these guesses; the same guesses again change nothing."""
         same = guesses == self.guesses
         return replace(
             self,
@@ -103,7 +103,7 @@ class Challenge:
 
 
 class Challenges:
-    """At most one challenge, which a new scenario ends."""
+    """At most one challenge per session; a new scenario ends it."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -113,14 +113,14 @@ class Challenges:
         self.reset()
 
     def reset(self) -> None:
-        """Another scenario follows, or none."""
+        """Ends the challenge."""
         self._unsubscribe()
         self.state: Challenge | None = None
         self._aside: Challenge | None = None
         """Whose recordings made room for a person's own."""
 
     def hide(self, seed: int, level: str) -> bool:
-        """Starts over with recordings of an arm in which something is hidden."""
+        """Starts a challenge: simulates recordings of an arm with hidden effects."""
         task = Task.of(hide, SOURCE, seed=seed, level=level, folder=str(self._session.folder))
 
         def on_event(event: Event) -> None:
@@ -128,7 +128,7 @@ class Challenges:
                 self._hidden(Challenge(seed, level, event.result[1]), event.result[0])
                 # It starts identified: everybody begins at the same question.
                 if self.state is not None:
-                    self._session.identification.start(self._ask_tool)
+                    self._session.identification.start(self._use_tool)
 
         return self._session.run.submit("hide", task, on_event)
 
@@ -145,116 +145,116 @@ class Challenges:
         )
 
     def _subscribe(self) -> None:
-        """The board of this challenge's class moves while others work at it."""
+        """Updates the board when others in the class guess or reveal."""
         self._unsubscribe()
         board = self._session.services.board
         self._unsubscribe = board.subscribe(lambda: self._session.notify(Topic.CHALLENGE))
 
-    def lay_aside(self) -> None:
-        """Who uses own recordings alone leaves the challenge until its recordings come back."""
+    def suspend(self) -> None:
+        """Sets the challenge aside while only own recordings are used."""
         if self.state is not None:
             with self._session.lock:
                 self._aside, self.state = self.state, None
             self._session.notify(Topic.CHALLENGE)
 
-    def take_back(self) -> None:
-        """Its recordings are back."""
+    def resume(self) -> None:
+        """Continues the challenge after its recordings are restored."""
         if self._aside is not None:
             with self._session.lock:
                 self.state, self._aside = self._aside, None
             self._session.notify(Topic.CHALLENGE)
 
-    def take_up(self, known: Challenge) -> None:
-        """Another one's challenge, whose recordings are here already, from its beginning."""
+    def take_up(self, challenge: Challenge) -> None:
+        """Starts another session's challenge, whose recordings are here already."""
         with self._session.lock:
-            self.state = Challenge(known.seed, known.level, known.sealed)
+            self.state = Challenge(challenge.seed, challenge.level, challenge.sealed)
         self._session.notify(Topic.CHALLENGE)
 
     def guess(self, guesses: tuple[Guess, ...], name: str = "") -> bool:
-        """Commits to an answer, which stands until `change_guess`."""
-        known = self.state
-        if known is None or known.revealed is not None:
+        """Commits to guesses; `change_guess` allows others."""
+        state = self.state
+        if state is None or state.revealed is not None:
             return self._session.refuse("There is no challenge yet; hide an effect first.")
-        if known.guesses and not known.changing:
+        if state.guesses and not state.changing:
             return self._session.refuse(
                 "Your guess is recorded. Press Change my guess first; the board marks a change."
             )
-        short = tuple(replace(one, size=one.size.strip()[:LONGEST_SIZE]) for one in guesses)
-        unique = tuple({one.kind: one for one in short}.values())
+        short = tuple(replace(guess, size=guess.size.strip()[:LONGEST_SIZE]) for guess in guesses)
+        unique = tuple({guess.kind: guess for guess in short}.values())
         with self._session.lock:
-            self.state = known.committed(unique, self.tool_asked)
+            self.state = state.committed(unique, self.tool_used)
             self.nickname = plain_name(name)
         self._subscribe()
-        self._session.services.board.committed(known.seed, known.level, self._session.key)
+        self._session.services.board.committed(state.seed, state.level, self._session.key)
         self._session.notify(Topic.CHALLENGE)
         return True
 
     def change_guess(self) -> bool:
-        """Lets the person commit anew; another guess than before is noted on the board."""
-        known = self.state
-        if known is None or not known.guesses or known.revealed is not None:
+        """Allows another guess; the board marks the change."""
+        state = self.state
+        if state is None or not state.guesses or state.revealed is not None:
             return False
         with self._session.lock:
-            self.state = replace(known, changing=True)
+            self.state = replace(state, changing=True)
         self._session.notify(Topic.CHALLENGE)
         return True
 
     @property
-    def tool_asked(self) -> bool:
-        """Whether the person has seen a ranking of these recordings."""
+    def tool_used(self) -> bool:
+        """Whether a ranking of these recordings was shown."""
         return any(version.ranking for version in self._session.diagnosis.shown_versions)
 
     def reveal(self) -> bool:
-        """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
+        """Reveals the truth after a guess, and uses the tool if it was not used yet."""
         from flexgui.core.study.challenge import reveal
 
-        known = self.state
-        if known is None or not known.guesses or known.changing:
+        state = self.state
+        if state is None or not state.guesses or state.changing:
             return self._session.refuse("Guess first: you cannot hide the truth again.")
-        if known.revealed is not None:
+        if state.revealed is not None:
             return False
         try:
-            text = reveal(known.sealed, SOURCE)
+            text = reveal(state.sealed, SOURCE)
         except InputError as error:
             return self._session.refuse(error)
-        judgement = judged(known.guesses, json.loads(text))
-        asked = self.tool_asked
-        found = Revealed(tuple(truth_in_words(text, names=False).splitlines()), judgement, asked)
+        judgement = judge(state.guesses, json.loads(text))
+        asked = self.tool_used
+        revealed = Revealed(tuple(truth_text(text, names=False).splitlines()), judgement, asked)
         with self._session.lock:
-            self.state = replace(known, revealed=found)
+            self.state = replace(state, revealed=revealed)
         self._session.services.board.put(
-            known.seed, known.level, self._session.key, self._entry(known, found)
+            state.seed, state.level, self._session.key, self._entry(state, revealed)
         )
         self._session.notify(Topic.CHALLENGE)
-        self._ask_tool()
+        self._use_tool()
         return True
 
-    def _ask_tool(self) -> None:
-        """Once the truth is known, where nobody has asked it yet and nothing else is computed."""
-        known = self.state
-        if known is None or known.revealed is None or known.revealed.asked:
+    def _use_tool(self) -> None:
+        """Starts the tool after the reveal if it was not used and nothing else runs."""
+        state = self.state
+        if state is None or state.revealed is None or state.revealed.asked:
             return
-        if not (self._session.run.busy or self.tool_asked):
+        if not (self._session.run.busy or self.tool_used):
             self._session.diagnosis.search()
 
-    def _entry(self, known: Challenge, found: Revealed) -> Entry:
-        judgement = found.judgement
-        near = [one for one in judgement.each if one.right and one.size]
+    def _entry(self, state: Challenge, revealed: Revealed) -> Entry:
+        judgement = revealed.judgement
+        near = [guess for guess in judgement.each if guess.right and guess.size]
         return Entry(
             name=self.nickname,
-            guess=", ".join(one.title for one in known.guesses),
+            guess=", ".join(guess.title for guess in state.guesses),
             found=judgement.found,
             hidden=len(judgement.hidden),
             complete=judgement.complete,
-            size="" if not near else "near" if all(one.near for one in near) else "far off",
-            seconds=time.monotonic() - known.started,
-            asked=known.asked,
-            changed=known.changed,
+            size="" if not near else "near" if all(guess.near for guess in near) else "far off",
+            seconds=time.monotonic() - state.started,
+            asked=state.asked,
+            changed=state.changed,
         )
 
     @property
     def tool_answer(self) -> ToolAnswer | None:
-        """The ranking so far for these recordings; None without one."""
+        """The tool's answer so far; None without a ranking."""
         first = next(
             (version for version in self._session.diagnosis.shown_versions if version.ranking), None
         )

@@ -56,12 +56,12 @@ HEIGHT, HEIGHT_PER_OUTPUT = 380.0, 200.0
 
 
 def shown_titles() -> tuple[str, ...]:
-    """What can be shown of a comparison."""
+    """Titles of the views that can be chosen."""
     return (SIGNALS, *(view.title for view in recording_views().values()), TORQUE)
 
 
 class ComparePanel(Panel):
-    """Choices and the table of errors on the right; what is chosen to be shown on the left."""
+    """Right: choices and the table of errors. Left: the chosen view."""
 
     kind = "Compare"
     topics = frozenset({Topic.OUTCOME, Topic.RECORDINGS, Topic.DIAGNOSIS})
@@ -104,8 +104,8 @@ class ComparePanel(Panel):
 
     def _current(self) -> RecordingComparison | None:
         name = self.session.playback.cursor.recording
-        found = [c for c in self._comparisons if c.recording == name]
-        return next(iter(found or self._comparisons), None)
+        matches = [c for c in self._comparisons if c.recording == name]
+        return next(iter(matches or self._comparisons), None)
 
     def _name(self) -> str:
         current = self._current()
@@ -175,8 +175,7 @@ class ComparePanel(Panel):
         self.refresh()
 
     def _go_to(self, place: str) -> None:
-        """Arm, time-line and plots go to one of the worst places; for a band of frequencies to
-        where in its recording the output is worst."""
+        """Moves arm, time-line and plots to one of the worst places."""
         failing = self.session.comparison.failing
         worst = () if failing is None else failing.maps.worst
         cell = dict(zip(map(str, range(len(worst))), worst, strict=True)).get(place)
@@ -191,8 +190,7 @@ class ComparePanel(Panel):
 
 
 class Signals(PageElement):
-    """Measurement, model and residual of the chosen outputs, where in all recordings they are off,
-    and the FIT of all recordings."""
+    """Measurement, model and residual of the chosen outputs, error map and FIT."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -206,7 +204,7 @@ class Signals(PageElement):
         self._drawn: RecordingComparison | None = None
 
     def show(self, current: RecordingComparison | None) -> None:
-        """Of the recording under the cursor; None hides it."""
+        """Shows the recording at the cursor; None hides it."""
         self._drawn = current
         if current is None:
             self._about.show()
@@ -227,7 +225,7 @@ class Signals(PageElement):
         self.move_cursor()
 
     def _map_of(self, maps: ErrorMaps, shown: Sequence[str]) -> Figure | None:
-        """Along the time, but for a place that is a band of frequencies."""
+        """The map over time, or over frequency if a frequency band was chosen."""
         cell = self.chosen if self.chosen is not None and self.chosen.channel in shown else None
         each = maps.by_time if cell is None or cell.axis == "time" else maps.by_frequency
         wanted = [m for m in each if m.channel in shown]
@@ -250,8 +248,7 @@ class Signals(PageElement):
 
 
 def worst_output(c: RecordingComparison, floors: Mapping[str, float]) -> str:
-    """The output whose error is largest, of those that are fitted or have a noise floor, as the
-    map of errors counts it: in its floor; in its own spread where none is known."""
+    """The output with the largest error in noise floors, or in its own spread without one."""
 
     def error(k: ChannelComparison) -> float:
         unit = floors.get(k.channel) or float(np.std(k.measured[k.counted])) or 1.0
@@ -260,19 +257,18 @@ def worst_output(c: RecordingComparison, floors: Mapping[str, float]) -> str:
             float(np.sqrt(np.mean(np.square(k.residual[counts])))) / unit if counts.any() else 0.0
         )
 
-    known = [k for k in c.channels if (k.fitted or k.channel in floors) and k.counted.any()]
-    return max(known or c.channels, key=error).channel
+    compared = [k for k in c.channels if (k.fitted or k.channel in floors) and k.counted.any()]
+    return max(compared or c.channels, key=error).channel
 
 
 def _short(table: Table) -> Table:
-    """The fitted outputs, with what fits beside the arm: recording, output, FIT, rms."""
+    """The table without the columns that do not fit beside the arm."""
     rows = tuple(row for row in table.rows if not row.cells[2].endswith("*"))
     return replace(table, rows=rows).only((0, 2, 3, 4), "The report holds every output.")
 
 
 class ErrorView(PageElement):
-    """A view of the error of one recording. Each has a plot of its own: axes that turn round stay
-    so in a panel that is used again."""
+    """A view of the error of one recording, with a plot of its own."""
 
     def __init__(self, context: PageContext, view: RecordingView) -> None:
         super().__init__(context)
@@ -281,7 +277,7 @@ class ErrorView(PageElement):
         self._drawn: tuple[object, ...] = ()
 
     def show(self, current: RecordingComparison | None) -> None:
-        """Of the recording under the cursor; None hides it."""
+        """Shows the recording at the cursor; None hides it."""
         failing, dark = self.session.comparison.failing, self.context.theme.dark
         if current is None or failing is None:
             self._drawn = ()
@@ -297,7 +293,7 @@ class ErrorView(PageElement):
         self.move_cursor()
 
     def move_cursor(self) -> None:
-        """Over an axis of time the browser shows it."""
+        """The browser draws the cursor on a time axis."""
         if self._drawn:
             self._plot.move_cursor(self.session.playback.cursor.time)
 
@@ -312,7 +308,7 @@ class Torque(PageElement):
         self._drawn: tuple[MissingTorque, ...] = ()
 
     def show(self, current: RecordingComparison | None) -> None:
-        """Of the recording under the cursor, or why there is none; None hides it."""
+        """Shows the recording at the cursor, or why there is no torque; None hides it."""
         torques = () if current is None else current.missing_torque
         self._words.show("" if current is None else WORDS.torque(bool(torques)))
         if not torques:
@@ -333,7 +329,7 @@ class Torque(PageElement):
 
 
 def worst_time(maps: ErrorMaps, cell: WorstCell) -> float:
-    """s: the middle of the window in which the cell's output of its recording is worst."""
+    """s: middle of the window in which the output of this cell has its largest error."""
     m = next(m for m in maps.by_time if m.channel == cell.channel)
     row = m.ratio[m.recordings.index(cell.recording)]
     j = int(np.argmax(np.where(np.isfinite(row), row, -1.0)))

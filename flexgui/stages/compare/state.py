@@ -1,4 +1,4 @@
-"""The model beside the measurements: ladder, maps and signals come from one fit."""
+"""Model against measurements: ladder, maps and signals of one fit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Comparison:
-    """Follows from the diagnosis and the identification; worked out when it is looked at."""
+    """Comparison by the diagnosis or the identification, computed when it is shown."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -27,8 +27,7 @@ class Comparison:
 
     @property
     def shown(self) -> tuple[RecordingComparison, ...]:
-        """Measured against modelled: by the diagnosis' fit of the newest version, so that maps,
-        ladder and signals agree; without one by the identification."""
+        """Comparisons by the diagnosis fit of the newest version, else by the identification."""
         diagnosis, fitted = self._session.diagnosis, self._session.identification
         version, outcome = diagnosis.newest, fitted.outcome
         by_fit = () if outcome is None else outcome.comparisons
@@ -43,13 +42,13 @@ class Comparison:
 
     @property
     def floors(self) -> dict[str, float] | None:
-        """channel -> floor, those that the ladder stands on; None before anything was looked at."""
+        """channel -> noise floor, as in the ladder; None before a diagnosis."""
         steps = ladder_steps(self._session.diagnosis.shown_versions)
         return {e.channel: e.floor for e in steps[-1].errors} if steps else None
 
     @property
     def failing(self) -> WhereItFails | None:
-        """Where the model fails, as it is compared now; None where nothing was compared."""
+        """Where the model fails; None if nothing was compared."""
         shown, floors = self.shown, self.floors
         known = self._failing
         if known is None or known.comparisons is not shown or known.stated != floors:
@@ -59,8 +58,7 @@ class Comparison:
 
     @property
     def worst_error(self) -> float:
-        """What the darkest colour of the arm stands for, in floors: the worst error of the way's
-        first model, so that an arm whose error is gone is seen to have lost its colour."""
+        """Noise floors of the arm's darkest colour: the worst error of the first model."""
         first = next(iter(self._session.diagnosis.shown_versions), None)
         shown = first.comparisons if first is not None and first.comparisons else self.shown
         if self._scale[0] is not shown:
@@ -85,7 +83,7 @@ class Board:
 
 @dataclass(frozen=True)
 class WhereItFails:
-    """Of some comparisons."""
+    """Error maps, board and errors over time of some comparisons."""
 
     comparisons: tuple[RecordingComparison, ...]
     stated: Mapping[str, float] | None
@@ -100,14 +98,14 @@ class WhereItFails:
 def where_it_fails(
     comparisons: tuple[RecordingComparison, ...], stated: Mapping[str, float] | None
 ) -> WhereItFails:
-    """Maps, their board, and the error along the time."""
+    """Computes error maps, board and errors over time."""
     from flexgui.core.diagnose.error_maps import error_maps
 
     floors = believable_floors(comparisons) if stated is None else stated
     maps = error_maps(comparisons, floors)
     traces = {c.recording: error_now(c, floors) for c in comparisons}
-    known = {name: one for name, one in traces.items() if one is not None}
-    return WhereItFails(comparisons, stated, floors, maps, _board(maps), known)
+    drawn = {name: trace for name, trace in traces.items() if trace is not None}
+    return WhereItFails(comparisons, stated, floors, maps, _board(maps), drawn)
 
 
 def _board(maps: ErrorMaps) -> Board | None:
@@ -122,8 +120,8 @@ def _board(maps: ErrorMaps) -> Board | None:
                 layer[first.recordings.index(name)] = m.ratio[i]
         layers.append(layer)
     square = np.array(layers) ** 2
-    known = np.isfinite(square)
-    total = np.where(known, square, 0.0).sum(axis=0)
-    many = known.sum(axis=0)
+    finite = np.isfinite(square)
+    total = np.where(finite, square, 0.0).sum(axis=0)
+    many = finite.sum(axis=0)
     ratio = np.where(many > 0, np.sqrt(total / np.maximum(many, 1)), np.nan)
     return Board(first.recordings, first.edges, ratio)

@@ -1,4 +1,4 @@
-"""What the check says of the recordings, and what was mended."""
+"""Findings of the check of the recordings, and the fixes that were applied."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TITLE = "The check of the recordings"
 
 
 class Check:
-    """Findings hold for the recordings that were looked at: other ones are looked at anew."""
+    """Findings for the current recordings; changed recordings are checked again."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -38,57 +38,57 @@ class Check:
         self.reset()
 
     def reset(self) -> None:
-        """Another scenario follows."""
+        """Clears everything for a new scenario."""
         self.mended: dict[str, tuple[str, ...]] = {}
         """Recording -> lines of the scenario that a person put there to mend it."""
 
     @property
     def is_checked(self) -> bool:
-        """Whether what the check says is about the recordings as they are now."""
+        """Whether the findings are about the current recordings."""
         checked = self._checked
         return checked is not None and _same_rig(checked, self._session.document.scenario)
 
     def findings_of(self, recording: str) -> tuple[Finding, ...]:
-        """What the check says of a recording; nothing before it was looked at."""
-        found = self._findings if self.is_checked else ()
-        return tuple(one for one in found if one.recording == recording)
+        """Findings about one recording; none before the check."""
+        findings = self._findings if self.is_checked else ()
+        return tuple(finding for finding in findings if finding.recording == recording)
 
-    def was_looked_at(self, recording: str) -> bool:
-        """Whether the last check took it in."""
-        looked = () if self._checked is None else _looked_at(self._checked).recordings
+    def was_checked(self, recording: str) -> bool:
+        """Whether the last check included the recording."""
+        looked = () if self._checked is None else _to_check(self._checked).recordings
         return recording in {spec.name for spec in looked}
 
     def start(self) -> None:
-        """Looks for faults in all recordings, soon and in a worker; the page hears of it."""
+        """Checks all recordings in a worker and notifies the page."""
         self.running = bool(self._session.document.scenario.recordings)
         self._session.notify(Topic.RECORDINGS)
         if self.running:
             self._worker.request(self._look)
 
-    def mend(self, one: Finding) -> bool:
-        """Puts the line that mends a finding into the scenario, and looks again."""
+    def mend(self, finding: Finding) -> bool:
+        """Applies the fix of a finding to the scenario, and checks again."""
         names = [spec.name for spec in self._session.document.scenario.recordings]
-        if one.mend is None or one.recording not in names:
+        if finding.mend is None or finding.recording not in names:
             return False
         try:
-            line = tomllib.loads(one.mend)
+            line = tomllib.loads(finding.mend)
         except tomllib.TOMLDecodeError:
-            return self._session.refuse(f"{one.recording}: no button can fix this.")
-        if not self._session.document.change(_laid_over(names.index(one.recording), line)):
+            return self._session.refuse(f"{finding.recording}: no button can fix this.")
+        if not self._session.document.change(_merged(names.index(finding.recording), line)):
             return False
         with self._session.lock:
-            mends = self.mended.get(one.recording, ())
-            self.mended = {**self.mended, one.recording: (*mends, one.mend)}
+            mends = self.mended.get(finding.recording, ())
+            self.mended = {**self.mended, finding.recording: (*mends, finding.mend)}
         self.start()
         return True
 
     def close(self) -> None:
-        """Nothing more is looked at."""
+        """Stops the checks."""
         self._worker.close()
 
     def _look(self) -> None:
         scenario = self._session.document.scenario
-        arguments = {"folder": str(self._session.folder), "scenario": _looked_at(scenario)}
+        arguments = {"folder": str(self._session.folder), "scenario": _to_check(scenario)}
         try:
             task = Task.of(findings, TITLE, **arguments)
             found: tuple[Finding, ...] = run_task(self._session.key, task)
@@ -100,21 +100,21 @@ class Check:
         self._session.notify(Topic.RECORDINGS)
 
 
-def _looked_at(scenario: Scenario) -> Scenario:
-    """Without what was simulated, unless nothing else is there: the model made it."""
+def _to_check(scenario: Scenario) -> Scenario:
+    """The scenario with recordings from files only, if there are any."""
     files = tuple(spec for spec in scenario.recordings if spec.file is not None)
     return scenario.model_copy(update={"recordings": files}) if files else scenario
 
 
 def _same_rig(a: Scenario, b: Scenario) -> bool:
-    """Whether the check would say the same of both."""
+    """Whether the check gives the same findings for both."""
     return (a.recordings, a.arm, a.drive, a.model, a.sensors) == (
         b.recordings, b.arm, b.drive, b.model, b.sensors,
     )  # fmt: skip
 
 
-def _laid_over(index: int, line: dict[str, Any]) -> Edit:
-    """Puts the settings of a line into the table of a recording, beside what stands there."""
+def _merged(index: int, line: dict[str, Any]) -> Edit:
+    """Merges the settings of a fix into the table of a recording."""
 
     def edit(document: ScenarioDict) -> None:
         table = document["recordings"][index]
@@ -129,8 +129,7 @@ def _laid_over(index: int, line: dict[str, Any]) -> Edit:
 
 
 def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:
-    """In the order of the recordings; InputError where one is no table of measurements. Files are
-    those of the folder and no others."""
+    """Findings in the order of the recordings; InputError if a file is not a table."""
     from flexgui.core.check.run_checks import check_scenario
     from flexgui.core.scenario.data_folder import Within
 

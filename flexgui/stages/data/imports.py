@@ -1,4 +1,4 @@
-"""Files that were read become recordings of the scenario: alone, or beside those that stand."""
+"""Files that were read become recordings: alone, or in addition to the present ones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Import:
-    """A file that was read and is no recording of the scenario yet."""
+    """A file that was read and is not yet a recording of the scenario."""
 
     entry: ScenarioDict
     """The scenario's table of it."""
@@ -25,7 +25,7 @@ class Import:
 
 
 class Imports:
-    """A person's files take their place among the recordings, and others make room for them."""
+    """Adds a person's files to the recordings, and sets aside what they replace."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -37,8 +37,7 @@ class Imports:
         """Files of the person that are recordings by now."""
 
     def add(self, imports: tuple[Import, ...]) -> None:
-        """Asks where a person's work stands; own recordings stand together, and in the place of
-        those that the page began with."""
+        """Adds recordings; asks first if there is work that they would change."""
         files = {spec.file for spec in self._session.document.scenario.recordings}
         with self._session.lock:
             self.pending = (*self.pending, *imports)
@@ -51,57 +50,57 @@ class Imports:
                 self.replaced = ()
             self._session.notify(Topic.RECORDINGS)
             return
-        self._session.show_message(" ".join(one.words for one in imports))
+        self._session.show_message(" ".join(arrival.words for arrival in imports))
         self._session.notify(Topic.RECORDINGS)
 
     def use(self, alone: bool) -> bool:
-        """Makes what is pending recordings, in place of those that stand or beside them."""
+        """Makes the pending files recordings, instead of the present ones or in addition."""
         pending, before = self.pending, self._entries()
-        entries = [one.entry for one in pending]
+        entries = [arrival.entry for arrival in pending]
         alone = alone or not before
         edits = [set_value(("recordings",), entries if alone else [*before, *entries])]
         edits += [measured_edit(self._session.document.scenario)] if alone else []
         if not pending or not self._session.document.change(*edits):
             return False
         with self._session.lock:
-            self.own_files |= {one.entry["file"] for one in pending}
+            self.own_files |= {arrival.entry["file"] for arrival in pending}
             self.pending, self.replaced = (), (*self.replaced, *(before if alone else ()))
-        self._session.show_message(" ".join(one.words for one in pending))
+        self._session.show_message(" ".join(arrival.words for arrival in pending))
         last = self._session.document.scenario.recordings[-1].name
         self._session.playback.move(recording=last, time=0.0, playing=False)
         self._session.notify(Topic.RECORDINGS)
         self._session.check.start()
         if alone:
-            self._session.challenge.lay_aside()
+            self._session.challenge.suspend()
         return True
 
     def restore(self) -> bool:
-        """Puts the recordings that made room before those that stand now."""
+        """Restores the recordings that were set aside."""
         together = set_value(("recordings",), [*self.replaced, *self._entries()])
         if not self.replaced or not self._session.document.change(together):
             return False
         with self._session.lock:
             self.replaced = ()
         self._session.notify(Topic.RECORDINGS)
-        self._session.challenge.take_back()
+        self._session.challenge.resume()
         return True
 
     def cancel(self) -> None:
-        """Forgets the files of which was asked whether they are used alone."""
+        """Drops the pending files."""
         with self._session.lock:
             pending, self.pending = self.pending, ()
-        for one in pending:
-            self.drop(one.entry["file"])
+        for arrival in pending:
+            self.drop(arrival.entry["file"])
         self._session.notify(Topic.RECORDINGS)
 
     def clear(self) -> None:
-        """Forgets what is pending, and what it replaced."""
+        """Forgets the pending files and the recordings set aside."""
         self.cancel()
         with self._session.lock:
             self.replaced, self.own_files = (), frozenset()
 
     def drop(self, file: str) -> None:
-        """Deletes a file that is no recording's."""
+        """Deletes a file that no recording uses."""
         specs = self._session.document.scenario.recordings
         if not any(file in spec.files for spec in specs):
             (self._session.folder / file).unlink(missing_ok=True)
@@ -112,7 +111,7 @@ class Imports:
         return entries
 
     def _nothing_done(self) -> bool:
-        """Whether the recordings are those that the page began with, and nobody has used them."""
+        """Whether the recordings are still those of the start, and unused."""
         session = self._session
         unused = session.identification.outcome is None and session.challenge.state is None
         return unused and is_as_begun(session.document.scenario)

@@ -1,4 +1,4 @@
-"""A file that a person brought, in one job: its columns as pictures, what they may be, its rows."""
+"""Inspects an uploaded file in one job: pictures of its columns, guessed channels, its rows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CONTRADICT = (*TAKEN_IN, "gear_ratio", "scale", "offset", "delay", "clock_drift"
 
 
 class RigColumns(NamedTuple):
-    """What a file of one kind of rig holds."""
+    """Columns that a file of one kind of rig holds."""
 
     title: str
     needed: frozenset[str]
@@ -41,7 +41,7 @@ class RigColumns(NamedTuple):
 
 @dataclass(frozen=True)
 class Inspection:
-    """What the import screen shows of a file before it is read."""
+    """What the import shows of a file before it is read."""
 
     headers: tuple[str, ...]
     columns: Mapping[str, dict[str, Any]]
@@ -76,7 +76,7 @@ class _File:
     """Of the recording, beside its columns."""
 
     def findings(self, columns: Mapping[str, Any]) -> tuple[Finding, ...]:
-        """Of this file alone; nothing where it cannot be checked as it stands."""
+        """Findings about this file alone; none if it cannot be checked yet."""
         from flexgui.core.check.run_checks import check_scenario
         from flexgui.core.errors import InputError
         from flexgui.core.recording.spec import RecordingSpec
@@ -85,7 +85,7 @@ class _File:
         entry = {"name": self.name, "file": self.name, "columns": dict(columns)}
         entry |= self.settings
         try:
-            specs = tuple(RecordingSpec.model_validate(one) for one in parted(entry))
+            specs = tuple(RecordingSpec.model_validate(part) for part in parted(entry))
             alone = self.scenario.model_copy(update={"recordings": specs})
             return tuple(check_scenario(alone, Within(self.folder), None, self.progress))
         except InputError:
@@ -102,7 +102,7 @@ def inspect_file(
     *,
     progress: Progress,
 ) -> Inspection:
-    """InputError where the file is no table, or none of the folder.
+    """Inspects one file; InputError if it is not a table or not in the folder.
 
     Args:
         folder: The session's.
@@ -120,9 +120,9 @@ def inspect_file(
     table = read_table(Within(Path(folder)).find(file), progress)
     titles, numbers = tuple(table.columns), _numbers(table)
     columns = _guessed(numbers, wanted)
-    found = rows(numbers, headers_of(titles, columns), columns)
-    one = _File(Path(folder), file, scenario, progress, settings(found))
-    columns, findings, taken_in = _checked(one, columns, numbers)
+    read = rows(numbers, headers_of(titles, columns), columns)
+    inspected = _File(Path(folder), file, scenario, progress, settings(read))
+    columns, findings, taken_in = _checked(inspected, columns, numbers)
     known = like[1] if like is not None and like[0] == titles else None
     words = refusal = ""
     try:
@@ -136,7 +136,7 @@ def inspect_file(
         findings=findings,
         taken_in=taken_in,
         rows=rows(numbers, headers_of(titles, columns), columns),
-        rows_as_known=None if known is None else rows(numbers, headers_of(titles, known), known),
+        rows_as_known=rows(numbers, headers_of(titles, known), known) if known else None,
         words=words,
         refusal=refusal,
         rig=_suited(numbers, rigs),
@@ -144,18 +144,18 @@ def inspect_file(
 
 
 def _suited(numbers: Mapping[str, np.ndarray], rigs: Sequence[RigColumns]) -> str:
-    """The rig that finds all that it needs and uses most columns; the later one of equals."""
+    """The rig that has all its signals and uses most columns; of equals the later one."""
     from flexgui.core.recording.sources import guess_columns
     from flexgui.core.units import parse_header
 
     best, most = "", 0
     for rig in rigs:
-        found = guess_columns(numbers, rig.wanted)
-        names = [parse_header(found[c].header) for c in rig.needed if c in found]
+        guesses = guess_columns(numbers, rig.wanted)
+        names = [parse_header(guesses[c].header) for c in rig.needed if c in guesses]
         there = {w for name, unit in names for w in (*_words(name), f"[{unit.lower()}]")}
         suits = len(names) == len(rig.needed) and (not rig.signs or rig.signs & there)
-        if suits and len(found) >= most:
-            best, most = rig.title, len(found)
+        if suits and len(guesses) >= most:
+            best, most = rig.title, len(guesses)
     return best
 
 
@@ -164,7 +164,7 @@ def _words(name: str) -> list[str]:
 
 
 def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
-    """The headings of a table's columns; InputError where it is none, or none of the folder."""
+    """The headings of a table; InputError if it is not one, or not in the folder."""
     from flexgui.core.recording.read_table import read_table
     from flexgui.core.scenario.data_folder import Within
 
@@ -179,8 +179,7 @@ def read_file(
     *,
     progress: Progress,
 ) -> tuple[str, ...]:
-    """Length and rate of each recording that a file becomes, in words; InputError where anything is
-    missing that a motion of the scenario's arm needs. `entries` are the scenario's tables."""
+    """Length and rate of each recording of a file, as text; InputError if a signal is missing."""
     from flexgui.core.errors import InputError
     from flexgui.core.loading import joint_units
     from flexgui.core.recording.load import load_recording
@@ -193,10 +192,11 @@ def read_file(
     path, words = Within(Path(folder)).find(file), []
     for entry in entries:
         spec = RecordingSpec.model_validate(dict(entry))
-        found = load_recording(path, spec, references, units, progress)
-        if model.arm.joints > 1 and found.theta2 is None and not found.has("theta2"):
+        recording = load_recording(path, spec, references, units, progress)
+        if model.arm.joints > 1 and recording.theta2 is None and not recording.has("theta2"):
             raise InputError(f"{file} does not give the position of joint 2; add a column theta2.")
-        name, samples, rate = entry.get("name", file), len(found.time), 1.0 / found.sample_time
+        name, samples = entry.get("name", file), len(recording.time)
+        rate = 1.0 / recording.sample_time
         words.append(f"{name}: {samples} samples at {rate:.4g} Hz, {samples / rate:.2f} s.")
     return tuple(words)
 
@@ -205,48 +205,49 @@ def _numbers(table: Table) -> dict[str, np.ndarray]:
     """Header -> (N,), of the columns that hold numbers."""
     from flexgui.core.errors import InputError
 
-    found = {}
+    channels = {}
     for header in table.columns:
         try:
-            found[header] = table.numbers(header)
+            channels[header] = table.numbers(header)
         except InputError:
             continue
-    return found
+    return channels
 
 
 def _guessed(numbers: Mapping[str, np.ndarray], wanted: tuple[str, ...]) -> dict[str, Any]:
-    """Entries under `columns`; a column of a channel's own name needs none."""
+    """Entries for `columns`; a column named as a channel needs none."""
     from flexgui.core.recording.sources import guess_columns
     from flexgui.core.units import parse_header
 
-    found = {}
-    for channel, one in guess_columns(numbers, wanted).items():
-        if parse_header(one.header)[0] != channel:
-            found[channel] = {"name": f"{one.header} [{one.unit}]" if one.unit else one.header}
-    return found
+    columns = {}
+    for channel, guess in guess_columns(numbers, wanted).items():
+        if parse_header(guess.header)[0] != channel:
+            columns[channel] = {
+                "name": f"{guess.header} [{guess.unit}]" if guess.unit else guess.header
+            }
+    return columns
 
 
 def _checked(
     file: _File, columns: dict[str, Any], numbers: Mapping[str, np.ndarray]
 ) -> tuple[dict[str, Any], dict[str, tuple[str, str]], dict[str, str]]:
-    """The guess with the units, signs and swaps that the other channels ask for; what is left to
-    say; and why it was changed."""
+    """Guessed columns corrected by the check, remaining findings, and the reasons."""
     from flexgui.core.check.finding import fixed_columns
 
     columns, taken_in = _in_plausible_units(file, columns, numbers)
-    columns, found = _least_contradicted(file, columns, taken_in)
+    columns, findings = _least_contradicted(file, columns, taken_in)
     for _ in range(ROUNDS):
-        one = next((f for f in found if f.fault in TAKEN_IN and f.mend is not None), None)
-        if one is None:
+        finding = next((f for f in findings if f.fault in TAKEN_IN and f.mend is not None), None)
+        if finding is None:
             break
-        line = tomllib.loads(one.mend or "").get("columns", {})
+        line = tomllib.loads(finding.mend or "").get("columns", {})
         tried = fixed_columns(columns, line)
         after = file.findings(tried)
-        if _contradictions(after) >= _contradictions(found):
+        if _contradictions(after) >= _contradictions(findings):
             break  # it mends one and breaks another: the fault lies elsewhere
-        columns, found = tried, after
-        taken_in |= dict.fromkeys(line, one.evidence)
-    return columns, {f.channel: (f.fault, f.evidence) for f in found}, taken_in
+        columns, findings = tried, after
+        taken_in |= dict.fromkeys(line, finding.evidence)
+    return columns, {f.channel: (f.fault, f.evidence) for f in findings}, taken_in
 
 
 TURNS = 1.5
@@ -258,8 +259,7 @@ BEYOND = 5.0
 def _in_plausible_units(
     file: _File, columns: dict[str, Any], numbers: Mapping[str, np.ndarray]
 ) -> tuple[dict[str, Any], dict[str, str]]:
-    """Degrees and millimetres where radians and metres cannot be, in columns without a unit; all of
-    a kind alike."""
+    """Columns without a unit in degrees or mm, if rad or m are impossible."""
     from flexgui.core.arm.build import build_arm
     from flexgui.core.units import parse_header
 
@@ -294,25 +294,25 @@ PAIRS = (("theta1", "theta2"), ("dtheta1_ref", "dtheta2_ref"), ("z1", "z2"))
 def _least_contradicted(
     file: _File, columns: dict[str, Any], taken_in: dict[str, str]
 ) -> tuple[dict[str, Any], tuple[Finding, ...]]:
-    """The columns as guessed, or with one pair exchanged where the channels then agree better."""
-    best, found = columns, file.findings(columns)
-    least = _contradictions(found)
-    for a, b in PAIRS if least else ():
-        if least == 0 or a not in columns or b not in columns:
+    """The guessed columns, or two of them swapped if the channels then agree better."""
+    best, findings = columns, file.findings(columns)
+    fewest = _contradictions(findings)
+    for a, b in PAIRS if fewest else ():
+        if fewest == 0 or a not in columns or b not in columns:
             continue
         tried = {**columns, a: columns[b], b: columns[a]}
         after = file.findings(tried)
-        if _contradictions(after) < least:
-            best, found, least = tried, after, _contradictions(after)
+        if _contradictions(after) < fewest:
+            best, findings, fewest = tried, after, _contradictions(after)
             changed = dict.fromkeys((a, b), "Swapped; only this matches.")
     if best is not columns:
         taken_in |= changed
-    return best, found
+    return best, findings
 
 
-def _contradictions(found: Iterable[Finding]) -> int:
-    """Findings about what a channel is, not about its quality."""
-    return sum(one.fault in CONTRADICT for one in found)
+def _contradictions(findings: Iterable[Finding]) -> int:
+    """Number of findings about what a channel is, not about its quality."""
+    return sum(finding.fault in CONTRADICT for finding in findings)
 
 
 def _headers_of(

@@ -1,4 +1,4 @@
-"""Second stage: simulate experiments or bring recordings, look at them, correct them."""
+"""Second stage: simulate experiments or upload recordings, view and correct them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from flexgui.page.widgets import (
 from flexgui.session.state import Topic
 from flexgui.stages.data.panel_columns import ColumnChoice
 from flexgui.stages.data.panel_own import WORDS, Arrivals, RigChoice, upload_button
-from flexgui.stages.data.panel_recording import FindingList, OneRecording, wording_of
+from flexgui.stages.data.panel_recording import FindingList, RecordingSettings, wording_of
 from flexgui.stages.data.rigs import Experiments, has_working_points
 from flexgui.views.preview import as_in_file, preview
 from flexgui.views.table import Column, Row, Table, html_table
@@ -41,7 +41,7 @@ DEGREE = math.pi / 180.0
 
 
 class DataPanel(Panel):
-    """Where recordings come from, on the right; what the chosen one holds, on the left."""
+    """Right: sources of recordings. Left: the chosen recording."""
 
     kind = "Data"
     topics = frozenset({Topic.SCENARIO, Topic.RECORDINGS})
@@ -69,7 +69,7 @@ class DataPanel(Panel):
             context, "Recording", self._names(), self._name, self._chosen, "Which one is shown."
         )
         self._findings = FindingList(context)
-        self._one = OneRecording(context)
+        self._one = RecordingSettings(context)
         self._arrived = Arrivals(context)
         self._columns = ColumnChoice(context)
         self._experiments = gui.add_folder("Simulate experiments")
@@ -106,16 +106,16 @@ class DataPanel(Panel):
         button(context, "Simulate these experiments", self._simulate)
 
     def _field(
-        self, label: str, name: str, least: float, most: float, step: float, unit: float = 1.0
+        self, label: str, name: str, lowest: float, highest: float, step: float, unit: float = 1.0
     ) -> None:
-        whole = isinstance(least, int)
+        whole = isinstance(lowest, int)
 
         def get() -> float:
             value = getattr(self._wanted, name) / unit
             return int(value) if whole else round(value, 6)
 
         number(
-            self.context, label, (least, most, step), get,
+            self.context, label, (lowest, highest, step), get,
             lambda v: self._want(**{name: v if whole else v * unit}),
         )  # fmt: skip
 
@@ -144,13 +144,13 @@ class DataPanel(Panel):
         session, scenario = self.session, self.session.document.scenario
         set_options(self._choice, self._names(), self._name())
         fitted = sum(spec.role == "estimate" for spec in scenario.recordings)
-        rest = len(scenario.recordings) - fitted
-        self._lead.show(paragraph(f"{fitted} to fit, {rest} to validate.", "lead"))
+        others = len(scenario.recordings) - fitted
+        self._lead.show(paragraph(f"{fitted} to fit, {others} to validate.", "lead"))
         findings = {spec.name: wording_of(session, spec.name) for spec in scenario.recordings}
         self._list.show(html_table(listed(scenario, findings)))
         # Where nothing can be fitted yet, or a file waits for an answer, that comes first.
-        asked = session.recordings.waiting is not None or session.recordings.imports.pending
-        self._next.color = color(bool(fitted and not asked))
+        waits = session.recordings.waiting is not None or session.recordings.imports.pending
+        self._next.color = color(bool(fitted and not waits))
         self._findings.refresh(self._name())
         for each in (self._one, self._arrived, self._columns, self._rig):
             each.refresh()
@@ -188,7 +188,7 @@ class DataPanel(Panel):
 
 
 def listed(scenario: Scenario, checked: Mapping[str, str] | None = None) -> Table:
-    """The scenario's recordings; `checked`: name -> what the check says in a word."""
+    """The scenario's recordings; `checked`: name -> result of the check in one word."""
     findings = checked or {}
     rows = []
     for spec in scenario.recordings:

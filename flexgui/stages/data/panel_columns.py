@@ -1,4 +1,4 @@
-"""Which column of a file is which channel: shown while a file waits for it."""
+"""Assigns the columns of an uploaded file to channels."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from markupsafe import Markup
 
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, set_options
-from flexgui.stages.data.panel_own import TOP, WORDS, rig_words
+from flexgui.stages.data.panel_own import TOP, WORDS, rig_choices
 from flexgui.stages.data.rows import SPLIT
-from flexgui.stages.data.waiting_file import POINT, Waiting
+from flexgui.stages.data.waiting_file import POINT, WaitingFile
 from flexgui.views.preview import title_of
 from flexgui.views.sketch import sparkline
 
@@ -21,12 +21,12 @@ PICTURE = (96, 26)
 
 
 class ColumnChoice(PageElement):
-    """One question at a time, what is needed first; then the file is read."""
+    """Asks for one channel at a time, required ones first; then the file is read."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         gui, recordings = self.gui, self.session.recordings
-        self._shown: Waiting | None = None
+        self._shown: WaitingFile | None = None
         self._folder = gui.add_folder("Which column is which", order=TOP, visible=False)
         with self._folder:
             self._lead = HtmlBlock(gui)
@@ -58,7 +58,7 @@ class ColumnChoice(PageElement):
         )
 
     def refresh(self) -> None:
-        """Hidden where no file waits."""
+        """Hides the fields if no file waits."""
         waiting, before = self.session.recordings.waiting, self._shown
         self._shown = waiting
         self._correcting = self._correcting and waiting is not None
@@ -66,7 +66,7 @@ class ColumnChoice(PageElement):
             self._draw(waiting)
         self._folder.visible = waiting is not None
 
-    def _draw(self, waiting: Waiting) -> None:
+    def _draw(self, waiting: WaitingFile) -> None:
         open_ = waiting.questions
         words = tuple(waiting.words(c) for c in waiting.offered)
         set_options(self._channel, words, waiting.words(open_[0]) if open_ else self._channel.value)
@@ -78,7 +78,7 @@ class ColumnChoice(PageElement):
         self._read.color, self._assign.color = color(not open_), color(bool(open_))
         shown = [c for c in waiting.offered if c in waiting.known or c in waiting.needed]
         rows = [] if waiting.suits else [_row(waiting, channel) for channel in shown]
-        rig = rig_words(self.session.document.scenario)
+        rig = rig_choices(self.session.document.scenario)
         self._lead.show(WORDS.columns(waiting, rig, rows))
         self._rows.show(waiting)
         self._more.visible = bool(open_ and not waiting.suits) or self._correcting
@@ -103,7 +103,7 @@ class ColumnChoice(PageElement):
 
     @property
     def _asked(self) -> str:
-        """The channel that is asked for."""
+        """The channel to assign next."""
         waiting = self._shown
         if waiting is None:
             return ""
@@ -126,13 +126,13 @@ class ColumnChoice(PageElement):
             self.session.recordings.answer(theta2=theta2)
 
 
-def _turns(waiting: Waiting) -> bool:
-    """Whether joint 2 is no slide."""
+def _turns(waiting: WaitingFile) -> bool:
+    """Whether joint 2 is revolute."""
     return waiting.units.get(POINT, "rad") == "rad"
 
 
 class SignalRow(NamedTuple):
-    """What is known of one signal of a waiting file."""
+    """State of one signal of a waiting file."""
 
     words: str
     source: str = ""
@@ -143,7 +143,7 @@ class SignalRow(NamedTuple):
     state: str = ""
 
 
-def _row(waiting: Waiting, channel: str) -> SignalRow:
+def _row(waiting: WaitingFile, channel: str) -> SignalRow:
     words, header = waiting.words(channel).removeprefix("the "), waiting.known.get(channel)
     if header is not None:
         entry = waiting.columns.get(channel, {"name": header, "gain": 1.0, "sign": 1})
@@ -159,20 +159,20 @@ def _row(waiting: Waiting, channel: str) -> SignalRow:
     return SignalRow(words, state=f"fixed at {at}")
 
 
-def _drawn(waiting: Waiting, header: str) -> Markup:
-    found = None if waiting.inspection is None else waiting.inspection.pictures.get(header)
-    return Markup("") if found is None else sparkline(*found, size=PICTURE, title=header)
+def _drawn(waiting: WaitingFile, header: str) -> Markup:
+    picture = None if waiting.inspection is None else waiting.inspection.pictures.get(header)
+    return Markup("") if picture is None else sparkline(*picture, size=PICTURE, title=header)
 
 
-def _judged(waiting: Waiting, channel: str) -> tuple[str, str, str]:
-    """The style of the check's cell, its evidence, its words."""
-    wording, found = waiting.wording_of(channel), waiting.inspection
+def _judged(waiting: WaitingFile, channel: str) -> tuple[str, str, str]:
+    """Style, evidence and text of the check's cell."""
+    wording, inspection = waiting.wording_of(channel), waiting.inspection
     if wording is not None:
         return "alarm", wording[1], title_of(wording[0])
-    changed = None if found is None else found.taken_in.get(channel)
+    changed = None if inspection is None else inspection.taken_in.get(channel)
     if changed is not None:
         return "soft", "", changed
-    return "", "", "✓" if found is not None else ""
+    return "", "", "✓" if inspection is not None else ""
 
 
 GAPS = {
@@ -193,7 +193,7 @@ RATES = {AS_RECORDED: None} | {f"{rate:g} Hz": rate for rate in (5000.0, 2000.0,
 
 
 class RowChoice(PageElement):
-    """Dropdowns that are there only where there is something to choose."""
+    """Choices about gaps and clock, shown only if the file needs them."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -208,8 +208,8 @@ class RowChoice(PageElement):
         made: Any = self.gui.add_dropdown(label, tuple(options), visible=False)
         return on_user_input(self.context, made, lambda: answer(options[str(made.value)]))
 
-    def show(self, waiting: Waiting) -> None:
-        """What there is to choose for these files."""
+    def show(self, waiting: WaitingFile) -> None:
+        """Shows the choices for these files."""
         self._clock.visible = any(each.uneven for each in waiting.rows)
         set_options(self._clock, tuple(CLOCK), _word(CLOCK, waiting.clock))
         self._gaps.visible = bool(waiting.gaps_chosen)
@@ -221,4 +221,4 @@ class RowChoice(PageElement):
 
 
 def _word(options: Mapping[str, object], value: object) -> str:
-    return next((word for word, known in options.items() if known == value), "")
+    return next((word for word, choice in options.items() if choice == value), "")

@@ -41,7 +41,7 @@ def upload_button(context: PageContext, label: str) -> None:
 
 
 class Arrivals(PageElement):
-    """Asks how imported files are used; restores what they replaced."""
+    """Asks how imported files are used, and restores what they replaced."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -57,7 +57,7 @@ class Arrivals(PageElement):
             self._back = button(context, "Restore", imports.restore)
 
     def refresh(self) -> None:
-        """Hidden where there is nothing to say."""
+        """Hides everything if there is nothing to ask."""
         imports = self.session.recordings.imports
         pending, replaced = imports.pending, imports.replaced
         count, one = len(self.session.document.scenario.recordings), len(pending) == 1
@@ -74,24 +74,23 @@ STATED = {"": "As the scenario states it"}
 """Of an arm or a rig that is none of the lists."""
 
 
-def rig_words(scenario: Scenario) -> Markup:
-    """What drives the joints, what of it was recorded, and which arm it is: they say which signals
-    a file must hold."""
+def rig_choices(scenario: Scenario) -> Markup:
+    """Dropdowns for rig and arm, which decide which signals a file must hold."""
     rig, preset = rig_of(scenario), scenario.arm.preset or ""
     rigs = {one.title: one.title for one in RIGS}
-    arms = {known: name for name, known in arm_choices().items()}
+    arms = {choices: name for name, choices in arm_choices().items()}
     title = "" if rig is None else rig.title
     rows = (("Rig", "rig", rigs, title), ("Arm", "arm", arms, preset))
     return Markup("<div class='choices'>{}</div>").format(
         joined(*(
-            selection(label, action, known if value in known else STATED | known, value)
-            for label, action, known, value in rows
+            selection(label, action, choices if value in choices else STATED | choices, value)
+            for label, action, choices, value in rows
         ))
     )  # fmt: skip
 
 
 class RigChoice(PageElement):
-    """The rig's own numbers, and the rig itself where no file waits whose card has it."""
+    """Rig, arm and the rig's constants, if no waiting file shows them."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -111,7 +110,7 @@ class RigChoice(PageElement):
         return ", ".join(f"{x:g}" for x in values)
 
     def _put(self, name: str, text: str) -> bool:
-        """A text that is no list of numbers changes nothing."""
+        """Stores a list of numbers; other text changes nothing."""
         try:
             values = [float(part) for part in text.replace(";", ",").split(",")]
         except ValueError:
@@ -119,10 +118,10 @@ class RigChoice(PageElement):
         return self.session.document.change(set_value(("drive", name), values))
 
     def refresh(self) -> None:
-        """Only what the rig has is shown."""
+        """Shows the constants of this rig."""
         scenario = self.session.document.scenario
         waits = self.session.recordings.waiting is not None
-        self._rig.show("" if waits else rig_words(scenario))
+        self._rig.show("" if waits else rig_choices(scenario))
         options = scenario.drive.options
         for name, field in self._fields.items():
             field.visible = bool(options.get(name))

@@ -18,13 +18,13 @@ from flexgui.sentences.written import reference_symbol
 from flexgui.session.scenario_edits import ScenarioDict, recording_path, set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.panel_own import WORDS
-from flexgui.views.preview import finding_words, lines_applied
+from flexgui.views.preview import finding_html, lines_applied
 
 ROLES = ("estimate", "validate")
 
 
-class OneRecording(PageElement):
-    """Fields that change the scenario's entry of the recording under the cursor."""
+class RecordingSettings(PageElement):
+    """Fields for the scenario's entry of the recording at the cursor."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -77,7 +77,7 @@ class OneRecording(PageElement):
     def _setting(
         self, *path: str, unit: float | None = None
     ) -> tuple[Callable[[], Any], Callable[[Any], bool]]:
-        """How an entry is read and written; a number of another `unit` is shown in it."""
+        """Functions that read and write an entry; a `unit` scales the number shown."""
         read = attrgetter(".".join(path))
         if unit is None:
             return lambda: read(self._spec), lambda value: self._put(value, *path)
@@ -104,8 +104,8 @@ class OneRecording(PageElement):
     def _mask(self) -> bool:
         channel = str(self._channel.value)
         stretch = [float(v) for v in self._stretch.value]
-        known = [list(pair) for pair in self._spec.mask.get(channel, ())]
-        return self._put([*known, stretch], "mask", channel)
+        ranges = [list(pair) for pair in self._spec.mask.get(channel, ())]
+        return self._put([*ranges, stretch], "mask", channel)
 
     def _trim(self) -> bool:
         return self._put([float(v) for v in self._window.value], "window")
@@ -120,37 +120,38 @@ class OneRecording(PageElement):
             document.change(edit)
 
     def refresh(self) -> None:
-        """Columns and limits of the recording that is shown now."""
-        found = self.session.playback.recording
+        """Shows columns and limits of the current recording."""
+        recording = self.session.playback.recording
         self._file.visible = self._spec.simulate is None
         self._touched.show(WORDS.touched(changes(self._spec)))
-        seen = found is not None and any(from_camera(name) for name in found.channels)
+        seen = recording is not None and any(from_camera(name) for name in recording.channels)
         self._shift.visible = seen
-        if found is None:
+        if recording is None:
             return
-        ends = (round(float(found.time[0]), 4), round(float(found.time[-1]), 4))
+        ends = (round(float(recording.time[0]), 4), round(float(recording.time[-1]), 4))
         if ends != self._ends:
             self._ends = self._window.value = ends
-        names = tuple(sorted(found.channels))
+        names = tuple(sorted(recording.channels))
         set_options(self._channel, names, self._channel.value)
 
 
 def changes(spec: RecordingSpec) -> dict[str, list[str]]:
-    """Channel -> what the scenario does to it, in words; channels that are taken as they come are
-    left out."""
-    found: dict[str, list[str]] = {}
+    """Channel -> changes that the scenario makes to it, as text; unchanged channels are left
+    out."""
+    changes_of: dict[str, list[str]] = {}
     for name, column in spec.columns.items():
-        found[name] = [] if column.factor == 1.0 else [f"× {column.factor:g}".replace("-", "−")]
+        factor = f"× {column.factor:g}".replace("-", "−")
+        changes_of[name] = [] if column.factor == 1.0 else [factor]
     for name, stretches in spec.mask.items():
         left_out = ", ".join(f"{a:g} to {b:g} s" for a, b in stretches)
-        found.setdefault(name, []).append(f"without {left_out}")
+        changes_of.setdefault(name, []).append(f"without {left_out}")
     for name in spec.logger_filter:
-        found.setdefault(name, []).append("behind the logger's low-pass")
+        changes_of.setdefault(name, []).append("behind the logger's low-pass")
     camera = [f"{1e3 * spec.time_shift:g} ms earlier"] if spec.time_shift else []
     camera += [] if spec.camera == CameraSpec() else ["turned, moved or scaled as a whole"]
     for name in ("z1", "z2") if camera else ():
-        found.setdefault(name, []).extend(camera)
-    return {reference_symbol(name): words for name, words in found.items() if words}
+        changes_of.setdefault(name, []).extend(camera)
+    return {reference_symbol(name): words for name, words in changes_of.items() if words}
 
 
 MOST = 5
@@ -159,7 +160,7 @@ hide one another, so what comes sixth is worth a look once the first are mended.
 
 
 class FindingList(PageElement):
-    """A folder with a place for each finding; places that are not needed are hidden."""
+    """The findings about a recording, each with its button."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -182,26 +183,26 @@ class FindingList(PageElement):
             self.session.check.mend(self._found[k])
 
     def refresh(self, recording: str) -> None:
-        """Of the recording that is shown."""
+        """Shows the findings about the current recording."""
         check = self.session.check
         self._found = check.findings_of(recording)
         self._folder.visible = bool(self.session.document.scenario.recordings)
-        looked_at = check.was_looked_at(recording)
+        looked_at = check.was_checked(recording)
         self._lead.show(WORDS.check(check, looked_at, len(self._found)))
         for k, (words, mend) in enumerate(self._places):
-            one = self._found[k] if k < len(self._found) else None
-            words.show(finding_words(one) if one is not None else "")
-            mend.visible = one is not None and one.mend is not None
-            if one is not None:
-                mend.label = f"Mend {one.channel}"
+            finding = self._found[k] if k < len(self._found) else None
+            words.show(finding_html(finding) if finding is not None else "")
+            mend.visible = finding is not None and finding.mend is not None
+            if finding is not None:
+                mend.label = f"Mend {finding.channel}"
         lines = lines_applied(check.mended.get(recording, ()))
         self._applied.show(WORDS.more(len(self._found) - MOST), lines)
         self._look.visible = not (check.running or check.is_checked)
 
 
 def wording_of(session: Session, recording: str) -> str:
-    """One word for the list of recordings."""
-    if not session.check.is_checked or not session.check.was_looked_at(recording):
+    """Result of the check in one word, for the list of recordings."""
+    if not session.check.is_checked or not session.check.was_checked(recording):
         return "…" if session.check.running else ""
     count = len(session.check.findings_of(recording))
     return "good" if not count else f"{count} finding{'s' if count > 1 else ''}"

@@ -1,4 +1,4 @@
-"""What a person chooses before there is data: the kind of rig, and experiments to simulate."""
+"""Choices before there is data: the kind of rig, and experiments to simulate."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Options = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class RigKind:
-    """One entry of the list."""
+    """One kind of rig of the list."""
 
     title: str
     kind: str
@@ -62,7 +62,7 @@ CONSTANTS = {
 
 
 def rig_of(scenario: Scenario) -> RigKind | None:
-    """Which of the list a scenario has; None where it is another one."""
+    """The scenario's kind of rig; None if it is not in the list."""
     arm = build_arm(scenario.arm)
     slide = _is_slide(arm)
     options = scenario.drive.options
@@ -71,8 +71,7 @@ def rig_of(scenario: Scenario) -> RigKind | None:
 
 
 def rig_edit(scenario: Scenario, rig: RigKind) -> Edit:
-    """Makes the scenario one of that rig: what was simulated with another drive goes, and what is
-    compared is chosen anew. A slide's arm is a slide; another rig's is not."""
+    """Changes the rig: removes simulated recordings and chooses the compared outputs anew."""
     was_slide = _is_slide(build_arm(scenario.arm))
     arm = "single_axis" if rig.slide else "paper" if was_slide else ""
 
@@ -87,12 +86,12 @@ def rig_edit(scenario: Scenario, rig: RigKind) -> Edit:
 
 
 def arm_choices() -> dict[str, str]:
-    """Name for display -> preset, of the arms that ship."""
+    """Title -> preset of the supplied arms."""
     return {preset.replace("_", " ").capitalize(): preset for preset in presets()}
 
 
 def arm_edit(scenario: Scenario, preset: str) -> Edit:
-    """Makes the scenario's arm one that ships; its drive stays where it drives as many joints."""
+    """Uses a supplied arm; keeps the drive if it has as many joints."""
     before, after = build_arm(scenario.arm), presets()[preset]
     rig = next((r for r in RIGS if r.slide), RIGS[0]) if _is_slide(after) else rig_of(scenario)
     anew = before.joints != after.joints or _is_slide(before) != _is_slide(after)
@@ -112,9 +111,9 @@ def _is_slide(arm: Arm) -> bool:
 
 
 def _begin_anew(document: ScenarioDict) -> None:
-    """Without what was simulated, and with what is compared chosen anew."""
-    kept = [e for e in document.get("recordings", ()) if "simulate" not in e]
-    document["recordings"] = with_lists(kept)
+    """Removes simulated recordings and chooses the compared outputs anew."""
+    measured = [e for e in document.get("recordings", ()) if "simulate" not in e]
+    document["recordings"] = with_lists(measured)
     identify = document.setdefault("identify", {})
     for name in ("output", "servo_hz", "weights", "offsets"):
         identify.pop(name, None)
@@ -127,18 +126,16 @@ def _put_arm(document: ScenarioDict, preset: str) -> None:
 
 
 def _to_estimate(arm: Arm) -> list[str]:
-    """What bends; of a rigid arm its first mass."""
+    """Bending parameters to estimate; of a rigid arm its first mass."""
     bends = [f"EI{k + 1}" for k, modes in enumerate(arm.modes) if modes]
     return bends or ["m1"]
 
 
 def measured_edit(scenario: Scenario) -> Edit:
-    """For a person's own recordings: everything that was measured is compared with the full
-    equations, and what bends is estimated; where they state anything else than what a page begins
-    with they keep it."""
-    begun = [made() for made in EMBEDDED.values()]
-    same = [one for one in begun if scenario.identify.parameters == one.identify.parameters]
-    levels = {"auto", *(one.model.level for one in begun)}
+    """Defaults for own recordings: full equations, all outputs; explicit settings are kept."""
+    shipped = [made() for made in EMBEDDED.values()]
+    same = [one for one in shipped if scenario.identify.parameters == one.identify.parameters]
+    levels = {"auto", *(one.model.level for one in shipped)}
 
     def edit(document: ScenarioDict) -> None:
         if same:
@@ -151,7 +148,7 @@ def measured_edit(scenario: Scenario) -> Edit:
             document["identify"] = own | {"parameters": _to_estimate(build_arm(scenario.arm))}
         if scenario.model.level in levels:
             document.setdefault("model", {})["level"] = "nonlinear"
-        if any(scenario.sensors == one.sensors for one in begun):
+        if any(scenario.sensors == one.sensors for one in shipped):
             document.pop("sensors", None)
 
     return edit
@@ -159,7 +156,7 @@ def measured_edit(scenario: Scenario) -> Edit:
 
 @dataclass(frozen=True)
 class Experiments:
-    """What the data stage asks for; the paper's seven working points by default."""
+    """Experiments to simulate; by default the paper's seven working points."""
 
     first: float = math.pi / 8.0
     """rad"""
@@ -174,14 +171,14 @@ class Experiments:
     """Whether a validation sweep over the same range is made, without noise."""
 
     def edit(self, snr_db: float | None) -> Edit:
-        """Puts these in the place of all simulated recordings; files stay."""
+        """Replaces all simulated recordings by these; files stay."""
         entries = self._entries(snr_db)
 
         def change(document: ScenarioDict) -> None:
-            kept = [r for r in document.get("recordings", ()) if "simulate" not in r]
-            names = {r.get("name") for r in kept}
+            measured = [r for r in document.get("recordings", ()) if "simulate" not in r]
+            names = {r.get("name") for r in measured}
             fresh = [r for r in entries if r["name"] not in names]
-            document["recordings"] = [*fresh, *kept]
+            document["recordings"] = [*fresh, *measured]
 
         return change
 
@@ -190,21 +187,22 @@ class Experiments:
             "seconds": self.seconds, "excitation": self.excitation, "amplitude": self.amplitude,
         }  # fmt: skip
         noise = {} if snr_db is None else {"snr_db": snr_db}
-        found: list[dict[str, Any]] = []
+        entries: list[dict[str, Any]] = []
         for k, theta2 in enumerate(np.linspace(self.first, self.last, self.count)):
             simulate = {"theta2": round(float(theta2), 10), "seed": self.seed + k}
-            found.append({"name": point_name(float(theta2)), "simulate": simulate | common | noise})
+            simulate |= common | noise
+            entries.append({"name": point_name(float(theta2)), "simulate": simulate})
         if self.sweep and self.last > self.first:
             moving: dict[str, Any] = {
                 "sweep": [round(self.first, 10), round(self.last, 10)], "seconds": 10.0,
                 "excitation": "prbs", "seed": self.seed + 100,
             }  # fmt: skip
-            found.append({"name": "sweep", "role": "validate", "simulate": moving})
-        return found
+            entries.append({"name": "sweep", "role": "validate", "simulate": moving})
+        return entries
 
 
 def has_working_points(scenario: Scenario) -> bool:
-    """Whether the rig can run the experiments offered: references, and a second joint to place."""
+    """Whether the rig can run these experiments: references and a second joint."""
     model = cached_model(scenario)
     references = model.drive.reference_channels(model.arm)
     follows = any(is_reference(name) for name in references)
@@ -212,7 +210,7 @@ def has_working_points(scenario: Scenario) -> bool:
 
 
 def point_name(theta2: float) -> str:
-    """'θ2 = 3π/8', or in degrees where it is no eighth of π."""
+    """'θ2 = 3π/8', or in degrees if it is not a multiple of π/8."""
     eighths = 8.0 * theta2 / math.pi
     if abs(eighths - round(eighths)) < 1e-6:
         whole = round(eighths)

@@ -1,4 +1,4 @@
-"""The rows of a file: whether they are even in time, and what of them is empty."""
+"""The rows of a file: uneven time stamps, empty cells and gaps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Rows:
-    """What a person decides of before the file is read."""
+    """Gaps and clock of a file."""
 
     empty: Mapping[str, int] = field(default_factory=dict)
     """Header -> its empty cells, of columns that need a number in every row."""
@@ -28,7 +28,7 @@ class Rows:
 def rows(
     numbers: Mapping[str, np.ndarray], headers: Mapping[str, str], columns: Mapping[str, Any]
 ) -> Rows:
-    """Of the columns (N,) of a file; `headers`: channel -> column."""
+    """Gaps and clock of the columns (N,) of a file; `headers`: channel -> column."""
     from flexgui.core.recording.channels import channel_kind
     from flexgui.core.recording.clock import runs
 
@@ -63,32 +63,33 @@ SPLIT = "split"
 
 
 def parted(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The entries of a file's recordings: one for each of its `windows`, if it has any."""
+    """One entry per recording of a file: one for each of its `windows`."""
     own = {key: value for key, value in entry.items() if key != "windows"}
     stem = str(own.get("file", "")).split(".")[0]
     parts = enumerate(entry.get("windows", ()), 1)
     return [{**own, "name": f"{stem} {k}", "window": list(w)} for k, w in parts] or [own]
 
 
-def settings(found: Rows, how: str = "", clock: str = "interpolate") -> dict[str, Any]:
-    """The scenario's entries that make such a file one that can be read; none for a good one.
+def settings(rows_read: Rows, how: str = "", clock: str = "interpolate") -> dict[str, Any]:
+    """The scenario's entries that make such a file readable; none for a regular file.
 
     Args:
-        found: What its rows are like.
+        rows_read: Its gaps and its clock.
         how: Of the gaps; left out: short ones are bridged, and a file is split at long ones, into
             recordings with the `windows` among the entries (see `parted`).
         clock: How an uneven clock is made even.
     """
-    entries: dict[str, Any] = {"resample": {"how": clock}} if found.uneven else {}
-    if not found.empty and not found.longest_gap:
+    entries: dict[str, Any] = {"resample": {"how": clock}} if rows_read.uneven else {}
+    if not rows_read.empty and not rows_read.longest_gap:
         return entries
-    long = found.longest_gap > SHORT_GAP
-    chosen = how or (SPLIT if long and len(found.parts) > 1 else "mask" if long else "interpolate")
+    long = rows_read.longest_gap > SHORT_GAP
+    for_long = SPLIT if len(rows_read.parts) > 1 else "mask"
+    chosen = how or (for_long if long else "interpolate")
     entries["gaps"] = {"how": chosen}
     if chosen == SPLIT:
-        return {**entries, "gaps": {"how": "interpolate"}, "windows": found.parts}
+        return {**entries, "gaps": {"how": "interpolate"}, "windows": rows_read.parts}
     if long and chosen != "cut":
-        entries["gaps"]["longest"] = round(1.01 * found.longest_gap, 6)
+        entries["gaps"]["longest"] = round(1.01 * rows_read.longest_gap, 6)
     return entries
 
 
@@ -123,7 +124,7 @@ def _seconds(
 
 
 def _clock(time: np.ndarray) -> tuple[float, str, float]:
-    """The usual step in s, what is uneven, and the longest stretch without a row in s."""
+    """Usual step in s, irregularities, and the longest gap in s."""
     from flexgui.core.recording.clock import JITTER
     from flexgui.core.recording.resampling import GAP
 

@@ -1,4 +1,4 @@
-"""Files that a person brings become recordings, if need be with the meaning of their columns."""
+"""Uploaded files become recordings; unclear columns are asked for first."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from flexgui.stages.data.uploads import keep_upload, unpack, unpacking_folder
 from flexgui.stages.data.waiting_file import (
     POINT,
     Companion,
-    Waiting,
+    WaitingFile,
     columns_of_rigs,
     waiting_again,
     waiting_for,
@@ -51,11 +51,11 @@ REST = " The other files were read: {}."
 
 
 class Recordings:
-    """At most one file waits for its columns, with those that have the same ones."""
+    """At most one file waits for its columns, with others that have the same columns."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self.waiting: Waiting | None = None
+        self.waiting: WaitingFile | None = None
         self.imports = Imports(session)
         self._queued: tuple[str, ...] = ()
         """Files with other columns, which are asked about once the one that waits is read."""
@@ -66,11 +66,11 @@ class Recordings:
         )
 
     def close(self) -> None:
-        """Reads nothing more."""
+        """Stops reading."""
         self._file_jobs.close()
 
     def upload(self, name: str, content: bytes) -> Future[bool]:
-        """Keeps a file; soon it is read, or its columns are asked for, or a scenario is opened.
+        """Stores a file; then reads it, asks for its columns, or opens it as a scenario.
 
         Whether it is used alone is asked where recordings of another origin stand already. While a
         file waits, one that needs no answers is read; of the others, one with the same columns is
@@ -94,7 +94,7 @@ class Recordings:
                 self._forget_file()
                 yield from self._ask_next()
             if kind not in (".zip", ".toml"):
-                return (yield from self._taken_in(path))
+                return (yield from self._read_or_ask(path))
             scenario = path if kind == ".toml" else (yield from self._unpacked(path, limit))
             with scenario.open(encoding="utf-8", errors="replace") as file:
                 text = file.read(LONGEST + 1)
@@ -111,29 +111,29 @@ class Recordings:
             shutil.rmtree(unpacking_folder(path), ignore_errors=True)
         return self._session.folder / scenario
 
-    def _taken_in(self, path: Path) -> TaskSteps:
-        """Read as it is, or waiting for answers: alone, with the file that waits, or after it."""
+    def _read_or_ask(self, path: Path) -> TaskSteps:
+        """Reads a file, or lets it wait for answers."""
         before = self.waiting
-        found: Inspection = yield from self._inspected(path.name, before)
-        asked = self._questions(path.name, found)
-        if asked is None:
-            if found.refusal:
-                raise InputError(found.refusal)
-            self.imports.add((Import({"file": path.name}, found.words),))
+        inspection: Inspection = yield from self._inspected(path.name, before)
+        waiting = self._questions(path.name, inspection)
+        if waiting is None:
+            if inspection.refusal:
+                raise InputError(inspection.refusal)
+            self.imports.add((Import({"file": path.name}, inspection.words),))
             return True
-        now = self.waiting  # answered or left meanwhile
-        if now is None:
-            self._ask(asked)
-        elif found.rows_as_known is not None and found.headers == now.headers:
-            companion = Companion(path.name, found.rows_as_known)
-            self._wait(replace(now, companions=(*now.companions, companion)))
+        current = self.waiting  # answered or left meanwhile
+        if current is None:
+            self._ask(waiting)
+        elif inspection.rows_as_known is not None and inspection.headers == current.headers:
+            companion = Companion(path.name, inspection.rows_as_known)
+            self._wait(replace(current, companions=(*current.companions, companion)))
         else:
             with self._session.lock:
                 self._queued = (*self._queued, path.name)
         return False
 
-    def _inspected(self, file: str, like: Waiting | None = None) -> TaskSteps:
-        known = None if like is None else (like.headers, like.columns)
+    def _inspected(self, file: str, like: WaitingFile | None = None) -> TaskSteps:
+        columns = None if like is None else (like.headers, like.columns)
         wanted, scenario = wanted_channels(*self._rig()), self._session.document.scenario
         return (
             yield from self._asked(
@@ -141,46 +141,47 @@ class Recordings:
                 file,
                 scenario=scenario,
                 wanted=wanted,
-                like=known,
+                like=columns,
                 rigs=columns_of_rigs(scenario),
             )
         )
 
     def _rig(self) -> tuple[Arm, tuple[str, ...]]:
-        """The arm, and the channels that its drive needs."""
+        """The arm and the channels that its drive needs."""
         model = cached_model(self._session.document.scenario)
         return model.arm, tuple(model.drive.needed_channels(model.arm))
 
-    def _questions(self, file: str, found: Inspection, again: bool = False) -> Waiting | None:
-        """What has to be asked about a file, with what its inspection guesses; None: nothing, and
-        it is not shown `again` either."""
-        waiting = waiting_for(file, found.headers, *self._rig())
-        if waiting is None and not (again or settings(found.rows)):
+    def _questions(
+        self, file: str, inspection: Inspection, again: bool = False
+    ) -> WaitingFile | None:
+        """Open questions about a file with guessed answers; None if there are none."""
+        waiting = waiting_for(file, inspection.headers, *self._rig())
+        if waiting is None and not (again or settings(inspection.rows)):
             return None
         if waiting is None:
-            waiting = waiting_again(found.headers, *self._rig(), RecordingSpec(file=file))
-        return waiting.guessed(found)
+            waiting = waiting_again(inspection.headers, *self._rig(), RecordingSpec(file=file))
+        return waiting.guessed(inspection)
 
-    def _ask(self, waiting: Waiting) -> None:
+    def _ask(self, waiting: WaitingFile) -> None:
         """Lets a file wait for its columns."""
         self._wait(waiting)
         lacks = bool(waiting.missing) and not waiting.suits
         self._session.show_message(ASKED.format(waiting.file) if lacks else "", bad=lacks)
 
     def _ask_next(self) -> TaskSteps:
-        """Looks at the files that came while another one waited."""
+        """Inspects the files that came while another one waited."""
         while self.waiting is None and self._queued:
             with self._session.lock:
                 queued, self._queued = self._queued, ()
             for file in queued:  # those behind may have the columns of the first
                 try:
-                    yield from self._taken_in(self._session.folder / file)
+                    yield from self._read_or_ask(self._session.folder / file)
                 except InputError as error:
                     self.imports.drop(file)
                     self._show_error(error)
 
     def choose_columns(self, name: str) -> Future[bool]:
-        """Opens the file of a recording again, to say what its columns hold."""
+        """Opens the file of a recording again to change its columns."""
         return self._file_jobs.start(self._opened_again(name))
 
     def _opened_again(self, name: str) -> TaskSteps:
@@ -201,7 +202,7 @@ class Recordings:
     def map_column(
         self, channel: str, header: str, gain: float = 1.0, sign: int = 1, unit: str = ""
     ) -> bool:
-        """Says that a column of the waiting file holds a channel."""
+        """Assigns a column of the waiting file to a channel."""
         waiting = self.waiting
         if waiting is None or channel not in waiting.offered or header not in waiting.headers:
             return False
@@ -212,28 +213,28 @@ class Recordings:
         return True
 
     def no_column(self, channel: str) -> None:
-        """Says that the waiting file has none of a channel that it could do without."""
+        """States that the waiting file has no column for an optional channel."""
         if self.waiting is not None and channel not in self.waiting.missing:
             self._answered(self.waiting.without(channel))
 
     def answer(self, **answers: Any) -> None:
-        """Says something about the waiting file: `theta2`, `gaps`, `clock`, `rate` of `Waiting`."""
+        """Answers for the waiting file: `theta2`, `gaps`, `clock`, `rate` of `WaitingFile`."""
         if self.waiting is not None:
             self._answered(replace(self.waiting, **answers))
 
     def ask_again(self) -> None:
-        """Forgets what was said about the waiting file."""
+        """Clears the answers about the waiting file."""
         if self.waiting is not None:
-            self._answered(self.waiting.begun_again())
+            self._answered(self.waiting.without_answers())
 
-    def _answered(self, waiting: Waiting) -> None:
-        """A sentence about the answer before is out of date."""
+    def _answered(self, waiting: WaitingFile) -> None:
+        """Stores an answer and clears the previous error."""
         if self._session.message.bad:
             self._session.show_message("")
         self._wait(waiting)
 
     def read_waiting(self) -> Future[bool]:
-        """Reads the waiting file with the columns that were chosen."""
+        """Reads the waiting file with the chosen columns."""
         file = "" if self.waiting is None else self.waiting.file
         return self._file_jobs.start(self._read_all(file))
 
@@ -251,17 +252,17 @@ class Recordings:
                 yield from self._read(one, waiting, waiting.settings(k))
             except InputError as error:
                 failed.append(str(error))
-        rest = len(waiting.files) - len(failed)
+        read = len(waiting.files) - len(failed)
         if failed:
-            self._session.refuse(f"{failed[0]}{REST.format(rest) if rest else ''}")
-        if not rest:
+            self._session.refuse(f"{failed[0]}{REST.format(read) if read else ''}")
+        if not read:
             return False
         self._wait(None)
         yield from self._ask_next()
         return True
 
-    def _read(self, file: str, waiting: Waiting, extra: Mapping[str, Any]) -> TaskSteps:
-        """Takes the file in, or gives the recording of that name other columns; InputError else."""
+    def _read(self, file: str, waiting: WaitingFile, extra: Mapping[str, Any]) -> TaskSteps:
+        """Adds the file as recordings, or changes the columns of one; InputError if it fails."""
         entry: ScenarioDict = {"file": file}
         entry |= {"columns": waiting.columns} if waiting.columns else {}
         entry |= {} if waiting.theta2 is None else {"theta2": waiting.theta2}
@@ -281,7 +282,7 @@ class Recordings:
             self._session.check.start()
 
     def leave_file(self) -> None:
-        """Forgets the waiting file; a recording that has it already keeps it."""
+        """Drops the waiting file; a recording that uses it stays."""
         self._forget_file()
         self._file_jobs.start(self._ask_next())
 
@@ -292,7 +293,7 @@ class Recordings:
             self._wait(None)
 
     def leave_waiting(self) -> None:
-        """Forgets all that a person was asked about, and what stands aside."""
+        """Drops all waiting files and those set aside."""
         with self._session.lock:
             queued, self._queued = self._queued, ()
         for file in queued:
@@ -301,7 +302,7 @@ class Recordings:
         self.imports.clear()
 
     def choose_rig(self, title: str) -> bool:
-        """Makes the scenario one of another kind of rig; a waiting file is looked at anew."""
+        """Changes the kind of rig and inspects a waiting file again."""
         scenario = self._session.document.scenario
         rig = next((r for r in RIGS if r.title == title), None)
         if rig is None or rig == rig_of(scenario):
@@ -309,47 +310,47 @@ class Recordings:
         return self._become(rig_edit(scenario, rig))
 
     def choose_arm(self, preset: str) -> bool:
-        """Makes the scenario's arm one that ships; a waiting file is looked at anew."""
+        """Uses a supplied arm and inspects a waiting file again."""
         scenario = self._session.document.scenario
-        known = preset in presets() and preset != scenario.arm.preset
-        return known and self._become(arm_edit(scenario, preset))
+        is_preset = preset in presets() and preset != scenario.arm.preset
+        return is_preset and self._become(arm_edit(scenario, preset))
 
     def _become(self, edit: Edit) -> bool:
         changed = self._session.document.change(edit)
         if changed:
-            self._file_jobs.start(self._looked_anew())
+            self._file_jobs.start(self._inspect_again())
             self._session.notify(Topic.RECORDINGS)
         return changed
 
-    def _looked_anew(self) -> TaskSteps:
+    def _inspect_again(self) -> TaskSteps:
         waiting = self.waiting
         if waiting is None or waiting.recording:
             return
-        found: Inspection = yield from self._inspected(waiting.file)
-        asked = self._questions(waiting.file, found, again=True)
-        if asked is not None and self.waiting is not None:  # still
-            self._ask(replace(asked, companions=self.waiting.companions))
+        inspection: Inspection = yield from self._inspected(waiting.file)
+        again = self._questions(waiting.file, inspection, again=True)
+        if again is not None and self.waiting is not None:  # still
+            self._ask(replace(again, companions=self.waiting.companions))
 
     def _asked(self, function: Any, file: str, **arguments: Any) -> TaskSteps:
-        """What the worker that reads says of a file.
+        """Result of a function that runs in the reading worker.
 
         It is given the name, and finds no file by it but one of the session's folder.
         """
         check_plain(file)  # it is the title of the task too
         folder = str(self._session.folder)
-        found = yield Task.of(function, file, folder=folder, file=file, **arguments)
+        answer = yield Task.of(function, file, folder=folder, file=file, **arguments)
         if self._session.message.text.endswith("…"):
             self._session.show_message("")
-        return found
+        return answer
 
-    def _wait(self, waiting: Waiting | None) -> None:
+    def _wait(self, waiting: WaitingFile | None) -> None:
         with self._session.lock:
             self.waiting = waiting
         self._session.notify(Topic.RECORDINGS)
 
 
 def check_suits(scenario: Scenario) -> None:
-    """InputError where a session cannot have the scenario."""
+    """Raises InputError if a session cannot use the scenario."""
     for spec in scenario.recordings:
         for file in spec.files:
             check_plain(file)

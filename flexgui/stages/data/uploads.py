@@ -36,7 +36,7 @@ BROKEN = (
 
 
 def safe_name(name: str) -> str:
-    """The last part of a name without anything that a file system or a shell could mind."""
+    """The last part of a name, without characters that a file system or shell may misread."""
     last = PureWindowsPath(name).name  # knows both kinds of slashes
     plain = re.sub(r"[^\w.\-+= ]+", "_", last)[-LONGEST:].strip(" .") or "recording"
     return f"_{plain}" if is_device(plain) else plain
@@ -44,15 +44,15 @@ def safe_name(name: str) -> str:
 
 def free_path(folder: Path, name: str) -> Path:
     """A path that does not exist yet: `th1.csv`, then `th1-2.csv`."""
-    stem, dot, rest = name.partition(".")
+    stem, dot, ending = name.partition(".")
     path, number = folder / name, 2
     while path.exists():
-        path, number = folder / f"{stem}-{number}{dot}{rest}", number + 1
+        path, number = folder / f"{stem}-{number}{dot}{ending}", number + 1
     return path
 
 
 def keep_upload(folder: Path, name: str, content: bytes, limit: int) -> Path:
-    """Writes the content; InputError where it is too large or empty."""
+    """Writes the content; InputError if it is too large or empty."""
     shown = safe_name(name)
     if len(content) > limit:
         raise InputError(
@@ -68,7 +68,7 @@ def keep_upload(folder: Path, name: str, content: bytes, limit: int) -> Path:
 
 
 def fetch_files(scenario: Scenario, beside: Path, data: Path | None, folder: Path) -> Scenario:
-    """Copies what a trusted scenario reads into the session's folder, under plain names.
+    """Copies the files of a trusted scenario into the session's folder.
 
     The scenario that names the copies; InputError where a file is missing.
     """
@@ -88,7 +88,7 @@ def fetch_files(scenario: Scenario, beside: Path, data: Path | None, folder: Pat
 
 
 def _copied(source: Path, folder: Path) -> str:
-    """The name of a copy in the folder; one that is there already serves again."""
+    """Name of a copy in the folder; an existing copy is used again."""
     target = folder / safe_name(source.name)
     if target.is_file() and cmp(source, target, shallow=False):
         return target.name
@@ -99,7 +99,7 @@ def _copied(source: Path, folder: Path) -> str:
 
 
 def unpacked(path: Path, folder: Path, limit: int) -> Path:
-    """Puts the files of a zip into the folder; the scenario file in it. InputError else."""
+    """Extracts a zip into the folder and returns its scenario file; InputError if it fails."""
     unpacking = unpacking_folder(path)
     try:
         unpacking.mkdir()
@@ -125,8 +125,7 @@ def unpacked(path: Path, folder: Path, limit: int) -> Path:
 
 
 def unpacking_folder(path: Path) -> Path:
-    """Where the files of a zip lie before all of them are there. Whoever waits for a worker that
-    unpacks removes it, as the worker may have been killed."""
+    """Temporary folder for a zip; the waiting session removes it, even if the worker died."""
     return path.with_name(f".{path.name}.unpacking")
 
 
@@ -137,8 +136,8 @@ def unpack(folder: str, file: str, limit: int, *, progress: Progress) -> str:
 
 
 def _extract_all(archive: zipfile.ZipFile, folder: Path, name: str, limit: int) -> None:
-    """Counts what comes: what a zip says of its sizes may be a lie."""
-    left = limit
+    """Extracts and counts bytes, because the sizes that a zip states may be wrong."""
+    remaining = limit
     for member in archive.infolist():
         if member.is_dir():
             continue
@@ -147,8 +146,8 @@ def _extract_all(archive: zipfile.ZipFile, folder: Path, name: str, limit: int) 
             (folder / safe_name(member.filename)).open("wb") as file,
         ):
             while piece := packed.read(PIECE):
-                left -= len(piece)
-                if left < 0:
+                remaining -= len(piece)
+                if remaining < 0:
                     raise InputError(
                         f"{name} holds more than {limit / MEGA:.0f} MB; upload the recordings one "
                         f"by one."
@@ -165,16 +164,16 @@ def scenario_file(scenario: Scenario, folder: Path) -> tuple[str, bytes]:
     return bundled(name, scenario_toml(scenario), scenario, folder)
 
 
-def diagnosed_file(scenario: Scenario, found: Diagnosis, folder: Path) -> tuple[str, bytes]:
-    """The same of the scenario with what a diagnosis found."""
+def diagnosed_file(scenario: Scenario, diagnosis: Diagnosis, folder: Path) -> tuple[str, bytes]:
+    """The same for the scenario with the effects that a diagnosis found."""
     from flexgui.core.diagnosed_scenario import diagnosed_toml
 
     name = safe_name(scenario.title).replace(" ", "_") or "scenario"
-    return bundled(f"{name}_diagnosed", diagnosed_toml(scenario, found), scenario, folder)
+    return bundled(f"{name}_diagnosed", diagnosed_toml(scenario, diagnosis), scenario, folder)
 
 
 def bundled(name: str, text: str, scenario: Scenario, folder: Path) -> tuple[str, bytes]:
-    """A text about the scenario's recordings, with their files where it has any."""
+    """A scenario's text, zipped with the files of its recordings if it has any."""
     files = recordings_of(scenario, folder)
     if not files:
         return f"{name}.toml", text.encode()
@@ -188,7 +187,7 @@ def recordings_of(scenario: Scenario, folder: Path) -> dict[str, bytes]:
 
 
 def zipped_folder(folder: Path, beside: dict[str, bytes] | None = None) -> bytes:
-    """A zip of all files below a folder, and of what is to lie beside them."""
+    """A zip of all files below a folder and of further files."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
     content = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
     return zipped({**(beside or {}), **content})

@@ -1,4 +1,4 @@
-"""A file whose columns have names of their own: which of them holds which channel."""
+"""An uploaded file whose columns are not assigned to channels yet."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ POINT = "theta2"
 
 @dataclass(frozen=True)
 class Companion:
-    """A file with the same columns, brought together with the one that waits."""
+    """A file with the same columns as the waiting one, uploaded with it."""
 
     file: str
     rows: Rows
@@ -38,8 +38,8 @@ class Companion:
 
 
 @dataclass(frozen=True)
-class Waiting:
-    """A file that is read once a person has said what its columns hold."""
+class WaitingFile:
+    """An uploaded file that is read after its columns are assigned."""
 
     file: str
     headers: tuple[str, ...]
@@ -73,8 +73,8 @@ class Waiting:
     companions: tuple[Companion, ...] = ()
     """Files that are read with the same columns."""
 
-    def guessed(self, inspection: Inspection) -> Waiting:
-        """With the columns as a first look guesses them."""
+    def guessed(self, inspection: Inspection) -> WaitingFile:
+        """With the columns that the inspection guesses."""
         columns = {c: {"gain": 1.0, "sign": 1, **entry} for c, entry in inspection.columns.items()}
         named = {c: parse_header(entry["name"])[0] for c, entry in columns.items()}
         headers = {parse_header(h)[0]: h for h in self.headers}
@@ -83,7 +83,7 @@ class Waiting:
 
     @property
     def rows(self) -> tuple[Rows, ...]:
-        """What the rows of the file and of its companions are like."""
+        """Gaps and clock of the file and its companions."""
         own = Rows() if self.inspection is None else self.inspection.rows
         return (own, *(each.rows for each in self.companions))
 
@@ -103,14 +103,14 @@ class Waiting:
 
     @property
     def gaps_chosen(self) -> str:
-        """What happens to gaps as things stand; empty where no file has any."""
-        found = [self.settings(k) for k in range(len(self.rows))]
+        """How gaps are treated now; empty if no file has gaps."""
+        settings = [self.settings(k) for k in range(len(self.rows))]
         ways = (SPLIT if "windows" in each else str(each["gaps"]["how"])
-                for each in found if "gaps" in each)  # fmt: skip
+                for each in settings if "gaps" in each)  # fmt: skip
         return next(ways, "")
 
     def wording_of(self, channel: str) -> tuple[str, str] | None:
-        """Fault and evidence of a channel that stands as the first look has guessed it."""
+        """Fault and evidence of a channel whose guess was not changed."""
         inspection = self.inspection
         if inspection is None or self.columns.get(channel) != self._as_guessed(channel):
             return None
@@ -122,7 +122,7 @@ class Waiting:
 
     @property
     def known(self) -> dict[str, str]:
-        """Channel -> header: those that were chosen, then columns of a channel's own name."""
+        """Channel -> header: assigned columns, then columns named as a channel."""
         taken = set(self.headers_of.values())
         own = {parse_header(h)[0]: h for h in self.headers if h not in taken}
         plain = {name: h for name, h in own.items() if is_channel(name)}
@@ -134,32 +134,31 @@ class Waiting:
 
     @property
     def unused(self) -> tuple[str, ...]:
-        """Columns that hold nothing yet, in the file's order."""
+        """Columns that are not assigned yet, in the file's order."""
         used = set(self.known.values())
         return tuple(header for header in self.headers if header not in used)
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Needed channels that nothing holds yet, in order."""
+        """Required channels without a column, in order."""
         return tuple(c for c in self.offered if c in self.needed - self._held)
 
     @property
     def questions(self) -> tuple[str, ...]:
-        """What is still to be asked: what is needed, and what a column without use may hold."""
+        """Channels to ask for: required ones, and optional ones while columns are unused."""
         open_ = self.useful - self._held - self.absent if self.unused else frozenset()
         more = [c for c in self.offered if c in open_]
         return tuple(dict.fromkeys((*self.missing, *more)))
 
     @property
     def suits(self) -> str:
-        """Another kind of rig whose signals the file has, where it has none of this one's own."""
+        """Another kind of rig that the columns fit, if they do not fit this one."""
         own = self.needed - {"t", POINT}
         other = bool(own) and own <= set(self.missing)
         return self.inspection.rig if self.inspection is not None and other else ""
 
-    def mapped(self, channel: str, header: str, gain: float, sign: int, unit: str) -> Waiting:
-        """With one more channel known; `unit` is for a heading without one. InputError where the
-        column holds another channel already."""
+    def mapped(self, channel: str, header: str, gain: float, sign: int, unit: str) -> WaitingFile:
+        """With one more channel assigned; InputError if the column is assigned already."""
         other = next((c for c, h in self.headers_of.items() if h == header and c != channel), None)
         if other is not None:
             raise InputError(
@@ -176,12 +175,12 @@ class Waiting:
             theta2=None if channel == POINT and not self.recording else self.theta2,
         )
 
-    def without(self, channel: str) -> Waiting:
-        """Knowing that the file has no such column."""
+    def without(self, channel: str) -> WaitingFile:
+        """With the answer that the file has no such column."""
         return replace(self, absent=self.absent | {channel})
 
-    def begun_again(self) -> Waiting:
-        """Without all answers; the working point that a recording had is none."""
+    def without_answers(self) -> WaitingFile:
+        """Without all answers."""
         theta2 = self.theta2 if self.recording else None
         inspection = self.inspection and replace(self.inspection, findings={}, taken_in={}, rig="")
         return replace(
@@ -203,50 +202,53 @@ class Waiting:
 
 def waiting_for(
     file: str, headers: tuple[str, ...], arm: Arm, references: Iterable[str]
-) -> Waiting | None:
-    """None where nothing is to be asked about the columns."""
-    found = _waiting(file, headers, arm, tuple(references))
-    return found if found.questions else None
+) -> WaitingFile | None:
+    """The waiting file; None if its columns need no questions."""
+    waiting = _waiting(file, headers, arm, tuple(references))
+    return waiting if waiting.questions else None
 
 
 def waiting_again(
     headers: tuple[str, ...], arm: Arm, references: Iterable[str], spec: RecordingSpec
-) -> Waiting:
-    """A recording of the scenario, to choose other columns."""
-    found = _waiting(spec.file or "", headers, arm, tuple(references))
+) -> WaitingFile:
+    """A recording of the scenario whose columns are chosen again."""
+    waiting = _waiting(spec.file or "", headers, arm, tuple(references))
     columns = {c: column.model_dump() for c, column in spec.columns.items()}
-    names = {parse_header(header)[0]: header for header in found.headers}
+    names = {parse_header(header)[0]: header for header in waiting.headers}
     chosen = {c: names.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
     return replace(
-        found, columns=columns, headers_of=chosen, theta2=spec.theta2, recording=spec.name
+        waiting, columns=columns, headers_of=chosen, theta2=spec.theta2, recording=spec.name
     )
 
 
 def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
-    """What a file of that rig may hold and a first look may guess: not what follows from others."""
-    found = _waiting("", (), arm, tuple(references))
+    """Channels to look for in a file of that rig, without derived ones."""
+    waiting = _waiting("", (), arm, tuple(references))
     derived = ("y", "ydot")
-    asked = {*found.needed, *found.useful}
+    channels = {*waiting.needed, *waiting.useful}
     bends = [f"deflection{k + 1}" for k, modes in enumerate(arm.modes) if modes]
     turns = any(segment.joint == "revolute" for segment in arm.segments)
     camera = ("z1", "z2") if turns else ()  # a slide's encoder says all that a camera could
-    links = [c for c in found.offered if c.startswith("link_theta")]
+    links = [c for c in waiting.offered if c.startswith("link_theta")]
     more = (*bends, *links, *camera)
-    return tuple(c for c in found.offered if (c in asked or c in more) and c[:-1] not in derived)
+    channels |= set(more)
+    return tuple(c for c in waiting.offered if c in channels and c[:-1] not in derived)
 
 
 def columns_of_rigs(scenario: Scenario) -> tuple[RigColumns, ...]:
-    """What a file of each kind of rig may hold, with the scenario's arm where that suits it."""
-    found = []
+    """Columns of a file of each kind of rig, with the scenario's arm if that fits."""
+    columns = []
     for rig in RIGS:
         model = cached_model(apply_edits(scenario, rig_edit(scenario, rig)))
         needed = model.drive.needed_channels(model.arm)
         wanted = wanted_channels(model.arm, needed)
-        found.append(RigColumns(rig.title, frozenset(("t", *needed)), wanted, rig.signs))
-    return tuple(found)
+        columns.append(RigColumns(rig.title, frozenset(("t", *needed)), wanted, rig.signs))
+    return tuple(columns)
 
 
-def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:
+def _waiting(
+    file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]
+) -> WaitingFile:
     from flexgui.core.loading import joint_units
 
     encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
@@ -257,4 +259,6 @@ def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[st
     joints = [(name, joint_of(name)) for name in channel_names()]
     own = [name for name, joint in joints if joint is None or joint < arm.joints]
     offered = tuple(dict.fromkeys(("t", *references, *useful, *own)))
-    return Waiting(file, headers, offered, frozenset(needed), frozenset(useful), joint_units(arm))
+    return WaitingFile(
+        file, headers, offered, frozenset(needed), frozenset(useful), joint_units(arm)
+    )

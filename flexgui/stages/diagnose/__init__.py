@@ -1,1 +1,1 @@
-"""What the model lacks."""
+"""Diagnose: find missing effects."""

@@ -1,4 +1,4 @@
-"""What one effect would do to the arm, simulated by a worker while a diagnosis goes on."""
+"""Simulates what one effect does to the arm, in a worker, beside a diagnosis."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ LEAST = 1e-9
 
 
 class Demonstrations:
-    """One demonstration at a time, beside whatever else is computed; the newest wish wins."""
+    """One demonstration at a time; a new request replaces the last one."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -76,19 +76,18 @@ class Demonstrations:
 
     @property
     def torques(self) -> tuple[MissingTorque, ...]:
-        """What the demonstrated effect would have to explain at the joints of its recording; empty
-        where no diagnosis of the model without the effect has found it."""
+        """Missing torque in the demonstrated recording; empty before a diagnosis."""
         shown, version = self.shown, self._session.diagnosis.newest
         if shown is None or version is None or not shown.torques:
             return ()
         scenario = self._session.document.scenario
         if version.scenario != scenario or shown.kind in dict(present(scenario)):
             return ()
-        found = [c for c in version.comparisons if c.recording == shown.recording]
-        return found[0].missing_torque if found else ()
+        matches = [c for c in version.comparisons if c.recording == shown.recording]
+        return matches[0].missing_torque if matches else ()
 
     def end(self) -> None:
-        """Shows none any more."""
+        """Hides the demonstration."""
         with self._session.lock:
             job, self._shower = self._shower, None
             self.shown, self.kind, self.not_shown = None, "", ""
@@ -97,7 +96,7 @@ class Demonstrations:
         self._session.notify(Topic.DEMONSTRATION)
 
     def scenario_changed(self) -> None:
-        """What is shown is of another arm by now."""
+        """Ends a demonstration of another arm."""
         if self.kind:
             self.end()
 
@@ -108,11 +107,11 @@ class Demonstrations:
         return False
 
     def _sizes(self, kind: str) -> dict[str, float]:
-        """That the ranking has found, where it has refitted the effect."""
+        """Refitted sizes of the effect from the ranking; empty without a refit."""
         version = self._session.diagnosis.newest
         ranked = () if version is None else version.ranking
-        found = next((r for r in ranked if r.effect == kind), None)
-        sizes = {e.name: e.value for e in found.parameters} if found is not None else {}
+        match = next((r for r in ranked if r.effect == kind), None)
+        sizes = {e.name: e.value for e in match.parameters} if match is not None else {}
         return sizes if any(abs(value) > LEAST for value in sizes.values()) else {}
 
     def _hear(self, kind: str, event: Event) -> None:
@@ -144,7 +143,7 @@ def demonstrate(
     *,
     progress: Progress,
 ) -> Demonstration:
-    """`values` of the fitted model; `sizes` of the effect, plausible ones where none are given.
+    """Simulates with and without the effect; without `sizes` it takes plausible ones.
 
     InputError where the arm cannot have the effect, or where it shows in no output.
     """
@@ -153,18 +152,18 @@ def demonstrate(
     from flexgui.stages.diagnose.model_versions import Demonstration
 
     progress.stage("Simulating the arm with and without the effect")
-    setup, data = _asked(scenario, recording, Within(Path(folder or ".")))
-    one = _effect(setup, kind)
-    bare, grown = _models(setup, data, one, values, sizes)
+    setup, data = _compared_in_outputs(scenario, recording, Within(Path(folder or ".")))
+    shown = _effect(setup, kind)
+    bare, grown = _models(setup, data, shown, values, sizes)
     plain, more = (_compared(model, data, setup, values) for model in (bare, grown))
     place = _place(plain, more, data, floors)
     if place is None:
-        raise InputError(f"{one.title} of this size changes no output of {recording}.")
+        raise InputError(f"{shown.title} of this size changes no output of {recording}.")
     k, rows = place
     without, with_it = plain.channels[k], more.channels[k]
     return Demonstration(
         kind=kind,
-        title=one.title,
+        title=shown.title,
         recording=recording,
         channel=without.channel,
         unit=without.unit,
@@ -172,14 +171,14 @@ def demonstrate(
         measured=np.where(without.counted, without.measured, np.nan)[rows],
         without=without.model[rows],
         with_it=with_it.model[rows],
-        sizes=_sizes(one, grown),
+        sizes=_sizes(shown, grown),
         floor=floors.get(without.channel),
         torques=_torques(bare, grown, plain, values),
     )
 
 
-def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
-    """Compared in the outputs in which a diagnosis ranks effects: more than a fit may have."""
+def _compared_in_outputs(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
+    """The setup with the outputs in which a diagnosis ranks effects."""
     from flexgui.core.diagnose.base_fit import compared_outputs
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
@@ -204,38 +203,38 @@ def _effect(setup: Setup, kind: str) -> Effect:
     present = next((e for e in model.effects if e.kind == kind), None)
     if present is not None:
         return present
-    found = effect(kind)
+    listed = effect(kind)
     kinds = tuple(s.kind for s in setup.outputs)
     rig = Rig(model.arm, model.drive, model.level, kinds, model.steering is not None)
-    if reason := found.not_applicable(rig):
-        raise InputError(f"{found.title} cannot be shown here: {reason}")
-    return found
+    if reason := listed.not_applicable(rig):
+        raise InputError(f"{listed.title} cannot be shown here: {reason}")
+    return listed
 
 
 def _models(
-    setup: Setup, data: Recording, one: Effect, values: Mapping[str, float],
+    setup: Setup, data: Recording, shown: Effect, values: Mapping[str, float],
     sizes: Mapping[str, float],
 ) -> tuple[Model, Model]:  # fmt: skip
-    """Without and with the effect, everything else alike, at the same level."""
+    """The models without and with the effect, at the same level."""
     from flexgui.core.effects.sizes import sizes_of
     from flexgui.core.identify.prepared_recording import make_task
     from flexgui.core.simulate.linear import respond
 
     model = setup.model
-    others = [e for e in model.effects if e.kind != one.kind]
+    others = [e for e in model.effects if e.kind != shown.kind]
     plain = {**model.effect_values, **{k: v for k, v in values.items() if "@" not in k}}
     bare = model.with_effects(others, plain)
     lpv = bare.at_level("lpv")
     motion = respond(lpv, [lpv.numbers(values)], [make_task(lpv, data)])[0]
-    grown = model.with_effects([*others, one], {**plain, **sizes}, sizes_of([motion]))
-    if one.kind not in {e.kind for e in grown.effects}:
-        grown = model.with_effects([*others, one], plain, sizes_of([motion]))
-    same = bare if one.kind == "large_motion" else bare.at_level(grown.level)
+    grown = model.with_effects([*others, shown], {**plain, **sizes}, sizes_of([motion]))
+    if shown.kind not in {e.kind for e in grown.effects}:
+        grown = model.with_effects([*others, shown], plain, sizes_of([motion]))
+    same = bare if shown.kind == "large_motion" else bare.at_level(grown.level)
     return same, grown
 
 
 def _sizes(one: Effect, grown: Model) -> tuple[Parameter, ...]:
-    """Its parameters at the values that were simulated."""
+    """The effect's parameters at the simulated values."""
     from flexgui.core.effects.sizes import typical
 
     quantities = one.parameters(grown.arm, grown.drive, typical(grown.arm))
@@ -250,7 +249,7 @@ def _sizes(one: Effect, grown: Model) -> tuple[Parameter, ...]:
 def _torques(
     bare: Model, grown: Model, plain: RecordingComparison, values: Mapping[str, float]
 ) -> tuple[OverSpeed, ...]:
-    """Of the effect with those that it brings along, over the speeds of the motion."""
+    """Torque over speed of the effect and of those it includes."""
     from flexgui.views.over_speed import over_speed
 
     have, motion = {e.kind for e in bare.effects}, plain.motion
@@ -266,8 +265,8 @@ def _compared(
 ) -> RecordingComparison:
     from flexgui.core.identify.compare import compare
 
-    known = {**values, **model.effect_values}
-    return compare(model, data, setup.outputs, setup.processing, known, "")
+    all_values = {**values, **model.effect_values}
+    return compare(model, data, setup.outputs, setup.processing, all_values, "")
 
 
 def _place(
@@ -276,7 +275,7 @@ def _place(
     data: Recording,
     floors: Mapping[str, float],
 ) -> tuple[int, slice] | None:
-    """The measured output that changes most, in floors or else in its own spread, and where."""
+    """The measured output that changes most, in noise floors or its own spread, and where."""
     best, place = SEEN, None
     for k, (a, b) in enumerate(zip(without.channels, with_it.channels, strict=True)):
         if not (data.has(a.channel) or a.fitted):
@@ -290,7 +289,7 @@ def _place(
 
 
 def _stretch(time: np.ndarray, change: np.ndarray) -> slice:
-    """The rows of SECONDS with the largest change."""
+    """The rows of SECONDS s with the largest change."""
     dt = float(time[1] - time[0]) if len(time) > 1 else 1.0
     rows = min(max(int(SECONDS / dt), 2), len(change))
     energy = np.concatenate([[0.0], np.cumsum(change**2)])

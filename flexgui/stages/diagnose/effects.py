@@ -1,4 +1,4 @@
-"""Edits that put effects into a model and take them out; an effect of one's own, ranked."""
+"""Edits that add effects to a model or remove them, and the rank of an own effect."""
 
 from __future__ import annotations
 
@@ -24,24 +24,25 @@ _PARAMETER = re.compile(r"\s*([A-Za-z]\w*)\s*=\s*([-+0-9.eE]+)\s*(?:\[([^\]]*)\]
 
 
 def with_effect(kind: str, ranked: RankedEffect | None) -> Edit:
-    """Adds a listed effect, from the sizes that the ranking has found where there are any."""
+    """Adds a listed effect, starting from the sizes of the ranking if there are any."""
     effect(kind)
     sizes = {e.name: e.value for e in ranked.parameters} if ranked is not None else {}
-    known = any(abs(value) > LEAST for value in sizes.values())
-    starts = {name: {"start": float(v), "vary": True} for name, v in sizes.items()} if known else {}
+    has_size = any(abs(value) > LEAST for value in sizes.values())
+    sizes = sizes if has_size else {}
+    starts = {name: {"start": float(v), "vary": True} for name, v in sizes.items()}
 
     def edit(document: ScenarioDict) -> None:
         entries = document.setdefault("model", {}).setdefault("effects", [])
         # What an included effect has been given already is its own.
-        given = {name for entry in entries for name in entry}
-        fresh = {name: start for name, start in starts.items() if name not in given}
+        stated = {name for entry in entries for name in entry}
+        fresh = {name: start for name, start in starts.items() if name not in stated}
         entries.append({"id": kind} | fresh)
 
     return edit
 
 
 def with_own(target: str, formula: str, parameters: str) -> Edit:
-    """Adds an effect that a person wrote; InputError where its parameters cannot be read."""
+    """Adds an own effect; InputError if its parameters cannot be read."""
     own: dict[str, Any] = {"target": target, "formula": formula.strip()}
     own["parameters"] = own_parameters(parameters)
 
@@ -55,7 +56,7 @@ def with_own(target: str, formula: str, parameters: str) -> Edit:
 
 def own_parameters(text: str) -> dict[str, dict[str, Any]]:
     """'b = 0.5 [N m], c = 2' -> name -> start and unit."""
-    found: dict[str, dict[str, Any]] = {}
+    parameters: dict[str, dict[str, Any]] = {}
     for part in filter(str.strip, text.split(",")):
         match = _PARAMETER.fullmatch(part)
         try:
@@ -67,12 +68,12 @@ def own_parameters(text: str) -> dict[str, dict[str, Any]]:
                 f"The parameter {part.strip()!r} cannot be read. Write name = start [unit], "
                 f"separated by commas: b = 0.5 [N m]."
             )
-        found[match[1]] = {"start": start, "unit": (match[3] or match[4] or "").strip()}
-    return found
+        parameters[match[1]] = {"start": start, "unit": (match[3] or match[4] or "").strip()}
+    return parameters
 
 
 def without_effect(kind: str) -> Edit:
-    """Takes out the last effect of that id, listed or own."""
+    """Removes the last effect of that id, listed or own."""
 
     def edit(document: ScenarioDict) -> None:
         model = document.get("model", {})
@@ -88,17 +89,17 @@ def without_effect(kind: str) -> Edit:
 
 
 def present(scenario: Scenario) -> tuple[tuple[str, str], ...]:
-    """(id, title) of the effects in the model, as they were added."""
-    known = catalogue()
-    listed = [(e.id, known[e.id].title if e.id in known else e.id) for e in scenario.model.effects]
+    """(id, title) of the effects in the model, in the order of adding."""
+    titles = {kind: effect.title for kind, effect in catalogue().items()}
+    listed = [(e.id, titles.get(e.id, e.id)) for e in scenario.model.effects]
     own = [(o.id or "", o.title or o.id or "own effect") for o in scenario.model.own]
     return (*listed, *own)
 
 
 def places(scenario: Scenario) -> tuple[tuple[str, str], ...]:
     """(title, where it acts) of the effects in the model."""
-    known = catalogue()
-    listed = [(known[e.id].title, known[e.id].acts_at) for e in scenario.model.effects]
+    effects = catalogue()
+    listed = [(effects[e.id].title, effects[e.id].acts_at) for e in scenario.model.effects]
     own = [(o.title or "own effect", "tip" if o.target.startswith("tip") else "joints")
            for o in scenario.model.own]  # fmt: skip
     return (*listed, *own)
@@ -106,8 +107,8 @@ def places(scenario: Scenario) -> tuple[tuple[str, str], ...]:
 
 def titled(kinds: Sequence[str]) -> list[str]:
     """Titles of effects by their ids."""
-    known = catalogue()
-    return [known[kind].title if kind in known else kind for kind in kinds]
+    effects = catalogue()
+    return [effects[kind].title if kind in effects else kind for kind in kinds]
 
 
 PRICE = 0.05
@@ -118,8 +119,7 @@ LEAST_LEFT = 1e-4
 
 
 def ranked_with_own(before: ModelVersion, after: ModelVersion) -> ModelVersion:
-    """The version before an own effect was added, with the effect in its list; unchanged where
-    either has not come so far."""
+    """The version before an own effect was added, with that effect in its ranking."""
     own = own_ranked(before, after)
     if own is None or before.found is None:
         return before
@@ -130,23 +130,23 @@ def ranked_with_own(before: ModelVersion, after: ModelVersion) -> ModelVersion:
 
 
 def own_ranked(before: ModelVersion, after: ModelVersion) -> RankedEffect | None:
-    """The own effect with which `after` differs, as a row of the list of `before`."""
+    """The own effect that `after` adds, as an entry of the ranking of `before`."""
     if before.found is None or after.found is None or after.added is None or not before.ranking:
         return None
     from flexgui.core.diagnose.evidence import RELEVANT  # late: it loads all of a diagnosis
 
-    given, grown = (step.cost_per_sample for step in ladder_steps((before, after)))
-    drop = max(given - grown, 0.0)
-    known = {e.name for e in before.found.step.parameters}
+    error_before, grown = (step.cost_per_sample for step in ladder_steps((before, after)))
+    drop = max(error_before - grown, 0.0)
+    names = {e.name for e in before.found.step.parameters}
     return RankedEffect(
         effect=after.added,
         title=after.title,
         score=math.nan,
         p_value=math.nan,
         expected_drop_percent=math.nan,
-        refit_drop_percent=100.0 * drop / max(given - 1.0, drop, RELEVANT),
+        refit_drop_percent=100.0 * drop / max(error_before - 1.0, drop, RELEVANT),
         delta_bic=None,
-        parameters=tuple(e for e in after.found.step.parameters if e.name not in known),
+        parameters=tuple(e for e in after.found.step.parameters if e.name not in names),
         predicted=_predicted(before, after),
     )
 
@@ -163,9 +163,9 @@ def _worse(listed: RankedEffect, own: RankedEffect) -> bool:
     return listed.refit_drop_percent is None or _price(listed) > _price(own)
 
 
-def _price(one: RankedEffect) -> float:
-    left = 1.0 - (one.refit_drop_percent or 0.0) / 100.0
-    return math.log(max(left, LEAST_LEFT)) + PRICE * len(one.parameters)
+def _price(ranked: RankedEffect) -> float:
+    unexplained = 1.0 - (ranked.refit_drop_percent or 0.0) / 100.0
+    return math.log(max(unexplained, LEAST_LEFT)) + PRICE * len(ranked.parameters)
 
 
 def own_place(before: ModelVersion, after: ModelVersion) -> str:

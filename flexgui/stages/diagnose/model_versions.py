@@ -46,7 +46,7 @@ class ModelVersion:
 
     @property
     def ranking(self) -> tuple[RankedEffect, ...]:
-        """The ranked effects; none before there are any."""
+        """The ranked effects; empty before there are any."""
         return () if self.found is None else self.found.ranking
 
     @property
@@ -56,7 +56,7 @@ class ModelVersion:
 
     @property
     def error(self) -> float:
-        """rms over all outputs, in floors."""
+        """Rms error over all outputs, in noise floors."""
         step = None if self.found is None else self.found.step
         return float("nan") if step is None else float(np.sqrt(step.cost_per_sample))
 
@@ -72,19 +72,18 @@ def versions_before(
 
 
 def ladder_steps(versions: Sequence[ModelVersion]) -> tuple[LadderStep, ...]:
-    """The steps so far, all over the floors of the last one, which its model knows best: what is
-    said of the model as it now stands is in them."""
-    known = [(version, version.found.step) for version in versions if version.found is not None]
-    floors = {e.channel: e.floor for _, step in known[-1:] for e in step.errors}
+    """All steps so far, in the noise floors of the last one."""
+    with_step = [(version, version.found.step) for version in versions if version.found is not None]
+    floors = {e.channel: e.floor for _, step in with_step[-1:] for e in step.errors}
     steps = [
         replace(step, added=version.added, title=version.title) if k else step
-        for k, (version, step) in enumerate(known)
+        for k, (version, step) in enumerate(with_step)
     ]
     return (*(_over(step, floors) for step in steps[:-1]), *steps[-1:])
 
 
 def _over(step: LadderStep, floors: dict[str, float]) -> LadderStep:
-    """The step in units of other floors; the noise that is seen differs a little each time."""
+    """The step in other noise floors, as the estimated noise differs a little each time."""
     errors = tuple(replace(e, floor=floors.get(e.channel, e.floor)) for e in step.errors)
     factor = _square(errors) / _square(step.errors) if step.errors else 1.0
     return replace(step, errors=errors, cost_per_sample=step.cost_per_sample * factor)
@@ -95,8 +94,7 @@ def _square(errors: Sequence[ChannelError]) -> float:
 
 
 def combined_diagnosis(versions: Sequence[ModelVersion]) -> Diagnosis | None:
-    """All versions as one diagnosis, for the report; None without a complete one. Its words are
-    of the model as it now stands."""
+    """All versions as one diagnosis, for the report; None without a complete one."""
     complete = [version.diagnosis for version in versions if version.diagnosis is not None]
     if not complete:
         return None
@@ -120,7 +118,7 @@ def combined_diagnosis(versions: Sequence[ModelVersion]) -> Diagnosis | None:
 
 
 def _unseen(before: Diagnosis, step: LadderStep) -> Diagnosis:
-    """Of a model of which no more than its fit is known; the rest is of the one before it."""
+    """Diagnosis of a model that is only fitted; the rest is from the one before."""
     values = {e.name: e.value for e in step.parameters}
     return replace(
         before, words=(INCOMPLETE,), parameters=step.parameters, values=values, stopped=False
@@ -145,7 +143,7 @@ FELL = 0.99
 
 
 class Change(NamedTuple):
-    """rms over all outputs, in noise floors of the last version, as the ladder shows it."""
+    """Rms error before and after, in noise floors of the last version."""
 
     before: float
     after: float
@@ -168,7 +166,7 @@ class Change(NamedTuple):
 
 
 def last_change(versions: Sequence[ModelVersion]) -> Change | None:
-    """From the last but one to the last; None before there are two."""
+    """The last change of the error; None with fewer than two versions."""
     steps = ladder_steps(versions)
     if len(steps) < 2:
         return None
@@ -177,20 +175,20 @@ def last_change(versions: Sequence[ModelVersion]) -> Change | None:
 
 
 def error_stayed(versions: Sequence[ModelVersion]) -> bool:
-    """Whether the last step added something and the error did not fall."""
+    """Whether the last step added an effect and the error did not fall."""
     change = last_change(versions)
     return bool(versions[-1:] and versions[-1].added) and change is not None and not change.fell
 
 
 def error_rose(versions: Sequence[ModelVersion]) -> bool:
-    """Whether the last step added something and the error rose: that is more than needless."""
+    """Whether the last step added an effect and the error rose."""
     change = last_change(versions)
     return bool(versions[-1:] and versions[-1].added) and change is not None and change.rose
 
 
 @dataclass(frozen=True)
 class ModelFindings:
-    """Of one model: how far it is from the recordings, and what could be missing in it."""
+    """Errors of one model, and the effects that could be missing in it."""
 
     step: LadderStep
     recordings: tuple[str, ...]
@@ -217,23 +215,23 @@ class ModelFindings:
     """Of the identification that went with it, where there was one."""
 
 
-def refitted_only(found: ModelFindings) -> ModelFindings:
-    """Without what is only estimated before refitting: a guess is to rest on what was shown."""
+def refitted_only(findings: ModelFindings) -> ModelFindings:
+    """Only refitted effects: in a challenge a guess must not rest on predictions."""
     return replace(
-        found, ranking=tuple(r for r in found.ranking if r.refit_drop_percent is not None)
+        findings, ranking=tuple(r for r in findings.ranking if r.refit_drop_percent is not None)
     )
 
 
 class PartialProgress(Progress, Protocol):
-    """A progress that also takes what there is so far."""
+    """A progress that also takes intermediate results."""
 
     def partial(self, name: str, value: Any) -> None:
-        """A newer value of the same name stands for all earlier ones."""
+        """Reports an intermediate result; it replaces earlier ones of the same name."""
 
 
 @dataclass(frozen=True)
 class Demonstration:
-    """One output of one recording, where the effect changes it most."""
+    """One output of one recording with and without an effect."""
 
     kind: str
     title: str

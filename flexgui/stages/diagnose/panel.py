@@ -1,4 +1,4 @@
-"""Fifth stage: what is missing, and a model that grows by it."""
+"""Fifth stage: find missing effects and add them to the model."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from flexgui.stages.diagnose.model_versions import (
     refitted_only,
 )
 from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
-from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, inviting
+from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, may_explain
 from flexgui.stages.diagnose.panel_rig import KnownRig
 from flexgui.stages.diagnose.plots import demonstration, demonstration_summary, live_prediction
 from flexgui.views.headline import AS_GIVEN, BIASED
@@ -69,7 +69,7 @@ class DiagnosePanel(Panel):
 
     def build_plots(self) -> None:
         context, gui = self.context, self.gui
-        self._at_work = AtWork(context)
+        self._at_work = DemonstrationView(context)
         self._about = HtmlBlock(gui)
         self._ladder = Plot(context, 0.45, wide=True)
         self._candidate_figure = CandidateFigure(context)
@@ -81,9 +81,9 @@ class DiagnosePanel(Panel):
 
     def refresh(self) -> None:
         session, version = self.session, self.session.diagnosis.newest
-        found = self._listed(None if version is None else version.found)
-        free, old, way_on = not session.run.busy, self._old(version), self._way_on(version)
-        titles = _titles(found)
+        findings = self._listed(None if version is None else version.found)
+        free, old, way_on = not session.run.busy, self._old(version), self._next_step(version)
+        titles = _titles(findings)
         self._busy.refresh(self._sentence(version))
         self._find.visible = not self._busy.running and not self.done
         self.enable(free, self._find)
@@ -91,34 +91,33 @@ class DiagnosePanel(Panel):
         self._verdict.show(self._verdict_words(version, titles, free, way_on))
         self._model.show(self._model_words(free, way_on))
         self._by_hand.refresh(free)
-        self._so_far.show(WORDS.so_far(found))
+        self._so_far.show(WORDS.so_far(findings))
         run = session.run.state
         streams = run.kind == "diagnose" and run.phase == RUNNING
         able = free or (streams and session.diagnosis.pending is not None)
-        self._candidates.show(found, titles, way_on == ADD, able and not old)
+        self._candidates.show(findings, titles, way_on == ADD, able and not old)
         self._at_work.refresh()
-        self._about.show(WORDS.nothing_yet() if found is None else "")
-        self._show_plots(found)
+        self._about.show(WORDS.nothing_yet() if findings is None else "")
+        self._show_plots(findings)
 
-    def _listed(self, found: ModelFindings | None) -> ModelFindings | None:
-        """In a challenge only what refits have shown; the same object as long as nothing changes,
-        since what is shown already is not drawn again."""
-        if found is None or self.session.challenge.state is None:
-            return found
-        if self._refitted is None or self._refitted[0] is not found:
-            self._refitted = (found, refitted_only(found))
+    def _listed(self, findings: ModelFindings | None) -> ModelFindings | None:
+        """The findings; in a challenge only refitted effects, cached while nothing changes."""
+        if findings is None or self.session.challenge.state is None:
+            return findings
+        if self._refitted is None or self._refitted[0] is not findings:
+            self._refitted = (findings, refitted_only(findings))
         return self._refitted[1]
 
-    def _way_on(self, version: ModelVersion | None) -> str:
-        """The one button that invites; the tour's card may hold it instead."""
-        known = self.session.challenge.state
+    def _next_step(self, version: ModelVersion | None) -> str:
+        """The next button to highlight; empty if the tour's card has it."""
+        challenge = self.session.challenge.state
         # A challenge waits for a guess, before which asking the tool is marked.
-        guess_first = known is not None and known.revealed is None and not known.guesses
+        guess_first = challenge is not None and challenge.revealed is None and not challenge.guesses
         if has_own_button(self.session) or guess_first:
             return ""
         if version is None or version.found is None or not version.ranking or self._old(version):
             return FIND
-        more = inviting(version.found)
+        more = may_explain(version.found)
         if version.diagnosis is None:
             # Whether an effect was enough that was just added, the whole list has to say.
             return ADD if more and not version.added else FIND
@@ -129,7 +128,7 @@ class DiagnosePanel(Panel):
     def _verdict_words(
         self, version: ModelVersion | None, titles: dict[str, str], free: bool, way_on: str
     ) -> Markup:
-        """The verdict on the model that is shown; of one that was left none."""
+        """The verdict on the shown model; empty for an earlier one."""
         diagnosis = self.session.diagnosis
         if version is None or (diagnosis.pending is not None and diagnosis.pending is not version):
             return Markup("")
@@ -145,7 +144,7 @@ class DiagnosePanel(Panel):
         )  # fmt: skip
 
     def _model_words(self, free: bool, way_on: str) -> Markup:
-        """What is in the model with its sizes, by the diagnosis' own fit and by the first."""
+        """Effects of the model with their sizes, by the diagnosis fit and the first fit."""
         diagnosis = self.session.diagnosis
         versions, first_fit = diagnosis.shown_versions, diagnosis.first_fit
         titles = [title for _, title in present(self.session.document.scenario)]
@@ -154,8 +153,8 @@ class DiagnosePanel(Panel):
         if not steps:
             return Markup(WORDS.model(titles, (), 0.0, (), "", "", undo, free))
         last, own = versions[-1], cached_model(versions[-1].scenario).effect_parameters
-        known = steps[-1].parameters if last.diagnosis is None else last.diagnosis.parameters
-        standing = sorted(known, key=lambda e: e.name not in own)
+        estimates = steps[-1].parameters if last.diagnosis is None else last.diagnosis.parameters
+        standing = sorted(estimates, key=lambda e: e.name not in own)
         first = [e for e in first_fit if e.name not in own and not e.recording]
         began = versions[0].diagnosis
         biased = began is not None and began.verdict == MISSING
@@ -178,12 +177,12 @@ class DiagnosePanel(Panel):
     def _old(self, version: ModelVersion | None) -> bool:
         return version is not None and version.scenario != self.session.document.scenario
 
-    def _show_plots(self, found: ModelFindings | None) -> None:
-        if found is not self._drawn:
-            self._drawn = found
+    def _show_plots(self, findings: ModelFindings | None) -> None:
+        if findings is not self._drawn:
+            self._drawn = findings
             steps = ladder_steps(self.session.diagnosis.shown_versions)
             self._ladder.show_whole(ladder(steps))
-            pictured = [r.title for r in _predicting(found)]
+            pictured = [r.title for r in _predicting(findings)]
             set_options(self._of, (BEST, *pictured), self._of.value)
             self._of.visible = bool(pictured)
         self._candidate_figure.refresh()
@@ -191,25 +190,25 @@ class DiagnosePanel(Panel):
 
     def _show_residual(self) -> None:
         version = self.session.diagnosis.newest
-        found = None if version is None else version.found
-        pictured = _predicting(found)
+        findings = None if version is None else version.found
+        pictured = _predicting(findings)
         name = self.session.playback.cursor.recording
         self._residual_of = name
-        if found is None or not pictured:
+        if findings is None or not pictured:
             self._residual.show(None)
             return
-        k = found.recordings.index(name) if name in found.recordings else 0
-        one = next((r for r in pictured if r.title == self._of.value), pictured[0])
+        k = findings.recordings.index(name) if name in findings.recordings else 0
+        chosen = next((r for r in pictured if r.title == self._of.value), pictured[0])
         figure = live_prediction(
-            found.channels[k], found.dt[k], found.residual[k],
-            one.predicted[k], one.title,
-            f"Residual, {found.recordings[k]} [× noise floor]",
+            findings.channels[k], findings.dt[k], findings.residual[k],
+            chosen.predicted[k], chosen.title,
+            f"Residual, {findings.recordings[k]} [× noise floor]",
         )  # fmt: skip
-        self._residual.show(figure, self._cursor(found))
+        self._residual.show(figure, self._cursor(findings))
 
-    def _cursor(self, found: ModelFindings) -> float | None:
+    def _cursor(self, findings: ModelFindings) -> float | None:
         cursor = self.session.playback.cursor
-        return cursor.time if cursor.recording in found.recordings else None
+        return cursor.time if cursor.recording in findings.recordings else None
 
     def move_cursor(self) -> None:
         version, name = self.session.diagnosis.newest, self.session.playback.cursor.recording
@@ -221,22 +220,21 @@ class DiagnosePanel(Panel):
         self._candidate_figure.move_cursor()
 
 
-def _predicting(found: ModelFindings | None) -> list[RankedEffect]:
-    """The effects whose prediction can be drawn over the residual; where nothing is missing, none
-    is worth a figure."""
-    if found is None or (found.diagnosis is not None and found.diagnosis.verdict == NOTHING):
+def _predicting(findings: ModelFindings | None) -> list[RankedEffect]:
+    """Effects whose prediction can be drawn; none if nothing is missing."""
+    diagnosis = None if findings is None else findings.diagnosis
+    if findings is None or (diagnosis is not None and diagnosis.verdict == NOTHING):
         return []
-    return [one for one in found.ranking if one.predicted]
+    return [ranked for ranked in findings.ranking if ranked.predicted]
 
 
-def _titles(found: ModelFindings | None) -> dict[str, str]:
-    own = {} if found is None else {r.effect: r.title for r in found.ranking}
-    return {kind: one.title for kind, one in catalogue().items()} | own
+def _titles(findings: ModelFindings | None) -> dict[str, str]:
+    own = {} if findings is None else {r.effect: r.title for r in findings.ranking}
+    return {kind: effect.title for kind, effect in catalogue().items()} | own
 
 
-class AtWork(PageElement):
-    """An effect at work on this arm, while it is demonstrated: its formula, outputs and torque; how
-    its job stands."""
+class DemonstrationView(PageElement):
+    """The demonstration of an effect: formula, outputs, torque and progress."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -247,7 +245,7 @@ class AtWork(PageElement):
         self._torques: object = None
 
     def refresh(self) -> None:
-        """Shows it, or why there is nothing to show."""
+        """Shows the demonstration, or why there is none."""
         state = self.session.demonstration
         shown, why = state.shown if state.kind else None, state.not_shown
         effect = catalogue().get(state.kind)

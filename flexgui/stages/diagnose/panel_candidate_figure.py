@@ -1,4 +1,4 @@
-"""On Diagnose: the missing torque, or the residual that fails most, with the first candidate in it.
+"""On Diagnose: missing torque, or the largest residual, with the first candidate's prediction.
 
 It opens by itself with the first ranking, stays while an effect is added, and shows on the same
 axes what the effect has explained.
@@ -12,7 +12,7 @@ from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import HtmlBlock
 from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
-from flexgui.stages.diagnose.panel_candidates import WORDS, inviting
+from flexgui.stages.diagnose.panel_candidates import WORDS, may_explain
 from flexgui.stages.diagnose.plots import (
     BESIDE,
     cloud_caption,
@@ -29,7 +29,7 @@ screen."""
 
 
 class CandidateFigure(PageElement):
-    """One sentence and one figure."""
+    """One caption and one figure."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -40,10 +40,10 @@ class CandidateFigure(PageElement):
         """The recording whose residual is shown; empty while the torque is."""
 
     def refresh(self) -> None:
-        """Draws the newest version that has a residual; the one before stays until then."""
+        """Draws the newest version that has a residual."""
         version = self._newest()
-        found = None if version is None else version.found
-        if version is None or found is None:
+        findings = None if version is None else version.found
+        if version is None or findings is None:
             self._drawn, self._over_time = None, ""
             self._words.show()
             self._cloud.show(None)
@@ -51,17 +51,17 @@ class CandidateFigure(PageElement):
             return
         # The recording under the cursor, where the fit has seen it; else the first.
         name = self.session.playback.cursor.recording
-        name = name if name in found.recordings else found.recordings[0]
-        first = found.ranking[0].effect if found.ranking else None
-        key = (id(version.comparisons), id(found.residual), id(found.laws), first, name)
+        name = name if name in findings.recordings else findings.recordings[0]
+        first = findings.ranking[0].effect if findings.ranking else None
+        key = (id(version.comparisons), id(findings.residual), id(findings.laws), first, name)
         if key == self._drawn:
             return
         self._drawn = key
-        torques, laws = _torques(version, name), _laws(version, found, name)
-        if torques and (laws or self._is_after_a_law(version, found)):
+        torques, laws = _torques(version, name), _laws(version, findings, name)
+        if torques and (laws or self._is_after_a_law(version, findings)):
             self._show_cloud(version, name, torques, laws)
         else:
-            self._show_residual(found, name)
+            self._show_residual(findings, name)
 
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
@@ -69,12 +69,12 @@ class CandidateFigure(PageElement):
             self._residual.move_cursor(self._cursor())
 
     def _cursor(self) -> float | None:
-        """None while the time-line is in another recording, whose times are not of this axis."""
+        """Time of the cursor; None if it is in another recording."""
         cursor = self.session.playback.cursor
         return cursor.time if cursor.recording == self._over_time else None
 
     def _newest(self) -> ModelVersion | None:
-        """A version without a residual of its own yet leaves the figure to the one before."""
+        """The newest version with a residual."""
         versions = self.session.diagnosis.shown_versions
         complete = [k for k in versions if k.found is not None and k.found.recordings]
         # Straight after an effect was added its torque is still to come: the picture waits for it.
@@ -82,13 +82,13 @@ class CandidateFigure(PageElement):
             return complete[-2]
         return complete[-1] if complete else None
 
-    def _is_after_a_law(self, version: ModelVersion, found: ModelFindings) -> bool:
-        """Whether an effect with a law was added last, and no new candidate is offered yet."""
+    def _is_after_a_law(self, version: ModelVersion, findings: ModelFindings) -> bool:
+        """Whether the last added effect has a law and no new candidate is shown yet."""
         versions = self.session.diagnosis.shown_versions
         place = next((k for k, each in enumerate(versions) if each is version), 0)
         before = versions[place - 1].found if place else None
         had = before is not None and bool(before.laws) and before.laws_of == version.added
-        return had and (not found.ranking or not inviting(found))
+        return had and (not findings.ranking or not may_explain(findings))
 
     def _show_cloud(
         self, version: ModelVersion, name: str, torques: tuple[MissingTorque, ...],
@@ -105,36 +105,37 @@ class CandidateFigure(PageElement):
         caption = cloud_caption(torques, first)
         self._words.show(WORDS.over_speed(name, kind, title, version.title, caption))
 
-    def _show_residual(self, found: ModelFindings, name: str) -> None:
-        k = found.recordings.index(name)
+    def _show_residual(self, findings: ModelFindings, name: str) -> None:
+        k = findings.recordings.index(name)
         at = self.session.diagnosis.shown_versions[0].found
-        start = at if at is not None and name in at.recordings else found
+        start = at if at is not None and name in at.recordings else findings
         i = start.recordings.index(name)
         j = worst_channel(start.residual[i])
         channel = start.channels[i][j]
-        if channel not in found.channels[k]:
-            start, i, j = found, k, worst_channel(found.residual[k])
-            channel = found.channels[k][j]
-        here = found.channels[k].index(channel)
-        now, before = found.residual[k][:, here], start.residual[i][:, j]
-        one = next((r for r in found.ranking if r.predicted), None) if inviting(found) else None
-        predicted = None if one is None else one.predicted[k][:, here]
-        title = "" if one is None else one.title
-        unit = next((e.unit for e in found.step.errors if e.channel == channel), "")
-        figure = residual_figure(channel, found.dt[k], now, predicted, title, before, unit)
+        if channel not in findings.channels[k]:
+            start, i, j = findings, k, worst_channel(findings.residual[k])
+            channel = findings.channels[k][j]
+        here = findings.channels[k].index(channel)
+        current, before = findings.residual[k][:, here], start.residual[i][:, j]
+        ranking = findings.ranking if may_explain(findings) else ()
+        predicting = next((r for r in ranking if r.predicted), None)
+        predicted = None if predicting is None else predicting.predicted[k][:, here]
+        title = "" if predicting is None else predicting.title
+        unit = next((e.unit for e in findings.step.errors if e.channel == channel), "")
+        figure = residual_figure(channel, findings.dt[k], current, predicted, title, before, unit)
         self._over_time = name
         self._residual.show(figure, self._cursor(), RESIDUAL)
         self._cloud.show(None)
-        caption = residual_caption(channel, unit, now, before)
+        caption = residual_caption(channel, unit, current, before)
         self._words.show(WORDS.over_time(name, title, caption))
 
 
-def _laws(version: ModelVersion, found: ModelFindings, name: str) -> tuple[OverSpeed, ...]:
-    """Of the first candidate on a recording, where something is to be explained."""
+def _laws(version: ModelVersion, findings: ModelFindings, name: str) -> tuple[OverSpeed, ...]:
+    """Laws of the first candidate in a recording; empty if nothing is to be explained."""
     names = [c.recording for c in version.comparisons]
-    if not found.laws or name not in names or not inviting(found):
+    if not findings.laws or name not in names or not may_explain(findings):
         return ()
-    return found.laws[names.index(name)]
+    return findings.laws[names.index(name)]
 
 
 def _torques(version: ModelVersion, name: str) -> tuple[MissingTorque, ...]:
@@ -142,5 +143,5 @@ def _torques(version: ModelVersion, name: str) -> tuple[MissingTorque, ...]:
 
 
 def _title(kind: str) -> str:
-    one = catalogue().get(kind)
-    return kind if one is None else one.title
+    effect = catalogue().get(kind)
+    return kind if effect is None else effect.title

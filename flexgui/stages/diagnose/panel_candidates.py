@@ -47,7 +47,7 @@ WORDS = stage_macros(
 
 
 class Candidates(PageElement):
-    """The list, as it stands."""
+    """The ranked list of effects."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -59,11 +59,11 @@ class Candidates(PageElement):
 
     def _add(self, kind: str) -> None:
         version = self.session.diagnosis.newest
-        if version is not None and any(one.effect == kind for one in version.ranking):
+        if version is not None and any(ranked.effect == kind for ranked in version.ranking):
             self.session.diagnosis.add(kind)
 
     def _demonstrate(self, kind: str) -> None:
-        """Shows what an effect does, or hides it again."""
+        """Shows or hides what an effect does."""
         demonstration = self.session.demonstration
         if demonstration.kind == kind:
             demonstration.end()
@@ -71,43 +71,48 @@ class Candidates(PageElement):
             demonstration.start(kind)
 
     def show(
-        self, found: ModelFindings | None, titles: dict[str, str], best: bool, able: bool
+        self, findings: ModelFindings | None, titles: dict[str, str], best: bool, able: bool
     ) -> None:
         """The best of a ranking; `titles` of what each cannot be told from; `best`: whether adding
         the first is the next sensible thing; `able`: whether anything can be added now."""
-        if found is None:
+        if findings is None:
             self._words.show()
             return
-        over = found.diagnosis is not None and found.diagnosis.verdict == NOTHING
-        listed = () if over else worth_listing(found.ranking)
-        worth = [one for one in listed if explained_share(one) >= LITTLE]
-        if found is not self._of:  # pictures take longer than words
-            self._of, self._rows = found, [pictured(one, found) for one in worth]
-        rest = [one for one in found.ranking if one not in worth]
+        over = findings.diagnosis is not None and findings.diagnosis.verdict == NOTHING
+        listed = () if over else worth_listing(findings.ranking)
+        worth = [ranked for ranked in listed if explained_share(ranked) >= LITTLE]
+        if findings is not self._of:  # pictures take longer than words
+            self._of, self._rows = findings, [with_picture(ranked, findings) for ranked in worth]
+        small = [ranked for ranked in findings.ranking if ranked not in worth]
         self._words.show(
             WORDS.candidates(
-                self._rows, rest, over, titles, best and inviting(found), able,
+                self._rows, small, over, titles, best and may_explain(findings), able,
                 self.session.demonstration.kind,
             )
         )  # fmt: skip
 
 
-def pictured(one: RankedEffect, found: ModelFindings) -> tuple[RankedEffect, Markup | str, str]:
-    """An effect of the ranking with a picture of what it predicts, and what is seen in that."""
+Pictured = tuple[RankedEffect, Markup | str, str]
+
+
+def with_picture(ranked: RankedEffect, findings: ModelFindings) -> Pictured:
+    """An effect of the ranking with a picture of its prediction and a caption."""
     seen = None
-    if one.predicted:
-        seen = glimpse(found.recordings, found.channels, found.dt, found.residual, one.predicted)
-    return (one, "", "") if seen is None else (one, picture(seen), seen.caption)
+    if ranked.predicted:
+        residual = findings.residual
+        seen = glimpse(
+            findings.recordings, findings.channels, findings.dt, residual, ranked.predicted
+        )
+    return (ranked, "", "") if seen is None else (ranked, picture(seen), seen.caption)
 
 
-def inviting(found: ModelFindings) -> bool:
-    """Whether the first effect may explain something: of a model at its floor no verdict is waited
-    for, and what the model's own parameters imitate explains nothing."""
-    if any(one.tied_to for one in found.ranking[:1]):
+def may_explain(findings: ModelFindings) -> bool:
+    """Whether adding the first effect is sensible: error above the floor, effect identifiable."""
+    if any(ranked.tied_to for ranked in findings.ranking[:1]):
         return False
-    if found.diagnosis is not None:
-        return found.diagnosis.verdict != NOTHING
-    return bool(found.step.cost_per_sample > ABOVE**2)
+    if findings.diagnosis is not None:
+        return findings.diagnosis.verdict != NOTHING
+    return bool(findings.step.cost_per_sample > ABOVE**2)
 
 
 ADDED_NONE = "nothing added"

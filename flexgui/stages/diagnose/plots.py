@@ -30,10 +30,10 @@ PALE = colours.faded(colours.MEASURED, 0.45)
 def demonstration(shown: Demonstration) -> Figure:
     """Two rows: the output; below it what the model without the effect leaves over, and what the
     effect changes."""
-    change, left = shown.with_it - shown.without, shown.measured - shown.without
+    change, measured_change = shown.with_it - shown.without, shown.measured - shown.without
     symbol = channel_symbol(shown.channel, shown.unit)
     signal = shown_unit(shown.without, shown.unit)
-    small = shown_unit(np.concatenate([change, left]), shown.unit)
+    small = shown_unit(np.concatenate([change, measured_change]), shown.unit)
 
     def drawn(name: str, values: np.ndarray, colour: str, unit: ShownUnit, width: float) -> Figure:
         x, y = trace(shown.time, values * unit.factor, POINTS)
@@ -46,7 +46,7 @@ def demonstration(shown: Demonstration) -> Figure:
         drawn("with it", shown.with_it, colours.ADDED, signal, 1.6),
     ]
     changes = [
-        drawn("residual", left, colours.RESIDUAL, small, 1.0),
+        drawn("residual", measured_change, colours.RESIDUAL, small, 1.0),
         drawn("what it changes", change, colours.ADDED, small, 1.8),
     ]
     parts = [
@@ -183,17 +183,17 @@ def worst_channel(residual: np.ndarray) -> int:
 
 def cloud_caption(torques: Sequence[MissingTorque], first: Sequence[MissingTorque]) -> str:
     """'joint 1: 0.9 N m rms, joint 2: 0.3 N m rms', after a step with what it was before."""
-    before = {one.joint: rms(one) for one in first}
+    before = {t.joint: rms(t) for t in first}
     return ", ".join(
-        f"joint {one.joint}: {_changed(before.get(one.joint, rms(one)), rms(one))} {one.unit}"
-        for one in torques
+        f"joint {t.joint}: {_changed(before.get(t.joint, rms(t)), rms(t))} {t.unit}"
+        for t in torques
     )
 
 
 def residual_caption(channel: str, unit: str, residual: np.ndarray, first: np.ndarray) -> str:
     """'tip position z₁: 18 times the noise floor', after a step with what it was before."""
-    now, was = (float(np.sqrt(np.nanmean(np.square(each)))) for each in (residual, first))
-    return f"{output_title(channel, unit)}: {_changed(was, now)} times the noise floor (rms)"
+    current, was = (float(np.sqrt(np.nanmean(np.square(each)))) for each in (residual, first))
+    return f"{output_title(channel, unit)}: {_changed(was, current)} times the noise floor (rms)"
 
 
 def _changed(was: float, now: float) -> str:
@@ -201,9 +201,9 @@ def _changed(was: float, now: float) -> str:
     return f"{was:.2g} → {now:.2g}" if abs(now - was) > 0.01 * was else f"{now:.2g}"
 
 
-def rms(one: MissingTorque) -> float:
+def rms(torque: MissingTorque) -> float:
     """Of the samples that count, in the unit of the torque."""
-    seen = one.missing[one.counted & np.isfinite(one.missing)]
+    seen = torque.missing[torque.counted & np.isfinite(torque.missing)]
     return float(np.sqrt(np.mean(np.square(seen)))) if seen.size else 0.0
 
 

@@ -123,8 +123,8 @@ class Diagnosis:
         scenario = self._session.document.scenario
         last = next((k for k in reversed(self.versions) if k.scenario == scenario), None)
         version = ModelVersion(scenario) if last is None else replace(last, found=None)
-        known = self._session.identification.current is not None
-        return self._diagnose(version, "" if known else AFTER, scenario)
+        is_identified = self._session.identification.current is not None
+        return self._diagnose(version, "" if is_identified else AFTER, scenario)
 
     def add(self, kind: str) -> bool:
         """Puts a listed effect into the model and fits it; a ranking that still goes on ends."""
@@ -134,7 +134,7 @@ class Diagnosis:
             self._session.run.stop()
             self._session.notify(Topic.DIAGNOSIS)
             return True
-        found = (
+        findings = (
             next((r for r in self.newest.ranking if r.effect == kind), None)
             if self.newest
             else None
@@ -142,7 +142,7 @@ class Diagnosis:
         if kind in self.formulas:
             return self.add_own(*self.formulas[kind])
         try:
-            return self._go_on(with_effect(kind, found), titled([kind])[0], kind)
+            return self._go_on(with_effect(kind, findings), titled([kind])[0], kind)
         except InputError as error:
             return self._session.refuse(error)
 
@@ -234,26 +234,26 @@ class Diagnosis:
                 self.pending = None
         return done
 
-    def _take_partial(self, found: ModelFindings) -> None:
+    def _take_partial(self, findings: ModelFindings) -> None:
         """A first or a finer picture."""
         with self._session.lock:
             if self.pending is None:
                 return
-            fresh = found.outcome is not None and self.pending.outcome is not found.outcome
-            version = self.pending = replace(self.pending, found=found)
-            if fresh and found.outcome is not None:
-                self._session.identification.take(found.outcome, version.scenario)
-                self.pending = replace(version, outcome=found.outcome)
+            fresh = findings.outcome is not None and self.pending.outcome is not findings.outcome
+            version = self.pending = replace(self.pending, found=findings)
+            if fresh and findings.outcome is not None:
+                self._session.identification.take(findings.outcome, version.scenario)
+                self.pending = replace(version, outcome=findings.outcome)
         self._session.notify(Topic.DIAGNOSIS)
         if fresh:
             self._session.notify(Topic.OUTCOME)
             self._session.playback.refresh()
 
-    def _compared(self, found: tuple[RecordingComparison, ...]) -> None:
+    def _compared(self, comparisons: tuple[RecordingComparison, ...]) -> None:
         """Measured against the fit of the version."""
         with self._session.lock:
             if self.pending is not None:
-                self.pending = replace(self.pending, comparisons=found)
+                self.pending = replace(self.pending, comparisons=comparisons)
         _ = self._session.comparison.failing  # worked out here: whoever draws has others waiting
         self._session.notify(Topic.DIAGNOSIS)
 
@@ -261,9 +261,9 @@ class Diagnosis:
         self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]
     ) -> AfterEnd:
         """Keeps what was found; without anything the state is what it was before."""
-        found = getattr(event, "result", None)
-        if isinstance(found, ModelFindings):
-            self._take_partial(found)
+        result = getattr(event, "result", None)
+        if isinstance(result, ModelFindings):
+            self._take_partial(result)
         with self._session.lock:
             version, self.pending = self.pending, None
         if version is None:

@@ -37,7 +37,7 @@ PICTURED = 10
 """Effects whose predictions are kept, the best."""
 
 
-class Asked(NamedTuple):
+class SearchInputs(NamedTuple):
     """What is looked at, and how far."""
 
     recordings: list[Recording]
@@ -66,11 +66,11 @@ def diagnose(
     where = Within(Path(folder or "."))
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    asked = _asked(scenario, model, spec, where, progress)
-    reporter = FindingsReporter(asked, progress)
+    inputs = _search_inputs(scenario, model, spec, where, progress)
+    reporter = FindingsReporter(inputs, progress)
     if fit == BEFORE and not progress.stopped():
         reporter.check()
-        reporter.report(outcome=refined(scenario, where, asked, progress))
+        reporter.report(outcome=refined(scenario, where, inputs, progress))
 
     def on_ranking(ranking: tuple[RankedEffect, ...], to_come: Untried) -> None:
         sizes, effects = to_come
@@ -79,23 +79,23 @@ def diagnose(
             reporter.check()
 
     found = search(
-        asked.setup, asked.spec, asked.recordings, asked.options, progress, on_ranking,
+        inputs.setup, inputs.spec, inputs.recordings, inputs.options, progress, on_ranking,
         reporter.begun, reporter.settled,
     )  # fmt: skip
     # Of a search that was stopped the first is not named as missing.
-    sure = found.verdict == MISSING and not found.stopped
-    named = next((r.effect for r in found.ranking if sure), None)
+    is_missing = found.verdict == MISSING and not found.stopped
+    named = next((r.effect for r in found.ranking if is_missing), None)
     light = tuple(replace(r, ranking=thinned(r.ranking, named)) for r in found.rounds)
     reported = replace(found, rounds=light)
     reporter.report(ranking=reported.ranking, diagnosis=reported)
     if fit == AFTER and not progress.stopped():
-        return replace(reporter.seen, outcome=refined(scenario, where, asked, progress))
+        return replace(reporter.seen, outcome=refined(scenario, where, inputs, progress))
     return reporter.seen
 
 
-def _asked(
+def _search_inputs(
     scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
-) -> Asked:
+) -> SearchInputs:
     from flexgui.core.diagnose.output_noise import stated_noise
     from flexgui.core.diagnose.search_state import Options
     from flexgui.core.errors import InputError
@@ -103,10 +103,10 @@ def _asked(
     from flexgui.core.loading import load_recordings
     from flexgui.core.scenario.stated_effects import candidate_effects
 
-    asked = scenario.diagnose
-    candidate_effects(asked)  # a slip there is told before the long work
-    if asked.output is not None:
-        spec = spec.model_copy(update={"output": asked.output})
+    settings = scenario.diagnose
+    candidate_effects(settings)  # a slip there is told before the long work
+    if settings.output is not None:
+        spec = spec.model_copy(update={"output": settings.output})
     progress.stage("Reading the recordings", len(scenario.recordings))
     recordings = list(load_recordings(scenario, model, where, None, progress))
     if not any(r.role == "estimate" for r in recordings):
@@ -115,26 +115,25 @@ def _asked(
     options = Options(
         max_effects=0,
         compare=False,  # the reporter does it sooner
-        candidates=asked.candidates or (),
-        fidelity=asked.fidelity,
+        candidates=settings.candidates or (),
+        fidelity=settings.fidelity,
         stated_noise=stated_noise(scenario, setup, recordings),
-        per_recording=asked.per_recording,
+        per_recording=settings.per_recording,
         stated_rig=scenario.rig.statements,
     )
-    return Asked(recordings, setup, spec, options)
+    return SearchInputs(recordings, setup, spec, options)
 
 
 class FindingsReporter:
     """The model fitted as it is: its step of the ladder and what it leaves of the recordings, told
     at once; what else is found is told with them."""
 
-    def __init__(self, asked: Asked, progress: PartialProgress) -> None:
+    def __init__(self, inputs: SearchInputs, progress: PartialProgress) -> None:
         from flexgui.core.diagnose.diagnose import fit_base_to_recordings
 
         self._progress = progress
-        self._whole = fit_base_to_recordings(
-            asked.setup, asked.spec, asked.recordings, asked.options, progress
-        )
+        recordings, setup, spec, options = inputs
+        self._whole = fit_base_to_recordings(setup, spec, recordings, options, progress)
         self._checked = False
         self._shown: tuple[RecordingComparison, ...] = ()
         self._best: object = None
@@ -211,7 +210,9 @@ def _seen(step: LadderStep, begun: BaseFit) -> ModelFindings:
     )
 
 
-def refined(scenario: Scenario, where: Within, asked: Asked, progress: PartialProgress) -> Outcome:
+def refined(
+    scenario: Scenario, where: Within, inputs: SearchInputs, progress: PartialProgress
+) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
     from flexgui.core.diagnose.progress_messages import fit_title
     from flexgui.core.scenario.stated_effects import without_diagnosis
@@ -219,7 +220,7 @@ def refined(scenario: Scenario, where: Within, asked: Asked, progress: PartialPr
 
     spec = scenario.identify.model_copy(update={"generations": 0, "refine": True})
     plain = without_diagnosis(scenario).model_copy(update={"identify": spec, "compare": ()})
-    progress.stage(fit_title(asked.setup.model.effects))
+    progress.stage(fit_title(inputs.setup.model.effects))
     quiet = Unnamed(progress)
     return run_scenario(plain, folder=where, progress=quiet)
 
@@ -266,26 +267,26 @@ picture of the missing torque has."""
 
 
 def laws_of(
-    model: Model, shown: Sequence[RecordingComparison], one: RankedEffect
+    model: Model, shown: Sequence[RecordingComparison], ranked: RankedEffect
 ) -> tuple[tuple[OverSpeed, ...], ...]:
     """For each recording, with the sizes that a refit has found; empty where the effect is no force
     law at the joints, is unknown to the catalogue, or was not refitted yet."""
     from flexgui.core.effects import catalogue
     from flexgui.views.over_speed import over_speed
 
-    effect = catalogue().get(one.effect)
-    if effect is None or not one.parameters or effect.acts_at not in ("joints", "drive"):
+    effect = catalogue().get(ranked.effect)
+    if effect is None or not ranked.parameters or effect.acts_at not in ("joints", "drive"):
         return ()
-    sizes = {e.name: e.value for e in one.parameters}
+    sizes = {e.name: e.value for e in ranked.parameters}
     grown = model.with_effects([*model.effects, effect], {**model.effect_values, **sizes})
     have = {e.kind for e in model.effects}
     added = [e for e in grown.effects if e.kind not in have]
-    found = []
+    laws = []
     for each in shown:
         if each.motion is None:
             return ()
         rows = slice(None, None, max(1, -(-len(each.motion.velocity) // ROWS)))
         place, speed = each.motion.position[rows], each.motion.velocity[rows]
         p = grown.numbers(grown.effect_values).p
-        found.append(over_speed(added, grown.arm, p, grown.effect_values, place, speed))
-    return tuple(found) if all(found) else ()
+        laws.append(over_speed(added, grown.arm, p, grown.effect_values, place, speed))
+    return tuple(laws) if all(laws) else ()

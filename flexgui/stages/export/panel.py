@@ -70,8 +70,7 @@ class ExportPanel(Panel):
                       partial(self.send_export, "tables")),
             ),
             "Model": tuple(
-                Offer(one.label, one.hint, partial(self._save_model, one))
-                for one in model_formats()
+                Offer(f.label, f.hint, partial(self._save_model, f)) for f in model_formats()
             ),
         }  # fmt: skip
         offers = {o.label: o.make for group in self._groups.values() for o in group}
@@ -130,14 +129,14 @@ class ExportPanel(Panel):
             beside, without = recordings_of_session(self.session)
             self.send(self._name(".zip"), zipped_folder(path, beside), without)
 
-    def _save_model(self, one: ModelFormat) -> None:
+    def _save_model(self, model_format: ModelFormat) -> None:
         outcome = self.session.identification.outcome
         if outcome is None:
             return
-        if refusal := one.unable(outcome):
+        if refusal := model_format.unable(outcome):
             self.session.refuse(refusal)
             return
-        task = Task.of(model_files, one.label, outcome=outcome, kind=one.kind)
+        task = Task.of(model_files, model_format.label, outcome=outcome, kind=model_format.kind)
         self.session.run.start_export(task, self._send_model)
 
     def _send_model(self, files: dict[str, bytes]) -> None:

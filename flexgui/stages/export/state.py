@@ -54,10 +54,10 @@ class Export:
         task = Task.of(plan_next, "The plan", scenario=plain, seconds=seconds, **where)
 
         def on_event(event: Event) -> None:
-            found = getattr(event, "result", None)
-            if isinstance(event, Finished) and isinstance(found, tuple):
+            result = getattr(event, "result", None)
+            if isinstance(event, Finished) and isinstance(result, tuple):
                 with self._session.lock:
-                    self.planned = found
+                    self.planned = result
                 self._session.notify(Topic.OUTCOME)
                 done(out)
 

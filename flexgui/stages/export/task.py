@@ -28,8 +28,8 @@ def export(
     progress.stage("Writing the report")
     check_writable(Path(out))
     motion = report_motion(scenario, outcome, Within(Path(folder)))
-    found = diagnosed_text(scenario, outcome)
-    export_outcome(outcome, scenario_toml(scenario), Path(out), motion, found)
+    diagnosed = diagnosed_text(scenario, outcome)
+    export_outcome(outcome, scenario_toml(scenario), Path(out), motion, diagnosed)
     return out
 
 
@@ -38,7 +38,7 @@ def model_files(outcome: Outcome, kind: str, *, progress: Progress) -> dict[str,
     from flexgui.export.formats import model_formats
 
     progress.stage("Writing the model")
-    return next(one for one in model_formats() if one.kind == kind).files(outcome)
+    return next(f for f in model_formats() if f.kind == kind).files(outcome)
 
 
 def playback_page(shown: RecordedMotion, exaggeration: float, *, progress: Progress) -> str:
@@ -62,6 +62,6 @@ def plan_next(
     from flexgui.sentences.experiments import plan_paragraphs
 
     wish = ExperimentRequest(seconds, limits=scenario.limits)
-    found = plan(scenario, wish, folder=Within(Path(folder)), progress=progress)
-    write_plan(scenario, found, Path(out))
-    return plan_paragraphs(found)
+    design = plan(scenario, wish, folder=Within(Path(folder)), progress=progress)
+    write_plan(scenario, design, Path(out))
+    return plan_paragraphs(design)

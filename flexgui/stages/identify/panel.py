@@ -30,7 +30,7 @@ from flexgui.page.widgets import (
 )
 from flexgui.session.scenario_edits import cached_model, set_value
 from flexgui.session.state import Topic
-from flexgui.stages.identify.panel_parameters import ChosenParameters, parameter_words
+from flexgui.stages.identify.panel_parameters import ChosenParameters, parameter_text
 from flexgui.stages.identify.state import noisy, paper_points, stated
 from flexgui.views.comparison import live_worst
 from flexgui.views.convergence import (
@@ -42,16 +42,16 @@ from flexgui.views.convergence import (
     live_plane,
 )
 from flexgui.views.fit_table import fit_dots
-from flexgui.views.headline import final_comparisons, given, standing
+from flexgui.views.headline import final_comparisons, final_estimates, first_estimates
 from flexgui.views.names import TITLES
 from flexgui.views.parameter_tables import (
-    given_parameters,
+    final_parameters,
+    first_parameters,
     paper_table,
     short_between_runs,
     short_parameters,
-    standing_parameters,
 )
-from flexgui.views.summary import alarms, lead, summary
+from flexgui.views.summary import alarms, lead_sentences, summary
 from flexgui.views.table import html_table
 
 WORDS = stage_macros("identify")
@@ -116,11 +116,11 @@ class IdentifyPanel(Panel):
         """Words -> what [identify] says: each output by itself, and those that stand together."""
         ways = [[kind] for kind in sensors()]
         ways += [list(self._get("output") or ())]
-        return {AUTOMATIC: None} | {outputs_words(way): way for way in ways if way}
+        return {AUTOMATIC: None} | {outputs_text(way): way for way in ways if way}
 
     def _output_shown(self) -> str:
         outputs = self._get("output")
-        return AUTOMATIC if outputs is None else outputs_words(outputs)
+        return AUTOMATIC if outputs is None else outputs_text(outputs)
 
     def _get(self, name: str) -> Any:
         return getattr(self.session.document.scenario.identify, name)
@@ -148,8 +148,8 @@ class IdentifyPanel(Panel):
         self._signal.show(live_worst(self._compared(outcome)))
         self._cost.show(live_convergence(history) if history else live_descent(so_far.costs))
         self._plane.show(live_plane(history, searched))
-        begun = history or so_far.comparison or outcome is not None
-        self._about.show("" if begun else WORDS.nothing_yet())
+        started = history or so_far.comparison or outcome is not None
+        self._about.show("" if started else WORDS.nothing_yet())
         if outcome is None:
             table = live_parameters(history, searched)
             self._table.show(html_table(table) if table else "")
@@ -158,17 +158,17 @@ class IdentifyPanel(Panel):
                 words.show()
             return
         whole = self.session.diagnosis.whole or outcome
-        self._table.show(found_parameters(whole))
-        self._repeated.show(repeated_words(outcome.repeated))
+        self._table.show(parameters_html(whole))
+        self._repeated.show(repeated_html(outcome.repeated))
         self._fit.show_whole(fit_dots(final_comparisons(whole)))
         biased = self.session.diagnosis.known_biased
         old = self.session.identification.current is None
         self._summary.show(
             WORDS.converged(outcome.fits),
-            WORDS.summary(alarms(whole), biased, lead(whole), old),
+            WORDS.summary(alarms(whole), biased, lead_sentences(whole), old),
             folded("All of it in words", joined(*map(paragraph, summary(whole)))),
         )
-        self._paper.show(beside_paper(outcome, self._fitted_scenario))
+        self._paper.show(paper_comparison(outcome, self._fitted_scenario))
 
     @property
     def _running(self) -> bool:
@@ -189,16 +189,16 @@ class IdentifyPanel(Panel):
         """With what was measured: of the result, else of the fit that runs."""
         if outcome is not None:
             return [r for r in final_comparisons(outcome) if r.role == "estimate"]
-        found = self.session.identification.so_far.comparison
-        return [] if found is None else [found]
+        comparison = self.session.identification.so_far.comparison
+        return [] if comparison is None else [comparison]
 
     def _searched(self) -> list[Searched]:
         scenario = self.session.document.scenario if self._running else self._fitted_scenario
         try:
-            found = stated(scenario, cached_model(scenario))
+            parameters = stated(scenario, cached_model(scenario))
         except InputError:
             return []
-        return [Searched(p.name, p.symbol, p.unit, p.lower, p.upper) for p in found]
+        return [Searched(p.name, p.symbol, p.unit, p.lower, p.upper) for p in parameters]
 
     def _show_state(self) -> None:
         run, busy = self.session.run.state, self._running
@@ -226,16 +226,16 @@ class IdentifyPanel(Panel):
         except InputError:
             return Markup(WORDS.to_fit(count, ()))
         searched = [*stated(scenario, cached_model(scenario)), *sizes]
-        return Markup(WORDS.to_fit(count, [parameter_words(p) for p in searched]))
+        return Markup(WORDS.to_fit(count, [parameter_text(p) for p in searched]))
 
 
-def outputs_words(kinds: Sequence[str]) -> str:
+def outputs_text(kinds: Sequence[str]) -> str:
     """'Joint encoders, tip position'"""
     words = ", ".join(TITLES.get(kind, sensors()[kind].title) for kind in kinds)
     return f"{words[0].upper()}{words[1:]}"
 
 
-def beside_paper(outcome: Outcome, scenario: Scenario) -> Markup:
+def paper_comparison(outcome: Outcome, scenario: Scenario) -> Markup:
     """The paper's table, where the scenario is its experiment."""
     points = paper_points(scenario)
     if points is None:
@@ -244,19 +244,19 @@ def beside_paper(outcome: Outcome, scenario: Scenario) -> Markup:
     return joined(paragraph("The paper's table beside ours", "lead"), html_table(table))
 
 
-def repeated_words(found: Sequence[Repeated]) -> Markup:
+def repeated_html(repeated: Sequence[Repeated]) -> Markup:
     """How well the parameters repeat, and which run differs; nothing where nothing was repeated."""
-    table = short_between_runs(found)
+    table = short_between_runs(repeated)
     if table is None:
         return Markup("")
-    differs = any(one.disagreeing for one in found)
+    differs = any(parameter.disagreeing for parameter in repeated)
     return Markup(WORDS.repeated(html_table(table), differs))
 
 
-def found_parameters(outcome: Outcome) -> Markup:
+def parameters_html(outcome: Outcome) -> Markup:
     """Those of the model as it now stands; the first fit's in a fold where a diagnosis has made its
     own."""
-    found = html_table(short_parameters(standing_parameters(outcome), standing(outcome)))
-    first = given_parameters(outcome)
-    folded = "" if first is None else html_table(short_parameters(first, given(outcome)))
-    return Markup(WORDS.parameters(found, folded))
+    table = html_table(short_parameters(final_parameters(outcome), final_estimates(outcome)))
+    first = first_parameters(outcome)
+    folded = "" if first is None else html_table(short_parameters(first, first_estimates(outcome)))
+    return Markup(WORDS.parameters(table, folded))

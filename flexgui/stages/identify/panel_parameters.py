@@ -20,7 +20,7 @@ from flexgui.views.names import plain_symbol
 ADD = "add a parameter …"
 
 
-def parameter_words(p: Parameter) -> str:
+def parameter_text(p: Parameter) -> str:
     """'bending stiffness of segment 1, EI₁'"""
     symbol = plain_symbol(p.symbol, p.name)
     return f"{p.title}, {symbol}" if p.title else symbol
@@ -46,7 +46,7 @@ class ChosenParameters(PageElement):
         except InputError:
             return
         chosen = scenario.identify.parameters
-        free = {parameter_words(p): n for n, p in candidates(model).items() if n not in chosen}
+        free = {parameter_text(p): n for n, p in candidates(model).items() if n not in chosen}
         self._free = free
         set_options(self._add, (ADD, *free), ADD)
         rows = partial(self._build_rows, stated(scenario, model))

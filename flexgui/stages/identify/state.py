@@ -79,13 +79,13 @@ class Identification:
                 self.so_far = self.so_far.after(*event.value)
             self._session.notify(Topic.RUN)
             return
-        found = getattr(event, "result", None)
-        if not isinstance(found, Outcome):
+        outcome = getattr(event, "result", None)
+        if not isinstance(outcome, Outcome):
             return
         if isinstance(event, Stopped) and self.outcome is not None:
             self._session.show_message("Stopped; the last complete result is kept.")
             return
-        self.take(found, scenario)
+        self.take(outcome, scenario)
         self._session.notify(Topic.OUTCOME)
         if isinstance(event, Stopped):
             self._session.show_message("Stopped; this is the best result so far.")
@@ -98,22 +98,22 @@ PAPER_POINT = 1e-3
 
 def candidates(model: Model) -> dict[str, Parameter]:
     """Parameters that can be estimated, by name; those of a single segment come last."""
-    known = {name: p for name, p in model.parameters.items() if p.lower < p.upper}
-    return dict(sorted(known.items(), key=lambda item: item[0][-1:].isdigit()))
+    bounded = {name: p for name, p in model.parameters.items() if p.lower < p.upper}
+    return dict(sorted(bounded.items(), key=lambda item: item[0][-1:].isdigit()))
 
 
 def stated(scenario: Scenario, model: Model) -> tuple[Parameter, ...]:
     """The searched parameters with the scenario's bounds."""
-    spec, known = scenario.identify, model.parameters
-    found = []
+    spec, nominal = scenario.identify, model.parameters
+    names = []
     for name in spec.parameters:
-        if name.startswith((OFFSET, GAIN, START)) or name not in known:
+        if name.startswith((OFFSET, GAIN, START)) or name not in nominal:
             continue
-        p = known[name]
+        p = nominal[name]
         lower, upper = spec.bounds.get(name, (p.lower, p.upper))
         value = min(max(spec.start.get(name, p.value), lower), upper)
-        found.append(replace(p, value=value, lower=lower, upper=upper))
-    return tuple(found)
+        names.append(replace(p, value=value, lower=lower, upper=upper))
+    return tuple(names)
 
 
 def paper_points(scenario: Scenario) -> tuple[float, ...] | None:
@@ -127,10 +127,10 @@ def paper_points(scenario: Scenario) -> tuple[float, ...] | None:
     ]
     if not points or any(p is None for p in points):
         return None
-    sure = [p for p in points if p is not None]
-    eighths = [8.0 * p / math.pi for p in sure]
+    indices = [p for p in points if p is not None]
+    eighths = [8.0 * p / math.pi for p in indices]
     near = all(abs(e - round(e)) * math.pi / 8.0 < PAPER_POINT for e in eighths)
-    return tuple(sure) if near else None
+    return tuple(indices) if near else None
 
 
 def noisy(scenario: Scenario) -> bool:

@@ -69,7 +69,7 @@ def study(
 
 def _print_progress(steps: Iterator[Finished]) -> None:
     """One line per finished case: how many, which, how long it may still take."""
-    begun, new, old = time.monotonic(), 0, 0
+    started, new, old = time.monotonic(), 0, 0
     for step in steps:
         if step.before:
             old += 1
@@ -77,9 +77,9 @@ def _print_progress(steps: Iterator[Finished]) -> None:
         if old and not new:
             typer.echo(f"{old} of {step.total} were finished before.")
         new += 1
-        left = (time.monotonic() - begun) / new * (step.total - step.done)
-        rest = f", about {left:.0f} s left" if left >= 1.0 else ""
-        typer.echo(f"{step.done}/{step.total} {step.record['key']}{rest}")
+        seconds_left = (time.monotonic() - started) / new * (step.total - step.done)
+        remaining = f", about {seconds_left:.0f} s left" if seconds_left >= 1.0 else ""
+        typer.echo(f"{step.done}/{step.total} {step.record['key']}{remaining}")
     if old and not new:
         typer.echo(f"All {old} were finished before.")
 

@@ -66,7 +66,7 @@ def ratio_of_deviations(table: EstimateTable) -> float:
 
 def _of_bias(s: Summary) -> dict[str, Any]:
     """Per cent by which EI is wrong: as the paper's means imply, as found here, as explained."""
-    sources = {(one.excitation, one.rates): one for one in s.bias}
+    sources = {(spread.excitation, spread.rates): spread for spread in s.bias}
     kinds = (("prbs", "tip"), ("prbs", "working point"), ("prbs_balanced", "tip"))
     plain, paper, still = (sources.get(kind) for kind in kinds)
     rows = s.tables[0].rows if s.tables else ()
@@ -96,15 +96,15 @@ def _of_baselines(rows: Sequence[BaselineRow]) -> dict[str, Any]:
     cells: dict[tuple[int, float | None], dict[str, BaselineRow]] = {}
     for row in rows:
         cells.setdefault((row.points, row.snr_db), {})[row.method] = row
-    found = list(cells.values())
-    linear = [{k: v for k, v in cell.items() if k != NONLINEAR} for cell in found]
-    counted = [(words, _beaten(found, kind)) for kind, (*_, words) in KINDS.items()]
-    others = [name for name in (found[0] if found else ()) if name != GLOCAL]
+    findings = list(cells.values())
+    linear = [{k: v for k, v in cell.items() if k != NONLINEAR} for cell in findings]
+    counted = [(words, _beaten(findings, kind)) for kind, (*_, words) in KINDS.items()]
+    others = [name for name in (findings[0] if findings else ()) if name != GLOCAL]
     return {
         "cells": len(cells),
         "counted": [*counted, ("on sweeps among the linear models", _beaten(linear, "sweeps"))],
         "others": [
-            (name, *zip(*(_ahead(c[name], c[GLOCAL]) for c in found if name in c), strict=True))
+            (name, *zip(*(_ahead(c[name], c[GLOCAL]) for c in findings if name in c), strict=True))
             for name in others
         ],
     }
@@ -161,7 +161,7 @@ EQUAL_SHARE = 0.02
 """Of a pole error or a time: likewise."""
 
 
-def result_words(row: BaselineRow) -> str:
+def result_text(row: BaselineRow) -> str:
     """What a method found, in a few words."""
     if "order" in row.found:
         return f"order {row.found['order']}, degree {row.found['degree']} in cos θ₂"
@@ -171,16 +171,16 @@ def result_words(row: BaselineRow) -> str:
 def conclusions(rows: Sequence[BaselineRow]) -> list[str]:
     """What each row's figures say beside glocal's at the same points and ratio; for glocal itself
     beside the best of the others."""
-    found = []
+    findings = []
     for row in rows:
         same = [r for r in rows if (r.points, r.snr_db) == (row.points, row.snr_db)]
         others = [r for r in same if r.method != row.method]
         glocal = next((r for r in others if r.method == GLOCAL), None)
         if row.method == GLOCAL:
-            found.append(_of_glocal(row, others))
+            findings.append(_of_glocal(row, others))
         else:
-            found.append("" if glocal is None else _beside(row, glocal))
-    return found
+            findings.append("" if glocal is None else _beside(row, glocal))
+    return findings
 
 
 def _beside(row: BaselineRow, glocal: BaselineRow) -> str:

@@ -126,7 +126,7 @@ class StudyPanel(Panel):
         return state.phase == DONE and self._begun(state) and same
 
     def _size(self) -> str:
-        return size_words(self.session.document.scenario, self.session.study.choice)
+        return size_text(self.session.document.scenario, self.session.study.choice)
 
     def _has_part(self, kind: str) -> bool:
         return kind in self.session.study.choice.parts
@@ -149,7 +149,7 @@ class StudyPanel(Panel):
         self.send(name, zipped_folder(folder))
 
 
-def size_words(scenario: Scenario, choice: StudyChoice) -> str:
+def size_text(scenario: Scenario, choice: StudyChoice) -> str:
     """How many cases, or why there are none."""
     try:
         settings = asked(scenario, choice)

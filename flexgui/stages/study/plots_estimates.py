@@ -112,8 +112,8 @@ def _by_fit(
     return Table((*texts("Fit"), *numbers(*titles)), tuple(rows), text)
 
 
-def _biases(found: Iterable[Spread], true: Sequence[float]) -> Iterator[str]:
-    return (signed(e.mean / EI - 1.0) for e, EI in zip(found, true, strict=True))
+def _biases(spreads: Iterable[Spread], true: Sequence[float]) -> Iterator[str]:
+    return (signed(e.mean / EI - 1.0) for e, EI in zip(spreads, true, strict=True))
 
 
 def _each(texts: Iterable[str]) -> str:
@@ -175,12 +175,12 @@ def study_valley(
     and d are not what was estimated."""
     if not tables or {"epsilon", "d"} != set(tables[0].rows[0].values):
         return None
-    found = [p["epsilon"] for t in tables for row in t.rows for p in row.pairs]
-    low, high = (min(found), max(found)) if prior is None else prior.bounds["epsilon"]
+    epsilons = [p["epsilon"] for t in tables for row in t.rows for p in row.pairs]
+    low, high = (min(epsilons), max(epsilons)) if prior is None else prior.bounds["epsilon"]
     epsilon = np.linspace(low, high, 201)
     d = (12.0 * true_EI / epsilon) ** 0.25
-    look: Figure = {"width": 2, "hoverinfo": "skip"}
-    curve = line(epsilon * GPA, d * MM, "ε d⁴ = const", colours.MODEL, **look)
+    style: Figure = {"width": 2, "hoverinfo": "skip"}
+    curve = line(epsilon * GPA, d * MM, "ε d⁴ = const", colours.MODEL, **style)
     published = [(t, means) for t in tables if (means := comparable(t)) is not None]
     traces = [curve, *map(_ours, tables), *(_papers(*pair) for pair in published)]
     text = ["Dots: every fit of every run.", "Curve: all pairs with the true EI."]
@@ -189,8 +189,8 @@ def study_valley(
     if prior is not None:
         (x0, x1), (y0, y1) = prior.bounds["epsilon"], prior.bounds["d"]
         x, y = np.array([x0, x1, x1, x0, x0]) * GPA, np.array([y0, y0, y1, y1, y0]) * MM
-        look = {"width": 1.2, "dash": "dot", "hoverinfo": "skip"}
-        traces.insert(0, line(x, y, "prior", colours.BOUND, **look))
+        style = {"width": 1.2, "dash": "dot", "hoverinfo": "skip"}
+        traces.insert(0, line(x, y, "prior", colours.BOUND, **style))
         text.append("Box: the prior, in which the first population is drawn.")
     axes = (axis("ε [GPa]"), axis("d [mm]"))
     return figure(traces, *axes, " ".join(text), 480, hovermode="closest")
@@ -211,12 +211,12 @@ def _ours(table: EstimateTable) -> Figure:
 
 def _papers(table: EstimateTable, published: Sequence[Numbers]) -> Figure:
     x, y = [n[0] for n in published], [n[2] for n in published]
-    look = {
+    style = {
         "size": 11, "symbol": MARKS.get(table.snr_db, "square"),
         "line": {"width": 1, "color": colours.HOVER_BACKGROUND},
     }  # fmt: skip
     name, hover = f"paper, {snr(table.snr_db)}", "paper, %{text}<br>%{x:.4f} GPa, %{y:.1f} mm"
-    marks = dots(x, y, name, colours.RESIDUAL, f"{hover}<extra></extra>", **look)
+    marks = dots(x, y, name, colours.RESIDUAL, f"{hover}<extra></extra>", **style)
     return marks | {"text": [row.label for row in table.rows]}
 
 

@@ -13,7 +13,7 @@ from flexgui.core.montecarlo.paper_values import FITS, LOCALS
 from flexgui.core.montecarlo.planning import Candidate, Planning
 from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, BiasSource, Validation
 from flexgui.sentences.written import format_number
-from flexgui.stages.study.findings import GLOCAL, conclusions, result_words
+from flexgui.stages.study.findings import GLOCAL, conclusions, result_text
 from flexgui.stages.study.plots_estimates import (
     EXCITATIONS,
     RATES,
@@ -44,7 +44,7 @@ def baseline_table(rows: Sequence[BaselineRow]) -> Table:
     for r in rows:
         fits = [format_percent(r.fit[k]) for k in ("identified", "unseen", "sweeps")]
         effort = (percent(r.pole_error, 2), str(r.parameters), format_number(r.seconds, 2))
-        cells = (str(r.points), snr(r.snr_db), r.method, *fits, *effort, result_words(r))
+        cells = (str(r.points), snr(r.snr_db), r.method, *fits, *effort, result_text(r))
         shown.append(Row(cells, strong=r.method == GLOCAL))
     text = (
         "FIT on noise-free validation recordings, mean over recordings and both "
@@ -133,9 +133,9 @@ def sweep_fits(checked: Validation) -> Figure:
         for k, (output, dash) in enumerate(zip(OUTPUTS, DASHES, strict=True))
     ]  # fmt: skip
     for output, dash, value in zip(OUTPUTS, DASHES, FITS, strict=True):
-        name, look = f"paper, LPV, {output}", {"width": 1.5, "dash": dash}
+        name, style = f"paper, LPV, {output}", {"width": 1.5, "dash": dash}
         ends = ([sweeps[0], sweeps[-1]], [value, value])
-        lines.append(line(*ends, name, colours.RESIDUAL, "paper: %{y:.1f} %", **look))
+        lines.append(line(*ends, name, colours.RESIDUAL, "paper: %{y:.1f} %", **style))
     text = "Noise-free sweeps; the estimates come from noisy recordings."
     return figure(lines, axis("sweep", dtick=1), axis("FIT [%]"), text, 380)
 
@@ -143,11 +143,11 @@ def sweep_fits(checked: Validation) -> Figure:
 def sweep_table(checked: Validation) -> Table:
     """A row per sweep and the mean."""
     titles = [f"{name}, {output} [%]" for name in LEVELS.values() for output in OUTPUTS]
-    found = {str(n): [checked.fits[v][k] for v in LEVELS] for k, n in enumerate(checked.sweeps)}
-    found["mean"] = [checked.mean(level) for level in LEVELS]
+    by_sweep = {str(n): [checked.fits[v][k] for v in LEVELS] for k, n in enumerate(checked.sweeps)}
+    by_sweep["mean"] = [checked.mean(level) for level in LEVELS]
     rows = tuple(
         Row((name, *(format_percent(v) for pair in fits for v in pair)), strong=name == "mean")
-        for name, fits in found.items()
+        for name, fits in by_sweep.items()
     )
     text = f"The paper: {FITS[0]} and {FITS[1]} % with its LPV model."
     return Table((*texts("Sweep"), *numbers(*titles)), rows, text)

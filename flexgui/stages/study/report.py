@@ -22,7 +22,7 @@ from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, Summary
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.export.folder import dumps, swap_in, work_folder
 from flexgui.export.template import Plot, environment, packed_plotly, plot
-from flexgui.stages.study.findings import conclusions, findings, result_words
+from flexgui.stages.study.findings import conclusions, findings, result_text
 from flexgui.stages.study.plots_estimates import (
     deviation_table,
     explained_table,
@@ -139,8 +139,8 @@ def sections(s: Summary) -> Iterator[Section]:
         yield _section("sweeps", "Validation sweeps", [sweep_path(v), sweep_fits(v)], tables)
     if s.baselines:
         low, high = min(s.settings.points), max(s.settings.points)
-        known = {r.points for r in s.baselines}
-        points = len(s.settings.points) if len(s.settings.points) in known else max(known)
+        numbers = {r.points for r in s.baselines}
+        points = len(s.settings.points) if len(s.settings.points) in numbers else max(numbers)
         figures = [baseline_figure(s.baselines), pole_figure(s.baselines, points, low, high)]
         tables = {
             "All rows": baseline_table(s.baselines),
@@ -206,14 +206,14 @@ def _estimates(s: Summary) -> Rows:
             spread = dict(row.values)
             suffixes = [""] if len(row.EI) == 1 else [str(i + 1) for i in range(len(row.EI))]
             spread |= {f"EI{suffix}": EI for suffix, EI in zip(suffixes, row.EI, strict=True)}
-            found: dict[str, object] = _ratio(table) | fit
+            columns: dict[str, object] = _ratio(table) | fit
             for name, value in spread.items():
-                found |= {f"{name}_mean": value.mean, f"{name}_std": value.std}
-            found["EI_of_means"] = row.EI_of_means
+                columns |= {f"{name}_mean": value.mean, f"{name}_std": value.std}
+            columns["EI_of_means"] = row.EI_of_means
             if published is not None:
                 names = ("epsilon_GPa", "epsilon_std_GPa", "d_mm", "d_std_mm")
-                found |= {f"paper_{n}": v for n, v in zip(names, published[k], strict=True)}
-            yield found
+                columns |= {f"paper_{n}": v for n, v in zip(names, published[k], strict=True)}
+            yield columns
 
 
 def _runs(s: Summary) -> Rows:
@@ -259,7 +259,7 @@ def _sweeps(s: Summary) -> Rows:
 def _baselines(s: Summary) -> Rows:
     for r in s.baselines:
         fits = {f"fit_{kind}_percent": value for kind, value in r.fit.items()}
-        own = {"pole_error": r.pole_error, "parameters": r.parameters, "result": result_words(r)}
+        own = {"pole_error": r.pole_error, "parameters": r.parameters, "result": result_text(r)}
         yield {"points": r.points, **_ratio(r), "method": r.method, **fits, **own}
 
 
@@ -283,10 +283,10 @@ def _candidates(s: Summary) -> Rows:
         return
     for c in s.planning.candidates:
         columns = {"experiment": "name", "theta2": "theta2", "seconds": "seconds"}
-        found = _fields(c.experiment, **columns) | {"chosen": c in s.planning.chosen}
+        row = _fields(c.experiment, **columns) | {"chosen": c in s.planning.chosen}
         for e in c.expected:
-            found |= {f"{e.target}_std": e.std, f"{e.target}_bias": e.bias}
-        yield found
+            row |= {f"{e.target}_std": e.std, f"{e.target}_bias": e.bias}
+        yield row
 
 
 def _predicted(s: Summary) -> Rows:

@@ -56,22 +56,22 @@ class StudyState:
 
 
 def remaining(
-    known: Mapping[str, Record], new: Iterable[str], left: Iterable[str], elapsed: float
+    records: Mapping[str, Record], new: Iterable[str], open_parts: Iterable[str], elapsed: float
 ) -> float | None:
-    """s for the cases `left`, named by their parts, at the pace at which the cases with the keys
-    `new` were done in `elapsed` s; None without a pace.
+    """s for the cases `open_parts`, named by their parts, if the cases with the keys `new` took
+    `elapsed` s; None where `new` is empty.
 
     The parts differ by a factor of a hundred, so each is expected to go on as it has begun.
     """
-    work = sum(known[key]["seconds"] for key in new)
+    work = sum(records[key]["seconds"] for key in new)
     if not work or elapsed <= 0.0:
         return None
     each: dict[str, list[float]] = defaultdict(list)
-    for record in known.values():
+    for record in records.values():
         each[record["part"]].append(record["seconds"])
     mean = {part: sum(values) / len(values) for part, values in each.items()}
     usual = sum(mean.values()) / len(mean)
-    return sum(mean.get(part, usual) for part in left) * elapsed / work
+    return sum(mean.get(part, usual) for part in open_parts) * elapsed / work
 
 
 FEW, PAPER = 5, 20
@@ -152,20 +152,20 @@ def shown(summary: Summary) -> tuple[ShownSection, ...]:
     from flexgui.stages.study.findings import findings
     from flexgui.stages.study.report import sections
 
-    found = []
+    parts = []
     for section in sections(summary):
         figures = tuple(_figure(plot) for plot in section.figures)
-        tables = _narrow(summary) if section.id == "estimates" else ()
+        tables = _short_tables(summary) if section.id == "estimates" else ()
         own = section.tables[2:] if tables else section.tables
         words = Markup("").join(_table(title, table) for title, table in (*tables, *own))
-        found.append(ShownSection(section.title, figures, words))
+        parts.append(ShownSection(section.title, figures, words))
     paragraphs = [_paragraph(heading, text) for heading, text in findings(summary)]
     if paragraphs:
-        found.append(ShownSection(FINDINGS, (), Markup("").join(paragraphs)))
-    return tuple(found)
+        parts.append(ShownSection(FINDINGS, (), Markup("").join(paragraphs)))
+    return tuple(parts)
 
 
-def _narrow(summary: Summary) -> Iterator[tuple[str, Table]]:
+def _short_tables(summary: Summary) -> Iterator[tuple[str, Table]]:
     """The two wide tables of the report ratio by ratio: a page has half its width."""
     for table in summary.tables:
         yield f"Estimates at {snr(table.snr_db)}", parameter_table([table])

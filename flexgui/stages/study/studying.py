@@ -78,10 +78,10 @@ class Study:
     @property
     def refusal(self) -> str:
         """Why the scenario cannot be studied; empty where it can."""
-        scenario, known = self._session.document.scenario, self._refused
-        if known is None or known[0] is not scenario:
-            known = self._refused = (scenario, refusal_of(scenario))
-        return known[1]
+        scenario, cached = self._session.document.scenario, self._refused
+        if cached is None or cached[0] is not scenario:
+            cached = self._refused = (scenario, refusal_of(scenario))
+        return cached[1]
 
     def choose(self, **changes: Any) -> bool:
         """How much of it; False while one is under way."""
@@ -98,22 +98,22 @@ class Study:
             self._session.services.pool, self._session.key, self.choice.at_once
         )
         try:
-            run, left = self._new(self._session.document.scenario, executor, self._changed)
+            run, remaining = self._new(self._session.document.scenario, executor, self._changed)
         except InputError as error:
             return self._session.refuse(error)
-        run.start(after=left)
+        run.start(after=remaining)
         self._session.notify(Topic.STUDY)
         return True
 
     def recall(self, scenario: Scenario) -> None:
         """Shows what the session's folder holds of a study of the scenario; computes nothing."""
         try:
-            run, left = self._new(scenario, Here(), self._show)
+            run, remaining = self._new(scenario, Here(), self._show)
         except InputError as error:  # another version refuses it
             self._without_run = StudyState(FAILED, sentence=str(error))
             return
         run.stop()
-        run.start(after=left)
+        run.start(after=remaining)
 
     def _new(
         self, scenario: Scenario, executor: Executor, on_change: Callable[[StudyRun], object]
@@ -123,13 +123,13 @@ class Study:
             if self.state.busy:
                 raise InputError("The study is running; stop it or wait.")
             settings = asked(scenario, self.choice)
-            known = self.state.settings
-            same = known is not None and known.identity == settings.identity
+            previous = self.state.settings
+            same = previous is not None and previous.identity == settings.identity
             folder = self._session.folder / "studies" / settings.identity
             run = StudyRun(settings, self.choice.parts, executor, folder, on_change)
-            left, self.run = self.run or self._left, run
+            remaining, self.run = self.run or self._left, run
             self._sections = self._sections if same else ()
-        return run, left
+        return run, remaining
 
     def stop(self) -> None:
         """What is finished stays, and the next start goes on from there."""
@@ -195,9 +195,9 @@ class Study:
         records = run.records
         if run is not self.run or not records:
             return
-        begun = time.monotonic()
+        started = time.monotonic()
         sections = shown(summarise(run.settings, records))
-        took = time.monotonic() - begun
+        took = time.monotonic() - started
         with self._session.lock:
             if run is not self.run:
                 return
@@ -263,9 +263,9 @@ class StudyRun:
     def state(self) -> StudyState:
         """How it stands now."""
         with self._lock:
-            left = [case.part for case in self._cases if case.key not in self._records]
+            open_parts = [case.part for case in self._cases if case.key not in self._records]
             elapsed = time.monotonic() - self._begun
-            seconds = remaining(self._records, self._new, left, elapsed)
+            seconds = remaining(self._records, self._new, open_parts, elapsed)
             return replace(self._state, remaining_seconds=seconds)
 
     def _change(self, **changes: Any) -> None:

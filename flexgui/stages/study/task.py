@@ -23,9 +23,9 @@ JOURNAL = "results.jsonl"
 
 def study_case(work: str, order: str, *, progress: Progress) -> str:
     """The record of the case that `order` states, both as text; `work` names who makes it."""
-    found = Task(work).resolve()(order)
-    assert isinstance(found, str)
-    return found
+    record = Task(work).resolve()(order)
+    assert isinstance(record, str)
+    return record
 
 
 def study_report(settings: str, folder: str, *, progress: Progress) -> str:
@@ -36,8 +36,8 @@ def study_report(settings: str, folder: str, *, progress: Progress) -> str:
     from flexgui.stages.study.report import write_study
 
     progress.stage("Writing the report of the study")
-    known, out = settings_of(settings), Path(folder)
-    write_study(summarise(known, Journal(out / JOURNAL, known.identity).records), out)
+    study, out = settings_of(settings), Path(folder)
+    write_study(summarise(study, Journal(out / JOURNAL, study.identity).records), out)
     return folder
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a view may draw."""
+    """Input of a view."""
 
     current: RecordingComparison
     """The recording under the cursor."""
@@ -32,7 +32,7 @@ class Seen:
 
 
 def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, float]:
-    """Noise floors where no diagnosis has stated any, by channel in its unit.
+    """Plausible noise floors without a diagnosis, by channel in its unit.
 
     Of what was fitted and of the encoders; what is computed from other channels has no noise of
     its own. As in a diagnosis a small modelling tolerance is part of them: no model is good for
@@ -55,7 +55,7 @@ def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, f
 
 
 class RecordingView(ABC):
-    """One view: measured against modelled in, a figure out. It keeps nothing between calls."""
+    """One view: comparisons in, a figure out. It keeps no state."""
 
     kind: str = ""
     """The id by which a script names it."""
