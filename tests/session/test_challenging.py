@@ -47,7 +47,7 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert found.guesses == (Guess("coulomb_friction", "fc1 = 0.2 N m"),)
     judgement = found.revealed.judgement
     assert judgement.complete and judgement.hidden == ("coulomb_friction",)
-    assert judgement.each[0].size.startswith("fc1: you 0.2 N m, true ")
+    assert judgement.each[0].size.startswith("fc1: your guess 0.2 N m, truth ")
     assert any("fc1" in line for line in found.revealed.truth)
     assert not found.revealed.asked
     assert not session.challenge.guess((Guess("rotor_inertia"),)), "the truth is known"
@@ -181,7 +181,7 @@ def test_kind_and_size_are_judged() -> None:
     lone = judge([Guess("coulomb_friction", "0.11")], TRUTH).each[0]
     assert lone.size.startswith("fc2") and lone.near, "the nearest of its sizes is meant"
     odd = judge([Guess("coulomb_friction", "fc9 = 1; <b>0.2 furlong</b>")], TRUTH).each[0]
-    assert "fc9 is no size of it" in odd.size
+    assert "fc9 is not a parameter of this effect" in odd.size
 
 
 @pytest.mark.parametrize(

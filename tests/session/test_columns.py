@@ -186,7 +186,7 @@ def test_a_column_holds_one_channel(session: Session, services: Offered) -> None
     assert session.recordings.map_column("t", "clock")
     before = session.recordings.waiting
     assert not session.recordings.map_column("dtheta1_ref", "clock")
-    assert session.message.bad and "clock is the time t [s] already" in session.message.text
+    assert session.message.bad and "clock is already the time t [s]" in session.message.text
     assert session.recordings.waiting == before
     assert session.recordings.map_column("t", "speed") and session.recordings.map_column(
         "dtheta1_ref", "clock"

@@ -195,7 +195,7 @@ def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_
     told = combined_diagnosis(friction.diagnosis.versions)
     assert told is not None and told.standing_verdict == "nothing_missing"
     said = current_verdict(told)
-    assert said.startswith("With Coulomb friction nothing is missing any more")
+    assert said.startswith("With Coulomb friction nothing more is missing")
     assert (
         f"{format_number(friction.diagnosis.versions[1].error, 2, keep_zeros=True)} times" in said
     )

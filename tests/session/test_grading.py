@@ -56,7 +56,7 @@ def test_guesses_are_judged_against_the_truth(tmp_path: Path) -> None:
     bob = HandIn("Bob", HALF, TRUTH_SEALED, asked=True, changed=True)
     first, second = grades(put(tmp_path, ada=ADA, bob=bob))
     assert (first.name, first.found, first.hidden, first.complete) == ("Ada", 2, 2, True)
-    assert "fc1: you 0.2 N m, true 0.2 N m, right" in first.size
+    assert "fc1: your guess 0.2 N m, truth 0.2 N m, right" in first.size
     assert (second.found, second.complete) == (1, False)
     assert (second.used_tool_first, second.changed) == (True, True)
     assert "Camera delay" in second.truth
@@ -88,7 +88,7 @@ def test_what_is_no_hand_in_gets_a_sentence(content: bytes, tmp_path: Path) -> N
 def test_a_sealed_text_of_another_kind_gets_a_sentence(tmp_path: Path) -> None:
     for number, text in enumerate(("[]", "no json", '{"name": 3}', '{"guesses": 1}')):
         (tmp_path / f"{number}.handin").write_text(obfuscate(text, "s", HEAD), encoding="utf-8")
-    assert all("no hand-in" in row.fault for row in grades(tmp_path))
+    assert all("not a hand-in" in row.fault for row in grades(tmp_path))
 
 
 def test_a_challenge_whose_seal_was_changed_is_no_truth(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_a_challenge_whose_seal_was_changed_is_no_truth(tmp_path: Path) -> None:
 def test_a_folder_without_hand_ins_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no hand-in"):
         grades(tmp_path)
-    with pytest.raises(InputError, match="is no folder"):
+    with pytest.raises(InputError, match="is not a folder"):
         grades(tmp_path / "missing")
 
 

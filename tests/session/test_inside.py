@@ -118,7 +118,9 @@ def test_neither_do_those_that_look_into_what_was_brought(
             partial(load_motion, stated_here, "it", room, {}),
             partial(unpack, room, file, UPLOAD_LIMIT),
         ):
-            with pytest.raises(InputError, match="no plain name|not among the files") as refused:
+            with pytest.raises(
+                InputError, match="not a plain file name|not among the files"
+            ) as refused:
                 ask(progress=Silent())
             said = str(refused.value)
             assert SECRET not in said and room not in said, file
@@ -186,7 +188,7 @@ def test_a_scenario_with_its_recordings_in_folders_is_refused_in_words(
     before = session.document.scenario
     content = zipped({"it.toml": stated("data/th1.csv").encode(), "data/th1.csv": b"t\n"})
     assert not session.recordings.upload("work.zip", content).result()
-    assert "no plain name" in session.message.text and session.message.bad
+    assert "not a plain file name" in session.message.text and session.message.bad
     assert session.document.scenario == before
 
 

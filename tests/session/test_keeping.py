@@ -448,7 +448,7 @@ def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr("flexgui.session.saved_work._write_file", full)
     assert session.document.change(set_value(("identify", "population"), 17))
-    assert "cannot be written" in session.message.text
+    assert "Autosave failed" in session.message.text
     session.show_message("")
     assert (
         session.document.change(set_value(("identify", "population"), 18))

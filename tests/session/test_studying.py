@@ -204,7 +204,7 @@ def test_a_second_start_is_refused_in_words(quick: Session, services: Offered) -
     quick.study.choose(runs=MANY)
     quick.study.start()
     assert not quick.study.start()
-    assert "under way" in quick.message.text
+    assert "is running" in quick.message.text
     assert not quick.study.choose(runs=1)
     quick.study.stop()
     ended(quick)

@@ -135,7 +135,7 @@ def size_fields(kind: str) -> tuple[SizeField, ...]:
 
 
 def _parameters(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
-    from flexgui.core.study.study_rig import bare_model
+    from flexgui.core.study.study_rig import bare_model, study_rig
 
     model = bare_model().with_effects([effect(kind) for kind in kinds], {})
     return {
