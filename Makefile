@@ -85,7 +85,8 @@ sample: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.sample $(CASES)
 
 long: $(VENV)/.installed-test axe
-	@$(BIN)/python -m pytest $(SHARED) --durations 25 -m long --ignore tests/server/test_latency.py
+	@$(BIN)/python -m pytest $(SHARED) --durations 25 -m long --ignore tests/server/test_latency.py; \
+	tests=$$?; $(MAKE) docs && exit $$tests
 
 load: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.server.load
