@@ -49,7 +49,7 @@ class Limits:
     lower: np.ndarray
     upper: np.ndarray
     scales: np.ndarray
-    believed: np.ndarray | float = 0.0
+    prior_means: np.ndarray | float = 0.0
     deviations: np.ndarray | float = np.inf
 
     def inside(self, x: np.ndarray) -> np.ndarray:
@@ -57,9 +57,9 @@ class Limits:
         near = AT_BOUND * self.scales
         return np.asarray((x > self.lower + near) & (x < self.upper - near))
 
-    def surprise(self, x: np.ndarray) -> np.ndarray:
+    def prior_cost(self, x: np.ndarray) -> np.ndarray:
         """(...) squared deviations of x (..., P) from what is known beforehand."""
-        return np.asarray(np.sum(((x - self.believed) / self.deviations) ** 2, axis=-1))
+        return np.asarray(np.sum(((x - self.prior_means) / self.deviations) ** 2, axis=-1))
 
 
 def limits_of(parameters: ParameterSet) -> Limits:
@@ -140,7 +140,7 @@ def descend(
     blocks = errors(x)
     least = good_enough * sum(b.size for b in blocks)
     cost, gradient, done, ended = cost_of(blocks), np.nan, 0, False
-    cost += float(limits.surprise(x))
+    cost += float(limits.prior_cost(x))
     S: Slopes = ()
     at, shorter = None, keep or share > 0.0
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
@@ -149,14 +149,14 @@ def descend(
         enough = max(least, share * cost)
         A, b = normal_equations(blocks, S)
         A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
-        b += (x - limits.believed) / np.asarray(limits.deviations) ** 2
+        b += (x - limits.prior_means) / np.asarray(limits.deviations) ** 2
         done += 1
         free = _free(x, b, limits)
         gradient = _cosine(A, b * free, cost)
         x_new, blocks_new, cost_new, damping = _step(
             errors, x, blocks, cost, A, b, free, limits, damping, enough if shorter else 0.0
         )
-        promise = _predicted_reduction(A, b, x_new - x)
+        promise = _reduction_of_move(A, b, x_new - x)
         bent = keep and cost - cost_new > FLAT * promise + enough
         if bent:
             x_new, blocks_new, cost_new = _longer(errors, x, x_new, blocks_new, cost_new, limits)
@@ -178,21 +178,21 @@ def descend(
     return Descended(*state, damping, ended)
 
 
-def _predicted_reduction(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
+def _reduction_of_move(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
     """Reduction of the cost by a move (P,) where the errors are straight lines."""
     return -float(2.0 * b @ move + move @ A @ move)
 
 
-def promised(descended: Descended, limits: Limits) -> float:
+def predicted_reduction(descended: Descended, limits: Limits) -> float:
     """Reduction of the cost that one more step promises where the errors are straight lines along
     the slopes last taken."""
     if not len(descended.vector):
         return 0.0
     A, b, x = *normal_equations(descended.blocks, descended.slopes), descended.vector
     A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
-    b += (x - limits.believed) / np.asarray(limits.deviations) ** 2
+    b += (x - limits.prior_means) / np.asarray(limits.deviations) ** 2
     move = _inside(x, _move(A, b, _free(x, b, limits), FIRST_DAMPING), limits) - x
-    return max(_predicted_reduction(A, b, move), 0.0)
+    return max(_reduction_of_move(A, b, move), 0.0)
 
 
 def whole(S: np.ndarray) -> np.ndarray:
@@ -240,10 +240,10 @@ def _step(  # type: ignore[no-untyped-def]
         move = _move(A, b, free, damping)
         x_new = _inside(x, move, limits)
         new_blocks = errors(x_new)
-        new = cost_of(new_blocks) + float(limits.surprise(x_new))
+        new = cost_of(new_blocks) + float(limits.prior_cost(x_new))
         if new < cost:
             return x_new, new_blocks, new, max(0.1 * damping, 1e-9)
-        if np.isfinite(new) and _predicted_reduction(A, b, move) < enough:
+        if np.isfinite(new) and _reduction_of_move(A, b, move) < enough:
             break  # shorter ones promise less
         damping = max(10.0 * damping, 1e-3)
     return x, blocks, cost, damping
@@ -254,7 +254,7 @@ def _longer(errors, x, x_new, blocks, cost: float, limits: Limits):  # type: ign
     while True:
         x_longer = _inside(x, 2.0 * (x_new - x), limits)
         new_blocks = errors(x_longer)
-        new = cost_of(new_blocks) + float(limits.surprise(x_longer))
+        new = cost_of(new_blocks) + float(limits.prior_cost(x_longer))
         if not new < cost:
             return x_new, blocks, cost
         x_new, blocks, cost = x_longer, new_blocks, new

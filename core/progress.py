@@ -1,4 +1,4 @@
-"""How long work tells what it is doing, and how it learns that it should stop."""
+"""How a long computation reports its progress and is stopped."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from typing import Protocol
 from .results import Generation, RecordingComparison
 
 Compared = Callable[[], RecordingComparison]
-"""Computes how a model stands beside the first of the recordings that it is fitted to."""
+"""Compares a model with the first of the recordings that it is fitted to."""
 
 
 class Progress(Protocol):
-    """What a long computation calls; a terminal, a page or nobody may listen."""
+    """Receiver of the reports of a long computation: a terminal, a page, or nobody."""
 
     def stage(self, title: str, total: int | None = None) -> None:
-        """A new stage begins, with `total` steps where that is known."""
+        """A new stage begins, with `total` steps (None: unknown)."""
 
     def advance(self, n: int = 1, text: str = "") -> None:
-        """`n` steps of the stage are done; `text` says where it stands."""
+        """`n` steps of the stage are done; `text` describes the current one."""
 
     def generation(self, fit_label: str, generation: Generation) -> None:
         """One generation of an evolution is done."""
 
     def better(self, fit_label: str, cost: float, compared: Compared) -> None:
-        """A fit has come to a lower cost, a mean square; `compared` is of the model there."""
+        """A fit has reached a lower cost (mean square); `compared` belongs to the model there."""
 
     def stopped(self) -> bool:
-        """Whether the user asked to stop; the work then ends with the best it has."""
+        """Whether the user asked to stop; the computation then returns its best result."""
 
 
 class Silent:
-    """Nobody listens, nobody stops."""
+    """Reports nothing and never stops."""
 
     def stage(self, title: str, total: int | None = None) -> None:
         """Say nothing."""
@@ -53,35 +53,35 @@ class Silent:
 
 
 class StoppedError(Exception):
-    """Raised by `look` in the middle of a long computation that nobody waits for any more."""
+    """Raised by `check_stopped` in a computation that the user has stopped."""
 
 
-_HEEDED: ContextVar[Progress | None] = ContextVar("_HEEDED", default=None)
+_CURRENT: ContextVar[Progress | None] = ContextVar("_CURRENT", default=None)
 
 
 @contextmanager
-def heeding(progress: Progress | None) -> Iterator[None]:
-    """Within it `look` heeds this progress; None: nobody can stop what runs. Threads begin without
-    one: who starts them lets them `heed(heeded())`."""
-    token = _HEEDED.set(progress)
+def use_progress(progress: Progress | None) -> Iterator[None]:
+    """Inside it `check_stopped` asks this progress; None: the computation cannot be stopped. A new
+    thread has none: start it with `set_progress(current_progress())`."""
+    token = _CURRENT.set(progress)
     try:
         yield
     finally:
-        _HEEDED.reset(token)
+        _CURRENT.reset(token)
 
 
-def heed(progress: Progress | None) -> None:
-    """`heeding` for the rest of a thread."""
-    _HEEDED.set(progress)
+def set_progress(progress: Progress | None) -> None:
+    """Sets the progress of the current thread until it ends."""
+    _CURRENT.set(progress)
 
 
-def heeded() -> Progress | None:
-    """Whose wish to stop counts here."""
-    return _HEEDED.get()
+def current_progress() -> Progress | None:
+    """The progress of the current thread; None where it has none."""
+    return _CURRENT.get()
 
 
-def look() -> None:
-    """Between two stretches of a long computation: StoppedError where the user asked to stop."""
-    progress = _HEEDED.get()
+def check_stopped() -> None:
+    """Raises StoppedError where the user asked to stop; called between parts of a computation."""
+    progress = _CURRENT.get()
     if progress is not None and progress.stopped():
         raise StoppedError

@@ -30,19 +30,19 @@ class Trajectory:
     """(N, joints), as the drive applies it"""
     linear: bool = False
     """Whether it comes from the linear model, whose outputs are linear in the state."""
-    _kept: dict[Hashable, np.ndarray] = field(
+    _cache: dict[Hashable, np.ndarray] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
-    def kept(self, key: Hashable, make: Callable[[], np.ndarray]) -> np.ndarray:
-        """What was made along this motion under the key, or is made now; the last MOST_KEPT stay,
-        and nobody may change them."""
-        values = self._kept.get(key)
+    def cached(self, key: Hashable, make: Callable[[], np.ndarray]) -> np.ndarray:
+        """The array stored under the key, else the result of `make`. The last MOST_KEPT are stored;
+        they are read-only."""
+        values = self._cache.get(key)
         if values is None:
             values = make()
-            while len(self._kept) >= MOST_KEPT:
-                self._kept.pop(next(iter(list(self._kept)), key), None)
-            self._kept[key] = values
+            while len(self._cache) >= MOST_KEPT:
+                self._cache.pop(next(iter(list(self._cache)), key), None)
+            self._cache[key] = values
         return values
 
     @property

@@ -330,7 +330,7 @@ def undetectable_parameters(data: Data, effects: Sequence[Effect]) -> dict[str, 
         effect_parameter.parameter.name: effect_parameter.neutral
         for e in effects
         for effect_parameter in e.parameters(data.bare.arm, data.bare.drive, data.sizes)
-        if not e.sought(effect_parameter, data.rig)
+        if not e.is_searched(effect_parameter, data.rig)
     }
 
 

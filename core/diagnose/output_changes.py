@@ -59,7 +59,7 @@ def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
     if not effect_parameters:
         return [Trial(candidate, "", {}, {"": 1.0}, True, True, ())]
     primary = [k for k in effect_parameters if not k.secondary]
-    sought = [k for k in primary if candidate.sought(k, data.rig)]
+    sought = [k for k in primary if candidate.is_searched(k, data.rig)]
     planned = []
     for shape in _shapes([k for k in effect_parameters if k.secondary]):
         for item in sought:

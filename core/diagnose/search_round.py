@@ -46,7 +46,7 @@ from ..diagnose.whitening import Whitener
 from ..effects import catalogue
 from ..effects.effect import Effect, Rig
 from ..identify import predictor
-from ..least_squares import promised
+from ..least_squares import predicted_reduction
 
 REFITTED = 5
 """Candidates that are refitted: the best by score and by expected reduction."""
@@ -252,7 +252,7 @@ class PartialRefit:
         descended, h = self.refit.descended, self.refit.hypothesis
         if not np.isfinite(descended.cost):
             return np.inf
-        return descended.cost - OPTIMISM * promised(descended, h.limits)
+        return descended.cost - OPTIMISM * predicted_reduction(descended, h.limits)
 
 
 def begin_refit(

@@ -166,7 +166,7 @@ def added_effect_settings(state: State) -> list[dict[str, object]]:
         entry: dict[str, object] = {"id": effect.kind}
         for effect_parameter in effect.parameters(model.arm, model.drive, state.data.sizes):
             name = effect_parameter.parameter.name
-            if not effect.sought(effect_parameter, state.data.rig):
+            if not effect.is_searched(effect_parameter, state.data.rig):
                 continue
             entry[name] = {
                 "start": float(values.get(name, effect_parameter.parameter.value)),

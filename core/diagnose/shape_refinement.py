@@ -107,7 +107,9 @@ def refine_shape(data: Data, refit: Refit, effect: Effect, stopped: Stopped) -> 
     model, best = refit.hypothesis.model, refit
     effect_parameters = effect.parameters(model.arm, model.drive, data.sizes)
     for shape in [
-        k for k in effect_parameters if k.secondary and k.finely and joint_number(k.parameter.name)
+        k
+        for k in effect_parameters
+        if k.secondary and k.fine_grid and joint_number(k.parameter.name)
     ]:
         at = joint_number(shape.parameter.name)
         sizes = [
@@ -224,7 +226,7 @@ def best_force_shapes(
 ) -> list[dict[str, float]]:
     """Values of shape and sizes that explain more of the error than their neighbours, best first;
     none if the effect is no force of position and speed."""
-    shapes = tried.shape.finely
+    shapes = tried.shape.fine_grid
     if any(tried.element(size, shapes[0]) is None for size in tried.sizes):
         return []
     errors = np.concatenate([spectrum_of_error(m.error).ravel() for m in motions])

@@ -29,7 +29,7 @@ DEFAULT_HZ = 60.0
 """Reproduces the inverse-dynamics torque within a few per cent; 5 Hz would swallow it."""
 
 
-def bend(x: np.ndarray) -> np.ndarray:
+def chord_error(x: np.ndarray) -> np.ndarray:
     """(N, k): how far the straight lines between samples lie beside the curve on average."""
     out = np.zeros_like(x)
     out[1:-1] = np.diff(x, 2, axis=0) / 12.0
@@ -38,10 +38,10 @@ def bend(x: np.ndarray) -> np.ndarray:
 
 def acceleration(place: np.ndarray, dt: float) -> np.ndarray:
     """(N, k) by second differences, zero at both ends."""
-    return bend(place) * (12.0 / dt**2)
+    return chord_error(place) * (12.0 / dt**2)
 
 
-def held(signals: np.ndarray) -> np.ndarray:
+def hold_mean(signals: np.ndarray) -> np.ndarray:
     """(N, nr) at the samples, of signals (N, nr) that a drive holds from each sample to the next.
 
     At its sample a held signal steps, and what is smooth there sees the mean of both sides: half a
@@ -69,7 +69,7 @@ def slopes(x: np.ndarray, dt: float) -> np.ndarray:
 def averaged(x: np.ndarray) -> np.ndarray:
     """(N, k): the mean of a smooth x (N, k) over the two samples around each with the weight of a
     triangle, as second differences average an acceleration."""
-    return x + bend(x)
+    return x + chord_error(x)
 
 
 def rates_along(place: np.ndarray, dt: float, at_rest: bool) -> np.ndarray:
@@ -172,7 +172,7 @@ class FollowingServo:
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
         """(N, 2 nr + 2 joints)"""
         signals = self.base.signals(recording, arm)
-        return np.hstack([signals, held(signals), *self.motion(recording, arm)])
+        return np.hstack([signals, hold_mean(signals), *self.motion(recording, arm)])
 
     def jumps(self, law: DriveLaw, references: np.ndarray) -> np.ndarray:
         """(N, joints): torque that the drive holds from each sample to the next, of references
@@ -221,16 +221,18 @@ class FollowingServo:
         a dt^2 / 12 beside a curve of acceleration a. At the samples the torque is too small by
         the gain times that: at 60 Hz and 1 kHz a mass would come out 1.2 % too large.
         """
-        return bend(place) @ self.gains()[0] + bend(rates(place, dt)) @ self.gains()[1]
+        return (
+            chord_error(place) @ self.gains()[0] + chord_error(rates(place, dt)) @ self.gains()[1]
+        )
 
     def recorded(self, recording: Recording, arm: Arm) -> Recorded:
         """What was measured of drive and joints."""
-        signals = held(self.base.signals(recording, arm))
+        signals = hold_mean(self.base.signals(recording, arm))
         return Recorded(signals, *self.motion(recording, arm))
 
     def recorded_around(self, recording: Recording, arm: Arm) -> Recorded:
         """The same, averaged around each sample as the torque along a prescribed motion is."""
-        signals = held(self.base.signals(recording, arm))
+        signals = hold_mean(self.base.signals(recording, arm))
         place, before = self.places(recording, arm)
         speed = slopes(place, recording.sample_time)
         if before is not None:

@@ -1,4 +1,4 @@
-"""Dry friction as a bristle: it bends over a tiny way, holds, and slips at its level.
+"""Dry friction as a bristle: it bends over a tiny distance, holds, and slips at its level.
 
 Described by P. Dahl in 1968. A sign of the velocity, however steeply rounded, lets a joint at rest
 creep; a bristle remembers where it is.
@@ -30,7 +30,7 @@ IDEALISED = 0.05
 place and time (B. Armstrong-Helouvry et al., Automatica 30, 1994), and how it turns round at rest
 is nobody's law."""
 
-WAY = "zs"
+BREAKAWAY = "zs"
 """With the joint's number, the value that says over which way dry friction breaks away, where
 anything does."""
 
@@ -38,7 +38,8 @@ _ZS = sp.Symbol("z_s", positive=True)
 
 
 def bristle_law(level: sp.Expr, parameters: tuple[sp.Symbol, ...]) -> ForceLaw:
-    """-level u at a joint, u' = (v - |v| u) / z_s; the way z_s comes after the parameters.
+    """-level u at a joint, u' = (v - |v| u) / z_s; the breakaway displacement z_s comes after the
+    parameters.
 
     u is the share of the level that the bristle gives, in [-1, 1].
     """
@@ -56,13 +57,13 @@ def bristle_force(
     return replace(law, loaded=load is not None)
 
 
-def way(arm: Arm, k: int, values: Values) -> float:
+def breakaway(arm: Arm, k: int, values: Values) -> float:
     """rad (m): over which the dry friction of joint k (from 0) breaks away."""
     rigid = _RIGID[joint(arm.segments[k].joint).coordinate_unit]
-    return max(values.get(f"{WAY}{k + 1}", 0.0), rigid)
+    return max(values.get(f"{BREAKAWAY}{k + 1}", 0.0), rigid)
 
 
 def bristles(arm: Arm, law: ForceLaw, names: Sequence[str], values: Values) -> tuple[Element, ...]:
     """A law of `bristle_law` at every joint, with the values of `names` + joint number."""
-    lengths = {f"{WAY}{k + 1}": way(arm, k, values) for k in range(arm.joints)}
-    return joint_elements(arm, law, (*names, WAY), {**values, **lengths})
+    lengths = {f"{BREAKAWAY}{k + 1}": breakaway(arm, k, values) for k in range(arm.joints)}
+    return joint_elements(arm, law, (*names, BREAKAWAY), {**values, **lengths})

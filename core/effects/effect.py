@@ -62,7 +62,7 @@ class EffectParameter:
     """Sizes to try where the response has no slope at neutral; empty: it has one."""
     secondary: bool = False
     """Freed in refits only: it shapes the effect and is no size of its own."""
-    finely: tuple[float, ...] = ()
+    fine_grid: tuple[float, ...] = ()
     """Shapes for a second look, so close that a descent finds what lies between."""
     separate: bool = False
     """Whether it is about a thing of its own: neutral where only others are stated."""
@@ -89,8 +89,8 @@ class Effect(ABC):
     repeats: bool = False
     """Whether it can be in a model more than once, each time on top of the last."""
     resolution: bool = False
-    """Whether it is about how finely the model resolves the arm, and about nothing that the arm
-    has: what a coarse model leaves is settled before anything is called missing."""
+    """Whether it changes only how finely the model resolves the arm: it is decided before any
+    effect of the arm is called missing."""
     dissipative: bool = False
     """Whether it can only take energy away."""
     idealised: float = 0.0
@@ -112,7 +112,7 @@ class Effect(ABC):
         """Whether the rig can show its parameter of that name; where not, it stays neutral."""
         return True
 
-    def sought(self, quantity: EffectParameter, rig: Rig) -> bool:
+    def is_searched(self, quantity: EffectParameter, rig: Rig) -> bool:
         """Whether a parameter is to be found on a rig: it shows there and may differ from
         neutral."""
         shown = self.shown(quantity.parameter.name, rig)
@@ -125,7 +125,7 @@ class Effect(ABC):
             return {self.title: rig.stated[self.ruled_out_by]}
         quantities = self.parameters(self.changed_arm(rig.arm, {}), rig.drive, sizes)
         shown = [k for k in quantities if self.shown(k.parameter.name, rig)]
-        out = [k for k in shown if not self.sought(k, rig)]
+        out = [k for k in shown if not self.is_searched(k, rig)]
         words = {k.parameter.title: rig.stated[k.ruled_out_by] for k in out}
         if words and len(out) == len(shown):
             return {self.title: listed(list(dict.fromkeys(words.values())))}

@@ -5,7 +5,7 @@ import sympy as sp
 
 from ..arm.arm import Arm
 from ..drives.drive import Drive
-from ..effects.bristle import IDEALISED, bristle_force, way
+from ..effects.bristle import IDEALISED, breakaway, bristle_force
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import each_joint, joint_direction
 from ..effects.sizes import Sizes
@@ -67,7 +67,7 @@ class LoadFriction(Effect):
             Element(
                 LAW,
                 (joint_direction(arm, k),),
-                (values[f"ld{k + 1}"], values[f"lb{k + 1}"], way(arm, k, values), 0.0),
+                (values[f"ld{k + 1}"], values[f"lb{k + 1}"], breakaway(arm, k, values), 0.0),
                 loaded_by=k,
             )
             for k in range(arm.joints)

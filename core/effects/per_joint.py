@@ -47,7 +47,7 @@ def sized(
     neutral: float = 0.0,
     grid: Sequence[float] = (),
     secondary: bool = False,
-    finely: Sequence[float] = (),
+    fine_grid: Sequence[float] = (),
 ) -> EffectParameter:
     """A parameter with its bounds, which the neutral value may lie outside of.
 
@@ -60,7 +60,7 @@ def sized(
     parameter = Parameter(
         name, start, unit, least, most, symbol or symbol_of(name), title, scale=abs(start)
     )
-    return EffectParameter(parameter, neutral, tuple(grid), secondary, tuple(finely))
+    return EffectParameter(parameter, neutral, tuple(grid), secondary, tuple(fine_grid))
 
 
 Each = float | np.ndarray

@@ -5,7 +5,7 @@ import numpy as np
 from ..arm.arm import Arm
 from ..arm.joints import joint
 from ..drives.drive import Drive
-from ..effects.bristle import WAY
+from ..effects.bristle import BREAKAWAY
 from ..effects.effect import Effect, EffectParameter
 from ..effects.per_joint import each_joint
 from ..effects.sizes import Sizes
@@ -49,7 +49,7 @@ class PreslidingFriction(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         softest = np.array([SOFTEST[joint(s.joint).coordinate_unit] for s in arm.segments])
         return each_joint(
-            arm, WAY, "breakaway displacement of joint {}", lambda j: j.coordinate_unit,
+            arm, BREAKAWAY, "breakaway displacement of joint {}", lambda j: j.coordinate_unit,
             SHARES[1] * sizes.travel, lower=SMALLEST * sizes.travel,
             upper=np.maximum(LARGEST * sizes.travel, softest),
             grid=np.outer(sizes.travel, SHARES),

@@ -80,7 +80,7 @@ class TorqueRipple(Effect):
             return sized(
                 f"nr{k + 1}", grid[1], f"1/{unit}", title, lower=0.8 * grid[0],
                 upper=2.0 * grid[-1], neutral=grid[1], grid=grid, secondary=True,
-                finely=every_order(grid, float(sizes.span[k])),
+                fine_grid=every_order(grid, float(sizes.span[k])),
             )  # fmt: skip
 
         orders = tuple(order(k) for k in range(arm.joints))

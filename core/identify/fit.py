@@ -25,7 +25,7 @@ from ..identify.refinement import (
 from ..identify.residuals import Residuals, channel_weights
 from ..identify.unknowns import Unknowns
 from ..least_squares import limits_of
-from ..progress import Progress, StoppedError, heeding
+from ..progress import Progress, StoppedError, use_progress
 from ..results import Fit
 from ..scenario.schema import IdentifySpec
 
@@ -58,7 +58,7 @@ def identify(
         channel_weights(experiments, spec.weights),
         on_better=partial(progress.better, label),
     )
-    with heeding(progress):
+    with use_progress(progress):
         found = _stoppable(lambda: _searched(label, residuals, spec, progress))
     if found is None:
         found = SearchResult(residuals, _unrefined(unknowns.parameters.vector()), (), "", True)
@@ -113,7 +113,7 @@ def _searched(
     stopped = (searched is not None and searched.stopped) or progress.stopped()
     if not len(unknowns) or stopped or not spec.refine:
         best = starts[0]
-        with heeding(None):
+        with use_progress(None):
             cost = float(np.sum(residuals(best) ** 2))
         found, agreement = RefinedFit(best, cost, np.nan, False), ""
     else:

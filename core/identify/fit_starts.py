@@ -146,7 +146,7 @@ def search(
         vectors = np.tile(start, (len(points), 1))
         vectors[:, free] = points
         # With noise of unknown level the likelihood is N log V.
-        return np.asarray(cost(vectors) * np.exp(limits.surprise(vectors) / residuals.count))
+        return np.asarray(cost(vectors) * np.exp(limits.prior_cost(vectors) / residuals.count))
 
     def report(generation: Generation) -> bool:
         progress.generation(label, generation)

@@ -22,7 +22,7 @@ from ..identify import predictor
 from ..identify.prepared_recording import Prepared
 from ..lanes.wide import LANES
 from ..model import Model
-from ..progress import heeded, heeding, look
+from ..progress import check_stopped, current_progress, use_progress
 from ..simulate.along_motion import followed
 from ..simulate.linear import interleave
 from ..simulate.piecewise import STORE, Pieces, cut, pieces, piecewise
@@ -211,12 +211,12 @@ def share(jobs: Sequence[Callable[[], None]], workers: int | None = None) -> Non
     Compiled code holds no lock. Somebody may stop the work between two jobs. An exception of a
     job is raised here.
     """
-    waiting, progress = iter(jobs), heeded()
+    waiting, progress = iter(jobs), current_progress()
 
     def work() -> None:
-        with heeding(progress):
+        with use_progress(progress):
             for job in waiting:
-                look()
+                check_stopped()
                 job()
 
     others = min(workers or predictor.WORKERS, len(jobs)) - 1

@@ -106,7 +106,7 @@ def _force_along(
     kept with the motion, since most parameters of a fit change neither."""
     key = (e.law, e.values, k, float(e.directions[0][k]), is_prescribed(model, simulated))
     nothing = np.zeros(len(motion.time))
-    return motion.kept(key, lambda: _overcoming_torque(model, simulated, motion, e, k, nothing))
+    return motion.cached(key, lambda: _overcoming_torque(model, simulated, motion, e, k, nothing))
 
 
 def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
@@ -123,7 +123,7 @@ def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.nd
             key, lambda: _spline_between(np.hstack(servo.seen_by_friction(place, dt)))
         )
 
-    return motion.kept(("seen", is_prescribed(model, simulated)), made)
+    return motion.cached(("seen", is_prescribed(model, simulated)), made)
 
 
 _JOINT_MOTIONS = BoundedCache[np.ndarray](32 * 2**20, lambda seen: seen.nbytes)

@@ -28,7 +28,7 @@ from numba import types
 from ..arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
 from ..arm.slots import HUB_INERTIA, slot
 from ..drives.law import static_law
-from ..drives.servo import acceleration, bend
+from ..drives.servo import acceleration, chord_error
 from ..identify.prescribed_joint_motion import PrescribedMotion, prescribed_motion
 from ..lanes.algebra import factor_positive, substitute_positive
 from ..model import Model, Numbers
@@ -123,7 +123,9 @@ def _with_torque(
     M, f = _equations(compiled.dynamics, compiled.tip, q, v, numbers.p, packed)
     # A triangle over two samples is made of the same over two points of the finer grid.
     weights = (finer - np.abs(np.arange(1 - finer, finer))) / finer**2
-    averaged = scipy.ndimage.convolve1d(f + bend(f), weights, axis=0, mode="nearest")[::finer]
+    averaged = scipy.ndimage.convolve1d(f + chord_error(f), weights, axis=0, mode="nearest")[
+        ::finer
+    ]
     torque = _joint_torque(np.ascontiguousarray(M[::finer]), np.ascontiguousarray(averaged), a)
     q, v, torque = (
         np.ascontiguousarray(x[motion.lead :]) for x in (q[::finer], v[::finer], torque)

@@ -15,7 +15,7 @@ from ..identify.population_cost import PopulationCost, applicable
 from ..identify.predictor import Predictor, Request
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknowns, is_neutral
-from ..progress import Compared, heeding
+from ..progress import Compared, use_progress
 from ..results import ChannelComparison, RecordingComparison
 
 STEP = 1e-4
@@ -77,7 +77,7 @@ class Residuals:
 
     def _compared(self, vector: np.ndarray) -> RecordingComparison:
         e = self.experiments[0]
-        with heeding(None):
+        with use_progress(None):
             (model,) = self._predicted([(vector, [0])])[0]
         channels = tuple(
             ChannelComparison(name, unit, e.time, e.measured[:, k], model[:, k], e.counted[:, k])

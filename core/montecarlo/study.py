@@ -17,7 +17,7 @@ from ..montecarlo.rig import Rig, rig_of
 from ..montecarlo.settings import StudySettings
 from ..plugins import discover
 from ..resumable.executor import Executor, Processes, Stop, never
-from ..resumable.journal import Finished, Journal, go_on
+from ..resumable.journal import Finished, Journal, resume
 from ..sentences import did_you_mean
 
 
@@ -39,10 +39,10 @@ def study(
     only: Collection[str] = (),
     stop: Stop = never,
 ) -> Generator[Finished, None, None]:
-    """Yields every case once, as `go_on` does; `path` is the file that keeps what is found."""
+    """Yields every case once, as `resume` does; `path` is the file that keeps what is found."""
     journal = None if path is None else Journal(path, settings.identity)
     cases, order = study_cases(settings, only), partial(order_text, settings)
-    return go_on(cases, order, answer_text, executor or Processes(), journal, stop)
+    return resume(cases, order, answer_text, executor or Processes(), journal, stop)
 
 
 FOLDER = f"{__package__}.parts"

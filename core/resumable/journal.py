@@ -117,7 +117,7 @@ class Finished:
     """Whether an earlier run had found it."""
 
 
-def go_on(
+def resume(
     cases: Sequence[C],
     order: Callable[[C], str],
     work: Work,

@@ -25,7 +25,7 @@ _DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\.|$)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Within:
+class ConfinedFolder:
     """A folder that a scenario from elsewhere must not leave: it may name files in it, plainly."""
 
     folder: Path
@@ -47,7 +47,7 @@ class Within:
         return path
 
 
-Folder = Path | Within
+Folder = Path | ConfinedFolder
 """Where a scenario's relative files are sought; a path alone may be left by `..` and the like."""
 
 
@@ -71,7 +71,7 @@ def resolve_file(file: str, beside: Folder, data_folder: Path | None = None) -> 
     Looked for in the scenario's folder `beside` first, then in the data folder: `data_folder`
     (the option) or else the environment's FLEXGUI_DATA. Within a folder nothing else counts.
     """
-    if isinstance(beside, Within):
+    if isinstance(beside, ConfinedFolder):
         return beside.find(file)
     folders = [beside, *_data_folders(data_folder)]
     for folder in folders:

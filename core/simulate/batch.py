@@ -15,7 +15,7 @@ from ..forces.compiled import compile_wide_law
 from ..forces.element import ElementArrays
 from ..lanes.wide import LANES
 from ..model import Model, Numbers
-from ..progress import heed, heeded
+from ..progress import current_progress, set_progress
 from ..simulate.motion import Task, full_start, stretches
 from ..simulate.rosenbrock import implicit_parts, integrate, integrate_lanes
 from ..trajectory import Trajectory
@@ -111,7 +111,9 @@ def passes(jobs: Sequence[Job], steps: Sequence[int], workers: int) -> tuple[lis
         done.update({(substeps, i): x for i, x in zip(chunk, motions, strict=True)})
 
     if workers > 1 and len(chosen) > 1:
-        with ThreadPoolExecutor(workers, initializer=heed, initargs=(heeded(),)) as pool:
+        with ThreadPoolExecutor(
+            workers, initializer=set_progress, initargs=(current_progress(),)
+        ) as pool:
             list(pool.map(run_chunk, chosen))
     else:
         for which in chosen:

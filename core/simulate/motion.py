@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model import Numbers
-from ..progress import look
+from ..progress import check_stopped
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def stretches(samples: int, substeps: int) -> Iterator[slice]:
     rows = max(STEPS // substeps, 1)
     first = 0
     while True:
-        look()
+        check_stopped()
         last = min(first + rows, samples - 1)
         yield slice(first, last + 1)
         if last == samples - 1:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model import Model, Numbers
-from ..progress import heed, heeded
+from ..progress import current_progress, set_progress
 from ..simulate.batch import Job, finished, passes, run, run_many
 from ..simulate.modal_truncation import bending, left_out
 from ..simulate.motion import Task
@@ -114,7 +114,7 @@ def _pair(
 
     if workers < 2:
         return coarser(), run(model, numbers, task, 2 * steps)
-    with ThreadPoolExecutor(1, initializer=heed, initargs=(heeded(),)) as pool:
+    with ThreadPoolExecutor(1, initializer=set_progress, initargs=(current_progress(),)) as pool:
         beside = pool.submit(coarser)
         fine = run(model, numbers, task, 2 * steps)
         return beside.result(), fine

@@ -18,7 +18,7 @@ from ..simulate.motion import at_rest
 T = TypeVar("T")
 
 
-class once(Generic[T]):  # noqa: N801 (reads as the decorator it is)
+class computed_once(Generic[T]):  # noqa: N801 (reads as the decorator it is)
     """A property computed at its first use and kept.
 
     `functools.cached_property` has one lock for all objects up to Python 3.11: postures of
@@ -45,18 +45,18 @@ class Posture:
     numbers: Numbers
     joints: np.ndarray
 
-    @once
+    @computed_once
     def q(self) -> np.ndarray:
         """(n,)"""
         n = self.model.arm.coordinates
         return at_rest(self.joints, n)[:n]
 
-    @once
+    @computed_once
     def M(self) -> np.ndarray:
         """(n, n)"""
         return self.model.compiled.mass_matrix(self.q, self.numbers.p)
 
-    @once
+    @computed_once
     def _K_and_D(self) -> tuple[np.ndarray, np.ndarray]:
         K, D = self.model.compiled.linear_matrices(self.q, self.numbers.p)
         K_extra, D_extra = linear_matrices(self.numbers.elements, self.q)
@@ -77,7 +77,7 @@ class Posture:
         """nx = 2 n + ns"""
         return 2 * self.model.arm.coordinates + self.numbers.law.states
 
-    @once
+    @computed_once
     def E(self) -> np.ndarray:
         """(nx, nx)"""
         n = self.model.arm.coordinates
@@ -85,7 +85,7 @@ class Posture:
         E[n : 2 * n, n : 2 * n] = self.M
         return E
 
-    @once
+    @computed_once
     def A(self) -> np.ndarray:
         """(nx, nx)"""
         n, law = self.model.arm.coordinates, self.numbers.law
@@ -97,7 +97,7 @@ class Posture:
         A[2 * n :] = np.hstack([law.Fq, law.Fv, law.Fs])
         return A
 
-    @once
+    @computed_once
     def B(self) -> np.ndarray:
         """(nx, nr)"""
         n, law = self.model.arm.coordinates, self.numbers.law
@@ -106,7 +106,7 @@ class Posture:
         B[2 * n :] = law.Fr
         return B
 
-    @once
+    @computed_once
     def eigen(self) -> tuple[np.ndarray, np.ndarray]:
         """Poles (nx,) in 1/s and right eigenvectors (nx, nx) of (A, E)."""
         poles, vectors = scipy.linalg.eig(self.A, self.E, check_finite=False)

@@ -133,8 +133,8 @@ def copy_session(teacher: Session, own: Session) -> None:
 
 def _copy_files(source: Path, target: Path) -> None:
     """Copies recordings only; links are not followed."""
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
 
     for path in source.iterdir():
         with contextlib.suppress(InputError, FileNotFoundError):  # no recording, or gone meanwhile
-            shutil.copyfile(Within(source).find(path.name), target / path.name)
+            shutil.copyfile(ConfinedFolder(source).find(path.name), target / path.name)

@@ -123,9 +123,9 @@ def load_motion(
 ) -> tuple[Recording, RecordedMotion]:  # fmt: skip
     """A recording and its motion, in a worker: a file of `folder` only; `values` are the fitted
     parameters, none where there is no fit."""
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
 
-    found = read_recording(scenario, recording, Within(Path(folder)), progress=progress)
+    found = read_recording(scenario, recording, ConfinedFolder(Path(folder)), progress=progress)
     return found, simulated_motion(scenario, values, found)
 
 

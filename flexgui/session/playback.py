@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from flexgui.core.errors import InputError
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import Outcome
-from flexgui.core.scenario.data_folder import Within
+from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.file_jobs import run_task
 from flexgui.jobs.messages import Task
@@ -153,7 +153,7 @@ class Playback:
             again, found = run_task(self._session.key, task)
             return kept or again, found
         recording = kept or recorded_motion.read_recording(
-            scenario, name, Within(self._session.folder)
+            scenario, name, ConfinedFolder(self._session.folder)
         )
         return recording, recorded_motion.simulated_motion(scenario, values, recording)
 

@@ -88,7 +88,7 @@ def test_the_wave_comes_with_its_sizes() -> None:
 
 def test_friction_with_a_memory_has_no_shape_along_the_motion() -> None:
     stribeck = tried("stribeck_friction", ("f", "vs2"))
-    shaped = replace(stribeck, shape=replace(stribeck.shape, finely=stribeck.shape.grid))
+    shaped = replace(stribeck, shape=replace(stribeck.shape, fine_grid=stribeck.shape.grid))
     assert best_force_shapes(shaped, motions(), most=3) == []
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from flexgui.core.least_squares import Descended, Limits, descend, promised
+from flexgui.core.least_squares import Descended, Limits, descend, predicted_reduction
 
 LIMITS = Limits(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
 SAMPLES = 500
@@ -116,7 +116,7 @@ def test_the_fall_that_is_promised_is_what_straight_lines_give() -> None:
     flat = S.reshape(-1, 2)
     left = r.ravel() - flat @ np.linalg.lstsq(flat, r.ravel(), rcond=None)[0]
     expected = float(np.sum(r**2) - np.sum(left**2))
-    assert promised(found, LIMITS) == pytest.approx(expected, rel=1e-3)
+    assert predicted_reduction(found, LIMITS) == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_descent_in_two_parts_ends_where_it_would_in_one() -> None:

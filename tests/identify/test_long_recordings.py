@@ -20,7 +20,7 @@ from flexgui.core.identify.uncertainty import FEW_LAGS, cross_covariances
 from flexgui.core.identify.unknowns import Unknowns, collect_unknowns
 from flexgui.core.least_squares import limits_of
 from flexgui.core.model import Model
-from flexgui.core.progress import Progress, Silent, StoppedError, heeding
+from flexgui.core.progress import Progress, Silent, StoppedError, use_progress
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.results import Generation
@@ -138,7 +138,7 @@ def test_simulations_look_whether_they_are_wanted(
     told = Told("x")
     told.advance(text="x")
     jobs = [Job(model, model.numbers(), task)] * 20
-    with heeding(told), pytest.raises(StoppedError):
+    with use_progress(told), pytest.raises(StoppedError):
         run_many(jobs, 2, workers)
     assert len(run_many(jobs[:1], 1)) == 1  # outside nobody listens
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.arm.presets import presets
-from flexgui.core.drives.servo import FollowingServo, held
+from flexgui.core.drives.servo import FollowingServo, hold_mean
 from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.predictor import motion_of
 from flexgui.core.identify.prepared_recording import Prepared, prepare
@@ -70,8 +70,8 @@ def test_a_torque_rig_that_is_the_model_lacks_nothing(cutoff: float | None) -> N
 
 def test_a_held_signal_is_seen_half_a_sample_late() -> None:
     ramp = np.arange(6.0)[:, None]
-    assert held(ramp)[1:, 0] == pytest.approx(ramp[1:, 0] - 0.5)
-    assert held(np.full((4, 1), 2.0)) == pytest.approx(2.0)
+    assert hold_mean(ramp)[1:, 0] == pytest.approx(ramp[1:, 0] - 0.5)
+    assert hold_mean(np.full((4, 1), 2.0)) == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-5])

@@ -96,7 +96,7 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
     until(lambda: len(bars(page)) == 1 and "Coulomb friction" in plots(page))
     page.locator("svg.glimpse").nth(1).wait_for()  # pictures of the predictions
     page.locator(".fx summary", has_text="What is it?").first.click()
-    page.locator("details[open]", has_text="turns round with the direction").wait_for()
+    page.locator("details[open]", has_text="reverses with the direction").wait_for()
     expected = headless(session)
     press(page, "Add Coulomb friction")
     page.get_by_text("Nothing is missing.").wait_for(timeout=FOUND)

@@ -13,7 +13,7 @@ import pytest
 from flexgui.classroom.demo import copy_session
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent
-from flexgui.core.scenario.data_folder import VARIABLE, Within
+from flexgui.core.scenario.data_folder import VARIABLE, ConfinedFolder
 from flexgui.places import without_places
 from flexgui.scene.recorded_motion import load_motion
 from flexgui.session.session import Session
@@ -179,7 +179,7 @@ def test_an_upload_stays_in_the_folder_under_every_name(
 def test_a_plain_name_of_an_uploaded_file_is_found(session: Session) -> None:
     path = session.folder / "Messung 3_ä+b=c-2.csv.gz"
     path.write_text("t\n")
-    assert Within(session.folder).find(path.name) == path
+    assert ConfinedFolder(session.folder).find(path.name) == path
 
 
 def test_a_scenario_with_its_recordings_in_folders_is_refused_in_words(

@@ -14,7 +14,7 @@ from typing import TypeVar
 from flexgui.core.identify.predictor import single_threaded
 from flexgui.core.processors import WORKERS
 from flexgui.core.resumable.executor import Processes, Work
-from flexgui.core.resumable.journal import Journal, Keyed, Record, go_on
+from flexgui.core.resumable.journal import Journal, Keyed, Record, resume
 
 C = TypeVar("C", bound=Keyed)
 
@@ -40,7 +40,7 @@ def run_all(
     told(f"{len(cases)} cases, {len(cases) - left} of them finished before.")
     begun = time.monotonic()
     try:
-        with closing(go_on(cases, order_text, work, executor, journal)) as steps:
+        with closing(resume(cases, order_text, work, executor, journal)) as steps:
             for number, step in enumerate((s for s in steps if not s.before), start=1):
                 told(f"{number}/{left} {step.record['key']}{_time_left(begun, number, left)}")
     except KeyboardInterrupt:

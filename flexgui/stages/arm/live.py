@@ -13,7 +13,7 @@ from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.model import Model, Numbers
 from flexgui.core.results import DescriptorModel, Equation
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.simulate.posture import Mode, Posture, once, posture, vibration_modes
+from flexgui.core.simulate.posture import Mode, Posture, computed_once, posture, vibration_modes
 from flexgui.core.simulate.response import (
     FrequencyResponse,
     StepResponse,
@@ -43,7 +43,7 @@ class Prepared:
 
         return _EQUATIONS.get(_structure(self.model), lambda: equations(self.model))
 
-    @once
+    @computed_once
     def descriptor(self) -> DescriptorModel:
         """The descriptor model's matrices; only when they are shown."""
         from flexgui.core.simulate.descriptor import descriptor

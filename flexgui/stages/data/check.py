@@ -131,6 +131,6 @@ def _merged(index: int, line: dict[str, Any]) -> Edit:
 def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:
     """Findings in the order of the recordings; InputError if a file is not a table."""
     from flexgui.core.check.run_checks import check_scenario
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
 
-    return tuple(check_scenario(scenario, Within(Path(folder)), None, progress))
+    return tuple(check_scenario(scenario, ConfinedFolder(Path(folder)), None, progress))

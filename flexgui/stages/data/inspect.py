@@ -80,14 +80,14 @@ class _File:
         from flexgui.core.check.run_checks import check_scenario
         from flexgui.core.errors import InputError
         from flexgui.core.recording.spec import RecordingSpec
-        from flexgui.core.scenario.data_folder import Within
+        from flexgui.core.scenario.data_folder import ConfinedFolder
 
         entry = {"name": self.name, "file": self.name, "columns": dict(columns)}
         entry |= self.settings
         try:
             specs = tuple(RecordingSpec.model_validate(part) for part in parted(entry))
             alone = self.scenario.model_copy(update={"recordings": specs})
-            return tuple(check_scenario(alone, Within(self.folder), None, self.progress))
+            return tuple(check_scenario(alone, ConfinedFolder(self.folder), None, self.progress))
         except InputError:
             return ()
 
@@ -115,9 +115,9 @@ def inspect_file(
     """
     from flexgui.core.errors import InputError
     from flexgui.core.recording.read_table import read_table
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
 
-    table = read_table(Within(Path(folder)).find(file), progress)
+    table = read_table(ConfinedFolder(Path(folder)).find(file), progress)
     titles, numbers = tuple(table.columns), _numbers(table)
     columns = _guessed(numbers, wanted)
     read = rows(numbers, headers_of(titles, columns), columns)
@@ -166,9 +166,9 @@ def _words(name: str) -> list[str]:
 def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
     """The headings of a table; InputError if it is not one, or not in the folder."""
     from flexgui.core.recording.read_table import read_table
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
 
-    return tuple(read_table(Within(Path(folder)).find(file), progress).columns)
+    return tuple(read_table(ConfinedFolder(Path(folder)).find(file), progress).columns)
 
 
 def read_file(
@@ -184,12 +184,12 @@ def read_file(
     from flexgui.core.loading import joint_units
     from flexgui.core.recording.load import load_recording
     from flexgui.core.recording.spec import RecordingSpec
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.stated_effects import base_model
 
     model = base_model(scenario)
     references, units = model.drive.needed_channels(model.arm), joint_units(model.arm)
-    path, words = Within(Path(folder)).find(file), []
+    path, words = ConfinedFolder(Path(folder)).find(file), []
     for entry in entries:
         spec = RecordingSpec.model_validate(dict(entry))
         recording = load_recording(path, spec, references, units, progress)

@@ -17,7 +17,7 @@ from flexgui.core.files import replacing
 from flexgui.core.progress import Progress
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.results import Diagnosis
-from flexgui.core.scenario.data_folder import Within, is_device, resolve_file
+from flexgui.core.scenario.data_folder import ConfinedFolder, is_device, resolve_file
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.schema import Scenario
 from flexgui.export.folder import zipped
@@ -132,7 +132,7 @@ def unpacking_folder(path: Path) -> Path:
 def unpack(folder: str, file: str, limit: int, *, progress: Progress) -> str:
     """`unpacked` as a task of a worker; the name of the scenario file in the folder."""
     place = Path(folder)
-    return unpacked(Within(place).find(file), place, limit).name
+    return unpacked(ConfinedFolder(place).find(file), place, limit).name
 
 
 def _extract_all(archive: zipfile.ZipFile, folder: Path, name: str, limit: int) -> None:
@@ -183,7 +183,7 @@ def bundled(name: str, text: str, scenario: Scenario, folder: Path) -> tuple[str
 def recordings_of(scenario: Scenario, folder: Path) -> dict[str, bytes]:
     """file -> content of the scenario's recordings; InputError where one is none of the folder."""
     names = sorted({file for spec in scenario.recordings for file in spec.files})
-    return {name: Within(folder).find(name).read_bytes() for name in names}
+    return {name: ConfinedFolder(folder).find(name).read_bytes() for name in names}
 
 
 def zipped_folder(folder: Path, beside: dict[str, bytes] | None = None) -> bytes:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from flexgui.core.progress import Progress
     from flexgui.core.recording.recording import Recording
     from flexgui.core.results import RecordingComparison
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.schema import Scenario
     from flexgui.session.session import Session
     from flexgui.stages.diagnose.model_versions import Demonstration
@@ -148,11 +148,11 @@ def demonstrate(
     InputError where the arm cannot have the effect, or where it shows in no output.
     """
     from flexgui.core.errors import InputError
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.stages.diagnose.model_versions import Demonstration
 
     progress.stage("Simulating the arm with and without the effect")
-    setup, data = _compared_in_outputs(scenario, recording, Within(Path(folder or ".")))
+    setup, data = _compared_in_outputs(scenario, recording, ConfinedFolder(Path(folder or ".")))
     shown = _effect(setup, kind)
     bare, grown = _models(setup, data, shown, values, sizes)
     plain, more = (_compared(model, data, setup, values) for model in (bare, grown))
@@ -177,7 +177,9 @@ def demonstrate(
     )
 
 
-def _compared_in_outputs(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
+def _compared_in_outputs(
+    scenario: Scenario, name: str, folder: ConfinedFolder
+) -> tuple[Setup, Recording]:
     """The setup with the outputs in which a diagnosis ranks effects."""
     from flexgui.core.diagnose.base_fit import compared_outputs
     from flexgui.core.identify.setup import make_setup

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from flexgui.core.model import Model
     from flexgui.core.recording.recording import Recording
     from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.schema import IdentifySpec, Scenario
     from flexgui.stages.diagnose.model_versions import ModelFindings, PartialProgress
     from flexgui.views.over_speed import OverSpeed
@@ -60,10 +60,10 @@ def diagnose(
     """
     from flexgui.core.diagnose.diagnose import diagnose as search
     from flexgui.core.results import MISSING
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 
-    where = Within(Path(folder or "."))
+    where = ConfinedFolder(Path(folder or "."))
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     inputs = _search_inputs(scenario, model, spec, where, progress)
@@ -94,7 +94,7 @@ def diagnose(
 
 
 def _search_inputs(
-    scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
+    scenario: Any, model: Any, spec: IdentifySpec, where: ConfinedFolder, progress: PartialProgress
 ) -> SearchInputs:
     from flexgui.core.diagnose.output_noise import stated_noise
     from flexgui.core.diagnose.search_state import Options
@@ -211,7 +211,7 @@ def _seen(step: LadderStep, begun: BaseFit) -> ModelFindings:
 
 
 def refined(
-    scenario: Scenario, where: Within, inputs: SearchInputs, progress: PartialProgress
+    scenario: Scenario, where: ConfinedFolder, inputs: SearchInputs, progress: PartialProgress
 ) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
     from flexgui.core.diagnose.progress_messages import fit_title

@@ -19,7 +19,7 @@ def export(
 
     `folder` holds the files that the scenario may read; its first motion is played in the report.
     """
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.read import scenario_toml
     from flexgui.export.export_files import diagnosed_text, export_outcome
     from flexgui.export.folder import check_writable
@@ -27,7 +27,7 @@ def export(
 
     progress.stage("Writing the report")
     check_writable(Path(out))
-    motion = report_motion(scenario, outcome, Within(Path(folder)))
+    motion = report_motion(scenario, outcome, ConfinedFolder(Path(folder)))
     diagnosed = diagnosed_text(scenario, outcome)
     export_outcome(outcome, scenario_toml(scenario), Path(out), motion, diagnosed)
     return out
@@ -57,11 +57,11 @@ def plan_next(
     """
     from flexgui.core.experiments.design import ExperimentRequest
     from flexgui.core.experiments.plan import plan
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.export.plan_files import write_plan
     from flexgui.sentences.experiments import plan_paragraphs
 
     wish = ExperimentRequest(seconds, limits=scenario.limits)
-    design = plan(scenario, wish, folder=Within(Path(folder)), progress=progress)
+    design = plan(scenario, wish, folder=ConfinedFolder(Path(folder)), progress=progress)
     write_plan(scenario, design, Path(out))
     return plan_paragraphs(design)

@@ -20,11 +20,11 @@ def identify(
 ) -> Outcome:
     """Everything that the scenario asks for but a diagnosis, which has a stage of its own; it may
     read the files of `folder` only."""
-    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.stated_effects import without_diagnosis
     from flexgui.core.workbench import run_scenario
 
-    where = Within(Path(folder or "."))
+    where = ConfinedFolder(Path(folder or "."))
     outcome = run_scenario(without_diagnosis(scenario), folder=where, progress=progress)
     return replace(outcome, fits=tuple(_light(fit) for fit in outcome.fits))
 
