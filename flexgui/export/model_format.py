@@ -20,8 +20,8 @@ WIDTH = 92
 LINEAR_LIMITS = (
     "Linear model of small motion about a posture, with the drive's loop closed. The posture is "
     "scheduled.",
-    "Not in this file: sensor noise, limits of the drives, and the camera outputs z1 and z2, "
-    "which are not linear in the joint angles.",
+    "Not in this file: sensor noise, limits of the drives, and the camera outputs z1 and z2 (not "
+    "linear in the joint angles).",
 )
 """Of every format that holds the matrices."""
 

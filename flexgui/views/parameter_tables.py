@@ -44,9 +44,8 @@ COLUMNS = (
 )  # fmt: skip
 
 COLOURED = (
-    "The standard deviation (std) allows for coloured residuals. A parameter is not identifiable "
-    "if the data do not determine it (then it has no std), if another parameter imitates it, or "
-    "if its std exceeds its value."
+    "The standard deviation (std) allows for coloured residuals. Not identifiable: the data do "
+    "not determine it (no std), another parameter imitates it, or its std exceeds its value."
 )
 FOLLOWS = "(follows): computed from the other estimates."
 OF_MEAN = "The mean's std is √(Σ std²)/n for n independent fits."

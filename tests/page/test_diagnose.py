@@ -162,7 +162,7 @@ def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
     press(page, "Diagnose")
     press(page, "Find what is missing")
     page.get_by_text("Something is missing.").wait_for(timeout=FOUND)
-    page.get_by_text("Add an own effect by formula", exact=True).click()
+    page.get_by_text("Add your own effect as a formula", exact=True).click()
     field(page, "Formula").fill("__import__('os').system('true')")
     press(page, "Add this formula")
     page.locator(".fx .bad", has_text="formula").first.wait_for()

@@ -37,8 +37,8 @@ POINT = 1e-9
 
 LIMITS = (
     "Joints motor1, motor2, ...; site tip; sensors theta1, dtheta1, u1, deflection1, ... and z of "
-    "the tip. Not in this file: noise and delays of sensors, controllers other than a velocity "
-    "loop, references, and foreshortening beyond that of a chain.",
+    "the tip. Not in this file: noise and delays of sensors, references, controllers other than a "
+    "velocity loop, and foreshortening beyond a chain's.",
     "Dry friction has one level at any speed (frictionloss). MuJoCo makes it a soft constraint: a "
     "joint that should stick creeps a little.",
 )

@@ -48,7 +48,7 @@ WORDS = stage_macros(
     output_title=output_title, format_number=format_number, stands_out=STANDS_OUT,
 )  # fmt: skip
 NONE = "nothing to compare yet"
-ALL, WORST = "all fitted outputs", "the one that fails most"
+ALL, WORST = "all fitted outputs", "largest error"
 SIGNALS, TORQUE = "signals", "missing joint torque"
 """All others are found in flexgui/views/of_recording."""
 HEIGHT, HEIGHT_PER_OUTPUT = 380.0, 200.0

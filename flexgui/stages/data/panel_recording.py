@@ -37,7 +37,7 @@ class RecordingSettings(PageElement):
         self._shift = number(
             context, "Camera delay [ms]", (-1000.0, 1000.0, 0.1),
             *self._setting("time_shift", unit=1e-3),
-            "Camera latency.",
+            "Camera latency of this recording.",
         )  # fmt: skip
         self._touched = HtmlBlock(gui)
         with gui.add_folder("Exclude a time range", expand_by_default=False):

@@ -34,7 +34,7 @@ from flexgui.views.headline import AS_GIVEN, BIASED
 from flexgui.views.ladder import ladder
 from flexgui.views.missing_torque import missing_cloud
 
-BEST = "the first in the list"
+BEST = "first in the list"
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 
 

@@ -136,7 +136,7 @@ class ByHand(PageElement):
             )
             self._present: Any = gui.add_dropdown("In the model", (ADDED_NONE,))
             self._remove = button(context, "Remove it", self._removed)
-        with gui.add_folder("Add an own effect by formula", expand_by_default=False):
+        with gui.add_folder("Add your own effect as a formula", expand_by_default=False):
             kinds = tuple(targets(cached_model(self.session.document.scenario).arm))
             self._target: Any = on_user_input(
                 context, gui.add_dropdown("Acts at", kinds), self._show_hint

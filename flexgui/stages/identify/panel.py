@@ -166,7 +166,7 @@ class IdentifyPanel(Panel):
         self._summary.show(
             WORDS.converged(outcome.fits),
             WORDS.summary(alarms(whole), biased, lead_sentences(whole), old),
-            folded("All of it in words", joined(*map(paragraph, summary(whole)))),
+            folded("Full summary", joined(*map(paragraph, summary(whole)))),
         )
         self._paper.show(paper_comparison(outcome, self._fitted_scenario))
 

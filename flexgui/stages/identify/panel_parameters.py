@@ -69,7 +69,7 @@ class ChosenParameters(PageElement):
             lambda ends: self._put("bounds", name, [float(v) / unit.factor for v in ends]),
         )  # fmt: skip
         number(
-            context, f"± {symbol}, known", (0.0, math.inf, None),
+            context, f"± {symbol}, prior", (0.0, math.inf, None),
             lambda: self._prior(name) * unit.factor,
             lambda v: self._put("prior", name, v / unit.factor or None),
             "Standard deviation of the prior; 0: no prior.",

@@ -233,8 +233,8 @@ def _of_glocal(row: BaselineRow, others: Sequence[BaselineRow]) -> str:
     elif row.pole_error > (1.0 + EQUAL_SHARE) * nearest.pole_error:
         times = row.pole_error / max(nearest.pole_error, 1e-300)
         lost.append(f"poles ({nearest.method}, {format_number(times, 3)} times as near)")
-    first = f"Best on {', '.join(won)}." if won else "Best on nothing alone."
-    return f"{first} Beaten on {', '.join(lost)}." if lost else f"{first} Beaten on nothing."
+    first = f"Best on {', '.join(won)}." if won else "Best in no measure alone."
+    return f"{first} Worse in {', '.join(lost)}." if lost else f"{first} Worse in no measure."
 
 
 HELP: dict[str, Any] = {

@@ -88,7 +88,7 @@ class StudyPanel(Panel):
             lambda v: study.choose(at_once=v),
             "Cases computed at the same time. Other users of this server share the processors.",
         )  # fmt: skip
-        button(context, "All of it, as in the paper", self._choose_whole)
+        button(context, "Full study, as in the paper", self._choose_whole)
 
     def build_plots(self) -> None:
         self._results.build_plots()

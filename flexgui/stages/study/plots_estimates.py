@@ -39,8 +39,8 @@ def parameter_table(tables: Sequence[EstimateTable]) -> Table:
     """Rows as in the paper; per ratio and parameter the paper's mean and deviation, then ours."""
     runs = " and ".join(str(n) for n in sorted({t.runs for t in tables}))
     text = (
-        f"Mean over {runs} runs, standard deviation in brackets. The local mean's deviation is "
-        f"sqrt(Σ std²)/δ, as in the paper."
+        f"Mean over {runs} runs, standard deviation in brackets. Standard deviation of the local "
+        f"mean: sqrt(Σ std²)/δ, as in the paper."
     )
     return _by_fit(tables, _parameter_columns, text)
 
@@ -79,9 +79,8 @@ def _bracketed(mean: float, std: float, name: str) -> str:
 def stiffness_table(tables: Sequence[EstimateTable], true: Sequence[float]) -> Table:
     """The same rows in EI, with the bias and the scatter that the paper's numbers imply."""
     text = (
-        f"True EI = {_each(f'{EI:.2f}' for EI in true)} N m². 'Of the means' is what the mean ε "
-        f"and d give, as a reader of a printed table computes it; 'scatter at least' is "
-        f"|4 std(d)/d − std(ε)/ε|."
+        f"True EI = {_each(f'{EI:.2f}' for EI in true)} N m². 'Of the means': computed from the "
+        f"mean ε and d. 'Scatter at least': |4 std(d)/d − std(ε)/ε|."
     )
     return _by_fit(tables, lambda table: _stiffness_columns(table, true), text)
 
