@@ -20,10 +20,9 @@ Document = dict[str, Any]
 def diagnosed_toml(
     scenario: Scenario, diagnosis: Diagnosis, locate: Callable[[str], str] = lambda file: file
 ) -> str:
-    """The scenario as TOML with the effects that were added and every value where it ended.
+    """The scenario as TOML, with the added effects and all estimated values.
 
-    `locate` says how a recording's file is named from where the text will lie. InputError where
-    the result would be no scenario.
+    `locate` gives the new path of a recording's file. InputError where the scenario is not valid.
     """
     document = diagnosed(scenario, diagnosis)
     for recording in document.get("recordings", ()):
@@ -40,10 +39,9 @@ def diagnosed_scenario(scenario: Scenario, diagnosis: Diagnosis) -> Scenario:
 
 
 def diagnosed(scenario: Scenario, diagnosis: Diagnosis) -> Document:
-    """The scenario's tables with what was found.
+    """The scenario's tables with the added effects and the estimated values, for a refinement only.
 
-    Refinement alone goes on from there: a search over a population would begin anew. Models that
-    were compared with the first one are left out, since what is held in them is their own.
+    Compared models are left out, because their fixed values are their own.
     """
     document = _thawed(scenario.model_dump(exclude_defaults=True))
     document.pop("compare", None)

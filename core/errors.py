@@ -2,8 +2,7 @@
 
 
 class InputError(ValueError):
-    """Bad input, said in one sentence.
+    """Wrong input. The sentence names the file, column or setting and what to do.
 
-    The sentence names the file, the column or the setting that is wrong and says what to do.
-    Whoever meets this error shows its text and nothing else: no traceback.
+    It is shown without a traceback.
     """

@@ -12,10 +12,7 @@ from .errors import InputError
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path`; what is written there takes the place of `path` at the end.
-
-    Where the writing fails, the temporary file goes and `path` stays as it was.
-    """
+    """A temporary path that replaces `path` at the end; after an error `path` stays as it was."""
     temporary = path.with_name(f".{uuid4().hex}.{path.name}")
     try:
         if not path.parent.is_dir():

@@ -231,10 +231,9 @@ def _inside(x: np.ndarray, move: np.ndarray, limits: Limits) -> np.ndarray:
 def _step(  # type: ignore[no-untyped-def]
     errors, x, blocks, cost, A, b, free, limits: Limits, damping: float, enough: float
 ):
-    """One accepted step with the damping it needed; the point itself where none is downhill.
+    """One accepted step with its damping; the point itself where no step reduces the cost.
 
-    What is uphill is tried again shorter as long as that promises a reduction beyond `enough`: at a
-    minimum nothing is downhill, and a dozen lengths are needed to tell that otherwise.
+    A step that increases the cost is shortened while its predicted reduction exceeds `enough`.
     """
     while damping < WORST_DAMPING and np.any(free & (np.diag(A) > 0.0)):
         move = _move(A, b, free, damping)

@@ -33,10 +33,8 @@ def gathered(table: Any, beside: Callable[[str], bool], field: str) -> Any:
 def validated(
     kind: type[M], options: Mapping[str, Any], where: str, beside: Iterable[str] = ()
 ) -> M:
-    """`kind(**options)`; the first fault is said in one sentence that starts with `where`.
-
-    `beside` are settings that stand in the same place and are not the options' own.
-    """
+    """`kind(**options)`; the first fault is one sentence that starts with `where`. `beside` are
+    further settings of the same table."""
     try:
         return kind.model_validate(dict(options))
     except ValidationError as error:
@@ -53,8 +51,8 @@ def _first_fault(error: ValidationError, where: str, settings: Iterable[str]) ->
 
 
 class _OneSentence(ModelMetaclass):
-    """Of classes that scripts call: what pydantic says in several lines is an InputError. Tables of
-    files are checked from inside and keep their places."""
+    """Of classes that scripts call: a fault is one InputError instead of several lines of
+    pydantic."""
 
     def __call__(self, *positional: Any, **options: Any) -> Any:
         try:

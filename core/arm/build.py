@@ -63,10 +63,8 @@ class ArmSpec(BaseModel):
 
 
 def build_arm(spec: ArmSpec, base: Arm | None = None, label: str = "[arm]") -> Arm:
-    """The arm that `spec` describes; without a preset of its own it changes `base`.
-
-    `label` is how messages name the place of the settings.
-    """
+    """The arm that `spec` describes, as a change of `base` where it states no preset; messages name
+    `label`."""
     below = _below(spec, base, label)
     tables = _laid_over(below, spec.segments, label)
     tables = [

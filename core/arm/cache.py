@@ -1,7 +1,7 @@
-"""Where compiled code is kept: the user's cache folder, never the project's own folder.
+"""The cache of compiled code, in the user's cache folder.
 
-Files of the cache carry a digest, so that a damaged one is made anew and never run. The digest is
-a trailer: Python takes it for a comment, and Numba's reader ends before it.
+Each file ends with a digest, so that a damaged file is compiled again and never run. Python reads
+the digest as a comment, and Numba's reader stops before it.
 """
 
 from __future__ import annotations
@@ -40,10 +40,7 @@ log = logging.getLogger(__name__)
 
 
 def cache_folder() -> Path:
-    """The user's cache folder; the variable FLEXGUI_CACHE moves it.
-
-    Where nothing can be written there it is a temporary one, which goes with the process.
-    """
+    """The user's cache folder, or FLEXGUI_CACHE; a temporary folder where it cannot be written."""
     chosen = os.environ.get(VARIABLE)
     return _usable(Path(chosen) if chosen else user_cache_path("flexgui", appauthor=False))
 

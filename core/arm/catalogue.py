@@ -28,8 +28,7 @@ LEAST_COMPLIANCE = 1e-9
 """rad/(N m), m/N: as good as rigid; an infinite stiffness could not be simulated."""
 
 LEAST_MOTOR = 1e-2
-"""Of the stated hub inertia: the motor of an elastic joint moves by itself, so its inertia must
-not vanish."""
+"""Share of the stated hub inertia: the motor of an elastic joint needs an inertia above zero."""
 
 
 def _direct(places: Sequence[int], p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:

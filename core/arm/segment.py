@@ -37,8 +37,8 @@ class Segment(Stated):
     tip_inertia: NonNegative = 0.0
     """kg m²"""
     hub_inertia: NonNegative = 0.0
-    """Rotor and gear on the joint's side, kg m^2 (kg for a prismatic joint): behind a high gear
-    they count with the joint's own rate."""
+    """kg m^2 (kg on a slide), rotor and gear behind a high gear: turns with the joint's own
+    rate."""
     rotor_inertia: NonNegative = 0.0
     """Rotor of a motor without a gear, kg m^2: it turns with the segment that carries it too."""
     joint: str = "revolute"

@@ -1,5 +1,4 @@
-"""Joints of which more is known than their drive says: their motion, recorded and led by somebody
-else, or a torque beside the drive's own."""
+"""Joints whose motion is recorded but not their torque, and joints with a further known torque."""
 
 from __future__ import annotations
 
@@ -21,10 +20,10 @@ KNOWN_MOTION = "known_motion"
 
 
 class WithKnownMotion(Drive):
-    """A drive of some joints beside others that somebody else moves, as theta2, ... recorded.
+    """A drive whose listed joints follow their recorded positions instead.
 
-    All joints are led along their positions; the torque of the others is nowhere recorded, so it
-    is not compared, and the drive's own columns and constants of them are not read.
+    Their torque is not recorded, so it is not compared, and the drive's columns and constants of
+    them are not read.
     """
 
     base: Drive
@@ -106,10 +105,7 @@ KNOWN_TORQUE = "known_torque"
 
 
 class WithKnownTorque(Drive):
-    """A drive with the columns known_torque1, ... added to its torque, as they were recorded.
-
-    Where the drive has a limit, the sum is cut at it.
-    """
+    """A drive plus the recorded columns known_torque1, ...; a limit of the drive cuts the sum."""
 
     base: Drive
     joints: tuple[int, ...]

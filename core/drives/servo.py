@@ -73,8 +73,8 @@ def averaged(x: np.ndarray) -> np.ndarray:
 
 
 def rates_along(place: np.ndarray, dt: float, at_rest: bool) -> np.ndarray:
-    """The same along a motion; `at_rest`: it begins so. What the first samples' noise says of a
-    speed there would shake the arm to the end."""
+    """The rates along a motion; zero at its first sample if `at_rest`, so that noise starts no
+    motion."""
     speed = rates(place, dt)
     if at_rest:
         speed[0] = 0.0

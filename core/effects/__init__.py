@@ -21,10 +21,8 @@ def effect(kind: str) -> Effect:
 
 
 def with_included(effects: Sequence[Effect]) -> tuple[Effect, ...]:
-    """The effects with all that they include, the simpler ones first.
-
-    Each once, but for those that repeat: they are there as often as they are given.
-    """
+    """The effects with all effects that they include, the simpler first, each once unless it
+    repeats."""
     included: list[Effect] = []
 
     def add(item: Effect) -> None:

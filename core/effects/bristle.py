@@ -1,7 +1,6 @@
-"""Dry friction as a bristle: it bends over a tiny distance, holds, and slips at its level.
+"""Dry friction as a bristle (P. Dahl, 1968): it bends over a tiny distance, holds, and slips.
 
-Described by P. Dahl in 1968. A sign of the velocity, however steeply rounded, lets a joint at rest
-creep; a bristle remembers where it is.
+With a smoothed sign of the velocity a joint at rest would creep; a bristle does not.
 """
 
 from __future__ import annotations
@@ -27,12 +26,10 @@ within half a per cent."""
 
 IDEALISED = 0.05
 """Measured friction follows one law within some per cent at best: it changes with temperature,
-place and time (B. Armstrong-Helouvry et al., Automatica 30, 1994), and how it turns round at rest
-is nobody's law."""
+place and time (B. Armstrong-Helouvry et al., Automatica 30, 1994)."""
 
 BREAKAWAY = "zs"
-"""With the joint's number, the value that says over which way dry friction breaks away, where
-anything does."""
+"""With the joint's number: the name of a joint's breakaway displacement, where it has one."""
 
 _ZS = sp.Symbol("z_s", positive=True)
 

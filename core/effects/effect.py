@@ -94,8 +94,7 @@ class Effect(ABC):
     dissipative: bool = False
     """Whether it can only take energy away."""
     idealised: float = 0.0
-    """Share of what it does to the outputs that its law is not trusted to foretell: a law that
-    stands for much that nobody models."""
+    """Relative uncertainty of its change of the outputs, for a law that idealises the real one."""
     longest_step: float = float("inf")
     """s: what a simulation with the effect may step at most; forces that switch have edges, and
     stiff parts bend within a millisecond."""

@@ -16,8 +16,7 @@ START, LARGEST = 0.01, 0.5
 class EncoderOffset(Effect):
     """An offset per joint from the second on: true position = encoder - offset.
 
-    Joint 1 is left out: without gravity nothing but the camera knows where the arm's first
-    angle is zero, so its offset is the camera's rotation (`camera_misalignment`).
+    Without gravity the offset of joint 1 equals the camera's rotation (`camera_misalignment`).
     """
 
     kind = "encoder_offset"

@@ -19,11 +19,7 @@ SHARE = 0.03
 
 
 class FrictionAsymmetry(Effect):
-    """Of the viscous part only.
-
-    A Coulomb level that differs between the directions is a constant torque while the joint
-    moves, so `torque_offset` stands for it: two names for one thing could never be told apart.
-    """
+    """The difference of the viscous part only; that of the Coulomb part is `torque_offset`."""
 
     kind = "friction_asymmetry"
     location = "joint"

@@ -31,8 +31,7 @@ def clamped_frequency(arm: Arm, k: int) -> float:
 
 
 def arm_parameter(arm: Arm, name: str, step: float, lower: float, upper: float) -> EffectParameter:
-    """A parameter of the arm by its name in core.arm.catalogue: neutral at the arm's own value, it
-    begins one `step` beside it."""
+    """The arm's parameter of that name: neutral at its stated value, starting one `step` above."""
     own = arm_parameters(arm)[name]
     parameter = replace(own, value=own.value + step, lower=lower, upper=upper, scale=abs(step))
     return EffectParameter(parameter, neutral=own.value)

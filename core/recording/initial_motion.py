@@ -24,9 +24,8 @@ vibrates faster than it is sampled may hide that in one joint."""
 
 
 def begins_at_rest(place: np.ndarray) -> bool:
-    """Whether places (N, k) begin at rest: the first step is small beside the largest of the first
-    samples, where it counts in those joints alone whose speed there is not within the noise that a
-    parabola through them leaves."""
+    """Whether positions (N, k) begin at rest: the first step is small relative to the largest of
+    the first samples, in all joints whose initial speed exceeds the noise around a parabola."""
     if len(place) <= AT_ONCE or not np.isfinite(place[:AT_ONCE]).all():
         return False
     first = place[:AT_ONCE]

@@ -15,10 +15,8 @@ from ..recording.channels import Role, is_reference, role_of
 
 @dataclass(frozen=True)
 class LoggerFilter:
-    """A second-order low-pass that the rig applied to a channel before it was written.
-
-    Transfer function w^2 / (s^2 + 2 zeta w s + w^2); the model's output passes the same.
-    """
+    """The rig's low-pass w^2 / (s^2 + 2 zeta w s + w^2) of a channel; the model's output passes it
+    too."""
 
     frequency: float
     """rad/s"""

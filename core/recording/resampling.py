@@ -121,10 +121,8 @@ def _snapped(values: np.ndarray, factor: int) -> np.ndarray:
 def _rows(
     table: Table, header: str, time: np.ndarray, window: tuple[float, float], count: bool
 ) -> tuple[np.ndarray, int]:
-    """The rows (K,) that are used, and how many have no time of their own.
-
-    In the order of time, one for each; in the file's order where rows are counted.
-    """
+    """The rows (K,) that are used, by rising time (by row where rows are counted), and the number
+    of rows with an empty or repeated time."""
     inside = ~((time < window[0]) | (time > window[1]))
     good = np.flatnonzero(inside & np.isfinite(time))
     steps = np.diff(time[good])

@@ -22,8 +22,8 @@ def save_recording(
 ) -> None:
     """Write time and channels as .csv, .csv.gz or .parquet, by the name of `path`.
 
-    Headers carry units where the channel has only one; a joint that may turn or slide has none
-    (SI then) unless `units` says. Masks, filters and roles belong to the scenario, not the file.
+    Headers carry the SI unit where the channel has only one, or where `units` states it. Masks,
+    filters and roles belong to the scenario, not to the file.
     """
     suffix = next((s for s in _WRITERS if path.name.lower().endswith(s)), None)
     if suffix is None:

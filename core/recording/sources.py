@@ -1,7 +1,7 @@
 """Which column of a file holds which channel of a recording, and its factor to SI.
 
-The scenario says so, or the column's name; else it is guessed by the heading and by what the
-numbers do. A guess is shown before it counts; the check of the recording judges it.
+The scenario or the column's name states it; else it is guessed from name and numbers, shown, and
+verified by the check of the recording.
 """
 
 from __future__ import annotations

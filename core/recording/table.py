@@ -108,8 +108,8 @@ NO_NUMBER = ("", "nan", "na")
 
 
 def number(cell: object, comma: bool = False) -> float:
-    """A cell as a number; NaN where it says 'no sample', ValueError or TypeError where it says
-    neither. `comma`: one may stand for the decimal point."""
+    """A cell as a number; NaN for 'no sample', else ValueError or TypeError. `comma`: the decimal
+    point may be a comma."""
     if cell is None:
         return float("nan")
     if isinstance(cell, bool | np.bool_):
@@ -147,10 +147,8 @@ class TableReader(ABC):
 
     @abstractmethod
     def fits(self, path: Path, start: bytes) -> int:
-        """How surely the file is of this kind, by its first bytes and not by its name.
-
-        0: it is not; higher numbers win where several readers fit.
-        """
+        """How well the first bytes match this kind of file; 0: not at all; the highest number
+        wins."""
 
     @abstractmethod
     def read(self, path: Path, reading: Reading) -> Table:

@@ -234,8 +234,7 @@ class Diagnosis:
     linear_model: LinearModel | None = None
     """What the linear model costs on these recordings, where it was the one identified."""
     ruled_out: Mapping[str, str] = field(default_factory=dict)
-    """Title of an effect, or of some of its sizes, that was not sought -> what is stated of the
-    rig."""
+    """Title of an effect or of its parameters that [rig] excludes -> the statement."""
 
     @property
     def added(self) -> tuple[str, ...]:

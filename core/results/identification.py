@@ -27,8 +27,8 @@ class Estimate:
 
     @property
     def undetermined(self) -> bool:
-        """Whether nothing but its bounds tells its size: its deviation exceeds it, or the data
-        leave it free and it ended where it may not go on."""
+        """Whether only its bounds limit it: its standard deviation exceeds it, or the data leave it
+        free and it ended at a bound."""
         wide = self.std > abs(self.value)
         free = not self.identifiable and (wide or self.at_bound)
         return bool(self.value) and bool(free or (wide and self.lower >= 0.0))

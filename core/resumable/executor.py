@@ -52,17 +52,12 @@ def requeue(index: int, waiting: deque[int], losses: Counter[int]) -> None:
 
 
 class Executor(ABC):
-    """Does the work somewhere; answers come as they are ready.
-
-    An answer is a function of its order, so an order may be given again where a worker was lost.
-    """
+    """Computes answers, in the order in which they are ready; an order may be repeated on another
+    worker."""
 
     @abstractmethod
     def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
-        """In any order; ends early where `stop` says so.
-
-        Closing the generator leaves no work behind.
-        """
+        """In any order; ends early where `stop` is true. Closing the generator stops all work."""
 
 
 class Here(Executor):

@@ -76,10 +76,8 @@ def with_stated_effects(model: Model, spec: ModelSpec) -> Model:
 def with_hidden_effects(
     model: Model, hidden: Mapping[str, Mapping[str, object]], recording: str
 ) -> Model:
-    """The machine that a simulated recording comes from: the bare model and its hidden effects.
-
-    What the model has beyond that is what somebody believes, and must not change the data.
-    """
+    """The model behind a simulated recording: the bare model and its hidden effects, without the
+    other effects of `model`."""
     bare = model.bare or model
     effects = {**catalogue(), **{item.kind: item for item in model.effects}}
     stated = []

@@ -104,10 +104,8 @@ class Sensor(ABC):
     def from_linear(
         self, y: np.ndarray, recording: Recording, arm: Arm, compiled: CompiledArm, p: np.ndarray
     ) -> np.ndarray:
-        """What `measure_like` gives for many motions at once, from their `linear_rows`.
-
-        y (N, k, S) belongs to S motions with the arm's numbers p (S, np).
-        """
+        """The results of `measure_like` for S motions with the arm's numbers p (S, np), from their
+        `linear_rows` y (N, k, S)."""
         return y
 
     def is_linear(self, recording: Recording, arm: Arm) -> bool:

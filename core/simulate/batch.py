@@ -96,7 +96,7 @@ def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Traje
 
 
 def passes(jobs: Sequence[Job], steps: Sequence[int], workers: int) -> tuple[list[Trajectory], ...]:
-    """For each number of steps per sample the motions of all jobs, before they are finished."""
+    """The motions of all jobs for each number of steps per sample, not yet finished."""
     packed = [job.elements() for job in jobs]
     chunks = _side_by_side(jobs, packed)
     chosen = [(substeps, chunk) for substeps in steps for chunk in chunks]

@@ -175,10 +175,8 @@ def simulate_many(
 
 
 def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
-    """Of each job two passes and their extrapolation, with the number of steps found beforehand.
-
-    The error then varies smoothly with the parameters, as finite differences need.
-    """
+    """Two passes of each job and their extrapolation, with a fixed number of steps, so that the
+    error varies smoothly with the parameters."""
     fine, coarse = passes(jobs, (max(substeps, 2), max(substeps // 2, 1)), workers)
     return [
         finished(job, extrapolated(a, b, job.numbers.law.limit))

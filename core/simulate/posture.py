@@ -36,10 +36,8 @@ class computed_once(Generic[T]):  # noqa: N801 (reads as the decorator it is)
 
 @dataclass(frozen=True)
 class Posture:
-    """The straight arm at rest with its joints at `joints` (nj,), in rad (m on a slide).
-
-    States x = [q, q', s]: coordinates, their rates, the drive's own.
-    """
+    """The straight arm at rest at `joints` (nj,), in rad (m on a slide); x = [q, q', s]:
+    coordinates, their rates, the drive's states."""
 
     model: Model
     numbers: Numbers

@@ -102,10 +102,8 @@ def references(recording: Recording) -> np.ndarray:
 
 
 def pole_error(estimated: np.ndarray, true: np.ndarray) -> float:
-    """Mean distance of each true pole that matters to the found one that is its own, relative.
-
-    Each found pole is spent once; a true pole that nothing is left for counts as wholly wrong.
-    """
+    """Mean relative distance of each relevant true pole to its estimated pole. Each estimated pole
+    is used once; a true pole without one counts as 1."""
     from scipy.optimize import linear_sum_assignment
 
     relevant = true[(np.abs(true) > SLOWEST) & (np.abs(true) < FASTEST)]

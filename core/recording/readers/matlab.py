@@ -50,8 +50,7 @@ def _variables(content: bytes, reading: Reading) -> Iterator[tuple[str, Variable
 
 
 def _unpacked(packed: Bytes, order: str, reading: Reading) -> bytes:
-    """What is too large says so in its first bytes: it is refused before the memory is asked for
-    that it would take."""
+    """An array that is too large is refused by its header, before its memory is allocated."""
     unpacker, whole, remaining, counted = zlib.decompressobj(), bytearray(), packed, 0
     while not unpacker.eof:
         piece = unpacker.decompress(remaining, PIECE)
