@@ -63,8 +63,8 @@ class Segment(Stated):
     def _check_motor(self) -> Segment:
         if self.joint_compliance is not None and self.hub_inertia + self.rotor_inertia == 0.0:
             raise ValueError(
-                "an elastic joint (joint_compliance) needs a hub_inertia above zero, or a "
-                "rotor_inertia where it has no gear, because its motor moves separately"
+                "an elastic joint (joint_compliance) needs a hub_inertia above zero, or without a "
+                "gear a rotor_inertia: its motor moves separately"
             )
         return self
 

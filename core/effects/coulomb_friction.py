@@ -26,9 +26,9 @@ class CoulombFriction(Effect):
     title = "Coulomb friction"
     story = (
         "Two dry surfaces rub. The friction has the same level at every speed and reverses with "
-        "the direction of motion. It also holds a joint at rest. The acting share u of the level "
-        "follows the direction within a millionth of a radian (of a metre on a slide). The "
-        "missing joint torque, plotted over the joint's velocity, is a step at zero."
+        "the direction of motion. It also holds a joint at rest. The share u of the level that "
+        "acts follows the direction within 1e-6 rad (1e-6 m on a slide). The missing joint "
+        "torque, plotted over the joint's velocity, is a step at zero."
     )
     formula = (
         r"\tau = -f_c u \approx -f_c \, \mathrm{sign}(\dot\theta), \qquad "

@@ -61,9 +61,9 @@ class TorqueRipple(Effect):
     title = "Torque ripple"
     story = (
         "The magnets of a motor and the teeth of a gear make the torque vary with the joint's "
-        "position, always at the same places. The missing joint torque, plotted over the joint's "
-        "position, is a wave. A short motion shows only part of the wave. That part looks like an "
-        "offset or a soft spring."
+        "position. It repeats at the same positions. The missing joint torque, plotted over the "
+        "joint's position, is a wave. A short motion shows only part of the wave. That part looks "
+        "like an offset or a soft spring."
     )
     formula = r"\tau = r_a \cos(n_r \theta) + r_b \sin(n_r \theta)"
     acts_at = "joints"
