@@ -55,8 +55,7 @@ def export_outcome(
 
 
 SMALLEST = 1e-280
-"""Of the numbers that are rounded: the factor of a smaller one, such as the chance that noise looks
-like a strong effect, would overflow."""
+"""Smallest rounded number: the factor of a smaller one would overflow."""
 
 
 def _csv(table: pd.DataFrame, path: Path) -> None:
@@ -154,8 +153,7 @@ def seen_by(out: Path, folder: Path, data: Path | None) -> Callable[[str], str]:
 
 
 def seen_from(file: Path, folder: Path) -> str:
-    """A path that finds the file from the folder: relative, so that both may move together,
-    unless they share no folder but the root."""
+    """A relative path from the folder to the file; absolute if they share only the root."""
     target, start = file.resolve(), folder.resolve()
     try:
         shared = Path(os.path.commonpath([target, start]))

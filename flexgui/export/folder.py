@@ -1,6 +1,4 @@
-"""How an export is written: a folder that holds the old one or the new one, never half of each,
-strict JSON, and archives without dates.
-"""
+"""Writes exports completely or not at all; strict JSON; zips without dates."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""The contract of a format in which a model leaves: its limits in words, its matrices over the
-posture.
-"""
+"""The contract of a model format: its limits in words, its matrices over the posture."""
 
 from __future__ import annotations
 

@@ -49,8 +49,7 @@ LEFT_OUT = (
 )
 
 SIGNALS = 130_000
-"""Points of all signals together: one takes 11 bytes, and beside plotly.js, which takes 2 MB, they
-leave the report below 4 MB."""
+"""Points of all signals: 11 bytes each keep a report with plotly.js (2 MB) below 4 MB."""
 FEWEST = 400
 """Of a line, on an A4 page two to a millimetre; the tables hold every sample."""
 PER_CHANNEL = 4

@@ -1,5 +1,4 @@
-"""The report's first page, what was found and how sure that is, and its section on what is
-missing."""
+"""The report's first page and its section on missing effects."""
 
 from __future__ import annotations
 

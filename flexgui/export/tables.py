@@ -209,8 +209,7 @@ def convergence_table(outcome: Outcome) -> pd.DataFrame:
 
 
 def recording_tables(outcome: Outcome) -> dict[str, pd.DataFrame]:
-    """A table per recording: time and, per output, measured, model, residual, counted; and the
-    model as given beside them where it has changed since."""
+    """A table per recording: time and, per output, measured, model, residual, counted."""
     shown, before = final_comparisons(outcome), comparisons_as_given(outcome)
     slugs = unique_slugs([bar_label(r, shown) for r in shown])
     return {

@@ -1,5 +1,4 @@
-"""The templates of what is exported: pages and XML, text in which nothing is escaped, and figures
-that travel in a page."""
+"""Templates of reports, XML and programs, and figures inside a page."""
 
 from __future__ import annotations
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 MEASURED = "#3d7fd1"
 MODEL = "#d9730d"
 RESIDUAL = "#3572c6"
-"""What was measured beyond the model: a blue beside the orange of what an effect predicts, two
-colours that differ for eyes without red or green receptors too."""
+"""Residual: a blue that differs from the orange of predictions for colour-blind eyes too."""
 MISSING = RESIDUAL
 """What the model lacks is the residual again, seen as a torque."""
 BACKWARDS = "#3f8f86"
@@ -20,15 +19,12 @@ START = "#7d858f"
 BOUND = "#d64545"
 
 JOINTS = ("#2a93a8", "#b58a00", "#a06cd5")
-"""Bluish, yellowish, violet: the first two differ for eyes without red or green receptors too, also
-from what was measured, which stands beside them in bars."""
+"""The first two, and the blue of the residual, differ for colour-blind eyes too."""
 JOINT_DASHES = ("solid", "dash", "dot")
-"""A joint, and what is measured or predicted at it, wherever several stand in one figure; told
-apart by the dash where colours are not seen."""
+"""Joints in one figure; the dash distinguishes them where colours are not seen."""
 
 SERIES = ("#3d7fd1", "#b58a00", "#1f9470", "#d64545", "#2a93a8", "#a06cd5", "#7d858f", "#c44a8f")
-"""For several alike things (outputs, fits) that have no meaning of their own; the first four differ
-for eyes without red or green receptors too."""
+"""Outputs or fits without a meaning of their own; the first four suit colour-blind eyes."""
 
 TEXT, TEXT_ON_DARK = "#565e68", "#b3bbc4"
 """Of axes and legends: contrast of 6 on white, of 8 on a page's dark ground (WCAG asks for 4.5)."""

@@ -91,8 +91,7 @@ SMALL_POINTS = 500
 
 
 def live_worst(recordings: Sequence[RecordingComparison]) -> Figure | None:
-    """Measured and model of the first of these recordings, in the fitted output that is missed
-    most; None where nothing of it counts."""
+    """Measured and modelled: the fitted output with the largest error; None if none is counted."""
     fitted = [c for r in recordings[:1] for c in r.channels if c.fitted]
     compared = [c for c in fitted if np.isfinite(c.normalised_error)]
     if not compared:

@@ -83,8 +83,7 @@ def _costs(history: History, caption: str = "", height: int = 260, **layout: Fig
 def _cost_lines(
     label: str, generations: Sequence[Generation], colour: str, band: bool, alone: bool
 ) -> list[Figure]:
-    """The best member, and where there is room the mean and the spread from best to worst; of a fit
-    that is `alone` the mean is named too."""
+    """The best member, and if there is space the mean and the spread of the population."""
     x = np.array([g.number for g in generations], dtype=float)
     best, mean, worst = (
         np.array([getattr(g, name) for g in generations]) for name in ("best", "mean", "worst")

@@ -1,5 +1,4 @@
-"""Poles and modes of the arm, and what it answers to each reference: to a unit step and over
-frequency."""
+"""Poles and modes of the arm, step responses and frequency responses."""
 
 from __future__ import annotations
 
@@ -85,8 +84,7 @@ def frequency_response(response: FrequencyResponse) -> Figure:
 
 
 def phase_response(response: FrequencyResponse) -> Figure:
-    """Phase in degrees over frequency in Hz, without jumps of 360°; a coupling that is none (see
-    `pair_lines`) has no phase."""
+    """Phase in degrees over frequency in Hz, unwrapped; a coupling of zero has no phase."""
     gain = response.gain
     coupled = np.abs(gain).max(axis=0) > NEGLIGIBLE * np.abs(gain).max(initial=0.0)
     phase = np.where(coupled, np.rad2deg(np.unwrap(np.angle(gain), axis=0)), 0.0)
@@ -209,8 +207,7 @@ def _pole_label(mode: Mode | None, s: complex) -> str:
 
 
 def _damping_lines(left: float, top: float) -> list[Figure]:
-    """Rays of equal damping ratio zeta: Re s = -zeta |s|, up to the frame of the plot, as one line
-    with gaps and their names: each trace more costs the browser time."""
+    """Rays of equal damping ratio zeta, as one line with gaps because each trace costs time."""
     slopes = np.array([np.sqrt(1.0 - ratio**2) / ratio for ratio in RATIOS])
     x = INSIDE * np.maximum(left, -top / slopes)
     y = -slopes * x

@@ -37,8 +37,7 @@ GIVEN_COLUMNS = numbers("FIT as given [%]", "Rms as given")
 def fit_table(
     comparisons: Sequence[RecordingComparison], before: Sequence[RecordingComparison] = ()
 ) -> Table:
-    """The means over the recordings of each role, then a row per recording and output; `before`:
-    the same of the model as given, in columns of their own."""
+    """Means per role, then a row per recording and output; `before`: of the model as given."""
     rows: list[Row] = []
 
     def add(label: str, role: str, of: Error, ratios: Iterable[str], was: Error | None) -> None:
@@ -77,8 +76,7 @@ def _quality(of: Error | None) -> tuple[str, str]:
 def overview(
     comparisons: Sequence[RecordingComparison], before: Sequence[RecordingComparison] = ()
 ) -> Table | None:
-    """A row per fitted output and one for the tip, over all recordings of each role; `before` as
-    in `fit_table`. None where nothing was compared."""
+    """A row per fitted output and for the tip, per role; None if nothing was compared."""
     heads, columns = [*texts("Output")], list[dict[str, str]]()
     for role in (ESTIMATE, VALIDATE):
         for title, chosen in (("", comparisons), (" as given", before)):
@@ -138,8 +136,7 @@ def variants(outcome: Outcome) -> Table | None:
 
 
 LEAST, MOST = 0.01, 100.0
-"""%, what a FIT leaves to 100: the axis has equal steps from 0 to 90, 99, 99.9, …, so that good
-models differ."""
+"""100 % − FIT: the axis has equal steps from 0 to 90, 99, 99.9, …"""
 NUMBERED = (0.0, 50.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.9, 99.99)
 """%, the FITs at which an axis may begin and end."""
 DOTS = 0.38
@@ -152,8 +149,7 @@ HEIGHT_OF_FRAME, HEIGHT_PER_ROW = 84, 20
 
 
 def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
-    """The FIT as dots and numbers: a row per recording, a column per fitted output; None without a
-    FIT."""
+    """FIT as dots and numbers: rows are recordings, columns fitted outputs; None without FIT."""
     fits = [
         (bar_label(r, comparisons), r.role, c)
         for r in comparisons

@@ -152,8 +152,7 @@ def _spans(parts: Sequence[Pane], gap: float, beside: bool) -> list[list[float]]
 
 
 def line(x: Any, y: Any, name: str, colour: str, hover: str = "", **more: Any) -> Figure:
-    """A line through points; arrays are shortened, lists travel as they are. `more`: its width
-    and dash, and whatever Plotly knows of a trace."""
+    """A line; arrays become float32. `more`: width, dash and other properties of a trace."""
     stroke = {"color": colour, "width": more.pop("width", 1.6), "dash": more.pop("dash", "solid")}
     return _points(x, y, name, hover) | {"mode": "lines", "line": stroke, **more}
 

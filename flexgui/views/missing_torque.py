@@ -1,6 +1,4 @@
-"""The joint torque that a model lacks, over time and velocity, and the residual over what may
-explain it.
-"""
+"""Missing joint torque over time and speed, and the residual over the motion."""
 
 from __future__ import annotations
 

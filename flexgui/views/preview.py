@@ -1,5 +1,4 @@
-"""Recordings as they were taken: all channels over time, one column as small as a word, and a
-finding of the check beside its picture."""
+"""Previews: all channels of a recording, small columns, findings of the check."""
 
 from __future__ import annotations
 
@@ -27,8 +26,7 @@ ORDER = ("dtheta#_ref", "theta#_ref", "i#_ref", "u#", "i#", "theta#", "z#", "def
 LAST = ("y#",)
 """Follow from others in most recordings."""
 FLAT = 0.35
-"""Share of an axis: where signals move by less than that of what all of them span, each is drawn
-as its change from the start."""
+"""Share of an axis: signals that move less are drawn as changes from their start."""
 
 
 def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
@@ -54,8 +52,7 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
 def as_in_file(
     pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str, first: Sequence[str]
 ) -> Figure:
-    """Columns of a file that is not read yet, by heading, over the one of the time, or over rows;
-    those that come `first` before the others."""
+    """Columns of an unread file over time or rows, by heading; `first`: those on top."""
     ordered = [h for h in dict.fromkeys((*first, *pictures)) if h in pictures and h != time]
     parts = []
     for k, heading in enumerate(ordered[:COLUMNS]):

@@ -32,8 +32,7 @@ class Curve(NamedTuple):
 def sketch(
     curves: Sequence[Curve], over: tuple[float, float], size: tuple[int, int], title: str, kind: str
 ) -> Markup:
-    """An SVG of a class `kind`, as wide as the first curve; `over` are the ends of the upward axis,
-    `size` is in px, and `title` what a screen reader says of it."""
+    """An SVG of class `kind`; `over`: ends of the y axis; `size`: px; `title`: read aloud."""
     (width, height), (low, high) = size, over
     begin, end = float(curves[0].x[0]), float(curves[0].x[-1])
     lines = []

@@ -1,5 +1,4 @@
-"""A person's own recordings: of which kind of rig they are, and whether they come instead of those
-that stand or beside them."""
+"""Own recordings: their kind of rig, and whether they replace the present ones."""
 
 from __future__ import annotations
 

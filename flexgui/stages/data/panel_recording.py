@@ -1,5 +1,4 @@
-"""The chosen recording: its role, what of it counts, how its file is to be read, and what the check
-says of it."""
+"""The chosen recording: role, counted samples, columns, and findings of the check."""
 
 from __future__ import annotations
 
@@ -136,8 +135,7 @@ class RecordingSettings(PageElement):
 
 
 def changes(spec: RecordingSpec) -> dict[str, list[str]]:
-    """Channel -> changes that the scenario makes to it, as text; unchanged channels are left
-    out."""
+    """Channel -> changes that the scenario makes to it, as text; only changed channels."""
     changes_of: dict[str, list[str]] = {}
     for name, column in spec.columns.items():
         factor = f"× {column.factor:g}".replace("-", "−")
@@ -155,8 +153,7 @@ def changes(spec: RecordingSpec) -> dict[str, list[str]]:
 
 
 MOST = 5
-"""Findings that are shown of one recording: as many as fit one screen with their pictures. Faults
-hide one another, so what comes sixth is worth a look once the first are mended."""
+"""Findings shown at once, as many as fit a screen; faults hide one another, so more follow."""
 
 
 class FindingList(PageElement):

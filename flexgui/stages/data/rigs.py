@@ -34,8 +34,7 @@ class RigKind:
     fits: Callable[[Options], bool] = lambda options: True
     """Whether a drive of this kind with these settings is this rig."""
     signs: frozenset[str] = frozenset()
-    """Words and units of headings of which one must be there, where signals alone do not tell it
-    from other rigs."""
+    """Words and units in headings, one of which must be there to recognise this rig."""
 
 
 RIGS = (

@@ -1,5 +1,4 @@
-"""Files that a person brings, kept in the session's folder under harmless names, and the scenario
-with its recordings to take away."""
+"""Uploaded files, stored in the session's folder under safe names, and zips to download."""
 
 from __future__ import annotations
 

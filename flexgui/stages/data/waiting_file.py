@@ -64,8 +64,7 @@ class WaitingFile:
     inspection: Inspection | None = None
     """What a first look into the file has found; None before it."""
     gaps: str = ""
-    """What happens to empty cells and missing rows, as `GapsSpec.how` says;
-    empty: as `flexgui.stages.data.rows.settings` proposes."""
+    """How gaps are treated (`GapsSpec.how`); empty: as `rows.settings` proposes."""
     clock: str = "interpolate"
     """How uneven rows are made even, as in `resample` of a scenario."""
     rate: float | None = None

@@ -1,5 +1,4 @@
-"""The successive versions of a person's model, what was found about each, and how the error changed
-from one to the next."""
+"""The versions of a person's model, the findings about each, and the changes of the error."""
 
 from __future__ import annotations
 

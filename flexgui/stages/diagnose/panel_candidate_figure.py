@@ -24,8 +24,7 @@ from flexgui.stages.diagnose.plots import (
 from flexgui.views.over_speed import OverSpeed
 
 CLOUD, EACH, RESIDUAL = 280.0, 190.0, 240.0
-"""px: two joints stand side by side, more below one another; all beside a ladder on a usual
-screen."""
+"""px; two joints are side by side, more are below one another."""
 
 
 class CandidateFigure(PageElement):

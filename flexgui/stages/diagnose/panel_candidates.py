@@ -1,5 +1,4 @@
-"""What could be missing: a row per effect, best first, with a button that adds it; and effects by
-hand, from the list or by a formula of one's own."""
+"""Effects that could be missing, best first, with buttons; effects added by hand or formula."""
 
 from __future__ import annotations
 

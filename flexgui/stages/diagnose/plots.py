@@ -28,8 +28,7 @@ PALE = colours.faded(colours.MEASURED, 0.45)
 
 
 def demonstration(shown: Demonstration) -> Figure:
-    """Two rows: the output; below it what the model without the effect leaves over, and what the
-    effect changes."""
+    """Two rows: the output; its residual without the effect and the change by the effect."""
     change, measured_change = shown.with_it - shown.without, shown.measured - shown.without
     symbol = channel_symbol(shown.channel, shown.unit)
     signal = shown_unit(shown.without, shown.unit)
@@ -138,8 +137,7 @@ MORPH = {"morph": True}
 MARGIN = 0.08
 """Of the span of a residual, above and below it."""
 BESIDE, TICKS = 2, 5
-"""Joints that stand beside one another, and how many numbers their axes have: more do not fit into
-a panel of 320 px."""
+"""Joints side by side, and ticks of their axes: more do not fit a panel of 320 px."""
 LEAST_SPAN = 2.0
 """Times the noise floor that an axis shows at least, on either side."""
 
@@ -148,8 +146,7 @@ def torque_cloud(
     torques: Sequence[MissingTorque], laws: Sequence[OverSpeed], effect: str,
     first: Sequence[MissingTorque],
 ) -> Figure:  # fmt: skip
-    """The missing torque over the speed with the law of `effect` through it, on the axes of the
-    first version; beside one another joints are low enough to be seen together with the ladder."""
+    """Missing torque over speed with the law of `effect`, on the first version's axes."""
     beside = len(torques) <= BESIDE
     figure = missing_cloud(torques, laws, effect, first, beside)
     layout = figure["layout"]
@@ -163,8 +160,7 @@ def residual_figure(
     channel: str, dt: float, residual: np.ndarray, predicted: np.ndarray | None, effect: str,
     first: np.ndarray, unit: str = "",
 ) -> Figure:  # fmt: skip
-    """The residual (N,) of one output in noise floors with what `effect` predicts of it (N,), on
-    the axis of the first version's residual."""
+    """Residual (N,) in noise floors and its prediction (N,), on the first version's axes."""
     shown = None if predicted is None else predicted[:, None]
     figure = live_prediction((channel,), dt, residual[:, None], shown, effect, "")
     layout = figure["layout"]

@@ -148,8 +148,7 @@ class FindingsReporter:
         self._progress.partial(LOOKED, self.seen)
 
     def check(self) -> None:
-        """The same fit on recordings that it did not see, and measured against modelled by it. As
-        dear as the first ranking, which need not wait for it."""
+        """Errors of the same fit on validation recordings; as slow as the first ranking."""
         from flexgui.core.diagnose.final_results import compare_recordings
 
         if self._checked or self._progress.stopped():
@@ -161,8 +160,7 @@ class FindingsReporter:
             self._progress.partial(COMPARED, self._shown)
 
     def settled(self, last: BaseFit) -> None:
-        """The fit that the diagnosis ended at, to the last digit or in other floors: from now on
-        all figures are of it."""
+        """The final fit of the diagnosis; from now on all figures are of it."""
         before, floors = self._whole, last.data.floors
         moved = floors != before.data.floors
         later = before.validation
@@ -239,8 +237,7 @@ class Unnamed(Silent):
 def thinned(
     ranking: tuple[RankedEffect, ...], named: str | None = None
 ) -> tuple[RankedEffect, ...]:
-    """In the order that is shown, with as many rows of predictions as pictures show, and none of
-    those far down."""
+    """In the order of the list, with predictions only for the effects that are pictured."""
     from flexgui.sentences.ranked import in_order
 
     return tuple(
@@ -262,8 +259,7 @@ def _spacing(time: np.ndarray) -> float:
 
 
 ROWS = 600
-"""Of a motion along which a law that the speed alone does not say is drawn: as many dots as the
-picture of the missing torque has."""
+"""Samples drawn of a law that depends on more than the speed."""
 
 
 def laws_of(

@@ -254,8 +254,7 @@ def repeated_html(repeated: Sequence[Repeated]) -> Markup:
 
 
 def parameters_html(outcome: Outcome) -> Markup:
-    """Those of the model as it now stands; the first fit's in a fold where a diagnosis has made its
-    own."""
+    """Final parameters; those of the first fit folded, if the diagnosis has its own fit."""
     table = html_table(short_parameters(final_parameters(outcome), final_estimates(outcome)))
     first = first_parameters(outcome)
     folded = "" if first is None else html_table(short_parameters(first, first_estimates(outcome)))

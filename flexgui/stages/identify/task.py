@@ -18,8 +18,7 @@ def identify(
     *,
     progress: Progress,
 ) -> Outcome:
-    """Everything that the scenario asks for but a diagnosis, which has a stage of its own; it may
-    read the files of `folder` only."""
+    """All that the scenario states except a diagnosis; it reads only the files of `folder`."""
     from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.stated_effects import without_diagnosis
     from flexgui.core.workbench import run_scenario

@@ -169,8 +169,7 @@ def result_text(row: BaselineRow) -> str:
 
 
 def conclusions(rows: Sequence[BaselineRow]) -> list[str]:
-    """What each row's figures say beside glocal's at the same points and ratio; for glocal itself
-    beside the best of the others."""
+    """Each row against glocal at the same points and SNR; glocal against the best of the others."""
     findings = []
     for row in rows:
         same = [r for r in rows if (r.points, r.snr_db) == (row.points, row.snr_db)]

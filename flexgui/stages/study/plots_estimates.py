@@ -170,8 +170,7 @@ MARKS = {None: "circle", 20.0: "diamond"}
 def study_valley(
     tables: Sequence[EstimateTable], prior: ValleyPrior | None, true_EI: float
 ) -> Figure | None:
-    """Every run's pair, the paper's means, the curve ε d⁴ = const and the prior; None where ε
-    and d are not what was estimated."""
+    """Pairs (ε, d) of all runs, the paper's means, the valley and the prior; None for others."""
     if not tables or {"epsilon", "d"} != set(tables[0].rows[0].values):
         return None
     epsilons = [p["epsilon"] for t in tables for row in t.rows for p in row.pairs]

@@ -1,5 +1,4 @@
-"""The paper's Monte Carlo study of the session's scenario, shown while it comes: a light thread
-hands its cases out and takes in what they found."""
+"""The paper's Monte Carlo study of the session's scenario; a thread distributes its cases."""
 
 from __future__ import annotations
 
