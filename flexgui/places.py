@@ -1,4 +1,4 @@
-"""Where the server keeps what of a session, and sentences for a browser that do not say it."""
+"""Where the server keeps files of a session, and how messages hide these paths."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _BELOW = r"(?=[/\\\s'\",;:.]|$)(?:[/\\][^/\\\s'\",;:]*)*"
 """The rest of a path after one of its folders."""
 
 
-def without_places(text: str, *folders: Path) -> str:
-    """The text with only the last part of each path below `folders` or the server's own places."""
-    for folder in (*map(str, folders), *_own()):
-        text = re.sub(re.escape(folder) + _BELOW, lambda found: _last(found[0]), text)
+def hide_paths(text: str, *folders: Path) -> str:
+    """The text with only the last part of each path below `folders` or the server's own folders."""
+    for folder in (*map(str, folders), *_server_folders()):
+        text = re.sub(re.escape(folder) + _BELOW, lambda match: _last(match[0]), text)
     return text
 
 
@@ -27,46 +27,48 @@ def _last(path: str) -> str:
 
 
 @cache
-def _own() -> tuple[str, ...]:
-    """The longest first: one may lie in another."""
-    found = {tempfile.gettempdir(), str(Path.home()), sys.prefix, sys.base_prefix, str(_ROOT)}
-    return tuple(sorted((each for each in found if len(Path(each).parts) > 1), key=len)[::-1])
+def _server_folders() -> tuple[str, ...]:
+    """The server's own folders, the longest first: one may lie in another."""
+    folders = {tempfile.gettempdir(), str(Path.home()), sys.prefix, sys.base_prefix, str(_ROOT)}
+    return tuple(
+        sorted((folder for folder in folders if len(Path(folder).parts) > 1), key=len)[::-1]
+    )
 
 
 WORK, RESULTS = ".work.npz", ".results.npz"
-"""What was stated, and what was found. No upload has such a name, and no scenario may read it."""
+"""The saved work and the saved results. No upload has such a name, no scenario may read it."""
 OWNER = ".server"
-"""Holds the process that uses the folder."""
+"""Names the process that uses the folder."""
 
-FRESH = "-fresh"
-"""Ends the name of a folder whose work a person has just replaced by earlier work."""
+REPLACED_SUFFIX = "-fresh"
+"""Suffix of a folder whose work was just replaced by restored work."""
 
 
-def is_kept(folder: Path) -> bool:
-    """Whether there is work in a session's folder."""
+def has_saved_work(folder: Path) -> bool:
+    """Whether a session's folder holds saved work."""
     return (folder / WORK).is_file()
 
 
-def kept_at(folder: Path) -> float:
-    """When it was changed last, s of the clock."""
+def saved_at(folder: Path) -> float:
+    """When the work was saved last, s (Unix time)."""
     return max((folder / n).stat().st_mtime for n in (WORK, RESULTS) if (folder / n).exists())
 
 
 def earlier_folder(folder: Path) -> Path:
-    """Where the work of the session before waits."""
+    """The folder of the session's earlier work."""
     return folder.with_name(f"{folder.name}-before")
 
 
 def set_aside(path: Path, when: float, why: str = "unread") -> str:
-    """Renames stored work, so that nothing overwrites it; its new name."""
+    """Renames saved work, so that nothing overwrites it; returns the new name."""
     date = time.strftime("%Y-%m-%d-%H%M%S", time.localtime(when))
     name = f"{why}-{date}{path.name if path.is_file() else f'-{path.name[:8]}'}"
     path.rename(path.with_name(name))
     return name
 
 
-def remove_half_written(folder: Path) -> None:
-    """Removes what somebody who was killed was writing or unpacking: all of it is hidden."""
+def remove_partial_files(folder: Path) -> None:
+    """Removes hidden files that a killed process left half written or half unpacked."""
     for path in folder.glob(".*"):
         if path.name in (WORK, RESULTS, OWNER):
             continue

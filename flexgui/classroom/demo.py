@@ -47,7 +47,7 @@ class Demo:
         """Gives a browser its role and session, and shows the session."""
         with self._lock:
             self._browsers[browser.client.client_id] = browser
-            first = self.session is None and self._first_is_teacher and browser.is_here
+            first = self.session is None and self._first_is_teacher and browser.is_local
             is_teacher = self.session is not None and key == self.session.key
             begins = False
             if browser.has_ticket or first or is_teacher:

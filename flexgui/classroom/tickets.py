@@ -24,10 +24,10 @@ from websockets.http11 import Request, Response
 
 from flexgui.core.errors import InputError
 from flexgui.page.in_browser import asset
-from flexgui.server.access import answer, only, redirect
-from flexgui.server.options import neighbours
+from flexgui.server.access import answer, redirect_response, single_header
+from flexgui.server.options import address_group
 from flexgui.server.services import Limits
-from flexgui.server.sessions import private, state_folder
+from flexgui.server.sessions import private_folder, state_folder
 
 log = logging.getLogger(__name__)
 
@@ -123,7 +123,7 @@ class Tickets:
                 f"{_cookie(request, name)}={self._given[name].hexdigest()}; Path=/; HttpOnly; "
                 f"SameSite=Lax; Max-Age={int(TICKET_DAYS * 86400)}"
             )
-        return redirect(headers)
+        return redirect_response(headers)
 
     def ask(self, address: str, request: Request) -> Response:
         """Asks for the code. Words and tickets that are wrong are guesses, none at all is none."""
@@ -161,7 +161,7 @@ class Tickets:
     def _too_many(self, address: str) -> bool:
         """One more wrong word or ticket; whether so many came from there within a minute that who
         brings it is told to wait."""
-        place = neighbours(address)
+        place = address_group(address)
         times = self._wrong.setdefault(place, deque(maxlen=self._most))
         before = self._within_a_minute(times)
         times.append(monotonic())
@@ -194,7 +194,7 @@ def _form(status: HTTPStatus, sentence: str) -> Response:
 
 def _cookie(request: Request, name: str) -> str:
     """Name of the cookie; it holds the port, as all ports of a host share cookies."""
-    port = (only(request.headers, "Host") or "").rpartition(":")[2]
+    port = (single_header(request.headers, "Host") or "").rpartition(":")[2]
     return f"flexgui_{name}_{port if port.isdigit() else 'web'}"
 
 
@@ -216,7 +216,7 @@ def server_key() -> bytes:
     """
     fresh = secrets.token_bytes(KEY_BYTES)
     with contextlib.suppress(OSError):
-        path = private(state_folder()) / KEY_FILE
+        path = private_folder(state_folder()) / KEY_FILE
         with contextlib.suppress(FileExistsError):
             handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
             with os.fdopen(handle, "wb") as file:

@@ -1,4 +1,4 @@
-"""The page's server: who may come in, what a browser may say, whose session it is.
+"""The page's server: access, checks of each message, sessions.
 
 browser -> AccessHandler (handshake) -> GuardedConnection (each message) -> viser -> callbacks
 PageServer: a connection per window, a session per browser, a page per connection

@@ -1,9 +1,8 @@
-"""Who gets a page, and who may open a websocket: decided before viser is asked. The page itself is
-viser's client behind a curtain that says what is coming.
+"""Decides who gets a page and who may open a websocket, before viser handles the request.
 
-viser's own client shows an empty panel, its scene tree and an empty picture until the server has
-built the page. The curtain covers these, in the colours of the system's theme or of the one that
-was chosen, and is lifted by `flexgui.page.in_browser`.
+The page is viser's client behind a curtain: viser's own client shows an empty panel, its scene tree
+and an empty picture until the server has built the page. The curtain has the colours of the
+system's or the chosen theme, and `flexgui.page.in_browser` removes it.
 """
 
 from __future__ import annotations
@@ -46,13 +45,13 @@ log = logging.getLogger(__name__)
 
 PLOTLY = "/plotly.js"
 ALIVE = "/alive"
-"""What the page asks for while it is open; answered without a word."""
-HARMLESS = {
+"""The page requests this while it is open, to see whether the server runs; the reply is empty."""
+ALLOWED_PARAMETERS = {
     "darkMode", "hideViserLogo", "showStats", "fixedDpr", "logCamera", "forceOrbitOriginTool",
     "initialCameraPosition", "initialCameraLookAt", "initialCameraUp", "stage",
 }  # fmt: skip
-"""Of what viser's client reads from its address; `websocket` and `playbackPath` would let a link
-make our page run another server's scripts."""
+"""Parameters of the address that viser's client may read. `websocket` and `playbackPath` are not
+among them: a link could make our page run another server's scripts."""
 
 SAFE_HEADERS = {
     # No foreign page may put ours into a frame and let people click in it.
@@ -65,40 +64,40 @@ SAFE_HEADERS = {
 
 
 class AccessHandler:
-    """Given to websockets as `process_request`; runs on the event loop."""
+    """The `process_request` of websockets; runs on the event loop."""
 
     def __init__(
         self, origins: tuple[str, ...], limits: Limits, tickets: Tickets | None = None
     ) -> None:
-        """`tickets` asks a class for its code; without it everybody on this machine gets in."""
+        """`tickets` requires the join code of a class; without it this machine's browsers enter."""
         self.origins = frozenset(origins)
         self.open = False
         self.busy: Callable[[], int] = lambda: 0
-        """How many websockets there are."""
+        """Returns the number of open websockets."""
         self._hosts, self._limits, self._tickets = hosts_of(origins), limits, tickets
 
     def __call__(self, connection: ServerConnection, request: Request) -> Response | None:
-        """None lets a websocket in; everything else is an answer to a page."""
+        """None accepts a websocket; any other value is the HTTP response."""
         if not self.open:
             return text(HTTPStatus.SERVICE_UNAVAILABLE, "FlexGUI is starting or ending.")
         remote = connection.remote_address
         address = str(remote[0]) if remote else "?"
-        host = only(request.headers, "Host")
+        host = single_header(request.headers, "Host")
         if host is None or host.lower() not in self._hosts:
-            return _no("a foreign Host", address, "This server has another name.")
+            return _refused_response("a foreign Host", address, "This server has another name.")
         if any("websocket" in v.lower() for v in request.headers.get_all("Upgrade")):
             return self._websocket(address, request)
         return self._page(address, request)
 
     def is_teacher(self, request: Request | None) -> bool:
-        """Whether the connection brought the teacher's ticket."""
+        """Whether the request has the teacher's ticket."""
         return (
             self._tickets is not None and request is not None and self._tickets.is_teacher(request)
         )
 
     def _websocket(self, address: str, request: Request) -> Response | None:
-        if only(request.headers, "Origin") not in self.origins:
-            return _no("a foreign Origin", address, "Foreign pages may not connect.")
+        if single_header(request.headers, "Origin") not in self.origins:
+            return _refused_response("a foreign Origin", address, "Foreign pages may not connect.")
         tickets = self._tickets
         if (
             tickets is not None
@@ -112,9 +111,9 @@ class AccessHandler:
 
     def _page(self, address: str, request: Request) -> Response:
         tickets, parts = self._tickets, urlsplit(request.path)
-        shut = tickets is not None and not tickets.has_ticket(request)
+        needs_code = tickets is not None and not tickets.has_ticket(request)
         if parts.path == ALIVE:
-            return text(HTTPStatus.UNAUTHORIZED if shut else HTTPStatus.OK, "")
+            return text(HTTPStatus.UNAUTHORIZED if needs_code else HTTPStatus.OK, "")
         zipped = any("gzip" in v for v in request.headers.get_all("Accept-Encoding"))
         if parts.path == PLOTLY:
             return plotly_js(zipped)
@@ -123,31 +122,31 @@ class AccessHandler:
         query = parse_qs(parts.query, keep_blank_values=True).keys()
         if tickets is not None and tickets.names & query:
             return tickets.welcome(address, request)
-        if not query <= HARMLESS:
-            return redirect(Headers())
-        if tickets is not None and shut:
+        if not query <= ALLOWED_PARAMETERS:
+            return redirect_response(Headers())
+        if tickets is not None and needs_code:
             return tickets.ask(address, request)
         return client_page(zipped)
 
 
-def _no(why: str, address: str, sentence: str) -> Response:
-    log.info("Refused %s from %s", why, address)
+def _refused_response(reason: str, address: str, sentence: str) -> Response:
+    log.info("Refused %s from %s", reason, address)
     return text(HTTPStatus.FORBIDDEN, sentence)
 
 
 def text(status: HTTPStatus, sentence: str) -> Response:
-    """One line."""
+    """A response of one line of plain text."""
     return answer(status, f"{sentence}\n".encode(), Headers(), "text/plain")
 
 
-def redirect(headers: Headers) -> Response:
-    """To the page, without anything in its address."""
+def redirect_response(headers: Headers) -> Response:
+    """A redirect to the page's address without parameters."""
     headers["Location"] = "/"
     return answer(HTTPStatus.SEE_OTHER, b"", headers, "text/plain")
 
 
 def answer(status: HTTPStatus, body: bytes, headers: Headers, kind: str = "text/html") -> Response:
-    """Framed by nobody, kept by nobody."""
+    """An HTTP response that forbids framing and caching."""
     for name, value in SAFE_HEADERS.items():
         if name not in headers:
             headers[name] = value
@@ -157,27 +156,26 @@ def answer(status: HTTPStatus, body: bytes, headers: Headers, kind: str = "text/
     return Response(status.value, status.phrase, headers, body)
 
 
-def only(headers: Headers, name: str) -> str | None:
-    """The header, where there is exactly one: proxies disagree on which of two counts."""
+def single_header(headers: Headers, name: str) -> str | None:
+    """The header's value if there is exactly one: proxies disagree on which of two counts."""
     found = headers.get_all(name)
     return found[0] if len(found) == 1 else None
 
 
 LONGEST = 150_000
-"""ms after which the curtain goes from a page whose stages stand: longer than a first start
-compiles. An empty page stays covered, and its curtain says so."""
+"""ms after which the curtain is removed from a page whose stages are shown: longer than the first
+compilation. An empty page stays covered, with the sentence below."""
 SLOW = (
-    "This takes longer than usual. The page comes by itself; if it does not, look for a message "
-    "where FlexGUI was started."
+    "This takes longer than usual. The page opens by itself. If it does not, read the messages in "
+    "the terminal where FlexGUI was started."
 )
 SOON = 4_000
-"""ms that the first picture may take once the page says that it is drawn."""
+"""ms to wait for the first figure after the server has drawn the page."""
 
 
 @cache
 def plotly_js(zipped: bool) -> Response:
-    """The library of the plots. Its address changes with its text: browsers may keep it, and what
-    they have compiled of it."""
+    """plotly.js. Its address changes with its text, so that browsers may cache it."""
     script, headers = plotly_script().encode(), Headers()
     headers["Cache-Control"] = "public, max-age=31536000, immutable"
     if zipped:
@@ -188,7 +186,7 @@ def plotly_js(zipped: bool) -> Response:
 
 @cache
 def client_page(zipped: bool) -> Response:
-    """viser's client, which is one file, behind our curtain."""
+    """viser's client, which is one file, with our curtain."""
     path = Path(viser.__file__).parent / "client" / "build" / "index.html"
     page = behind_curtain(path.read_bytes())
     headers = Headers()
@@ -199,7 +197,7 @@ def client_page(zipped: bool) -> Response:
 
 
 def behind_curtain(page: bytes) -> bytes:
-    """viser's client with our title, and the curtain as the first thing of its body."""
+    """viser's client with our title and the curtain first in its body."""
     steps = "".join(f"<li>{step}</li>" for step in (CONNECTING, PREPARING, BUILDING, DRAWING))
     version = hashlib.sha256(plotly_script().encode()).hexdigest()[:16]
     curtain = Template(asset("curtain.html")).substitute(

@@ -1,4 +1,4 @@
-"""The server of the page: browsers come, get a session and a page, and go."""
+"""The server of the page: gives each browser that connects a session and a page."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ import viser
 
 from flexgui.core.errors import InputError
 from flexgui.page.in_browser import remove_curtain, watch_connection
-from flexgui.places import without_places
+from flexgui.places import hide_paths
 from flexgui.server.access import AccessHandler
-from flexgui.server.browser_connection import FOLLOWER, STORED_AS, Asking, BrowserConnection
-from flexgui.server.errors import Reports
-from flexgui.server.options import loopback_origins, own_name, port_of
+from flexgui.server.browser_connection import FOLLOWER, STORED_AS, BrowserConnection, KeyRequests
+from flexgui.server.errors import ErrorReporter
+from flexgui.server.options import host_name, loopback_origins, port_of
 from flexgui.server.services import Limits
-from flexgui.server.sessions import KeptWork, SessionStore
+from flexgui.server.sessions import SavedWorkFolders, SessionStore
 from flexgui.server.viser_patches import (
     connection_of,
-    expect_plotly,
     guarded_viser,
+    ignore_dead_writes,
+    skip_plotly_upload,
     stop,
-    tolerate_leaving,
 )
 
 if TYPE_CHECKING:
@@ -40,33 +40,33 @@ if TYPE_CHECKING:
 log = logging.getLogger("flexgui")
 
 ADMISSION_THREADS = 16
-"""Threads that wait for browsers to say their key, and build pages."""
+"""Threads that wait for the keys of browsers and build their pages."""
 SWEEP_SECONDS = 2.0
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How a server is made."""
+    """The settings of a server."""
 
     make_session: Callable[[str, Path], Session]
     warming: Warming | None = None
-    """What a page waits for."""
+    """Compiles in the background before the first page."""
     origins: tuple[str, ...] = ()
-    """Besides those of this machine."""
+    """Allowed origins besides this machine's own."""
     tickets: Tickets | None = None
-    """Asks a class for its code."""
+    """Requires the join code of a class."""
     demo: bool = False
-    """Whether all others follow the teacher."""
-    kept: KeptWork | None = None
-    """Where the work of sessions is kept; None: nowhere."""
+    """Whether all other browsers follow the teacher."""
+    kept: SavedWorkFolders | None = None
+    """Folders for the work of sessions; None: it is not kept."""
     limits: Limits = Limits()
 
 
 class PageServer:
-    """Serves from construction until `close`, on a socket that listens already."""
+    """Serves from construction until `close`, on a socket that is open already."""
 
     def __init__(self, listener: socket.socket, settings: Settings) -> None:
-        self.port, self._name = port_of(listener), own_name(listener)
+        self.port, self._name = port_of(listener), host_name(listener)
         self._settings = settings
         self.store = SessionStore(settings.make_session, settings.limits, settings.kept)
         self._demo = None
@@ -76,9 +76,9 @@ class PageServer:
             self._demo = Demo(self.store, self._show, first_is_teacher=settings.tickets is None)
         self._browsers: dict[int, BrowserConnection] = {}
         self._admission = ThreadPoolExecutor(ADMISSION_THREADS, thread_name_prefix="flexgui-access")
-        self._asking = Asking(settings.limits)
+        self._key_requests = KeyRequests(settings.limits)
         self._ending = threading.Event()
-        self._reports = Reports(log)
+        self._reports = ErrorReporter(log)
         origins = (*loopback_origins(self.port), *settings.origins)
         self._access = AccessHandler(origins, settings.limits, settings.tickets)
         self.viser = guarded_viser(
@@ -92,17 +92,17 @@ class PageServer:
 
     @property
     def address(self) -> str:
-        """For a browser on this machine."""
+        """The page's address for a browser on this machine."""
         return f"http://{self._name}:{self.port}/"
 
     @property
     def origins(self) -> tuple[str, ...]:
-        """Of the pages that may connect."""
+        """The origins of pages that may connect."""
         return tuple(sorted(self._access.origins))
 
     @property
     def idle(self) -> bool:
-        """Whether no browser is there."""
+        """Whether no browser is connected."""
         return not self._browsers
 
     def close(self) -> None:
@@ -116,12 +116,12 @@ class PageServer:
         self._quietly(self.store.close)
 
     def _register_callbacks(self) -> None:
-        # Coroutines, so that they neither wait for nor take one of the callbacks' threads.
+        # Coroutines: they do not need one of the callbacks' threads.
         @self.viser.on_client_connect
         async def _(client: viser.ClientHandle) -> None:
-            tolerate_leaving(client)
+            ignore_dead_writes(client)
             connection = connection_of(self.viser, client.client_id)
-            if connection is None:  # it has gone already
+            if connection is None:  # it has left already
                 return
             remote = connection.remote_address
             browser = BrowserConnection(client, str(remote[0]) if remote else "", self.store)
@@ -139,7 +139,7 @@ class PageServer:
         welcome(browser.client)
         if self._settings.warming is not None:
             self._settings.warming.wait()
-        key, browser.answered = self._asking.key_of(browser.client)
+        key, browser.answered = self._key_requests.key_of(browser.client)
         try:
             if self._demo is not None:
                 self._demo.arrive(browser, key)
@@ -147,7 +147,7 @@ class PageServer:
                 browser.take(self.store.join(key, address=browser.address))
                 self._show(browser)
         except InputError as error:
-            browser.client.gui.add_markdown(without_places(str(error)))
+            browser.client.gui.add_markdown(hide_paths(str(error)))
             remove_curtain(browser.client)
         if self._settings.warming is not None:
             self._settings.warming.page_is_shown()
@@ -157,7 +157,7 @@ class PageServer:
     def _show(self, browser: BrowserConnection) -> None:
         browser.show(lambda: self._build(browser))
         session = browser.session
-        # A key that a silent browser may have is not written over: a reload finds its work.
+        # The key of a browser that did not answer is not overwritten: a reload finds its work.
         if session is not None and browser.role != FOLLOWER and browser.answered:
             browser.client.local_storage.set_item(STORED_AS, session.key)
 
@@ -170,7 +170,7 @@ class PageServer:
             remove_curtain(browser.client)
             return None
         if self._settings.warming is not None:
-            self._settings.warming.admit(browser.client)
+            self._settings.warming.add_client(browser.client)
         read_only = browser.role == FOLLOWER
         return page.build_page(browser.client, browser.session, read_only)
 
@@ -197,7 +197,7 @@ class PageServer:
                 self._reports(error, browser.client)
 
     def _quietly(self, step: Callable[[], None]) -> None:
-        """The next one's turn comes whatever happens to this one."""
+        """Reports an error of one step, so that the next step still runs."""
         with contextlib.suppress(InputError):
             try:
                 step()
@@ -206,6 +206,6 @@ class PageServer:
 
 
 def welcome(client: viser.ClientHandle) -> None:
-    """What every browser gets at once, while its session and page are made."""
+    """Sends every browser its first scripts, while its session and page are made."""
     watch_connection(client)
-    expect_plotly(client)
+    skip_plotly_upload(client)

@@ -1,5 +1,4 @@
-"""The connection of one browser window: which session is its own, its role, and the page built for
-it."""
+"""One browser window: its session, its role and its page."""
 
 from __future__ import annotations
 
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from flexgui.server.options import is_loopback, neighbours
+from flexgui.server.options import address_group, is_loopback
 from flexgui.server.services import Limits
 from flexgui.server.sessions import SessionStore, folder_bytes
 
@@ -26,22 +25,22 @@ TEACHER, FOLLOWER, OWN = "teacher", "follower", "own"
 
 
 class BrowserConnection:
-    """Of one browser window; its page may be exchanged while it lasts."""
+    """The connection of one browser window; its page may be replaced meanwhile."""
 
     def __init__(self, client: viser.ClientHandle, remote: str, store: SessionStore) -> None:
-        """`remote` is the network address that it came from."""
+        """`remote` is the browser's network address."""
         self.client, self._store = client, store
-        self.is_here = is_loopback(remote)
+        self.is_local = is_loopback(remote)
         """Whether it runs on this machine."""
-        self.address = neighbours(remote)
+        self.address = address_group(remote)
         self.has_ticket = False
-        """Whether it has brought the teacher's ticket."""
+        """Whether it has the teacher's ticket."""
         self.role = OWN
         self.session: Session | None = None
         self._counted = False
-        """Whether the store counts it as the session's browser."""
+        """Whether the store counts it as a browser of the session."""
         self.answered = False
-        """Whether it has said which session is its own, if any."""
+        """Whether it has sent the key of its session, or that it has none."""
         self.allowed: set[str] = set()
         """Widgets that a follower may use."""
         self.lock = threading.RLock()
@@ -51,22 +50,22 @@ class BrowserConnection:
         """Whether the browser has left."""
 
     def take(self, session: Session, role: str = OWN) -> None:
-        """Goes on in a session that the store has given to it."""
+        """Works in a session of its own."""
         self.role, self.session, self._counted = role, session, True
 
     def follow(self, session: Session | None) -> None:
-        """Looks at another one's session; what was its own is released by whoever knows it."""
+        """Follows another browser's session; the caller releases its own one before."""
         self.role, self.session, self._counted = FOLLOWER, session, False
 
     def release(self) -> None:
-        """Its session has one browser less: once, however coming and going met."""
+        """Removes the browser from its session's count, only once."""
         with self.lock:
             counted, self._counted = self._counted, False
         if counted and self.session is not None:
             self._store.leave(self.session)
 
     def show(self, build: Callable[[], Page | None]) -> None:
-        """Exchanges the page; nothing is built for who has left."""
+        """Replaces the page; builds none for a browser that has left."""
         with self.lock:
             if self.gone:
                 return
@@ -75,7 +74,7 @@ class BrowserConnection:
             self._page = build()
 
     def clear(self) -> None:
-        """Takes the page away, and every widget with it."""
+        """Removes the page and all its widgets."""
         with self.lock:
             page, self._page = self._page, None
             if page is not None:
@@ -86,14 +85,14 @@ class BrowserConnection:
                 self.client.scene.reset()
 
     def end(self) -> None:
-        """The browser has gone."""
+        """The browser has left."""
         with self.lock:
             self.gone = True
             page, self._page = self._page, None
         if page is not None:
             page.close()
 
-    # What the guard asks, on the event loop; without waiting for the lock.
+    # For the guard, on the event loop: these do not wait for the lock.
 
     def may_use(self, uuid: str | None) -> bool:
         """Whether it may use a widget, or (None) something in the scene; a follower may use its
@@ -102,13 +101,13 @@ class BrowserConnection:
             return uuid in self.allowed
         return self.session is not None
 
-    def acted(self) -> None:
-        """Something is being done in its session."""
+    def note_activity(self) -> None:
+        """Notes that the person does something in the session."""
         if self.session is not None and self.role != FOLLOWER:
             self._store.touch(self.session)
 
     def kept_bytes(self) -> int:
-        """Of the files of its session."""
+        """Bytes of all files of its session."""
         return 0 if self.session is None else folder_bytes(self.session.folder)
 
 
@@ -116,16 +115,16 @@ STORED_AS = "flexgui-session"
 _KEY = re.compile(r"[\w-]{16,64}", re.ASCII)
 
 
-class Asking:
-    """Waits longer for a browser that does not answer at once, but for a few of them only: on a
-    busy machine an answer takes its time, and whoever never answers must not keep others out."""
+class KeyRequests:
+    """Asks browsers for their session keys. Waits longer for a slow browser, but only for a few
+    at a time: a browser that never answers must not keep others out."""
 
     def __init__(self, limits: Limits) -> None:
         self._at_once, self._longer = limits.key_wait, limits.key_wait_longer
         self._patience = threading.BoundedSemaphore(limits.asked_longer)
 
     def key_of(self, client: viser.ClientHandle) -> tuple[str | None, bool]:
-        """Its key, if any, and whether it has answered: who has not may have one all the same."""
+        """The key, None without one, and whether the browser answered: else it may have a key."""
         with contextlib.suppress(TimeoutError):
             return _stored_key(client, self._at_once), True
         if not self._patience.acquire(blocking=False):
@@ -139,7 +138,7 @@ class Asking:
 
 
 def _stored_key(client: viser.ClientHandle, timeout: float) -> str | None:
-    """What the browser kept; None where it kept nothing, TimeoutError where it does not answer."""
+    """The key that the browser stores; None without one, TimeoutError without an answer."""
     try:
         key = client.local_storage.get_item(STORED_AS, timeout)
     except RuntimeError as error:

@@ -1,4 +1,4 @@
-"""The websocket of one browser, which hands on to viser only what its guard admits."""
+"""The websocket of one browser, which passes only admitted messages to viser."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from flexgui.server.services import Limits
 log = logging.getLogger(__name__)
 
 AHEAD = 64
-"""Messages looked ahead: a hand sends 20 a second, so three seconds of a server that stood."""
+"""Messages that are read ahead: a dragged slider sends 20 a second, so 3 s of a blocked server."""
 
 
 class Frame(NamedTuple):
-    """What came, and what it says."""
+    """The bytes of a message, and the message."""
 
     raw: bytes
     message: Message
 
 
-class Pace:
-    """A bucket that leaks: nothing is thrown away, who talks too fast is heard later."""
+class RateLimit:
+    """A leaky bucket: delays messages that come too fast, and drops none."""
 
     def __init__(self, limits: Limits) -> None:
         self._rate, self._burst = limits.messages_per_second, limits.burst
         self._level, self._seen = 0.0, time.monotonic()
 
     def delay(self) -> float:
-        """s to wait before the message that has just come is heard."""
+        """s to wait before the newest message is handled."""
         now = time.monotonic()
         self._level = max(self._level - (now - self._seen) * self._rate, 0.0) + 1.0
         self._seen = now
@@ -45,31 +45,31 @@ class Pace:
 
 
 class GuardedConnection(ServerConnection):
-    """`recv` is the one place where viser gets messages from."""
+    """Checks messages in `recv`, the only place where viser reads them."""
 
     guard: Guard
-    """Set by whoever announces the connection, before its first message is read."""
+    """Set when viser announces the connection, before its first message is read."""
 
     def __init__(self, *arguments: Any, limits: Limits, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self._pace = Pace(limits)
+        self._rate_limit = RateLimit(limits)
         self._ahead: deque[Frame] = deque()
 
     async def recv(self, decode: bool | None = None) -> Any:
         """The next message that may change something, as bytes."""
         while True:
             await self._look_ahead()
-            await asyncio.sleep(0.0)  # viser first does what the message before asked for
-            for frame in self._newest_places(self._ahead.popleft()):
+            await asyncio.sleep(0.0)  # viser first handles the message before
+            for frame in self._with_newer_moves(self._ahead.popleft()):
                 admitted = await self.guard.admit(*frame)
                 if admitted is not None:
                     return admitted
 
-    def _newest_places(self, frame: Frame) -> list[Frame]:
-        """The message, and before it the later ones that move the same slider, the newest first:
-        who drags on a busy server would otherwise be answered later and later.
+    def _with_newer_moves(self, frame: Frame) -> list[Frame]:
+        """The message, and before it later moves of the same slider, the newest first: on a busy
+        server a dragged slider would otherwise lag more and more.
 
-        Only moves of sliders, and what changes nothing, may lie in between.
+        Only moves of sliders and passive messages may lie in between.
         """
         slider = self.guard.slider(frame.message)
         found, rest = [frame], deque[Frame]()
@@ -82,16 +82,16 @@ class GuardedConnection(ServerConnection):
         return found[::-1]
 
     async def _look_ahead(self) -> None:
-        """Until there is a message, and then what has come already."""
+        """Waits for a message, then reads all that have arrived."""
         while not self._ahead or (self.recv_messages.frames and len(self._ahead) < AHEAD):
             try:
                 raw = await super().recv(decode=False)
             except ConnectionClosed:
-                if self._ahead:  # what came before counts; the next call hears of it
+                if self._ahead:  # earlier messages count; the next call raises it
                     return
                 raise
-            # At least one turn for the others: refused messages may come without a pause.
-            delay = self._pace.delay()
+            # At least one turn for other tasks: refused messages may come without a pause.
+            delay = self._rate_limit.delay()
             await asyncio.sleep(delay if self.state is State.OPEN else 0.0)
             try:
                 self._ahead.append(Frame(raw, decoded(raw)))

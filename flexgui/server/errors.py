@@ -1,5 +1,5 @@
-"""What goes wrong in a page's callbacks, logged once and said in one short note, never the end; and
-what a browser is told of what its guard refused."""
+"""Reports errors of a page's callbacks, once in the log and as a note on the page, and what the
+guard has refused."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ import viser
 from viser import _messages
 
 from flexgui.core.errors import InputError
-from flexgui.places import without_places
+from flexgui.places import hide_paths
 from flexgui.server.messages import FileTransferStartUpload
 
 REMEMBERED = 500
-"""Kinds of errors of which the first is logged in full."""
+"""Different errors that are each logged once in full."""
 
 
-class Reports:
-    """Takes every error that nobody caught."""
+class ErrorReporter:
+    """Called with every uncaught error."""
 
     def __init__(self, log: logging.Logger) -> None:
         self._log = log
@@ -29,16 +29,16 @@ class Reports:
 
     def __call__(self, error: BaseException, client: viser.ClientHandle | None) -> None:
         if isinstance(error, InputError):
-            sentence = without_places(str(error))
+            sentence = hide_paths(str(error))
         else:
             self._write(error)
             sentence = (
-                f"Something unexpected happened ({type(error).__name__}); your work is kept, and "
-                "the details are in the server's log."
+                f"An internal error occurred ({type(error).__name__}). Your work is kept. "
+                "The details are in the server's log."
             )
         if client is not None:
             with contextlib.suppress(Exception):
-                note(client, "That did not work", sentence, bad=True)
+                show_note(client, "That did not work", sentence, bad=True)
 
     def _write(self, error: BaseException) -> None:
         place = traceback.extract_tb(error.__traceback__)[-1:]
@@ -52,7 +52,7 @@ class Reports:
         self._log.error("A callback failed (logged once): %r", error, exc_info=error)
 
     def of_loop(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """The event loop's handler of errors."""
+        """The error handler of the event loop."""
         error = context.get("exception")
         if error is None:
             self._log.debug("The event loop says: %s", context.get("message"))
@@ -62,32 +62,32 @@ class Reports:
 
 NOTE_SECONDS = 12.0
 AFTER_ACK = 0.4
-"""s: the page draws the end of an upload first, and the refusal over it."""
+"""s: the page draws the end of an upload first, then the refusal."""
 
 
 GONE = (RuntimeError, KeyError)
-"""What viser raises where a browser has just gone; it hears nothing, which is no error."""
+"""What viser raises where a browser has just left; that is no error."""
 
 
-def note(client: viser.ClientHandle, title: str, text: str, *, bad: bool = False) -> None:
-    """A note in a corner of the page; the page shows it as plain text."""
+def show_note(client: viser.ClientHandle, title: str, text: str, *, bad: bool = False) -> None:
+    """Shows a note of plain text in a corner of the page."""
     with contextlib.suppress(*GONE):
         client.add_notification(
             title, text, auto_close_seconds=NOTE_SECONDS, color="red" if bad else None
         )
 
 
-def explain(client: viser.ClientHandle) -> None:
-    """Why nothing happens when a follower moves something."""
-    note(
+def explain_following(client: viser.ClientHandle) -> None:
+    """Tells a follower why an input has no effect."""
+    show_note(
         client,
         "You follow the teacher",
-        "The teacher's stage can only be watched; take your own copy to change things.",
+        "You can only watch the teacher's stage. Take your own copy to change settings.",
     )
 
 
-def correct(client: viser.ClientHandle, uuid: str) -> None:
-    """The page shows the server's value of a widget again."""
+def restore_value(client: viser.ClientHandle, uuid: str) -> None:
+    """Shows the server's value of a widget again."""
     handle = client.gui._gui_input_handle_from_uuid.get(uuid)
     if isinstance(handle, viser.GuiInputHandle):
         _send(client, _messages.GuiUpdateMessage(uuid, {"value": handle._impl.value}))

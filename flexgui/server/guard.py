@@ -1,5 +1,5 @@
-"""What one browser may do: whether a widget is its to use, which values a widget takes by its kind,
-as viser itself checks none, and which uploads are refused before any of their bytes is kept."""
+"""Checks what one browser sends, as viser checks nothing: whether it may use a widget, which values
+the widget takes, and which uploads are refused before their bytes are kept."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import viser
 from msgspec import Meta, convert
 
 from flexgui.server.browser_connection import BrowserConnection
-from flexgui.server.errors import correct, explain, refuse_upload
+from flexgui.server.errors import explain_following, refuse_upload, restore_value
 from flexgui.server.messages import (
     FileTransferPart,
     FileTransferStartUpload,
@@ -40,16 +40,16 @@ class RefusedError(Exception):
 
 
 class Guard:
-    """Of one connection. What it refuses changes nothing, and the connection goes on."""
+    """The checks of one connection. A refused message changes nothing and closes nothing."""
 
     def __init__(self, browser: Callable[[], BrowserConnection | None], limits: Limits) -> None:
-        """`browser` finds the window of the connection, once viser has announced it."""
+        """`browser` returns the connection's window; None before viser announces it."""
         self._browser = browser
         self._transfers = Transfers(limits)
         self._explained = False
 
     async def admit(self, raw: bytes, message: Message) -> bytes | None:
-        """What viser may read, None where it may not."""
+        """The bytes that viser may read; None for a refused message."""
         if isinstance(message, Passive):
             return raw
         browser = self._browser()
@@ -65,18 +65,18 @@ class Guard:
             log.debug("Client %d, %s: %s", browser.client.client_id, kind, refusal)
             self._answer(browser.client, message, allowed, refusal)
             return None
-        browser.acted()
+        browser.note_activity()
         return msgspec.msgpack.encode(message) if changed else raw
 
     def slider(self, message: Message) -> str | None:
-        """The slider that a message moves, if it does."""
+        """The id of the slider that a message moves; None for other messages."""
         if isinstance(message, GuiUpdateMessage) and (browser := self._browser()) is not None:
             handle = browser.client.gui._gui_input_handle_from_uuid.get(message.uuid)
             return message.uuid if isinstance(handle, SLIDERS) else None
         return None
 
     async def _checked(self, browser: BrowserConnection, message: Message) -> bool:
-        """Whether the message had to be changed; RefusedError where it may do nothing."""
+        """Whether the message had to be changed; RefusedError if it is not allowed."""
         match message:
             case GuiUpdateMessage(uuid, updates):
                 given, updates.value = updates.value, checked(_usable(browser, uuid), updates.value)
@@ -95,7 +95,7 @@ class Guard:
     def _answer(
         self, client: viser.ClientHandle, message: Message, allowed: bool, refusal: Exception
     ) -> None:
-        """Where the page would go on as if nothing had happened."""
+        """Tells the page about a refusal, where it would not notice it by itself."""
         match message:
             case FileTransferStartUpload():
                 shown = isinstance(refusal, RefusedError) and refusal.shown
@@ -104,14 +104,14 @@ class Guard:
             case FileTransferPart():
                 client.gui._current_file_upload_states.pop(message.transfer_uuid, None)
             case _ if not allowed:
-                correct(client, message.widget or "")
+                restore_value(client, message.widget or "")
                 if not self._explained:
                     self._explained = True
-                    explain(client)
+                    explain_following(client)
 
 
 def _usable(browser: BrowserConnection, uuid: str) -> Any:
-    """The widget, where it may be used."""
+    """The widget; RefusedError if it cannot be used."""
     found = browser.client.gui._gui_input_handle_from_uuid.get(uuid)
     if found is None or found._impl.removed:
         raise RefusedError("no such widget")
@@ -121,7 +121,7 @@ def _usable(browser: BrowserConnection, uuid: str) -> Any:
 
 
 SLACK = 1e-9
-"""Of a range: browsers add steps up in floating point (0.1 + 0.2 > 0.3)."""
+"""Relative tolerance of a range: browsers add up steps in floating point (0.1 + 0.2 > 0.3)."""
 
 PlainText = Annotated[
     str, Meta(max_length=Limits.text_length, pattern=r"\A[^\x00-\x08\x0b\x0c\x0e-\x1f]*\Z")
@@ -131,7 +131,7 @@ PlainText = Annotated[
 
 @singledispatch
 def checked(handle: Any, value: object) -> Any:
-    """The value as the widget may have it; RefusedError or ValidationError where it may not."""
+    """The checked value for the widget; RefusedError or ValidationError if not allowed."""
     raise RefusedError(f"a {type(handle).__name__} takes no value")
 
 
@@ -192,7 +192,7 @@ def _numbers(value: object, low: tuple[Any, ...], high: tuple[Any, ...]) -> list
 
 
 def within(value: float, low: float | None, high: float | None) -> float:
-    """A number in its range, pulled back where it lies outside by rounding only."""
+    """The number, moved into its range if only rounding put it outside; else RefusedError."""
     slack = SLACK * max(abs(low or 0.0), abs(high or 0.0))
     if low is not None and value < low:
         if value < low - slack:
@@ -217,20 +217,20 @@ class Transfers:
         self._left: dict[str, int] = {}
 
     def begin(self, start: FileTransferStartUpload, kept: int) -> None:
-        """`kept` bytes are there already; RefusedError with a sentence where it is too much."""
+        """`kept` bytes are stored already; RefusedError with a sentence above a limit."""
         limits, size, name = self._limits, start.size_bytes, short(start.filename)
         if size > limits.upload_bytes:
             most = megabytes(limits.upload_bytes)
             raise RefusedError(f"{name} has {megabytes(size)}; a file may have {most}.", shown=True)
         if kept + sum(self._left.values()) + size > limits.session_bytes:
             raise RefusedError(
-                f"With {name} the files of this session would exceed "
-                f"{megabytes(limits.session_bytes)}, which is its limit.",
+                f"{name} is too large: the files of this session may have "
+                f"{megabytes(limits.session_bytes)} in all.",
                 shown=True,
             )
         if len(self._left) >= limits.transfers:
             raise RefusedError(
-                f"{limits.transfers} files are on their way already; wait for them.", shown=True
+                f"{limits.transfers} files are being uploaded; wait for them.", shown=True
             )
         if start.transfer_uuid in self._left or start.part_count > 1 + size // SMALLEST_PART:
             raise RefusedError("an upload in far too many parts, or one that has begun")
@@ -238,8 +238,7 @@ class Transfers:
             self._left[start.transfer_uuid] = size
 
     def part(self, part: FileTransferPart) -> None:
-        """RefusedError where it was not announced, or is more than was: what has come of the file
-        is to be dropped."""
+        """RefusedError if the part was not announced or is too large: the file is to be dropped."""
         left, size = self._left.pop(part.transfer_uuid, 0), len(part.content)
         if not 0 < size <= left:
             raise RefusedError("a part that was not announced, or has more bytes than it said")
@@ -248,11 +247,11 @@ class Transfers:
 
 
 def megabytes(size: int) -> str:
-    """In words."""
+    """A size in bytes as text: '100 MB' or '1.5 kB'."""
     return f"{size / MEGA:,.0f} MB" if size >= MEGA else f"{size / 1000:,.1f} kB"
 
 
 def short(name: str, length: int = 60) -> str:
-    """A file's name that fits into a sentence."""
+    """A file's name, shortened for a sentence."""
     plain = "".join(c if c.isprintable() else "?" for c in name)
     return plain if len(plain) <= length else plain[: length - 1] + "…"

@@ -1,7 +1,7 @@
-"""What a browser may say: the messages of viser 1.1.1's own client, with the bounds of each field.
+"""The messages that a browser may send: those of viser 1.1.1's client, with bounds of each field.
 
-Three of them are not here, and so are refused: the two of the share button, and the one that viser
-passes on to all other browsers unchecked (`GuiFormDirtyMessage`).
+Three are left out and so refused: the two of the share button, and the one that viser passes to all
+other browsers unchecked (`GuiFormDirtyMessage`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from flexgui.server.services import Limits
 
 LARGEST = sys.float_info.max
 Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
-"""A finite one."""
+"""A finite number."""
 Pair = tuple[Number, Number]
 Triple = tuple[Number, Number, Number]
 Quadruple = tuple[Number, Number, Number, Number]
@@ -29,20 +29,20 @@ Instance = Annotated[int, Meta(ge=0, le=2**31)]
 
 
 class Message(msgspec.Struct, tag_field="type", tag=True, forbid_unknown_fields=True):
-    """Of a browser; the name of its class is its type. It may change something in a session."""
+    """A message of a browser, which may change a session; its class name is its type."""
 
     @property
     def widget(self) -> str | None:
-        """The id of the widget that it is about."""
+        """The id of the message's widget; None without one."""
         return None
 
 
 class Passive(Message):
-    """An answer, or the own view: it changes nobody's session, and everybody may send it."""
+    """An answer or the browser's own view: it changes no session, and everybody may send it."""
 
 
 class OfWidget(Message):
-    """Pressed, sent or set."""
+    """A message about a widget: pressed, sent or set."""
 
     uuid: Name
 
@@ -52,7 +52,7 @@ class OfWidget(Message):
 
 
 class Value(msgspec.Struct, forbid_unknown_fields=True):
-    """The one property of a widget that a browser may set; which values, the widget says."""
+    """The only property of a widget that a browser may set; the guard checks its value."""
 
     value: Any
 
@@ -70,7 +70,7 @@ class GuiButtonHoldMessage(OfWidget):
 
 
 class OfUpload(Message):
-    """A file is announced, or a part of it comes."""
+    """A message about an upload."""
 
     source_component_uuid: Name
     transfer_uuid: Name
@@ -81,7 +81,7 @@ class OfUpload(Message):
 
 
 class FileTransferStartUpload(OfUpload):
-    """Announces it."""
+    """Announces a file."""
 
     filename: Name
     mime_type: Name
@@ -90,7 +90,7 @@ class FileTransferStartUpload(OfUpload):
 
 
 class FileTransferPart(OfUpload):
-    """A part of it."""
+    """A part of an announced file."""
 
     part_index: Count
     content: bytes
@@ -142,7 +142,7 @@ _DECODER = msgspec.msgpack.Decoder(Union[(*_READ, *_KINDS)])  # noqa: UP007
 
 
 def decoded(raw: bytes) -> Message:
-    """The message that a frame holds; ValueError where it is none, or a field out of bounds."""
+    """The message in a frame; ValueError if it is none or a field is out of bounds."""
     try:
         return _DECODER.decode(raw)
     except RecursionError as error:

@@ -1,4 +1,4 @@
-"""What `flexgui serve` was asked for, checked together, and the network that it listens in."""
+"""The options of `flexgui serve`, checked together, and the addresses that it uses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ EVERYWHERE = ("0.0.0.0", "::")
 
 @dataclass(frozen=True)
 class ServeOptions:
-    """As they stand on the command line."""
+    """The options as given on the command line."""
 
     host: str | None = None
     port: int = 8080
@@ -32,30 +32,32 @@ class ServeOptions:
     browser: bool = True
 
     def check(self) -> None:
-        """InputError where two of them do not go together."""
+        """InputError for an invalid option or two that exclude each other."""
         if not self.lan and self.join_code is not None:
-            raise InputError("--join-code goes with --lan, which opens the page to the network.")
+            raise InputError("--join-code needs --lan, which opens the page to the network.")
         if not self.lan and not is_loopback(self.address):
             raise InputError(
-                f"--host {self.host} would open the page to the network; add --lan if you want "
-                "that (everybody then needs a join code)."
+                f"--host {self.host} opens the page to the network. Add --lan to allow that; "
+                "everybody then needs a join code."
             )
         if not 0 <= self.port <= 65535:
-            raise InputError(f"--port {self.port} is no port; choose one from 1024 to 65535.")
+            raise InputError(f"--port {self.port} is not a port; choose one from 1024 to 65535.")
         if not 1 <= self.workers <= 64:
             raise InputError(f"--workers {self.workers} is out of range; choose 1 to 64.")
         if self.data is not None and not self.data.is_dir():
-            raise InputError(f"--data {self.data} is no folder.")
+            raise InputError(
+                f"--data {self.data} is not a folder; give the folder of the recordings."
+            )
 
     @property
     def address(self) -> str:
-        """Where to listen."""
+        """The address to listen on."""
         if self.host is not None:
             return self.host
         return EVERYWHERE[0] if self.lan else "127.0.0.1"
 
-    def more_origins(self, port: int) -> tuple[str, ...]:
-        """Besides this machine's own: the network's address first."""
+    def network_origins(self, port: int) -> tuple[str, ...]:
+        """Origins besides this machine's own: the network address first."""
         named = tuple(origin_of(url) for url in self.origins)
         name = lan_address() if self.address in EVERYWHERE else self.address
         if not self.lan or name is None or is_loopback(name):
@@ -65,21 +67,21 @@ class ServeOptions:
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
 
-_NOWHERE = ("192.0.2.1", 9)
-"""An address for documentation; asking for the way there sends nothing."""
+_TEST_ADDRESS = ("192.0.2.1", 9)
+"""An address for documentation; connecting a UDP socket to it sends nothing."""
 
 _DEFAULT_PORTS = {"http": 80, "https": 443}
 
 
 def origin_of(url: str) -> str:
-    """`scheme://host[:port]` as a browser writes it; InputError where the text is no such thing."""
+    """`scheme://host[:port]` as a browser writes it; InputError for another text."""
     try:
         parts = urlsplit(url.strip())
         host, port = parts.hostname, parts.port
     except ValueError:
         parts, host, port = urlsplit(""), None, None
     if parts.scheme not in _DEFAULT_PORTS or not host or parts.path.strip("/"):
-        raise InputError(f"--origin {url} is no origin; write it like https://lab.example.org.")
+        raise InputError(f"--origin {url} is not an origin; write it like https://lab.example.org.")
     plain = port is None or port == _DEFAULT_PORTS[parts.scheme]
     return f"{parts.scheme}://{_bracketed(host)}{'' if plain else f':{port}'}"
 
@@ -93,20 +95,20 @@ def _bracketed(host: str) -> str:
 
 
 def loopback_origins(port: int) -> tuple[str, ...]:
-    """Of a page on this machine."""
+    """The origins of pages on this machine."""
     return tuple(_http_origin(name, port) for name in LOOPBACK_NAMES)
 
 
 def hosts_of(origins: Iterable[str]) -> frozenset[str]:
-    """The `Host` headers that go with the origins."""
+    """The `Host` headers of the origins."""
     return frozenset(urlsplit(origin).netloc.lower() for origin in origins)
 
 
 def lan_address() -> str | None:
-    """This machine's address in its network; None without one."""
+    """This machine's address in the local network; None without one."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect(_NOWHERE)
+            probe.connect(_TEST_ADDRESS)
             found = str(probe.getsockname()[0])
         except OSError:
             return None
@@ -114,7 +116,7 @@ def lan_address() -> str | None:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach it."""
+    """Whether only this machine can reach the address."""
     if host == "localhost":
         return True
     try:
@@ -123,8 +125,8 @@ def is_loopback(host: str) -> bool:
         return False
 
 
-def neighbours(address: str) -> str:
-    """The address, or the /64 network that one machine may have to itself under IPv6."""
+def address_group(address: str) -> str:
+    """The address; under IPv6 the /64 network that a single machine may own."""
     try:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
@@ -142,7 +144,7 @@ _BUSY = {errno.EADDRINUSE} | ({errno.EACCES} if os.name == "nt" else set())
 
 
 def bind(host: str, port: int, tries: int) -> socket.socket:
-    """Listens on the port, or on the next one that is free; InputError where there is none."""
+    """A socket that listens on the port or on the next free one; InputError without one."""
     last = min(port + tries - 1, 65535) if port else 0
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for candidate in range(port, last + 1):
@@ -151,7 +153,7 @@ def bind(host: str, port: int, tries: int) -> socket.socket:
         except OSError as error:
             if error.errno not in _BUSY:
                 raise InputError(_sentence(host, candidate, error)) from error
-    raise InputError(f"The ports {port} to {last} are all busy; choose another with --port.")
+    raise InputError(f"Ports {port} to {last} are all busy; choose another with --port.")
 
 
 def _sentence(host: str, port: int, error: OSError) -> str:
@@ -161,11 +163,11 @@ def _sentence(host: str, port: int, error: OSError) -> str:
 
 
 def port_of(listener: socket.socket) -> int:
-    """The number that it got."""
+    """The port number of a socket."""
     return int(listener.getsockname()[1])
 
 
-def own_name(listener: socket.socket) -> str:
-    """The host of an address that a browser on this machine can use."""
+def host_name(listener: socket.socket) -> str:
+    """The socket's host, as a browser on this machine can use it."""
     host = ipaddress.ip_address(listener.getsockname()[0].partition("%")[0])
     return "127.0.0.1" if host.is_unspecified else _bracketed(str(host))

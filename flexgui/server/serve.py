@@ -1,7 +1,7 @@
-"""`flexgui serve`: everything put together, until Ctrl-C, and then a clean end.
+"""`flexgui serve`: starts all parts of the server, waits for Ctrl-C, and ends them.
 
-What is heavy to import is imported by the functions that need it: the address stands in the
-terminal a second earlier, and the browser loads meanwhile.
+Heavy modules are imported by the functions that need them: the address is printed a second earlier,
+and the browser loads meanwhile.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from flexgui.plain_words import INTERNAL, print_error
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import ServeOptions, bind, port_of
 from flexgui.server.services import Limits, Services
-from flexgui.server.sessions import KeptWork, state_folder
+from flexgui.server.sessions import SavedWorkFolders, state_folder
 from flexgui.server.warming import Warming
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 log = logging.getLogger("flexgui")
 
 
-def can_open() -> bool:
-    """Whether there is a screen; a browser in a text terminal would be in the way."""
+def has_screen() -> bool:
+    """Whether there is a screen to open a browser on."""
     if os.environ.get("CI") or os.environ.get("SSH_CONNECTION"):
         return False
     if sys.platform.startswith(("win", "darwin")):
@@ -45,26 +45,26 @@ def can_open() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def open_soon(address: str) -> None:
-    """Without waiting for it."""
+def open_browser(address: str) -> None:
+    """Opens the address in the browser, without waiting."""
     threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
-SWITCH = 5e-4
-"""s that a thread may keep the interpreter while others want it: Python's own 5 ms are as long as
-a whole answer, and the thread that talks to all browsers asks for it several times per answer."""
+SWITCH_INTERVAL = 5e-4
+"""s that a thread may keep the interpreter while others wait: Python's default of 5 ms is as long
+as a whole reply, and the thread of all browsers needs the interpreter several times per reply."""
 
 ARENAS, MAPPED, TRIMMED = (-8, 2), (-3, 2**18), (-1, 2**20)
 """Parameters of glibc's malloc (number in malloc.h, value): how many heaps threads have, from how
 many bytes on a block is a mapping of its own, and how many free bytes stay at the end of a heap.
-Each page is sent megabytes. By default, glibc takes ever more threads' heaps and larger blocks
-for them and gives nothing back: 100 pages that came and went left 130 MB, with these 3 MB."""
+Each page gets megabytes. With the defaults, glibc keeps more and larger heaps and frees nothing:
+100 closed pages left 130 MB, with these values 3 MB."""
 
 
 def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
-    """Blocks until Ctrl-C; InputError where it cannot begin."""
+    """Blocks until Ctrl-C; InputError if the server cannot start."""
     options.check()
-    sys.setswitchinterval(SWITCH)
+    sys.setswitchinterval(SWITCH_INTERVAL)
     _return_memory()
     _log_to_terminal()
     limits, pool = Limits(), JobPool(options.workers)
@@ -73,8 +73,8 @@ def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
     listener = bind(options.address, options.port, limits.ports)
     port = port_of(listener)
     if options.port not in (0, port):
-        print_line(f"Port {options.port} is busy; FlexGUI takes {port}.")
-    tickets, more = tickets_of(options), options.more_origins(port)
+        print_line(f"Port {options.port} is busy; FlexGUI uses {port}.")
+    tickets, more = tickets_of(options), options.network_origins(port)
     warming = Warming(pool, print_line)
     settings = Settings(
         make_session=make_session,
@@ -82,10 +82,10 @@ def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
         origins=more,
         tickets=tickets,
         demo=options.demo,
-        kept=_kept_work(),
+        kept=_saved_folders(),
         limits=limits,
     )
-    with until_asked() as asked:
+    with stop_on_signal() as stop:
         server = PageServer(listener, settings)
         try:
             warming.start()
@@ -93,15 +93,15 @@ def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
                 print_line(f"FlexGUI: {server.address}   (Ctrl-C ends it)")
             else:
                 tickets.greet(server.address, more, server.origins, print_line)
-            if options.browser and can_open():
-                open_soon(
+            if options.browser and has_screen():
+                open_browser(
                     server.address if tickets is None else tickets.own_address(server.address)
                 )
-            while not asked.wait(POLL):
+            while not stop.wait(POLL):
                 pass
         finally:
-            end_in_any_case()
-            # At the same time: each may take seconds, and both together must not.
+            force_exit_after()
+            # At the same time: each may take seconds.
             workers = threading.Thread(target=pool.close, name="flexgui-closing")
             workers.start()
             server.close()
@@ -110,7 +110,7 @@ def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
 
 
 def tickets_of(options: ServeOptions) -> Tickets | None:
-    """Asks a class for its code; None where the page stays on this machine."""
+    """The tickets of a class; None if only this machine may connect."""
     if not options.lan:
         return None
     from flexgui.classroom.tickets import Tickets
@@ -119,7 +119,7 @@ def tickets_of(options: ServeOptions) -> Tickets | None:
 
 
 def _return_memory() -> None:
-    """Memory of pages that left goes back to the system, where its C library can be told to."""
+    """Makes the C library return the memory of closed pages to the system (glibc only)."""
     with contextlib.suppress(OSError, AttributeError):
         set_option = ctypes.CDLL(None).mallopt
         for parameter in (ARENAS, MAPPED, TRIMMED):
@@ -129,34 +129,34 @@ def _return_memory() -> None:
 def _session_maker(
     scenario: Path | None, services: Services, print_line: Callable[[str], None]
 ) -> Callable[[str, Path], Session]:
-    """The scenario is read before anything is opened, so that its errors end the command."""
-    given, beside, data = None, Path(), services.data_folder
+    """Reads the scenario at once, so that its errors end the command; returns a session's maker."""
+    loaded, scenario_folder, data = None, Path(), services.data_folder
     if scenario is not None:
         from flexgui.core.scenario.data_folder import outside
         from flexgui.core.scenario.read import read_scenario
 
-        given, beside = read_scenario(scenario), scenario.resolve().parent
-        if far := outside(given, beside, data):
-            print_line(far)
+        loaded, scenario_folder = read_scenario(scenario), scenario.resolve().parent
+        if warning := outside(loaded, scenario_folder, data):
+            print_line(warning)
 
     def make(key: str, folder: Path) -> Session:
         from flexgui.session.session import Session
         from flexgui.stages.data.uploads import fetch_files
 
         session = Session(key, folder, services)
-        if given is not None:
-            session.open(fetch_files(given, beside, data, folder))
+        if loaded is not None:
+            session.open(fetch_files(loaded, scenario_folder, data, folder))
         session.store.begin()
         return session
 
     return make
 
 
-def _kept_work() -> KeptWork | None:
+def _saved_folders() -> SavedWorkFolders | None:
     try:
-        return KeptWork(state_folder() / "sessions")
+        return SavedWorkFolders(state_folder() / "sessions")
     except OSError as error:
-        log.warning("Work is not kept beyond the end of this server: %s", error)
+        log.warning("Work cannot be saved on disk: it ends with this server. %s", error)
         return None
 
 
@@ -170,36 +170,36 @@ def _log_to_terminal() -> None:
 
 
 HARD_END = 4.5
-"""s after Ctrl-C; a callback that hangs would otherwise hold the process for ever."""
+"""s after Ctrl-C; a hanging callback would otherwise keep the process for ever."""
 POLL = 0.5
-"""s; on Windows a wait without end hears no Ctrl-C."""
+"""s; on Windows an endless wait ignores Ctrl-C."""
 
 SIGNALS = [s for name in ("SIGINT", "SIGTERM", "SIGHUP") if (s := getattr(signal, name, None))]
 
 
 @contextmanager
-def until_asked() -> Iterator[threading.Event]:
-    """An event that is set by Ctrl-C and its relatives; a second one ends everything at once."""
-    asked = threading.Event()
+def stop_on_signal() -> Iterator[threading.Event]:
+    """An event that Ctrl-C or another end signal sets; a second signal ends the process at once."""
+    stop = threading.Event()
 
-    def hear(number: int, frame: FrameType | None) -> None:
-        if asked.is_set():
+    def handle(number: int, frame: FrameType | None) -> None:
+        if stop.is_set():
             os._exit(130)
-        asked.set()
+        stop.set()
 
-    before = {number: signal.signal(number, hear) for number in SIGNALS}
+    before = {number: signal.signal(number, handle) for number in SIGNALS}
     try:
-        yield asked
+        yield stop
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
-def end_in_any_case(seconds: float = HARD_END) -> None:
-    """A clean end is sooner; threads that do not end are left behind, which is said."""
+def force_exit_after(seconds: float = HARD_END) -> None:
+    """Ends the process with a message after `seconds`, if it has not ended by itself."""
 
     def end() -> None:
-        print_error(f"something did not end within {seconds:g} s and was cut off.")
+        print_error(f"a task did not end within {seconds:g} s and was stopped.")
         sys.stdout.flush()
         os._exit(INTERNAL)
 

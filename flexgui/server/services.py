@@ -1,4 +1,4 @@
-"""What the server gives to the pages of all sessions, and how much it takes from a browser."""
+"""What all sessions share, and the limits of the server."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MEGA = 10**6
 
 @dataclass(frozen=True)
 class Limits:
-    """Sizes in bytes, times in seconds; the defaults suit a class of thirty on a laptop."""
+    """Limits of the server: sizes in bytes, times in seconds; for a class of 30 on a laptop."""
 
     upload_bytes: int = 100 * MEGA
     """One file: an hour of ten channels at 1 kHz as text is about three times less."""
@@ -36,24 +36,23 @@ class Limits:
     sessions_per_address: int = 64
     """A class of thirty behind one router, twice; the rest is left to other addresses."""
     keep: float = 3600.0
-    """That a session is kept after its last browser left."""
+    """A session is kept this long after its last browser left."""
     keep_untouched: float = 10.0
-    """That one is kept in which nothing was done; a reload takes a second, and then finds the same
-    as in a new one."""
+    """The same for a session without any work; a reload takes a second."""
     grace: float = 20.0
-    """That its jobs go on: a reload takes a second, a laptop that changes its network ten."""
+    """Its jobs run on this long: a reload takes a second, a laptop that changes its network ten."""
     give_up_after: float = 120.0
-    """After which a session that nobody uses may be given up early for a newcomer."""
+    """After this an unused session may be closed early, to make place for a new one."""
     key_wait: float = 6.0
-    """For a browser to say which session is its own."""
+    """Wait for a browser to send the key of its session."""
     key_wait_longer: float = 30.0
-    """And then once more, for as many browsers as `asked_longer`: where the machine is busy with
-    other work, a page that was taken for a new one would not offer what was done before."""
+    """Second wait, for at most `asked_longer` browsers: on a busy machine a late key would be lost,
+    and the page would not offer the earlier work."""
     asked_longer: int = 4
     wrong_codes: int = 10
     """Wrong codes and tickets per minute and address, before it is told to wait."""
     ports: int = 20
-    """Tried, from the wished one upwards."""
+    """Ports that are tried, from the given one upwards."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +61,12 @@ class Services:
 
     pool: JobPool
     data_folder: Path | None = None
-    """Where the recordings of ready-made scenarios lie; None where nobody said."""
+    """Folder of the recordings of supplied scenarios; None if not given."""
     upload_limit_bytes: int = Limits.upload_bytes
 
     @cached_property
     def board(self) -> Board:
-        """Who found what in the challenges of this server."""
+        """The results of this server's challenges."""
         from flexgui.classroom.board import Board  # late: the first challenge needs it
 
         return Board()

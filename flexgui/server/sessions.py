@@ -1,4 +1,4 @@
-"""Sessions by the key that a browser keeps, and their folders: some outlive the server."""
+"""Sessions by the key that a browser stores, and their folders, which may outlive the server."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from platformdirs import user_state_path
 
 from flexgui.core.errors import InputError
 from flexgui.places import (
-    FRESH,
     OWNER,
+    REPLACED_SUFFIX,
     earlier_folder,
-    is_kept,
-    kept_at,
-    remove_half_written,
+    has_saved_work,
+    remove_partial_files,
+    saved_at,
     set_aside,
 )
 from flexgui.server.services import MEGA, Limits
@@ -46,21 +46,23 @@ class _Entry:
     stopped: bool = False
     pinned: bool = False
     touched: bool = False
-    """Whether anything was done in it."""
+    """Whether the person has done anything in it."""
 
 
 class SessionStore:
-    """Makes sessions, keeps them for a while after their last browser left, then closes them.
+    """Makes sessions, and closes them some time after their last browser left.
 
-    A key is never the browser's choice: one that is unknown here is answered by a new session.
+    A browser cannot choose its key: an unknown key gets a new session.
     """
 
     def __init__(
-        self, make: Callable[[str, Path], Session], limits: Limits, kept: KeptWork | None = None
+        self,
+        make: Callable[[str, Path], Session],
+        limits: Limits,
+        kept: SavedWorkFolders | None = None,
     ) -> None:
-        """`kept` holds the folders, and some of them beyond their end; without it they are
-        temporary."""
-        self._make, self._limits, self._kept_work = make, limits, kept
+        """`kept` holds the folders; without it they are temporary."""
+        self._make, self._limits, self._saved_folders = make, limits, kept
         self.root = new_root()
         """Of temporary folders."""
         self._lock = threading.RLock()
@@ -70,29 +72,29 @@ class SessionStore:
         return len(self._entries)
 
     def knows(self, key: str | None) -> bool:
-        """Whether the key opens something: a session, or work that was kept of one."""
-        kept = self._kept_work is not None and self._kept_work.knows(key)
+        """Whether a session or saved work has this key."""
+        kept = self._saved_folders is not None and self._saved_folders.knows(key)
         return kept or key in self._entries
 
     def join(self, key: str | None, *, pinned: bool = False, address: str = "") -> Session:
-        """The key's session, or a new one, with one more browser; InputError where all is full.
+        """Adds a browser to the key's session, or to a new one; InputError if all places are taken.
 
-        A new one counts for the network address that asks.
+        A new session counts for the browser's network address.
         """
-        over: Session | None = None
+        closing: Session | None = None
         with self._lock:
             entry = self._entries.get(key or "")
             if entry is None:
-                over = self._free_places(address)
+                closing = self._free_place(address)
                 entry = self._new(address, key if key is not None and self.knows(key) else None)
             entry.clients += 1
             entry.stopped, entry.pinned = False, entry.pinned or pinned
-        if over is not None:
-            self._close(over)
+        if closing is not None:
+            self._close(closing)
         return entry.session
 
     def leave(self, session: Session) -> None:
-        """One browser less."""
+        """Removes a browser from the session."""
         with self._lock:
             entry = self._entries.get(session.key)
             if entry is not None:
@@ -100,27 +102,29 @@ class SessionStore:
                 entry.left_at = monotonic()
 
     def touch(self, session: Session) -> None:
-        """Something was done in it."""
+        """Notes that the person does something in the session."""
         entry = self._entries.get(session.key)
         if entry is not None:
             entry.touched = True
 
     def sweep(self) -> None:
-        """Stops the jobs of those who left, and closes those who left long ago."""
+        """Stops the jobs of unused sessions, and closes sessions that are unused for long."""
         now = monotonic()
         idle: list[Session] = []
-        over: list[Session] = []
+        closing: list[Session] = []
         with self._lock:
             for entry in self._unused():
-                away = now - entry.left_at
-                if away >= (self._limits.keep if entry.touched else self._limits.keep_untouched):
-                    over.append(self._entries.pop(entry.session.key).session)
-                elif away >= self._limits.grace and not entry.stopped:
+                absent_seconds = now - entry.left_at
+                if absent_seconds >= (
+                    self._limits.keep if entry.touched else self._limits.keep_untouched
+                ):
+                    closing.append(self._entries.pop(entry.session.key).session)
+                elif absent_seconds >= self._limits.grace and not entry.stopped:
                     entry.stopped = True
                     idle.append(entry.session)
         for session in idle:
-            _carefully(leave_alone, session)
-        for session in over:
+            _carefully(stop_jobs, session)
+        for session in closing:
             self._close(session)
 
     def close(self) -> None:
@@ -134,29 +138,33 @@ class SessionStore:
     def _unused(self) -> list[_Entry]:
         return [e for e in self._entries.values() if e.clients <= 0 and not e.pinned]
 
-    def _free_places(self, address: str) -> Session | None:
-        """The session that goes for a newcomer where all is full, or all of its address."""
+    def _free_place(self, address: str) -> Session | None:
+        """Frees a place for a new session if all places, or all of its address, are taken."""
         same = [e for e in self._entries.values() if address and e.address == address]
         if len(same) >= self._limits.sessions_per_address:
-            return self._give_up(same, "have come from your network address; use one of them, or")
+            return self._take_unused(
+                same, "were opened from your network address. Use one of them, or"
+            )
         if len(self._entries) >= self._limits.sessions:
-            return self._give_up(list(self._entries.values()), "are served, as many as can be;")
+            return self._take_unused(
+                list(self._entries.values()), "are open, which is the limit. Please"
+            )
         return None
 
-    def _give_up(self, among: list[_Entry], why: str) -> Session:
-        """One that nobody uses: untouched, or left long ago; InputError where there is none."""
+    def _take_unused(self, entries: list[_Entry], why: str) -> Session:
+        """Takes out an unused session, untouched or left long ago; InputError without one."""
         late = monotonic() - self._limits.give_up_after
-        unused = [e for e in self._unused() if any(e is one for one in among)]
+        unused = [e for e in self._unused() if any(e is one for one in entries)]
         free = [e for e in unused if not e.touched or e.left_at <= late]
         if not free:
-            raise InputError(f"{len(among)} sessions {why} come back in a few minutes.")
+            raise InputError(f"{len(entries)} sessions {why} come back in a few minutes.")
         oldest = min(free, key=lambda entry: (entry.touched, entry.left_at))
         return self._entries.pop(oldest.session.key).session
 
     def _new(self, address: str, key: str | None) -> _Entry:
         key = key or secrets.token_urlsafe(24)
-        if self._kept_work is not None:
-            folder = self._kept_work.begin(key)
+        if self._saved_folders is not None:
+            folder = self._saved_folders.begin(key)
         else:
             folder = self.root / secrets.token_hex(8)  # lists of files tell no keys
             folder.mkdir(mode=0o700)
@@ -170,17 +178,16 @@ class SessionStore:
 
     def _close(self, session: Session) -> None:
         folder = session.folder
-        _carefully(leave_alone, session)
+        _carefully(stop_jobs, session)
         _carefully(type(session).close, session)
-        if self._kept_work is not None:
-            self._kept_work.end(folder)
+        if self._saved_folders is not None:
+            self._saved_folders.end(folder)
         else:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def leave_alone(session: Session) -> None:
-    """Its jobs stop with the best they have so far: who comes back finds it. Nothing plays to
-    nobody."""
+def stop_jobs(session: Session) -> None:
+    """Stops the session's jobs with their best results so far, and its playback."""
     session.run.stop()
     session.study.stop()
     if session.playback.cursor.playing:
@@ -188,7 +195,7 @@ def leave_alone(session: Session) -> None:
 
 
 def _carefully(step: Callable[[Session], object], session: Session) -> None:
-    """The next one's turn comes whatever happens to this one."""
+    """Logs an error of one session, so that the next one is handled too."""
     with contextlib.suppress(InputError):
         try:
             step(session)
@@ -196,43 +203,45 @@ def _carefully(step: Callable[[Session], object], session: Session) -> None:
             log.exception("A session could not be stopped or closed")
 
 
-MOST, MOST_BYTES, LONGEST = 200, 2000 * MEGA, 30 * 86400.0
-"""Kept sessions, bytes of all of them, and s since one was changed: the oldest go first."""
+MOST_FOLDERS, MOST_BYTES, LONGEST_AGE = 200, 2000 * MEGA, 30 * 86400.0
+"""Limits of kept folders: number, bytes in all, age in s; the oldest are removed first."""
 
 
-class KeptWork:
-    """One folder per session, named so that lists of files tell no keys; only the server's own user
-    may read them."""
+class SavedWorkFolders:
+    """One folder per session, named by a hash of its key; only the server's user may read them."""
 
     def __init__(self, root: Path) -> None:
-        """Makes the root (0700), and removes what is too old or too much; OSError else."""
-        self.root = private(root)
+        """Makes the root (0700) and removes folders above the limits; OSError if it cannot."""
+        self.root = private_folder(root)
         self._prune()
 
     def knows(self, key: str | None) -> bool:
-        """Whether there is work of that key which no other server uses."""
+        """Whether there is saved work of that key that no other server uses."""
         folder = self._folder(key or "")
-        return any(is_kept(each) and not _used(each) for each in (folder, earlier_folder(folder)))
+        return any(
+            has_saved_work(each) and not _is_in_use(each)
+            for each in (folder, earlier_folder(folder))
+        )
 
     def begin(self, key: str) -> Path:
-        """A fresh folder for the key; what was kept of it waits beside, and what waited there and
-        was not wanted is set aside."""
+        """Makes a new folder for the key. Its saved work becomes the earlier work; an earlier work
+        that was not restored is set aside."""
         folder = self._folder(key)
         earlier = earlier_folder(folder)
-        if is_kept(folder):
-            if is_kept(earlier):
-                name = set_aside(earlier, kept_at(earlier), "declined")
+        if has_saved_work(folder):
+            if has_saved_work(earlier):
+                name = set_aside(earlier, saved_at(earlier), "declined")
                 log.warning("Work that was not restored is set aside as %s", name)
             shutil.rmtree(earlier, ignore_errors=True)
             folder.rename(earlier)
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(mode=0o700)
-        (folder / OWNER).write_text(f"{os.getpid()} {born(os.getpid())}")
+        (folder / OWNER).write_text(f"{os.getpid()} {start_time_of(os.getpid())}")
         return folder
 
     def end(self, folder: Path) -> None:
-        """The session is over: its folder stays where there is work in it."""
-        if is_kept(folder):
+        """Releases the folder of a closed session, or removes it if it holds no work."""
+        if has_saved_work(folder):
             (folder / OWNER).unlink(missing_ok=True)
         else:
             shutil.rmtree(folder, ignore_errors=True)
@@ -241,24 +250,24 @@ class KeptWork:
         return self.root / hashlib.sha256(key.encode()).hexdigest()[:32]
 
     def _prune(self) -> None:
-        unused = [p for p in self.root.iterdir() if p.is_dir() and not _used(p)]
-        whole = [p for p in unused if is_kept(p) and not p.name.endswith(FRESH)]
+        unused = [p for p in self.root.iterdir() if p.is_dir() and not _is_in_use(p)]
+        whole = [p for p in unused if has_saved_work(p) and not p.name.endswith(REPLACED_SUFFIX)]
         free, now, stay = MOST_BYTES, time.time(), set[Path]()
-        for number, folder in enumerate(sorted(whole, key=kept_at, reverse=True)):
+        for number, folder in enumerate(sorted(whole, key=saved_at, reverse=True)):
             free -= folder_bytes(folder)
-            if free < 0 or number >= MOST or now - kept_at(folder) > LONGEST:
-                log.info("Work of %s is too old or too much and goes", time.ctime(kept_at(folder)))
+            if free < 0 or number >= MOST_FOLDERS or now - saved_at(folder) > LONGEST_AGE:
+                log.info("Work of %s is too old or too much and goes", time.ctime(saved_at(folder)))
             else:
                 stay.add(folder)
         for folder in unused:
             if folder in stay:
-                remove_half_written(folder)
+                remove_partial_files(folder)
             else:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
 def folder_bytes(folder: Path) -> int:
-    """Of all files in it."""
+    """Bytes of all files in the folder."""
     total = 0
     for path in folder.rglob("*"):
         with contextlib.suppress(OSError):  # gone meanwhile
@@ -266,29 +275,29 @@ def folder_bytes(folder: Path) -> int:
     return total
 
 
-def _used(folder: Path) -> bool:
-    """By a server that runs."""
+def _is_in_use(folder: Path) -> bool:
+    """Whether a running server uses the folder."""
     try:
         number, _, began = (folder / OWNER).read_text().partition(" ")
         process = int(number)
     except (OSError, ValueError):
         return False
-    return alive(process) and (not began or born(process) == began)
+    return is_running(process) and (not began or start_time_of(process) == began)
 
 
-VARIABLE = "FLEXGUI_STATE"
-"""Moves the user's own folder."""
+STATE_VARIABLE = "FLEXGUI_STATE"
+"""Environment variable that sets another state folder."""
 KEY_FILE, KEY_BYTES = "server.key", 32
 
 
 def state_folder() -> Path:
-    """What outlives the server lies there."""
-    chosen = os.environ.get(VARIABLE)
+    """The folder of data that outlives the server."""
+    chosen = os.environ.get(STATE_VARIABLE)
     return Path(chosen) if chosen else user_state_path("flexgui", appauthor=False)
 
 
-def private(folder: Path) -> Path:
-    """The folder, made if need be, closed to others (0700); OSError where it cannot be."""
+def private_folder(folder: Path) -> Path:
+    """Makes the folder if needed and closes it to other users (0700); OSError if it cannot."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     folder.chmod(0o700)
     return folder
@@ -298,10 +307,10 @@ PREFIX = "flexgui-"
 
 
 def new_root() -> Path:
-    """A fresh temporary folder (0700), after those of servers that were killed are removed."""
+    """A new temporary folder (0700); removes those of killed servers."""
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*-*"):
         process = path.name[len(PREFIX) :].partition("-")[0]
-        if process.isdigit() and not alive(int(process)) and _is_own(path):
+        if process.isdigit() and not is_running(int(process)) and _is_own(path):
             shutil.rmtree(path, ignore_errors=True)
     return Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-"))
 
@@ -314,10 +323,10 @@ def _is_own(folder: Path) -> bool:
     return mine and folder.is_dir() and not folder.is_symlink()
 
 
-def born(process: int) -> str:
-    """When a process began, in the system's own ticks; "" where there is none, or none is told.
+def start_time_of(process: int) -> str:
+    """When a process started, in ticks of the system; "" if it does not exist or is not known.
 
-    A number is given again after a restart: another program with it is not the server that had it.
+    Process numbers are reused after a restart: the start time shows whether it is the same process.
     """
     try:
         after_name = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
@@ -326,8 +335,8 @@ def born(process: int) -> str:
     return "" if after_name[0] in "ZX" else after_name[19]
 
 
-def alive(process: int) -> bool:
-    """Whether there is such a process; elsewhere than on POSIX asking it may end it, so it is."""
+def is_running(process: int) -> bool:
+    """Whether the process runs; True elsewhere than on POSIX, where asking could end it."""
     if os.name != "posix":
         return True
     try:

@@ -26,7 +26,7 @@ from viser import _assignable_props_api, _messages, infra
 from flexgui.server.access import AccessHandler
 from flexgui.server.browser_connection import BrowserConnection
 from flexgui.server.connection import GuardedConnection
-from flexgui.server.errors import Reports
+from flexgui.server.errors import ErrorReporter
 from flexgui.server.guard import Guard
 from flexgui.server.services import Limits
 
@@ -41,7 +41,7 @@ def guarded_viser(
     access: AccessHandler,
     browsers: Callable[[int], BrowserConnection | None],
     limits: Limits,
-    reports: Reports,
+    reports: ErrorReporter,
 ) -> viser.ViserServer:
     """A server on a socket that listens already. Nobody gets in until access is opened."""
     host, port = listener.getsockname()[:2]
@@ -65,7 +65,7 @@ def guarded_viser(
         raise RuntimeError("viser did not start through FlexGUI's access; is it version 1.1.1?")
     inside = server._websock_server
     access.busy = lambda: len(inside._live_connections)
-    for kind in NEVER:
+    for kind in REMOVED_HANDLERS:
         inside.unregister_handler(kind)
 
     @inside.on_client_connect
@@ -76,8 +76,8 @@ def guarded_viser(
         found.guard = Guard(functools.partial(browsers, number), limits)
 
     report_errors(server, reports)
-    let_threads_send(server)
-    keep_hints()
+    make_events_thread_safe(server)
+    cache_type_hints()
     return server
 
 
@@ -93,7 +93,7 @@ def connection_of(server: viser.ViserServer, client_id: int) -> GuardedConnectio
     return found if isinstance(found, GuardedConnection) else None
 
 
-NEVER = (
+REMOVED_HANDLERS = (
     _messages.ShareUrlRequest,
     _messages.ShareUrlDisconnect,
     _messages.GuiFormDirtyMessage,
@@ -133,12 +133,12 @@ def _quiet_logger() -> logging.Logger:
     return logger
 
 
-def tolerate_leaving(client: viser.ClientHandle) -> None:
+def ignore_dead_writes(client: viser.ClientHandle) -> None:
     """viser warns of every browser that goes while its page is drawn, which is no news."""
     client._websock_connection.get_message_buffer()._sanctioned_dead_writes += 1
 
 
-def report_errors(server: viser.ViserServer, reports: Reports) -> None:
+def report_errors(server: viser.ViserServer, reports: ErrorReporter) -> None:
     """viser prints the errors of callbacks on threads and of `async` callbacks, and forgets them;
     nobody at the page hears of them."""
     old = server._thread_executor
@@ -168,7 +168,7 @@ class CallbackExecutor(ThreadPoolExecutor):
     the input's value when it runs, so the newest wins before the queue, and values are never taken
     in another order than they came."""
 
-    def __init__(self, reports: Reports) -> None:
+    def __init__(self, reports: ErrorReporter) -> None:
         super().__init__(CALLBACK_THREADS, thread_name_prefix="flexgui-callback")
         self._reports = reports
         self._again: dict[_Mark, bool] = {}
@@ -226,7 +226,7 @@ def _client_of(arguments: tuple[Any, ...]) -> viser.ClientHandle | None:
     return None
 
 
-def keep_hints() -> None:
+def cache_type_hints() -> None:
     """viser writes `NDArray[np.float16]` and the like anew for each property that is set, which
     takes a tenth of the time of a drawing; here each is made once. Elsewhere nothing changes."""
     kinds = (np.float16, np.float32, np.float64, np.uint8)
@@ -234,7 +234,7 @@ def keep_hints() -> None:
     _assignable_props_api.npt = known  # type: ignore[assignment]
 
 
-class NewsEvent(asyncio.Event):
+class ThreadSafeEvent(asyncio.Event):
     """Wakes only who waits on its own event loop; elsewhere it is a flag.
 
     viser sets it from whatever thread sends, and then once more on the loop. `asyncio.Event` goes
@@ -251,15 +251,15 @@ class NewsEvent(asyncio.Event):
                     waiter.set_result(True)
 
 
-def let_threads_send(server: viser.ViserServer) -> None:
+def make_events_thread_safe(server: viser.ViserServer) -> None:
     """To all browsers together, and to each one that comes."""
-    server._websock_server.get_message_buffer().message_event.__class__ = NewsEvent
+    server._websock_server.get_message_buffer().message_event.__class__ = ThreadSafeEvent
 
     @server._websock_server.on_client_connect
     def _(connection: infra.WebsockClientConnection) -> None:
-        connection.get_message_buffer().message_event.__class__ = NewsEvent
+        connection.get_message_buffer().message_event.__class__ = ThreadSafeEvent
 
 
-def expect_plotly(client: viser.ClientHandle) -> None:
+def skip_plotly_upload(client: viser.ClientHandle) -> None:
     """viser sends plotly.js with the first plot of a page; ours has it already (`/plotly.js`)."""
     client.gui._setup_plotly_js = True

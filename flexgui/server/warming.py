@@ -1,4 +1,4 @@
-"""What the first page needs, made while the browser still loads its own part."""
+"""Prepares what the first page needs, while the browser still loads."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ NOTICE = (
 )
 log = logging.getLogger(__name__)
 
-QUIET = 6.0
-"""s after which the workers start where no page was shown yet."""
+FIRST_PAGE_WAIT = 6.0
+"""s after which the workers start even if no page was shown."""
 LONGEST = 120.0
-"""s that a page waits for the arm's equations; then it makes them for itself."""
+"""s that a page waits for the arm's equations; then it derives them itself."""
 
 
 class Warming(Silent):
-    """In the background: first what a page shows, then what its jobs need.
+    """Prepares in the background: first what a page shows, then what its jobs need.
 
-    The workers start behind the first page, whose time they would take; jobs wait for them.
+    The workers start after the first page, so that they do not slow it down.
     """
 
     def __init__(self, pool: JobPool, print_line: Callable[[str], None]) -> None:
@@ -50,15 +50,15 @@ class Warming(Silent):
         return thread
 
     def wait(self) -> None:
-        """A page that makes the equations at the same time would do the same work once more."""
+        """Waits until the equations are derived, so that a page does not derive them again."""
         self._loaded.wait(LONGEST)
 
     def page_is_shown(self) -> None:
-        """A first page is there: the workers may start."""
+        """The first page is shown: the workers may start."""
         self._shown.set()
 
-    def admit(self, client: viser.ClientHandle) -> None:
-        """Its page is being built; it will read what its jobs wait for."""
+    def add_client(self, client: viser.ClientHandle) -> None:
+        """Shows a browser, whose page is being built, the progress of compiling."""
         show_progress(client, BUILDING)
         with self._lock:
             if self._parts is not None:
@@ -70,12 +70,12 @@ class Warming(Silent):
                 )  # fmt: skip
 
     def stage(self, title: str, total: int | None = None) -> None:
-        """The compiler begins with so many parts."""
+        """Compiling starts, with so many parts."""
         with self._lock:
             self._parts = 0, total or 0
 
     def advance(self, n: int = 1, text: str = "") -> None:
-        """So many more of them are compiled."""
+        """So many more parts are compiled."""
         with self._lock:
             done, total = self._parts or (0, 0)
             self._parts = done + n, total
@@ -91,7 +91,7 @@ class Warming(Silent):
             log.exception("Warming up failed; the first page does it")
         finally:
             self._loaded.set()
-        self._shown.wait(QUIET)
+        self._shown.wait(FIRST_PAGE_WAIT)
         with contextlib.suppress(InputError):  # it has been closed meanwhile
             self._pool.start()
 
@@ -119,6 +119,6 @@ def _load() -> None:
     from flexgui.stages.arm.live import live_model, prepare
 
     live_model(prepare(demo_scenario(), None), LiveSettings())
-    # Modules and equations stay for ever: the collector need not look at them every time.
+    # Modules and equations stay for ever: the garbage collector can skip them.
     gc.collect()
     gc.freeze()

@@ -18,13 +18,13 @@ from flexgui.core.files import replacing
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.schema import Scenario
 from flexgui.places import (
-    FRESH,
     OWNER,
+    REPLACED_SUFFIX,
     RESULTS,
     WORK,
     earlier_folder,
-    is_kept,
-    kept_at,
+    has_saved_work,
+    saved_at,
     set_aside,
 )  # fmt: skip
 from flexgui.session.scenario_edits import ScenarioDict
@@ -81,8 +81,8 @@ class WorkStore:
     def begin(self) -> None:
         """Finds earlier work; from now on every change is saved into the session's folder."""
         before = earlier_folder(self._session.folder)
-        if is_kept(before):
-            self.earlier = EarlierWork(before, kept_at(before))
+        if has_saved_work(before):
+            self.earlier = EarlierWork(before, saved_at(before))
         with self._session.lock:
             self._saved, self._enabled = (self._work_fields(), self._result_fields()), True
 
@@ -165,7 +165,7 @@ class WorkStore:
         """Puts the earlier folder in place of the present one by two renames: an interruption loses
         neither."""
         folder = self._session.folder
-        fresh = folder.with_name(f"{folder.name}{FRESH}")
+        fresh = folder.with_name(f"{folder.name}{REPLACED_SUFFIX}")
         shutil.rmtree(fresh, ignore_errors=True)
         folder.rename(fresh)
         try:
@@ -175,8 +175,8 @@ class WorkStore:
             raise
         for owner in fresh.glob(OWNER):
             owner.replace(folder / OWNER)
-        if is_kept(fresh):  # what was done before the question was answered
-            set_aside(fresh, kept_at(fresh), "replaced")
+        if has_saved_work(fresh):  # what was done before the question was answered
+            set_aside(fresh, saved_at(fresh), "replaced")
         shutil.rmtree(fresh, ignore_errors=True)
 
     def _save(self) -> None:
@@ -186,7 +186,7 @@ class WorkStore:
         try:
             if not _unchanged(results, before[1]):
                 _write_file(self._session.folder / RESULTS, SavedResults(*results))
-            if not _unchanged(work, before[0]) or not is_kept(self._session.folder):
+            if not _unchanged(work, before[0]) or not has_saved_work(self._session.folder):
                 if _unchanged(work, before[0]) and _unchanged(results, before[1]):
                     return
                 _write_file(self._session.folder / WORK, content)

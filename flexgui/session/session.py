@@ -14,7 +14,7 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sentences import brief
 from flexgui.jobs.file_jobs import cancel_session
 from flexgui.library.shipped import EMBEDDED, scenario_choices
-from flexgui.places import is_kept, without_places
+from flexgui.places import has_saved_work, hide_paths
 from flexgui.session.playback import Playback
 from flexgui.session.running_job import RunningJob
 from flexgui.session.saved_work import WorkStore
@@ -85,7 +85,7 @@ class Session:
 
     def show_message(self, text: str, bad: bool = False) -> None:
         """A sentence for the person, which does not say where the server keeps what."""
-        text = without_places(text, self.folder)
+        text = hide_paths(text, self.folder)
         with self.lock:
             self.message = Message(brief(text) if bad else text, bad, self.message.number + 1)
         self.notify(Topic.MESSAGE)
@@ -170,5 +170,5 @@ class Session:
         self.playback.close()
         with self.lock:
             self._subscribers.clear()
-        if not is_kept(self.folder):
+        if not has_saved_work(self.folder):
             shutil.rmtree(self.folder, ignore_errors=True)

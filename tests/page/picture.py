@@ -19,7 +19,7 @@ from playwright.sync_api import sync_playwright
 
 from flexgui.jobs import JobPool
 from flexgui.page.in_browser import plotly_script, run_javascript
-from flexgui.server.viser_patches import expect_plotly
+from flexgui.server.viser_patches import skip_plotly_upload
 from flexgui.session.session import Session
 from tests.conftest import CHROMIUM, FLAGS, ROOT
 from tests.page.conftest import Desktop, Offered
@@ -46,7 +46,7 @@ class Served(Desktop):
 
     def _connected(self, client: viser.ClientHandle) -> None:
         run_javascript(client, plotly_script())
-        expect_plotly(client)
+        skip_plotly_upload(client)
         client.gui.configure_theme(show_logo=False, show_share_button=False)
         super()._connected(client)
 

@@ -15,7 +15,7 @@ import viser
 
 from flexgui.jobs import JobPool
 from flexgui.page.in_browser import plotly_script, run_javascript
-from flexgui.server.viser_patches import expect_plotly
+from flexgui.server.viser_patches import skip_plotly_upload
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES
 from tests.jobs.helpers import EVEN
@@ -46,7 +46,7 @@ class Served(Desktop):
 
     def _connected(self, client: viser.ClientHandle) -> None:
         run_javascript(client, plotly_script())
-        expect_plotly(client)
+        skip_plotly_upload(client)
         super()._connected(client)
 
 

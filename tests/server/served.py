@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flexgui.server.sessions import VARIABLE
+from flexgui.server.sessions import STATE_VARIABLE
 from tests.server.helpers import Browser, action
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -96,7 +96,7 @@ def served(
         process = subprocess.Popen(
             command, cwd=cwd, stdout=out, stderr=err, text=True,
             env={
-                **os.environ, "PYTHONUNBUFFERED": "1", VARIABLE: str(folder / "state"),
+                **os.environ, "PYTHONUNBUFFERED": "1", STATE_VARIABLE: str(folder / "state"),
                 **environment,
             },
         )  # fmt: skip

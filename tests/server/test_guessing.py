@@ -18,9 +18,9 @@ from websockets.http11 import Request, Response
 from flexgui.classroom import tickets
 from flexgui.classroom.tickets import CODE, KEY_FILE, TEACHER, Tickets, new_code, server_key
 from flexgui.server.access import AccessHandler
-from flexgui.server.options import neighbours
+from flexgui.server.options import address_group
 from flexgui.server.services import Limits
-from flexgui.server.sessions import VARIABLE
+from flexgui.server.sessions import STATE_VARIABLE
 from tests.server.helpers import FakeClock
 
 PORT = 8080
@@ -30,7 +30,7 @@ JOIN, TEACHERS = "K7QM-2XWP", "t0ken"
 
 @pytest.fixture(autouse=True)
 def _key(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    monkeypatch.setenv(STATE_VARIABLE, str(tmp_path))
 
 
 def made() -> AccessHandler:
@@ -112,7 +112,7 @@ def test_a_ticket_holds_over_a_restart_and_not_at_another_server(
     assert welcome is not None
     cookie = welcome.headers["Set-Cookie"].partition(";")[0]
     assert is_in(asked(made(), "192.0.2.1", cookie=cookie))
-    monkeypatch.setenv(VARIABLE, str(tmp_path / "another"))
+    monkeypatch.setenv(STATE_VARIABLE, str(tmp_path / "another"))
     assert not is_in(asked(made(), "192.0.2.1", cookie=cookie))
 
 
@@ -124,8 +124,16 @@ def test_wrong_tickets_count_as_guesses(access: AccessHandler) -> None:
 
 
 def test_machines_are_told_apart_by_what_they_may_have_to_themselves() -> None:
-    assert neighbours("2001:db8::1") == neighbours("2001:db8::ffff:2") != neighbours("2001:db9::1")
-    assert neighbours("::ffff:192.0.2.1") == neighbours("192.0.2.1") != neighbours("192.0.2.2")
+    assert (
+        address_group("2001:db8::1")
+        == address_group("2001:db8::ffff:2")
+        != address_group("2001:db9::1")
+    )
+    assert (
+        address_group("::ffff:192.0.2.1")
+        == address_group("192.0.2.1")
+        != address_group("192.0.2.2")
+    )
 
 
 def test_the_key_is_random_and_stays_and_is_nobody_elses(
@@ -133,7 +141,7 @@ def test_the_key_is_random_and_stays_and_is_nobody_elses(
 ) -> None:
     keys = []
     for name in ("one", "two"):
-        monkeypatch.setenv(VARIABLE, str(tmp_path / name))
+        monkeypatch.setenv(STATE_VARIABLE, str(tmp_path / name))
         keys.append(server_key())
         assert server_key() == keys[-1]
         assert (tmp_path / name).stat().st_mode & 0o777 == 0o700
@@ -143,5 +151,5 @@ def test_the_key_is_random_and_stays_and_is_nobody_elses(
 
 def test_without_a_folder_the_key_is_fresh(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
-    monkeypatch.setenv(VARIABLE, str(tmp_path / "file" / "below"))
+    monkeypatch.setenv(STATE_VARIABLE, str(tmp_path / "file" / "below"))
     assert len(server_key()) == 32 and server_key() != server_key()

@@ -87,7 +87,7 @@ def test_a_busy_port_gives_the_next_one_and_says_so(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with serving("--port", str(port), folder=tmp_path) as process:
-            said = first_line(process, r"Port (\d+) is busy; FlexGUI takes (\d+)")
+            said = first_line(process, r"Port (\d+) is busy; FlexGUI uses (\d+)")
             assert int(said[1]) == port < int(said[2])
             first_line(process, f"http://127.0.0.1:{said[2]}/")
             process.send_signal(signal.SIGINT)

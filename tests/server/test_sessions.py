@@ -113,7 +113,7 @@ def test_a_full_server_says_so_on_the_page(make_place: MakePlace) -> None:
     with Browser(place.server) as one, Browser(place.server) as two:
         place.page(one)
         message = two.await_message("GuiMarkdownMessage")
-        assert "1 sessions are served" in str(message)
+        assert "1 sessions are open" in str(message)
         two.listen(SILENCE)
         assert len(place.pages.all) == 1
 

@@ -20,7 +20,7 @@ from viser import _assignable_props_api as api
 from viser.infra import _async_message_buffer, _infra
 
 from flexgui.page.in_browser import AFTER_DRAWING, AFTER_REACTING
-from flexgui.server.viser_patches import NewsEvent, keep_hints
+from flexgui.server.viser_patches import ThreadSafeEvent, cache_type_hints
 from tests.server.conftest import Place
 from tests.server.helpers import Browser, apart
 
@@ -29,10 +29,10 @@ PATCHED: dict[str, tuple[Any, str]] = {
     "serve, by _served_with": (
         _infra.WebsockServer._background_worker, "59b19aac01fb31a3",
     ),
-    "npt, by keep_hints": (
+    "npt, by cache_type_hints": (
         _assignable_props_api.AssignablePropsBase._cast_value_recursive, "d6c2f32c36664ee7",
     ),
-    "message_event, by let_threads_send": (
+    "message_event, by make_events_thread_safe": (
         _async_message_buffer.AsyncMessageBuffer, "a5346247208b3f6b",
     ),
     "_handle_incoming_message, by report_errors": (
@@ -41,7 +41,7 @@ PATCHED: dict[str, tuple[Any, str]] = {
     "_thread_executor, by report_errors": (
         ViserServer.__init__, "14c27c9c9808abeb",
     ),
-    "_setup_plotly_js, by expect_plotly": (
+    "_setup_plotly_js, by skip_plotly_upload": (
         GuiApi.add_plotly, "41e384ed6d8172ae",
     ),
     "_plotly_json_str, by Plot": (_messages.GuiPlotlyProps, "2f7e4d7a28f5c8ac"),
@@ -94,7 +94,7 @@ def test_a_value_is_cast_as_before(hint: Any, name: str, monkeypatch: pytest.Mon
     numbers = np.array([0.25, 0.5, 1.0])
     value: Any = (numbers, numbers.astype(np.float32)) if "tuple[numpy" in str(hint) else numbers
     before = cast(hint, value, name)
-    keep_hints()
+    cache_type_hints()
     after = cast(hint, value, name)
     for a, b in zip(parts(before), parts(after), strict=True):
         assert a.dtype == b.dtype and np.array_equal(a, b)
@@ -123,7 +123,7 @@ class Waiter:
 
 
 def test_a_thread_that_sends_leaves_the_loops_waiters_alone() -> None:
-    event: Any = NewsEvent()
+    event: Any = ThreadSafeEvent()
     event._waiters.append(Waiter())
     apart(event.set)
     assert event.is_set()
@@ -131,7 +131,7 @@ def test_a_thread_that_sends_leaves_the_loops_waiters_alone() -> None:
 
 def test_who_waits_wakes_by_a_set_on_the_loop_even_after_one_of_a_thread() -> None:
     async def wake() -> bool:
-        event = NewsEvent()
+        event = ThreadSafeEvent()
         waiting = asyncio.create_task(event.wait())
         await asyncio.sleep(0.0)
         await asyncio.to_thread(event.set)
@@ -149,4 +149,4 @@ def test_every_browsers_messages_are_announced_so(place: Place) -> None:
         buffers = [inside._broadcast_buffer]
         buffers += [state.message_buffer for state in inside._client_state_from_id.values()]
         assert len(buffers) == 2
-        assert all(isinstance(buffer.message_event, NewsEvent) for buffer in buffers)
+        assert all(isinstance(buffer.message_event, ThreadSafeEvent) for buffer in buffers)

@@ -78,7 +78,7 @@ def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
     assert begun.wait(PATIENCE)
     one.wait()  # returns though nothing is compiled
     client = Client()
-    one.admit(client)  # type: ignore[arg-type]
+    one.add_client(client)  # type: ignore[arg-type]
     notice = client.notices[0]
     assert notice.there and notice.body.startswith("0 of 3 parts")
     assert pool.warming.locked(), "a worker would compile the same once more"
@@ -100,7 +100,7 @@ def test_a_warm_machine_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     one.start().join(PATIENCE)
     client = Client()
     one.wait()
-    one.admit(client)  # type: ignore[arg-type]
+    one.add_client(client)  # type: ignore[arg-type]
     assert pool.started.is_set()
     assert said == [] and not client.notices
 

@@ -14,7 +14,7 @@ from flexgui.classroom.demo import copy_session
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.data_folder import VARIABLE, ConfinedFolder
-from flexgui.places import without_places
+from flexgui.places import hide_paths
 from flexgui.scene.recorded_motion import load_motion
 from flexgui.session.session import Session
 from flexgui.stages.data.inspect import headers, read_file
@@ -197,5 +197,5 @@ def test_a_sentence_tells_the_last_part_of_the_servers_paths_only(
     tmp_path: Path, quote: str
 ) -> None:
     for path in (tmp_path / "a" / "th1.csv", Path.home() / "x" / "th1.csv"):
-        assert without_places(quote.format(path), tmp_path) == quote.format("th1.csv")
-    assert without_places("12 N m s/rad, /s or z1/z2", tmp_path) == "12 N m s/rad, /s or z1/z2"
+        assert hide_paths(quote.format(path), tmp_path) == quote.format("th1.csv")
+    assert hide_paths("12 N m s/rad, /s or z1/z2", tmp_path) == "12 N m s/rad, /s or z1/z2"

@@ -23,9 +23,9 @@ from flexgui.core.files import replacing
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import demo_scenario, hidden_scenario, shipped_folder
-from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
+from flexgui.places import OWNER, REPLACED_SUFFIX, RESULTS, WORK, earlier_folder, has_saved_work
 from flexgui.server import sessions
-from flexgui.server.sessions import KeptWork
+from flexgui.server.sessions import SavedWorkFolders
 from flexgui.session import saved_work
 from flexgui.session.saved_work import SavedResults, SavedWork
 from flexgui.session.scenario_edits import set_value
@@ -58,7 +58,7 @@ def same(a: Any, b: Any) -> bool:
     return bool(a == b or a != a and b != b)
 
 
-def begun(work: KeptWork, key: str = KEY) -> Session:
+def begun(work: SavedWorkFolders, key: str = KEY) -> Session:
     made = alone(key, work.begin(key))
     made.store.begin()
     return made
@@ -74,19 +74,19 @@ def dead(session: Session) -> None:
 
 
 @pytest.fixture
-def work(tmp_path: Path) -> KeptWork:
-    return KeptWork(tmp_path / "sessions")
+def work(tmp_path: Path) -> SavedWorkFolders:
+    return SavedWorkFolders(tmp_path / "sessions")
 
 
 @pytest.fixture
-def session(work: KeptWork) -> Iterator[Session]:
+def session(work: SavedWorkFolders) -> Iterator[Session]:
     made = begun(work)
     yield made
     made.close()
 
 
-def revived(work: KeptWork) -> Session:
-    again = KeptWork(work.root)
+def revived(work: SavedWorkFolders) -> Session:
+    again = SavedWorkFolders(work.root)
     assert again.knows(KEY)
     made = begun(again)
     assert made.store.earlier is not None and made.store.restore(), made.message
@@ -152,7 +152,7 @@ def test_what_is_no_record_is_neither_written_nor_read() -> None:
 
 
 def test_edits_files_and_a_challenge_are_there_again(
-    session: Session, work: KeptWork, services: Offered
+    session: Session, work: SavedWorkFolders, services: Offered
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     assert bring(session, "own.csv", good_csv(session), services)
@@ -170,7 +170,7 @@ def test_edits_files_and_a_challenge_are_there_again(
 
 
 def test_results_are_there_again(
-    session: Session, work: KeptWork, found: Session, services: Offered
+    session: Session, work: SavedWorkFolders, found: Session, services: Offered
 ) -> None:
     session.document.scenario = found.document.scenario
     session.identification.outcome = found.identification.outcome
@@ -190,7 +190,7 @@ def test_results_are_there_again(
 
 @pytest.mark.parametrize("end", [dead, Session.close])
 def test_a_study_is_there_again_and_goes_on(
-    session: Session, work: KeptWork, services: Offered, end: Callable[[Session], None]
+    session: Session, work: SavedWorkFolders, services: Offered, end: Callable[[Session], None]
 ) -> None:
     assert session.open(short().scenario)
     session.study.choose(runs=3, at_once=1)
@@ -216,7 +216,7 @@ def test_a_study_is_there_again_and_goes_on(
 
 
 def test_a_verdict_is_kept_while_the_last_fit_goes_on(
-    session: Session, work: KeptWork, found: Session
+    session: Session, work: SavedWorkFolders, found: Session
 ) -> None:
     session.document.scenario, session.diagnosis.pending = (
         found.document.scenario,
@@ -235,7 +235,7 @@ def test_a_verdict_is_kept_while_the_last_fit_goes_on(
     made.close()
 
 
-def test_what_was_shown_was_written_before(session: Session, work: KeptWork) -> None:
+def test_what_was_shown_was_written_before(session: Session, work: SavedWorkFolders) -> None:
     """Whoever hears of a change could be the last to do so."""
     copies: list[tuple[Any, Path]] = []
 
@@ -253,27 +253,27 @@ def test_what_was_shown_was_written_before(session: Session, work: KeptWork) -> 
     assert len(copies) == 5
 
 
-def test_nothing_is_kept_of_a_session_in_which_nothing_was_done(work: KeptWork) -> None:
+def test_nothing_is_kept_of_a_session_in_which_nothing_was_done(work: SavedWorkFolders) -> None:
     made = begun(work)
     assert made.wait_idle()
     made.show("Data")
     made.playback.refresh()
-    assert made.wait_idle() and not is_kept(made.folder)
+    assert made.wait_idle() and not has_saved_work(made.folder)
     made.close()
     work.end(made.folder)
     assert not list(work.root.iterdir())
 
 
-def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWork) -> None:
+def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: SavedWorkFolders) -> None:
     first = begun(work)
     assert first.document.change(set_value(("identify", "population"), 17))
     dead(first)
-    second = begun(KeptWork(work.root))
+    second = begun(SavedWorkFolders(work.root))
     second.store.decline()
-    assert second.store.earlier is None and is_kept(earlier_folder(second.folder))
+    assert second.store.earlier is None and has_saved_work(earlier_folder(second.folder))
     second.close()
     work.end(second.folder)
-    third = begun(KeptWork(work.root))
+    third = begun(SavedWorkFolders(work.root))
     assert third.store.earlier is not None
     third.store.decline()
     assert third.document.change(set_value(("identify", "population"), 19))
@@ -289,11 +289,11 @@ def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWo
 
 
 def test_work_that_cannot_be_moved_stays_and_so_does_what_is_here(
-    session: Session, work: KeptWork, monkeypatch: pytest.MonkeyPatch
+    session: Session, work: SavedWorkFolders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     dead(session)
-    made = begun(KeptWork(work.root))
+    made = begun(SavedWorkFolders(work.root))
     (made.folder / "own.csv").write_text("mine")
     here, rename = made.document.scenario, Path.rename
 
@@ -344,7 +344,7 @@ OTHER_VERSIONS: dict[str, Spoil] = {
 
 @pytest.mark.parametrize("version", OTHER_VERSIONS)
 def test_work_of_another_version_is_taken_up(
-    session: Session, work: KeptWork, version: str
+    session: Session, work: SavedWorkFolders, version: str
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
@@ -375,7 +375,7 @@ UNREADABLE: dict[str, tuple[Spoil, str]] = {
 
 @pytest.mark.parametrize("fault", UNREADABLE)
 def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
-    session: Session, work: KeptWork, fault: str
+    session: Session, work: SavedWorkFolders, fault: str
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     (session.folder / "own.csv").write_text("mine")
@@ -383,18 +383,20 @@ def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
     spoil(session.folder / WORK)
     stored = (session.folder / WORK).read_bytes()
     dead(session)
-    made = begun(KeptWork(work.root))
+    made = begun(SavedWorkFolders(work.root))
     assert not made.store.restore() and made.store.earlier is None
-    assert made.document.change(set_value(("identify", "population"), 18)) and is_kept(made.folder)
+    assert made.document.change(set_value(("identify", "population"), 18)) and has_saved_work(
+        made.folder
+    )
     made.close()
     (aside,) = work.root.glob("unread-*")
     assert aside.name in made.message.text and said in made.message.text
-    KeptWork(work.root)
+    SavedWorkFolders(work.root)
     assert (aside / WORK).read_bytes() == stored and (aside / "own.csv").read_text() == "mine"
 
 
 def test_results_that_cannot_be_read_are_set_aside_and_the_work_goes_on(
-    session: Session, work: KeptWork
+    session: Session, work: SavedWorkFolders
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     (session.folder / RESULTS).write_bytes(b"no zip")
@@ -432,14 +434,14 @@ def test_a_slow_disk_holds_up_nobody_who_moves_something_else(
     monkeypatch.setattr(saved_work, "replacing", slow)
     with ThreadPoolExecutor() as threads:
         try:
-            acted = threads.submit(act, session, services)
+            note_activity = threads.submit(act, session, services)
             assert asked.wait(SOON)
             threads.submit(session.playback.move, time=0.5).result(SOON)
         finally:
             free.set()
-        assert acted.result(SOON) and session.playback.cursor.time == 0.5
+        assert note_activity.result(SOON) and session.playback.cursor.time == 0.5
     session.run.stop()
-    assert is_kept(session.folder)
+    assert has_saved_work(session.folder)
 
 
 def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -456,7 +458,9 @@ def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPa
     )
 
 
-def test_the_folders_are_nobody_elses_and_tell_no_key(session: Session, work: KeptWork) -> None:
+def test_the_folders_are_nobody_elses_and_tell_no_key(
+    session: Session, work: SavedWorkFolders
+) -> None:
     assert work.root.stat().st_mode & 0o777 == 0o700 == session.folder.stat().st_mode & 0o777
     assert KEY not in str(session.folder)
 
@@ -474,21 +478,23 @@ def test_the_oldest_go_first_and_none_that_is_in_use(
     (root / "0" / OWNER).write_text(str(os.getpid()))
     (root / "none").mkdir()
     monkeypatch.setattr(sessions, "MOST_BYTES", 250)
-    monkeypatch.setattr(sessions, "LONGEST", float("inf"))
-    KeptWork(root)
+    monkeypatch.setattr(sessions, "LONGEST_AGE", float("inf"))
+    SavedWorkFolders(root)
     assert {p.name for p in root.iterdir()} == {"0", "4", "5"}
-    monkeypatch.setattr(sessions, "LONGEST", 1.0)
-    KeptWork(root)
+    monkeypatch.setattr(sessions, "LONGEST_AGE", 1.0)
+    SavedWorkFolders(root)
     assert {p.name for p in root.iterdir()} == {"0"}
 
 
-def test_another_server_does_not_take_what_is_in_use(session: Session, work: KeptWork) -> None:
+def test_another_server_does_not_take_what_is_in_use(
+    session: Session, work: SavedWorkFolders
+) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
-    assert not KeptWork(work.root).knows(KEY) and is_kept(session.folder)
+    assert not SavedWorkFolders(work.root).knows(KEY) and has_saved_work(session.folder)
     assert not (session.folder / RESULTS).exists()
 
 
-def test_what_was_half_written_goes_when_the_server_starts(work: KeptWork) -> None:
+def test_what_was_half_written_goes_when_the_server_starts(work: SavedWorkFolders) -> None:
     session = begun(work)
     assert session.document.change(set_value(("title",), "Mine"))
     (session.folder / "th1.csv").write_text("t")
@@ -496,23 +502,25 @@ def test_what_was_half_written_goes_when_the_server_starts(work: KeptWork) -> No
     (session.folder / ".big.zip.unpacking").mkdir()
     (session.folder / ".big.zip.unpacking" / "th3.csv").write_text("t,the")
     dead(session)
-    KeptWork(work.root)
+    SavedWorkFolders(work.root)
     assert {p.name for p in session.folder.iterdir()} == {WORK, OWNER, "th1.csv"}
 
 
 def test_a_number_that_another_process_has_by_now_is_no_owner(
-    session: Session, work: KeptWork
+    session: Session, work: SavedWorkFolders
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
-    assert not KeptWork(work.root).knows(KEY), "this process has it"
+    assert not SavedWorkFolders(work.root).knows(KEY), "this process has it"
     (session.folder / OWNER).write_text(f"{os.getpid()} 1")
-    assert KeptWork(work.root).knows(KEY), "a process of that number, but a younger one"
+    assert SavedWorkFolders(work.root).knows(KEY), "a process of that number, but a younger one"
 
 
-def test_what_was_replaced_goes_when_the_server_starts(session: Session, work: KeptWork) -> None:
+def test_what_was_replaced_goes_when_the_server_starts(
+    session: Session, work: SavedWorkFolders
+) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     dead(session)
-    replaced = session.folder.with_name(f"{session.folder.name}{FRESH}")
+    replaced = session.folder.with_name(f"{session.folder.name}{REPLACED_SUFFIX}")
     shutil.copytree(session.folder, replaced)
-    KeptWork(work.root)
-    assert not replaced.exists() and is_kept(session.folder)
+    SavedWorkFolders(work.root)
+    assert not replaced.exists() and has_saved_work(session.folder)

@@ -8,7 +8,7 @@ import pytest
 
 from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.errors import InputError
-from flexgui.places import WORK, is_kept
+from flexgui.places import WORK, has_saved_work
 from flexgui.session import scenario_document
 from flexgui.session.saved_work import SavedWork
 from flexgui.session.scenario_edits import Edit, apply_edits, set_arm, set_value
@@ -55,7 +55,7 @@ def test_places_that_a_hand_passes_are_not_heard_and_the_last_one_is_written_bef
     with CPU_LOCK.for_computing():  # nobody else computes meanwhile
         for value in (0.91e9, 0.92e9, 0.93e9):
             assert kept.document.change_while_dragging(stiffness(kept, value))
-        assert not heard and not is_kept(kept.folder)
+        assert not heard and not has_saved_work(kept.folder)
     assert kept.wait_idle(SOON) and drawn(kept, 0.93e9)
     assert [topic for topic, _ in heard].count(Topic.SCENARIO) == 1
     assert {value for _, value in heard} == {0.93e9}
@@ -72,7 +72,7 @@ def test_a_slid_scenario_is_heard_of_and_written_even_where_its_arm_cannot_be_co
     kept.subscribe(heard.append)
     assert kept.document.change_while_dragging(stiffness(kept, 0.94e9))
     assert kept.wait_idle(SOON)
-    assert Topic.SCENARIO in heard and is_kept(kept.folder)
+    assert Topic.SCENARIO in heard and has_saved_work(kept.folder)
 
 
 def test_what_is_no_scenario_changes_nothing_under_a_hand_either(kept: Session) -> None:

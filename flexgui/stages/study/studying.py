@@ -18,7 +18,7 @@ from flexgui.core.resumable.journal import Finished as FinishedCase
 from flexgui.core.resumable.journal import Journal, Record
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Task
-from flexgui.places import is_kept, without_places
+from flexgui.places import has_saved_work, hide_paths
 from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import PagePart, Topic
 from flexgui.stages.study.state import (
@@ -178,7 +178,7 @@ class Study:
 
     def _show(self, run: StudyRun) -> bool:
         """False where another one, or none, is shown."""
-        if self._session.closed and not is_kept(self._session.folder):
+        if self._session.closed and not has_saved_work(self._session.folder):
             # A run that was just beginning has made its folder anew.
             shutil.rmtree(self._session.folder, ignore_errors=True)
         if run is not self.run:
@@ -277,7 +277,7 @@ class StudyRun:
             done = self._state.done == self._state.total
             self._change(phase=DONE if done else STOPPED)
         except InputError as error:
-            self._change(phase=FAILED, sentence=without_places(str(error), self.folder))
+            self._change(phase=FAILED, sentence=hide_paths(str(error), self.folder))
         except Exception as error:
             log.exception("A study failed")
             kind = type(error).__name__
