@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class _Commands(TyperGroup):
-    """Whatever any command raises ends in plain words."""
+    """Prints every error of a command as one sentence."""
 
     def invoke(self, ctx: Any) -> Any:
         with plain_words(raw=ctx.params["traceback"]):
@@ -45,7 +45,7 @@ ScenarioArgument = Annotated[
     Path, typer.Argument(help="Scenario file (TOML), or the name of a supplied scenario.")
 ]
 DataOption = Annotated[
-    Path | None, typer.Option(help="Folder of the recordings, if not the scenario's own folder.")
+    Path | None, typer.Option(help="Folder of the recordings; default: the scenario's folder.")
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="No progress bars.")]
 
@@ -53,14 +53,14 @@ QuietOption = Annotated[bool, typer.Option("--quiet", help="No progress bars.")]
 def main() -> None:
     """The entry point of `flexgui`."""
     os.environ.setdefault("PYTHONWARNINGS", "ignore")  # of processes that a command starts
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the cores have simulations to do
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the cores run simulations
     sys.exit(run(sys.argv[1:]))
 
 
 def run(arguments: Sequence[str]) -> int:
-    """One command; its exit code. Wrong usage is one sentence, like all that is wrong.
+    """Runs one command and returns its exit code. Wrong usage is printed as one sentence.
 
-    `--traceback` may stand anywhere, although it is no command's own.
+    `--traceback` is allowed anywhere on the line.
     """
     ordered = sorted(arguments, key="--traceback".__ne__)
     try:
@@ -116,12 +116,12 @@ def export(
 @app.command()
 def serve(
     host: Annotated[
-        str | None, typer.Option(help="Address to listen on; this machine only by default.")
+        str | None, typer.Option(help="Address to listen on; default: this machine only.")
     ] = None,
-    port: Annotated[int, typer.Option(help="Port; the next free one if it is busy.")] = 8080,
+    port: Annotated[int, typer.Option(help="Port; if it is busy, the next free one.")] = 8080,
     data: Annotated[Path | None, typer.Option(help="Folder of the recordings.")] = None,
     scenario: Annotated[
-        Path | None, typer.Option(help="Scenario of a new session: a file, or a supplied one.")
+        Path | None, typer.Option(help="Scenario of a new session: a file or a supplied name.")
     ] = None,
     demo: Annotated[
         bool, typer.Option("--demo", help="Others follow the teacher's stage.")
@@ -130,13 +130,13 @@ def serve(
         bool, typer.Option("--lan", help="Open to the local network, with a join code.")
     ] = False,
     join_code: Annotated[
-        str | None, typer.Option(help="The class's code (with --lan); generated if not given.")
+        str | None, typer.Option(help="Join code of the class (with --lan); default: generated.")
     ] = None,
     origin: Annotated[
         list[str] | None,
-        typer.Option(help="Another address of the page, e.g. behind a proxy."),
+        typer.Option(help="Another address of the page, for example behind a proxy."),
     ] = None,
-    workers: Annotated[int, typer.Option(help="Identifications at the same time.")] = 2,
+    workers: Annotated[int, typer.Option(help="Identifications that run at the same time.")] = 2,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
 ) -> None:
     """Open the workbench in the browser, until Ctrl-C."""
@@ -155,7 +155,7 @@ def serve(
 
 
 def _require_page() -> None:
-    """InputError where FlexGUI was installed without its extra `page`."""
+    """InputError if FlexGUI was installed without its extra `page`."""
     missing = [name for name in ("viser", "websockets", "segno") if find_spec(name) is None]
     if missing:
         from flexgui.core.errors import InputError
@@ -171,9 +171,9 @@ def scenarios() -> None:
     from flexgui.library.shipped import scenarios as shipped
     from flexgui.library.shipped import shipped_folder
 
-    found = shipped()
-    width = max(map(len, found))
-    for name, title in found.items():
+    titles = shipped()
+    width = max(map(len, titles))
+    for name, title in titles.items():
         typer.echo(f"{name:{width}}  {title}")
     typer.echo(f"Examples are in {shipped_folder('examples')}")
     typer.echo(f"Sheets for a class are in {shipped_folder('teaching')}")
@@ -197,24 +197,24 @@ app.command("grade")(challenge.grade)
 def check(
     what: Annotated[
         Path,
-        typer.Argument(help="Scenario (TOML or the name of a supplied one), or one recording."),
+        typer.Argument(help="Scenario (TOML file or supplied name) or one recording."),
     ],
     data: DataOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Look for faults in the recordings of SCENARIO or in one FILE; exit code 1 with faults."""
+    """Check the recordings of SCENARIO, or one FILE, for faults; exit code 1 if there are any."""
     from flexgui.progress import shown_progress
 
     with shown_progress(quiet) as bars:
-        found, listed, count = _checked(what, data, bars)
+        findings, listed, count = _checked(what, data, bars)
     if as_json:
         from flexgui.export.folder import dumps
 
-        typer.echo(dumps({"findings": [one.as_json() for one in found]}), nl=False)
+        typer.echo(dumps({"findings": [finding.as_json() for finding in findings]}), nl=False)
     else:
-        typer.echo("\n".join([*listed, *_lines(found, count)]))
-    raise typer.Exit(int(any(one.is_fault for one in found)))
+        typer.echo("\n".join([*listed, *_lines(findings, count)]))
+    raise typer.Exit(int(any(finding.is_fault for finding in findings)))
 
 
 @app.command()
@@ -222,22 +222,25 @@ def plan(
     scenario: ScenarioArgument,
     out: Annotated[Path, typer.Option(help="Folder for the files; created if missing.")],
     seconds: Annotated[
-        float, typer.Option(help="Time that there is, all experiments together, in s.")
+        float, typer.Option(help="Total time available for all experiments, in s.")
     ] = 60.0,
-    known: Annotated[
-        str, typer.Option("--for", help="Parameters to know better, by commas; all else.")
+    parameters: Annotated[
+        str,
+        typer.Option("--for", help="Parameters to determine better, with commas; default: all."),
     ] = "",
-    between: Annotated[str, typer.Option(help="Two effects to tell apart, by commas: id,id.")] = "",
+    between: Annotated[str, typer.Option(help="Two effects to distinguish: id,id.")] = "",
     data: DataOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Plan the next experiments for SCENARIO within its [limits]: references to play in OUT."""
+    """Plan the next experiments for SCENARIO within its [limits]; write the references into OUT."""
     path, _ = _read(scenario, data)
     from flexgui.export.plan_files import plan_scenario
     from flexgui.progress import shown_progress
 
     with shown_progress(quiet) as bars:
-        sentences = plan_scenario(path, out, data, seconds, _names(known), _names(between), bars)
+        sentences = plan_scenario(
+            path, out, data, seconds, _names(parameters), _names(between), bars
+        )
     typer.echo("\n".join(sentences))
 
 
@@ -255,8 +258,8 @@ def _checked(
         path, scenario = _read(what, data)
         from flexgui.core.check.run_checks import check_scenario
 
-        found = check_scenario(scenario, path.parent, data, progress)
-        return found, [], len(scenario.recordings)
+        findings = check_scenario(scenario, path.parent, data, progress)
+        return findings, [], len(scenario.recordings)
     from flexgui.core.check.run_checks import check_file
     from flexgui.core.recording.read_table import read_table
     from flexgui.core.scenario.data_folder import refuse_special
@@ -265,15 +268,14 @@ def _checked(
     return check_file(what, progress), _contents(read_table(what)), 1
 
 
-def _read(given: Path, data: Path | None) -> tuple[Path, Scenario]:
-    """A scenario whose names and files are there: a slip is told before what is heavy is imported
-    or compiled."""
+def _read(name: Path, data: Path | None) -> tuple[Path, Scenario]:
+    """The scenario with checked names and files: errors come before slow imports."""
     from flexgui.core.identify.unknowns import check_names
     from flexgui.core.scenario.data_folder import outside
     from flexgui.core.scenario.read import read_scenario
     from flexgui.library.shipped import scenario_path
 
-    path = scenario_path(given)
+    path = scenario_path(name)
     scenario = read_scenario(path)
     check_names(scenario)
     outside(scenario, path.parent, data)
@@ -281,25 +283,27 @@ def _read(given: Path, data: Path | None) -> tuple[Path, Scenario]:
 
 
 def _contents(table: Table) -> list[str]:
-    """Topics and groups with their rate and span, where the file has several."""
+    """Topics and groups of the file with their rate and span, if there are several."""
     lines = []
-    for one in table.groups:
-        rate = "" if one.rate is None else f", {one.rate:.5g} Hz"
-        span = "" if one.span is None else f" over {one.span:.5g} s"
-        lines.append(f"{one.name}: {one.rows:,} samples{rate}{span}: {', '.join(one.columns)}")
+    for group in table.groups:
+        rate = "" if group.rate is None else f", {group.rate:.5g} Hz"
+        span = "" if group.span is None else f" over {group.span:.5g} s"
+        lines.append(
+            f"{group.name}: {group.rows:,} samples{rate}{span}: {', '.join(group.columns)}"
+        )
     return lines
 
 
-def _lines(found: Sequence[Finding], count: int) -> list[str]:
+def _lines(findings: Sequence[Finding], count: int) -> list[str]:
     lines = []
-    if not any(one.is_fault for one in found):
+    if not any(finding.is_fault for finding in findings):
         lines.append(f"{count} recording{'s' * (count != 1)}, no faults")
-    for one in found:
-        lines.append(f"{one.recording}, {one.channel}: {one.fault}. {one.evidence}")
-        if one.mend:
-            lines.append(f"    {one.mend}")
+    for finding in findings:
+        lines.append(f"{finding.recording}, {finding.channel}: {finding.fault}. {finding.evidence}")
+        if finding.mend:
+            lines.append(f"    {finding.mend}")
     return lines
 
 
 def _names(text: str) -> tuple[str, ...]:
-    return tuple(name for each in text.split(",") if (name := each.strip()))
+    return tuple(name for part in text.split(",") if (name := part.strip()))

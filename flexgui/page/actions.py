@@ -1,7 +1,7 @@
-"""Buttons, selections and sliders in the page's own HTML: what a person does with them.
+"""Buttons and selections in the page's own HTML, and the actions that they call.
 
-viser's HTML panels are one-way. `browser/actions.js` writes what was pressed into a text field that
-nobody sees, whose values the server's guard bounds as it does every other input's.
+viser's HTML is one-way: `browser/actions.js` writes what was pressed into a hidden text field,
+whose values the server's guard checks like those of every other input.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ Text = Annotated[str, Meta(max_length=200)]
 
 
 class Press(msgspec.Struct, array_like=True):
-    """One of them was used."""
+    """A button or selection was used."""
 
     number: Annotated[int, Meta(ge=0)]
-    """Rises from one to the next: the field changes although the same button is pressed again."""
+    """Increases with each press, so that a second press of the same button changes the field."""
     action: Text
     value: Text = ""
 
@@ -31,7 +31,7 @@ Action = Callable[[str], object]
 
 
 class Actions:
-    """What the page's own HTML can do, by name."""
+    """The actions of the page's own HTML, by name."""
 
     def __init__(self) -> None:
         self._actions: dict[str, Action] = {}
@@ -39,7 +39,7 @@ class Actions:
         self._newest = -1
 
     def build(self, gui: viser.GuiApi) -> None:
-        """Makes the field, inside the container that is open."""
+        """Makes the hidden field, inside the open container."""
         gui.add_html("<div class='fx'><span class='fx-actions'></span></div>")
         field = gui.add_text("Action", "")
 
@@ -54,7 +54,7 @@ class Actions:
         self._actions[name] = action
 
     def enter(self, text: str) -> None:
-        """What the browser has written; nothing happens where it makes no sense."""
+        """Calls the action of the text that the browser has written; ignores an invalid text."""
         try:
             press = msgspec.json.decode(text, type=Press)
         except msgspec.DecodeError:
@@ -74,7 +74,7 @@ def press(
     hint: str = "",
     able: bool = True,
 ) -> Markup:
-    """A button; `kind` is a class of the page's style: 'main' invites, 'link' is a word."""
+    """A button; `kind` is a class of the page's style: 'main' is highlighted, 'link' is text."""
     return Markup(
         "<button type='button' class='{}' data-action='{}' data-value='{}' title='{}'{}>{}</button>"
     ).format(kind, action, value, hint, "" if able else Markup(" disabled"), label)
@@ -83,8 +83,8 @@ def press(
 def selection(
     label: str, name: str, options: dict[str, str], chosen: str, kept: bool = False
 ) -> Markup:
-    """One of some values, each with its words: for the action `name`, or `kept` by the browser
-    under that name, which alone knows it."""
+    """A selection among values with their texts: for the action `name`, or `kept` by the browser
+    under that name only."""
     rows = Markup("").join(
         Markup("<option value='{}'{}>{}</option>").format(
             value, Markup(" selected") if value == chosen else "", words

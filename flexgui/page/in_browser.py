@@ -1,6 +1,5 @@
-"""What runs in the browser itself, in `browser/`: the page's style, the curtain that stands before
-it until it is drawn, what is pressed in its own HTML, the
-time-line, names for those who hear the page, figures to copy."""
+"""Loads the scripts and styles of `browser/` into the page: the curtain, buttons in HTML, the
+time-line, names for screen readers, figures to copy."""
 
 from __future__ import annotations
 
@@ -13,13 +12,13 @@ import viser
 from viser import _messages
 
 PURPOSE = "Find the physics your model lacks."
-"""What the page is for, in one line."""
+"""The page's purpose, in one line."""
 
 CONNECTING = "Loading the page"
 PREPARING = "Preparing the equations"
 BUILDING = "Building the model and its responses"
 DRAWING = "Drawing the arm and the plots"
-"""What is prepared, in this order; the curtain ticks them off."""
+"""The steps of loading, in this order; the curtain ticks them off."""
 
 STYLE = """(() => {
   if (document.getElementById("fx-style")) return;
@@ -33,7 +32,7 @@ SCRIPTS = ("page.js", "actions.js", "timeline.js", "plots.js", "files.js")
 
 @cache
 def asset(name: str) -> str:
-    """The text of a file that browsers get."""
+    """The text of a file in `browser/`."""
     return (Path(__file__).parent / "browser" / name).read_text(encoding="utf-8")
 
 
@@ -43,43 +42,43 @@ def _scripts() -> str:
 
 
 def install_scripts(client: viser.ClientHandle) -> None:
-    """For this browser, before its page is built; a second time it does nothing."""
+    """Runs all scripts in this browser, before its page is built; a second call does nothing."""
     run_javascript(client, _scripts())
 
 
 def watch_connection(client: viser.ClientHandle) -> None:
-    """From now on the browser looks by itself whether the server is there."""
+    """Makes the browser check repeatedly whether the server answers."""
     run_javascript(client, asset("watch.js"))
 
 
 def show_progress(client: viser.ClientHandle, text: str) -> None:
-    """Say below the curtain's title what is waited for, where a curtain still stands."""
+    """Shows a step of loading on the curtain, if it is still there."""
     run_javascript(
-        client, f"window.fxTell && window.fxTell({json.dumps(text, ensure_ascii=False)})"
+        client, f"window.fxShowStep && window.fxShowStep({json.dumps(text, ensure_ascii=False)})"
     )
 
 
 def remove_curtain(client: viser.ClientHandle) -> None:
-    """Show the page, which has been drawn; a second time it does nothing."""
-    run_javascript(client, "window.fxLift && window.fxLift()")
+    """Removes the curtain from the drawn page; a second call does nothing."""
+    run_javascript(client, "window.fxRemoveCurtain && window.fxRemoveCurtain()")
 
 
 def run_javascript(client: viser.ClientHandle, script: str) -> None:
-    """Run a script in this browser, after what it was sent before."""
+    """Runs a script in this browser, after all messages sent before."""
     client._websock_connection.queue_message(_messages.RunJavascriptMessage(script))
 
 
 AFTER_DRAWING = re.compile(
     r"(function \w+\((\w+)\)\{var (\w+)=\2\._fullLayout;)(?=\3\._redrawFromAutoMarginCount\?)"
 )
-"""The last step of a drawing, which fails where the plot was taken from the page meanwhile."""
+"""The last step of a drawing, which fails if the plot was removed from the page meanwhile."""
 AFTER_REACTING = re.compile(r"\.emit(?=\(\"plotly_react\")")
-"""So does this one."""
+"""This step fails in the same case."""
 
 
 @cache
 def plotly_script() -> str:
-    """plotly.js 7.1.0 without two of its faults."""
+    """plotly.js 7.1.0 with two faults corrected."""
     from plotly.offline import get_plotlyjs
 
     text = AFTER_DRAWING.sub(r"\1if(!\3||!\2.emit)return;", get_plotlyjs())

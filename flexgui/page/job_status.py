@@ -1,4 +1,4 @@
-"""How the running job stands, above its stage, with the button that stops it."""
+"""The progress of the running job, above its stage, with the button that stops it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from flexgui.page.widgets import HtmlBlock, button, paragraph
 
 
 class JobStatus(PageElement):
-    """Seen while a job of one of `kinds` waits or runs."""
+    """Shown while a job of one of `kinds` waits or runs."""
 
     def __init__(self, context: PageContext, *kinds: str) -> None:
         super().__init__(context)
@@ -31,7 +31,7 @@ class JobStatus(PageElement):
         return run.busy and run.kind in self._kinds
 
     def refresh(self, otherwise: str) -> None:
-        """`otherwise` is what stands there while nothing runs."""
+        """`otherwise` is the text while no job runs."""
         running, run = self.running, self.session.run.state
         self._bar.visible = self._stop.visible = running
         self._bar.value = 100.0 * (run.share if run.share is not None else 1.0)
@@ -43,7 +43,7 @@ class JobStatus(PageElement):
 
 
 def status_texts(run: JobState) -> tuple[str, str, str]:
-    """The stage and how far it is; what it is at; and what is said in a lower voice."""
+    """The stage and its progress, the present activity, and a note in small print."""
     if run.phase == QUEUED:
         place = "" if run.place is None else f", place {run.place} in the queue"
         return f"Waiting{place}.", "", ""

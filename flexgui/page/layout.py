@@ -1,8 +1,7 @@
-"""Who gets how much of the window: in a narrow one plots and stages leave the arm its room. Light
-or dark: as the system is, or as a person has chosen, which their browser keeps.
+"""The widths of the page's panels for the size of a browser's window, and its light or dark theme.
 
-The server is told the size of the 3-D picture only, in pixels of the screen; the window's is
-written down by the browser when it is asked, in the pixels that panels are measured in.
+viser reports only the size of the 3-D picture, in pixels of the screen. A script in the browser
+stores the window's size in the pixels of the panels, and the server reads it from there.
 """
 
 from __future__ import annotations
@@ -22,31 +21,31 @@ from flexgui.page.in_browser import asset, run_javascript
 log = logging.getLogger(__name__)
 
 PLOTS, CONTROLS, ARM = 560.0, 400.0, 420.0
-"""px: what each wants, of a usual window."""
+"""px: preferred widths in a usual window."""
 PLOTS_SHARE = 0.37
-"""Of a wide window, for the plots."""
+"""Share of a wide window for the plots."""
 TWO_COLUMNS = 820.0
-"""px of the plots from which they stand in two columns; `browser/page.css` says the same."""
+"""px of the plots from which they stand in two columns; the same as in `browser/page.css`."""
 BORDERS = 8.0
 """px of both panels' borders."""
 LEAST_PLOTS, LEAST_CONTROLS = 320.0, 340.0
-"""px below which figures cannot be read, and the stages' buttons not be pressed."""
+"""px: narrower figures cannot be read and narrower buttons cannot be pressed."""
 PHONE = 576.0
-"""px: viser puts all panels into one sheet, up to here."""
+"""px: up to this width viser puts all panels into one sheet."""
 LINE_HEIGHT = 56.0
 """px of the time-line over the 3-D picture."""
 
 STORED_AS, THEME_KEPT_AS = "flexgui-window", "flexgui-theme"
-"""In the browser's storage: what browser/window.js measures, and the theme that was chosen."""
-PATIENCE, CALM = 0.5, 0.3
+"""Keys of the browser's storage: what browser/window.js measures, and the chosen theme."""
+ANSWER_TIMEOUT, RESIZE_DELAY = 0.5, 0.3
 """s for an answer, and from the first change of a size to the question."""
-LATER, LONG = 1.0, 4.0
-"""s until a browser that was too busy for its first answer is asked again, and for that one: a page
-that takes a phone for a wide window would hide the arm."""
-TRIES = 5
-"""Questions of that kind; a browser that has not answered until then writes nothing down."""
-NOTICED = 0.005
-"""Share by which the picture's shape changes when it counts."""
+RETRY_DELAY, LATE_TIMEOUT = 1.0, 4.0
+"""s until a browser that did not answer is asked again, and for that answer: on a phone the layout
+of a wide window would hide the arm."""
+MOST_RETRIES = 5
+"""Later questions; a browser that has not answered by then never will."""
+LEAST_CHANGE = 0.005
+"""Relative change of the picture's aspect from which the browser is asked again."""
 _ANSWER = re.compile(
     r"(\d{2,5}) (\d{2,5}) (\d{1,5})(?: (light|dark)(?: (light|dark))?)?( gpu)?", re.ASCII
 )
@@ -54,7 +53,7 @@ _ANSWER = re.compile(
 
 @dataclass(frozen=True)
 class Window:
-    """A browser's window in px; `picture` is the width left for the arm, 0 where not known."""
+    """A browser's window in px; `picture` is the width left for the arm, 0 if not known."""
 
     width: float = 1600.0
     height: float = 900.0
@@ -67,44 +66,44 @@ class Window:
 
     @property
     def phone(self) -> bool:
-        """Whether it is as narrow as a phone's."""
+        """Whether the window is as narrow as a phone's."""
         return self.width <= PHONE
 
 
 @dataclass(frozen=True)
 class Widths:
-    """px of what stands beside the 3-D picture."""
+    """px of the two panels beside the 3-D picture."""
 
     plots: float
     controls: float
 
     @property
     def columns(self) -> int:
-        """In which the plots stand."""
+        """The number of columns of the plots."""
         return 2 if self.plots >= TWO_COLUMNS else 1
 
 
 def window_of(text: str | None) -> Window | None:
-    """Of what the browser wrote down; None where that makes no sense."""
-    found = _ANSWER.fullmatch(text or "")
-    if found is None:
+    """The window from the browser's stored text; None if it is not valid."""
+    match = _ANSWER.fullmatch(text or "")
+    if match is None:
         return None
-    width, height, picture, system, theme, gpu = found.groups()
+    width, height, picture, system, theme, gpu = match.groups()
     sizes = float(width), float(height), float(picture)
     return Window(*sizes, system == "dark", theme or "", bool(gpu))
 
 
 def widths(window: Window) -> Widths:
-    """Plots and stages give what the arm misses, each in proportion to what it can spare."""
-    wanted = max(PLOTS, PLOTS_SHARE * window.width)
-    spare_plots, spare_controls = wanted - LEAST_PLOTS, CONTROLS - LEAST_CONTROLS
-    missing = wanted + CONTROLS + BORDERS + ARM - window.width
-    share = min(max(missing / (spare_plots + spare_controls), 0.0), 1.0)
-    return Widths(round(wanted - share * spare_plots), round(CONTROLS - share * spare_controls))
+    """Both panels shrink until the arm has enough width, each in proportion to its spare width."""
+    plots = max(PLOTS, PLOTS_SHARE * window.width)
+    spare_plots, spare_controls = plots - LEAST_PLOTS, CONTROLS - LEAST_CONTROLS
+    lacking = plots + CONTROLS + BORDERS + ARM - window.width
+    share = min(max(lacking / (spare_plots + spare_controls), 0.0), 1.0)
+    return Widths(round(plots - share * spare_plots), round(CONTROLS - share * spare_controls))
 
 
 def aspect(window: Window) -> float:
-    """Width over height of what the panels leave of the window."""
+    """Width over height of the 3-D picture."""
     if window.phone:
         return window.width / window.height
     shares = widths(window)
@@ -113,24 +112,24 @@ def aspect(window: Window) -> float:
 
 
 def covered(window: Window) -> float:
-    """Share of the picture's height that the time-line lies over, from below."""
+    """Share of the picture's height that the time-line covers at the bottom."""
     return min(2.0 * LINE_HEIGHT / window.height, 0.5)
 
 
-Take = Callable[[Window, Widths], None]
+WindowCallback = Callable[[Window, Widths], None]
 
 
 class PageLayout:
-    """Asks one browser at the start, and again when its picture has changed its shape."""
+    """Asks one browser for its window, at the start and when its picture has changed its shape."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
-        self._takers: list[Take] = []
+        self._callbacks: list[WindowCallback] = []
         self._reporting = threading.RLock()
         self._answered, self._tries = False, 0
         self._shape = client.camera.aspect
         self.window = self._reported = Window()
-        # Of several questions that wait, by the time at which each is due, the first is asked.
+        # Items are the times at which a question is due; of several the first is kept.
         self._questions = Inbox(
             self._again, lambda waiting, due: waiting or [due],
             lambda waiting: waiting[0] - time.monotonic(),
@@ -140,41 +139,41 @@ class PageLayout:
         self._first.start()
         client.camera.on_update(self._moved)
 
-    def begin(self, *takers: Take) -> None:
-        """Tells them at once, and after each change."""
-        self._first.join(2.0 * PATIENCE)
-        # It was the whole window's: no panel stood there yet.
+    def begin(self, *callbacks: WindowCallback) -> None:
+        """Calls the callbacks at once, and after each change."""
+        self._first.join(2.0 * ANSWER_TIMEOUT)
+        # It was the whole window's width: there was no panel yet.
         self.window = replace(self.window, picture=0.0)
-        self._takers += takers
+        self._callbacks += callbacks
         self._report()
         if not self._answered:
-            self._questions.put(time.monotonic() + LATER)
+            self._questions.put(time.monotonic() + RETRY_DELAY)
 
     def close(self) -> None:
-        """Asks and tells nothing more: what would take it will be removed."""
+        """Asks nothing more and calls no callback any more."""
         self._questions.close()
         with self._reporting:
-            self._takers.clear()
+            self._callbacks.clear()
 
     async def _moved(self, camera: viser.CameraHandle) -> None:
-        """On the event loop, with every turn of the view."""
-        if abs(camera.aspect / self._shape - 1.0) >= NOTICED:
-            self._questions.put(time.monotonic() + CALM)
+        """On the event loop, at every turn of the view."""
+        if abs(camera.aspect / self._shape - 1.0) >= LEAST_CHANGE:
+            self._questions.put(time.monotonic() + RESIZE_DELAY)
 
     def _again(self, _: list[float]) -> None:
         self._shape = self._client.camera.aspect
         late = not self._answered
-        self._ask(LONG if late else PATIENCE)
+        self._ask(LATE_TIMEOUT if late else ANSWER_TIMEOUT)
         if late:  # measured beside panels that still have the widths of a wide window
             self.window = replace(self.window, picture=0.0)
         # An answer that came too late for the beginning counts too.
         if self.window != self._reported:
             self._report()
         self._tries += 1
-        if not self._answered and self._tries < TRIES:
-            self._questions.put(time.monotonic() + LATER)
+        if not self._answered and self._tries < MOST_RETRIES:
+            self._questions.put(time.monotonic() + RETRY_DELAY)
 
-    def _ask(self, patience: float = PATIENCE) -> None:
+    def _ask(self, patience: float = ANSWER_TIMEOUT) -> None:
         run_javascript(self._client, asset("window.js"))
         try:
             answer = window_of(self._client.local_storage.get_item(STORED_AS, patience))
@@ -188,7 +187,7 @@ class PageLayout:
         self._reported = self.window
         shares = widths(self.window)
         with self._reporting:
-            for take in self._takers:
+            for take in self._callbacks:
                 take(self.window, shares)
 
 
@@ -197,25 +196,25 @@ THEMES = (AS_SYSTEM, LIGHT, DARK)
 
 
 class Theme:
-    """Of one browser's page."""
+    """The theme of one browser's page."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
         self.chosen, self.dark = AS_SYSTEM, False
         self._system_dark = False
         client.gui.configure_theme(show_share_button=False, show_logo=False)
-        self.followers: list[Callable[[bool], None]] = []
+        self.callbacks: list[Callable[[bool], None]] = []
         """Called with whether the page is dark, when that changes."""
 
     def fit(self, window: Window, shares: Widths) -> None:
-        """As the browser says: how its system is, and what was chosen in it before."""
+        """Takes the system's theme and the stored choice from the browser."""
         self._system_dark = window.system_dark
         if window.theme in (LIGHT, DARK):
             self.chosen = window.theme
         self._apply()
 
     def choose(self, name: str) -> None:
-        """One of `THEMES`; the browser keeps it."""
+        """Sets one of `THEMES`; the browser stores it."""
         self.chosen = name if name in THEMES else AS_SYSTEM
         self._client.local_storage.set_item(THEME_KEPT_AS, self.chosen)
         self._apply()
@@ -226,5 +225,5 @@ class Theme:
             return
         self.dark = dark
         self._client.gui.configure_theme(dark_mode=dark, show_share_button=False, show_logo=False)
-        for follower in self.followers:
-            follower(dark)
+        for callback in self.callbacks:
+            callback(dark)

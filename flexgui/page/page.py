@@ -1,5 +1,5 @@
-"""The page of one browser: stages on the right, their plots on the left, the arm between them. What
-changed is drawn on another thread, so that no callback ever waits for a drawing."""
+"""The page of one browser: stages on the right, their plots on the left, the arm between them.
+Changes are drawn on another thread, so that no callback waits for a drawing."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from flexgui.session.session import Session
 from flexgui.session.state import INTERNAL_FAULT, STAGES, WORK_STAGES, PagePart, Topic
 
 CURSOR_INTERVAL = 0.12
-"""s: a plot is sent whole each time."""
+"""s between two moves of the cursor in plots while a recording plays."""
 
 BESIDE = 20.0
-"""px of the left panel that are not the figures'."""
+"""px of the left panel beside the figures."""
 
 
 def build_page(client: viser.ClientHandle, session: Session, read_only: bool = False) -> Page:
-    """Builds everything from the session's state; a follower's page is `read_only`."""
+    """Builds the page from the session's state; a follower's page is `read_only`."""
     return Page(PageContext(client, session, read_only))
 
 
 class Page(PageElement):
-    """Lives as long as the browser's connection."""
+    """The page; it lives as long as the browser's connection."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -52,7 +52,7 @@ class Page(PageElement):
         self._panels: dict[str, Panel] = {stage: panel_of(stage)(context) for stage in STAGES}
         context.actions.build(gui)
         self._offer = RestoreQuestion(context)
-        self._steps = StageBar(context, self._panels, lambda: self._tour.way)
+        self._steps = StageBar(context, self._panels, lambda: self._tour.label)
         self._tour = Tour(context)
         self._cursor_drawn, self._behind_curtain = 0.0, True
         self._left = gui.add_panel()
@@ -79,7 +79,7 @@ class Page(PageElement):
             session.playback.refresh()
 
     def close(self) -> None:
-        """Stops drawing; the session lives on."""
+        """Stops drawing; the session goes on."""
         self._end()
         self.context.faults.closed = True
         self._layout.close()
@@ -87,7 +87,7 @@ class Page(PageElement):
         self._scene.close()
 
     def _fit(self, window: Window, shares: Widths) -> None:
-        """Whoever has moved a border keeps it until the window itself asks for others."""
+        """Sets the panels' widths if the window needs other ones; else a moved border stays."""
         if (shares.plots, shares.controls) != self._docked:
             self._docked = (shares.plots, shares.controls)
             self._left.set_width(shares.plots)
@@ -96,7 +96,7 @@ class Page(PageElement):
         self.context.plot_area.resize(width - BESIDE, shares.columns)
 
     def _cursor_is_due(self) -> bool:
-        """While it plays the arm moves at every frame, plots and slider less often."""
+        """Whether to move the plots' cursor: while a recording plays, less often than the arm."""
         now = time.monotonic()
         playing = self.session.playback.cursor.playing
         due = not playing or now - self._cursor_drawn > CURSOR_INTERVAL
@@ -104,15 +104,15 @@ class Page(PageElement):
         return due
 
     def _in_folders(self, build: Callable[[Panel], None]) -> list[tuple[str, Any]]:
-        """A folder for each stage; only that of the stage that is shown is seen."""
-        folders, around = [], self.context.syncs
+        """Makes a folder for each stage; only that of the shown stage is visible."""
+        folders, outer_syncs = [], self.context.syncs
         for stage, panel in self._panels.items():
             folder = self.gui.add_folder(None, visible=stage == self.session.stage)
             self.context.syncs = self._syncs.setdefault(stage, [])
             with folder:
                 build(panel)
             folders.append((stage, folder))
-        self.context.syncs = around
+        self.context.syncs = outer_syncs
         return folders
 
     def _build_plots(self, panel: Panel) -> None:
@@ -127,21 +127,21 @@ class Page(PageElement):
         if self._behind_curtain and self.session.document.live_model is not None:
             self._behind_curtain = False
             remove_curtain(self.context.client)
-        # Not at the next sixtieth of a second: a hand on a slider feels it.
+        # At once, not at the next sixtieth of a second: dragging a slider feels slow else.
         self.context.client.flush()
 
     def _due(self, topics: frozenset[Topic]) -> Iterator[tuple[PagePart, Callable[[], object]]]:
-        """What is to be drawn, each by itself: one that fails keeps no other from being drawn."""
+        """The parts to draw; a fault in one does not affect the others."""
         shown = self._panels[self.session.stage]
-        around = (*self.context.syncs, self._timeline.refresh)
+        outer_syncs = (*self.context.syncs, self._timeline.refresh)
         yield PagePart.FRAME, partial(self._draw_frame, topics)
         yield PagePart.ARM, partial(self._scene.draw, topics)
         if Topic.STAGE in topics or topics & shown.topics:
             yield PagePart.PLOTS, shown.refresh
         if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
-            yield PagePart.CURSOR, partial(_each, *around, shown.move_cursor)
+            yield PagePart.CURSOR, partial(_each, *outer_syncs, shown.move_cursor)
         elif Topic.STAGE in topics:
-            yield PagePart.CURSOR, partial(_each, *around)
+            yield PagePart.CURSOR, partial(_each, *outer_syncs)
         if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
             yield PagePart.INPUTS, partial(_each, *self._syncs[self.session.stage])
 
@@ -157,7 +157,7 @@ class Page(PageElement):
             self._tour.refresh()
 
     def _draw_slow_parts(self) -> None:
-        """Nothing has moved for a moment."""
+        """Draws the slow parts of the shown stage."""
         with self.context.client.atomic(), self.context.faults.watch(PagePart.LATE_PLOTS):
             self._panels[self.session.stage].draw_slow_parts()
 
@@ -179,7 +179,7 @@ FOLLOWS = Markup("<p class='follows'><b>You follow the teacher.</b> {}</p>").for
     "copy to change things. It stays yours after a reload."
 )
 COLUMNS = Markup("<span class='fx-plots'></span>")
-"""A mark: in a wide window the plots around it stand in columns."""
+"""A mark for the style: in a wide window the plots around it stand in columns."""
 STEPS = Markup(
     "<nav class='steps fx-bar' aria-label='Stages'><div>{}</div>"
     "<div class='beside'>{}<span></span>{} {}</div></nav>"
@@ -198,22 +198,21 @@ IN_FIGURES = {
 
 
 class StageBar(PageElement):
-    """The stages of the work on top of the main panel, which of them are done, and the newest
-    message."""
+    """The stages on top of the main panel, with marks for done ones, and the newest message."""
 
     def __init__(
         self, context: PageContext, panels: Mapping[str, Panel], tour: Callable[[], str]
     ) -> None:
-        """`tour` is the word that leads to the tour or out of it."""
+        """`tour` returns the label of the button that starts or leaves the tour."""
         super().__init__(context)
-        self._panels, self._way = panels, tour
+        self._panels, self._tour_label = panels, tour
         HtmlBlock(self.gui, FOLLOWS if context.read_only else "")
         self._steps, self._message, self._old = (HtmlBlock(self.gui) for _ in range(3))
         context.actions.register("stage", self.session.show)
         context.actions.register("theme", context.theme.choose)
 
     def refresh(self) -> None:
-        """Shows which stage is active, the newest message, and what is not up to date."""
+        """Shows the active stage, the newest message, and which parts are outdated."""
         self._steps.show(self._written())
         message = self.session.message
         self._message.show(paragraph(message.text, "bad" if message.bad else "good"))
@@ -221,11 +220,11 @@ class StageBar(PageElement):
 
     def _written(self) -> Markup:
         steps, beside = (
-            Markup("").join(map(self._step, some))
-            for some in (WORK_STAGES, STAGES[len(WORK_STAGES) :])
+            Markup("").join(map(self._step, stages))
+            for stages in (WORK_STAGES, STAGES[len(WORK_STAGES) :])
         )
-        way = self._way()
-        tour = press(way, "tour", kind="link") if way else ""
+        label = self._tour_label()
+        tour = press(label, "tour", kind="link") if label else ""
         return STEPS.format(steps, beside, tour, settings_menu(self.context))
 
     def _step(self, stage: str) -> Markup:
@@ -235,7 +234,7 @@ class StageBar(PageElement):
 
 
 def not_updated(parts: frozenset[PagePart]) -> list[Markup]:
-    """Says which parts of the page show an older state, and marks its figures where they do."""
+    """A sentence on outdated parts of the page, and a mark if its figures are among them."""
     if not parts:
         return []
     words = ", ".join(sorted(part.value for part in parts))
@@ -252,11 +251,11 @@ KEPT = {
     "text": ("Text size", {"100": "usual", "115": "larger", "130": "largest"}),
     "look": ("3-D view", {"auto": "automatic", "fine": "with shadows", "plain": "plain, faster"}),
 }
-"""What the browser alone knows: `browser/page.js` stores it and puts it into effect."""
+"""Settings that only the browser stores; `browser/page.js` applies them."""
 
 
 def settings_menu(context: PageContext) -> Markup:
-    """A menu that unfolds."""
+    """The settings menu."""
     themes = {name: name for name in THEMES}
     rows = [selection("Colours", "theme", themes, context.theme.chosen)]
     for name, (label, options) in KEPT.items():

@@ -1,4 +1,4 @@
-"""The contract of a stage's panel, and what every piece of one browser's page works with."""
+"""The contract of a stage's panel, and the context that all elements of one page share."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from flexgui.session.state import Faults, Topic
 
 @dataclass
 class PageContext:
-    """One browser's page: its client and its session."""
+    """What the elements of one browser's page share: its client, its session, its theme."""
 
     client: viser.ClientHandle
     session: Session
     read_only: bool = False
-    """A follower sees everything and changes nothing: no callback is registered at all."""
+    """For a follower, who sees everything and changes nothing: no callback is registered."""
     syncs: list[Callable[[], None]] = field(default_factory=list)
-    """Called when the session changed, each brings one input up to date: of the stage that is being
-    built, and after that of what stands around all stages."""
+    """Functions that update one input each when the session has changed: those of the stage that is
+    being built, later those of inputs outside the stages."""
     plot_area: PlotArea = field(default_factory=PlotArea)
     actions: Actions = field(default_factory=Actions)
-    """What the HTML of this page can do."""
+    """The actions of buttons in the page's HTML."""
 
     def __post_init__(self) -> None:
         self.faults = Faults(lambda: self.session.notify(Topic.MESSAGE))
-        """Of this page's own parts."""
+        """Faults of this page's own parts."""
         self.theme = Theme(self.client)
 
     @property
@@ -43,14 +43,14 @@ class PageContext:
 
 
 class PageElement:
-    """Some widgets that belong together."""
+    """A group of widgets."""
 
     def __init__(self, context: PageContext) -> None:
         self.context = context
 
     @property
     def session(self) -> Session:
-        """What the page shows."""
+        """The session that the page shows."""
         return self.context.session
 
     @property
@@ -59,12 +59,12 @@ class PageElement:
         return self.context.gui
 
     def enable(self, able: bool, *inputs: Any) -> None:
-        """Whether inputs can be used; by a follower none."""
+        """Enables or disables inputs; a follower's stay disabled."""
         for each in inputs:
             each.disabled = not able or self.context.read_only
 
     def send(self, name: str, content: bytes, without: str = "") -> None:
-        """A file for the browser; `without` says why it lacks the recordings."""
+        """Sends a file to the browser; `without` is the reason why it has no recordings."""
         self.context.client.send_file_download(name, content, save_immediately=True)
         lacks = f", without recordings: {without}" if without else ""
         sentence = f"{name} was sent to your browser{lacks}"
@@ -72,16 +72,16 @@ class PageElement:
 
 
 class Panel(PageElement, ABC):
-    """Controls on the right, plots on the left; both are built once and then kept up to date."""
+    """Controls on the right, plots on the left; both are built once and then updated."""
 
     kind: ClassVar[str] = ""
-    """The stage that it belongs to."""
+    """The name of its stage."""
     topics: ClassVar[frozenset[Topic]] = frozenset()
-    """What makes it draw itself anew."""
+    """Topics after which it is drawn again."""
 
     @property
     def done(self) -> bool:
-        """Whether its work stands as the scenario is now."""
+        """Whether its work is done for the present scenario."""
         return False
 
     @abstractmethod
@@ -100,4 +100,4 @@ class Panel(PageElement, ABC):
         """The time-line's cursor moved."""
 
     def draw_slow_parts(self) -> None:  # noqa: B027 (most have nothing that takes long)
-        """Draws what takes long, once nothing has changed for a moment; after `refresh`."""
+        """Draws slow parts after `refresh`, once nothing has changed for a moment."""

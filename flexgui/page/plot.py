@@ -22,39 +22,39 @@ WIDTH = 540.0
 
 
 class PlotArea:
-    """How wide the figures of one page are: they keep their height in px in a narrower panel."""
+    """The width of the figures of one page; in a narrower panel they keep their height in px."""
 
     def __init__(self) -> None:
         self.width, self.columns = WIDTH, 1
         self.plots: list[Plot] = []
 
     def resize(self, width: float, columns: int) -> None:
-        """px of the whole paper; all figures follow."""
+        """Sets the width in px and the number of columns; all figures follow."""
         if (width, columns) != (self.width, self.columns):
             self.width, self.columns = width, columns
             for plot in self.plots:
                 plot.fit()
 
     def figure_width(self, wide: bool) -> float:
-        """px of one figure, which is as wide as the paper or as one of its columns."""
+        """px of one figure, which is as wide as the area or as one of its columns."""
         return self.width if wide else self.width / self.columns
 
 
 class _Blank:
-    """What viser asks of a figure: Plotly's own takes longer to make than a page's other parts."""
+    """The part of a figure that viser needs: Plotly's own class is slow to make."""
 
     def to_json(self) -> str:
         return '{"data":[],"layout":{}}'
 
 
 class Plot:
-    """One figure; hidden where there is nothing to draw."""
+    """One figure; hidden if there is nothing to draw."""
 
     def __init__(
         self, context: PageContext, aspect: float, title: str = "", wide: bool = False
     ) -> None:
         """`aspect` is height over width in a usual window; `title` for figures that have none;
-        `wide`: over all columns of the paper."""
+        `wide`: over all columns."""
         self._context, self._title, self._height = context, title, aspect * WIDTH
         self._wide = wide
         if wide:
@@ -86,22 +86,22 @@ class Plot:
     def show_whole(self, figure: Figure | go.Figure | None, height: float = 0.0) -> None:
         """Draws one of the report's figures; `height` in px, 0: as high as it wants to be."""
         drawn = None if figure is None else plain(figure)
-        wanted = 0.0 if drawn is None else float(drawn["layout"].get("height") or WIDTH / 2)
-        self.show(drawn, height=height or wanted)
+        full_height = 0.0 if drawn is None else float(drawn["layout"].get("height") or WIDTH / 2)
+        self.show(drawn, height=height or full_height)
 
     def fit(self) -> None:
-        """As high as it was, in a panel of another width; one that was removed stays so."""
+        """Keeps the height in px in a panel of another width."""
         if not self._handle._impl.removed:
             self._handle.aspect = self._height / self._context.plot_area.figure_width(self._wide)
 
     @property
     def _key(self) -> str:
-        """By which the browser finds the figure as it was drawn last."""
+        """The key of the figure as it was drawn last, for the browser."""
         return f"{self._handle._impl.uuid}-{self._sent}"
 
     def move_cursor(self, cursor: float | None) -> None:
-        """The same figure with the cursor elsewhere, in s: the browser alone draws it. The figure
-        sent anew at each tick would be 400 KB a second while a recording plays."""
+        """Moves the cursor to a time in s, in the browser only: sending the figure again would need
+        400 KB a second while a recording plays."""
         key, at = json.dumps(self._key), json.dumps(cursor)
         message = _messages.RunJavascriptMessage(f"window.fxCursor && window.fxCursor({key}, {at})")
         self._context.gui._websock_interface.queue_message(message)

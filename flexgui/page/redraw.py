@@ -1,4 +1,4 @@
-"""When what has changed is drawn: several changes as one, what streams a few times a second."""
+"""Schedules the drawing of changes: merges them, and draws streamed ones a few times a second."""
 
 from __future__ import annotations
 
@@ -10,21 +10,19 @@ from flexgui.session.scheduling import CPU_LOCK
 from flexgui.session.state import Topic
 
 STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY, Topic.SCENARIO})
-"""What may wait a little: a job's news, and an edit, whose result follows as another topic."""
+"""Topics that may wait a little: a job's events, and an edit, whose result is another topic."""
 INTERVAL = 0.25
-"""s between two drawings of what streams: a browser that draws without a pause hears no click."""
+"""s between two drawings of streamed topics: a browser that always draws handles no click."""
 SLOWEST = 1.0
-"""s, the same of what has streamed for long: a search of minutes is not looked at four times each
-second, and a browser without a graphics card has a moment for a click."""
+"""s, the same after streaming for long: a browser without a graphics card must handle clicks."""
 LONG = 5.0
 """s of streaming after which the pause is twice as long."""
-REST = 0.4
-"""s without a change, twice what a hand on a slider pauses, until what takes long is drawn too."""
+QUIET_SECONDS = 0.4
+"""s without a change until slow parts are drawn; a dragged slider pauses half as long."""
 
 
 class RedrawScheduler:
-    """Collects topics and gives them to `draw`, several changes of one kind as one; calls `settle`
-    once they pause."""
+    """Collects topics, calls `draw` with each once, and `draw_slow_parts` after a pause."""
 
     def __init__(
         self,
@@ -32,16 +30,16 @@ class RedrawScheduler:
         draw_slow_parts: Callable[[], None],
         is_idle: Callable[[], bool],
     ) -> None:
-        """`at_rest` says whether no change is being computed."""
-        self._draw, self._draw_slow_parts, self._at_rest = draw, draw_slow_parts, is_idle
+        """`is_idle` returns whether no change is being computed."""
+        self._draw, self._draw_slow_parts, self._is_idle = draw, draw_slow_parts, is_idle
         self._inbox = Inbox(self._paint, _together, self._pause)
         self.mark, self.close = self._inbox.put, self._inbox.close
         self._drawn = 0.0
-        """When something was drawn last."""
+        """Time of the last drawing, s (monotonic)."""
         self._streamed = 0.0
-        """When what streams was drawn last."""
+        """Time of the last drawing of streamed topics."""
         self._since = 0.0
-        """Since when it streams without a longer pause."""
+        """Since when topics are streamed without a longer pause."""
 
     def _paint(self, dirty: list[Topic | None]) -> None:
         topics = frozenset(topic for topic in dirty if topic is not None)
@@ -52,17 +50,17 @@ class RedrawScheduler:
         with CPU_LOCK.for_drawing():
             if topics:
                 self._draw(topics)
-            elif self._at_rest():
+            elif self._is_idle():
                 self._draw_slow_parts()
         if topics:
             self._drawn = time.monotonic()
             self._inbox.put(None)
 
     def _pause(self, dirty: list[Topic | None]) -> float:
-        """s until what has changed is to be drawn; `None` waits until changes pause."""
+        """s until the topics are to be drawn; `None` stands for the slow parts."""
         now = time.monotonic()
         if dirty == [None]:
-            return self._drawn + REST - now
+            return self._drawn + QUIET_SECONDS - now
         if set(dirty) - STREAMED:
             return 0.0
         interval = INTERVAL
@@ -73,7 +71,7 @@ class RedrawScheduler:
 
 
 def _together(dirty: list[Topic | None], topic: Topic | None) -> list[Topic | None]:
-    """Each topic once; nothing is at rest while one waits."""
+    """Adds a topic once; None is dropped while a topic waits."""
     if topic is None:
         return dirty or [None]
     return [*(each for each in dirty if each not in (None, topic)), topic]

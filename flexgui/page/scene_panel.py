@@ -54,19 +54,19 @@ class ScenePanel(PageElement):
         super().__init__(context)
         self._stage: ArmScene | None = None
         self._shown: object = None
-        self._apart = 0.0
+        self._error_factor = 0.0
         """How many times too far from the model the measured arm's path is drawn."""
         self._errors = ErrorsInScene(context)
         self._reach = 1.0
         self._window, self._side = Window(), HOME
-        self._aimed = 0.0
+        self._aimed_at = 0.0
         """When that was, by the monotonic clock."""
         self._eye = np.zeros(3)
         """Where the camera was put, (3,) m."""
         self._lock = threading.RLock()
         self._closed = threading.Event()
         self._swings = False
-        context.theme.followers.append(self.set_dark)
+        context.theme.callbacks.append(self.set_dark)
 
     def draw(self, topics: frozenset[Topic]) -> None:
         """Shows what the session says now."""
@@ -75,7 +75,7 @@ class ScenePanel(PageElement):
         if view is None or not topics & DRAWN:
             return
         with self._lock:
-            stage = self._made(view)
+            stage = self._arm_scene(view)
             factor = exaggeration(session)
             if stage.exaggeration != factor:
                 stage.exaggeration = factor
@@ -90,7 +90,7 @@ class ScenePanel(PageElement):
                 self._swings = True
                 THREADS.run(self._swing)
 
-    def _made(self, view: LiveModel) -> ArmScene:
+    def _arm_scene(self, view: LiveModel) -> ArmScene:
         if self._stage is None:
             self._stage = ArmScene(
                 self.context.client, view.model.arm, view.numbers.p, view.q, self._window.gpu
@@ -106,7 +106,7 @@ class ScenePanel(PageElement):
             before, self._window = self._window, window
             if self._stage is None or aspect(before) == aspect(window):
                 return
-            if self._is_aimed() or time.monotonic() - self._aimed < SETTLING:
+            if self._is_aimed() or time.monotonic() - self._aimed_at < SETTLING:
                 self._aim(self._stage)
 
     def look_from(self, side: str) -> None:
@@ -123,7 +123,7 @@ class ScenePanel(PageElement):
 
     def _aim(self, stage: ArmScene) -> None:
         """Looks at the whole arm; what a person turns stays so until another arm comes."""
-        self._reach, self._aimed = stage.body.reach, time.monotonic()
+        self._reach, self._aimed_at = stage.body.reach, time.monotonic()
         camera, phone = self.context.client.camera, self._window.phone
         eye = stage.view(min(aspect(self._window), ASPECT), self._side)
         # Panels cover the lower part: the arm goes up, the aim down.
@@ -151,10 +151,10 @@ class ScenePanel(PageElement):
         fresh = self._shown is not motion
         aims = fresh and self._is_aimed()
         if fresh:
-            self._shown, self._apart = motion, 0.0
+            self._shown, self._error_factor = motion, 0.0
             self._rebuild(stage, motion.arm, motion.motion.p, motion.motion.q[0])
-        if self._apart != cursor.error:
-            self._apart = cursor.error
+        if self._error_factor != cursor.error:
+            self._error_factor = cursor.error
             stage.show_paths(motion.motion.q, motion.exaggerated_ghost(cursor.error))
         if aims:
             self._aim(stage)
@@ -203,25 +203,25 @@ class ErrorsInScene(PageElement):
         """The nodes on which no error is shown."""
         self._painted: object = None
         self._board: ErrorBoard | None = None
-        self._made_of: tuple[object, object] = (None, "")
+        self._board_of: tuple[object, object] = (None, "")
         self._dark = False
 
     def draw(self, stage: ArmScene) -> None:
         """Shows the error at the cursor."""
         session = self.session
-        found = session.comparison.failing if session.stage in COLOURED else None
+        failing = session.comparison.failing if session.stage in COLOURED else None
         self._dark = self.context.theme.dark
-        plain = stage.anchor("base") if found is None else ""
+        plain = stage.anchor("base") if failing is None else ""
         if plain and plain == self._plain:
             return
         self._plain = plain
-        self._paint(stage, found)
-        self._show_board(stage, found if session.stage == BOARD else None)
+        self._paint(stage, failing)
+        self._show_board(stage, failing if session.stage == BOARD else None)
 
-    def _paint(self, stage: ArmScene, found: WhereItFails | None) -> None:
+    def _paint(self, stage: ArmScene, failing: WhereItFails | None) -> None:
         cursor, joints = self.session.playback.cursor, stage.body.arm.joints
-        along = None if found is None else found.now.get(cursor.recording)
-        worst = 1.0 if found is None else self.session.comparison.worst_error
+        along = None if failing is None else failing.now.get(cursor.recording)
+        worst = 1.0 if failing is None else self.session.comparison.worst_error
         now = {} if along is None else along.at(cursor.time)
         colours = error_paint(now, joints, worst, self._dark)
         key = (colours, stage.anchor("base"))
@@ -229,11 +229,11 @@ class ErrorsInScene(PageElement):
             self._painted = key
             stage.paint(colours.beams, colours.hubs)
 
-    def _show_board(self, stage: ArmScene, found: WhereItFails | None) -> None:
-        board = None if found is None else found.board
+    def _show_board(self, stage: ArmScene, failing: WhereItFails | None) -> None:
+        board = None if failing is None else failing.board
         made_of = (board, (stage.anchor("base"), self._dark))
-        if made_of[0] is not self._made_of[0] or made_of[1] != self._made_of[1]:
-            self._made_of = made_of
+        if made_of[0] is not self._board_of[0] or made_of[1] != self._board_of[1]:
+            self._board_of = made_of
             self._board = None
             stage.detach(NAME)
             if board is not None:

@@ -1,7 +1,6 @@
 """The time-line below the arm: one cursor for the arm, its ghost and the plots.
 
-`browser/timeline.js` draws it: what it shows is sent when it changes, and what is pressed there
-comes back as an action."""
+`browser/timeline.js` draws it: its state is sent when it changes, and its buttons are actions."""
 
 from __future__ import annotations
 
@@ -21,13 +20,12 @@ from flexgui.views.error_map import error_text as error_words
 
 SPEEDS = (0.1, 0.25, 0.5, 1, 2)
 ERRORS = (1, 5, 20, 100)
-"""How many times larger the distance of the measured arm from the model is drawn: two arms that lie
-on each other are seen apart."""
-UNREAD = "The recording is not read yet; it will play here."
+"""Factors of the drawn distance between measured arm and model, to separate two close arms."""
+UNREAD = "The recording is not read yet. It will play here."
 
 
 class TimeLine(PageElement):
-    """Play, seek, speed, and where the arm is looked at from."""
+    """Play, time, speed, and the direction of view."""
 
     def __init__(self, context: PageContext, look_from: Callable[[str], None]) -> None:
         """`look_from` turns the view of the arm to one of DIRECTIONS."""
@@ -35,14 +33,14 @@ class TimeLine(PageElement):
         self._sent = ""
         playback, actions = self.session.playback, context.actions
         actions.register("play", lambda _: playback.move(playing=not playback.cursor.playing))
-        actions.register("seek", lambda text: self._move(text, playback.seek))
-        actions.register("step", lambda text: self._move(text, self._step))
-        actions.register("speed", lambda text: self._move(text, self._speed))
-        actions.register("apart", lambda text: self._move(text, self._apart))
+        actions.register("seek", lambda text: self._with_number(text, playback.seek))
+        actions.register("step", lambda text: self._with_number(text, self._step))
+        actions.register("speed", lambda text: self._with_number(text, self._speed))
+        actions.register("apart", lambda text: self._with_number(text, self._error))
         actions.register("view", lambda side: look_from(side) if side in DIRECTIONS else None)
 
-    def _move(self, text: str, move: Callable[[float], object]) -> None:
-        """With a number; anything else changes nothing."""
+    def _with_number(self, text: str, move: Callable[[float], object]) -> None:
+        """Calls `move` with the number in the text; ignores other texts."""
         try:
             value = float(text)
         except ValueError:
@@ -59,12 +57,12 @@ class TimeLine(PageElement):
         if value in SPEEDS:
             self.session.playback.move(speed=value)
 
-    def _apart(self, value: float) -> None:
+    def _error(self, value: float) -> None:
         if value in ERRORS:
             self.session.playback.move(error=value)
 
     def refresh(self) -> None:
-        """Shows the cursor."""
+        """Sends the state to the browser if it has changed."""
         state = json.dumps(self._state(), ensure_ascii=False)
         if state != self._sent:
             self._sent = state
@@ -82,16 +80,20 @@ class TimeLine(PageElement):
             return {**always, "plays": False, "words": [UNREAD] if waits else [], "scale": ""}
         who = "identified model" if motion.fitted else "model as stated"
         failing = session.comparison.failing if session.stage in COLOURED else None
-        along = None if failing is None else failing.now.get(cursor.recording)
-        now = "" if along is None else error_words(along.at(cursor.time), along.units)
-        worst = 0.0 if along is None else greatest(session.comparison.worst_error)
+        error_signal = None if failing is None else failing.now.get(cursor.recording)
+        error_text = (
+            ""
+            if error_signal is None
+            else error_words(error_signal.at(cursor.time), error_signal.units)
+        )
+        worst = 0.0 if error_signal is None else greatest(session.comparison.worst_error)
         scale = colours.RISING_ON_DARK if self.context.theme.dark else colours.RISING
         first = f"{motion.recording}: {who}."
         return {
             **always, "plays": True, "playing": cursor.playing, "seconds": motion.seconds,
             "time": round(cursor.time, 2), "speed": cursor.speed, "speeds": SPEEDS,
             "error": cursor.error, "errors": ERRORS, "measured": motion.ghost is not None,
-            "words": [text for text in (first, legend(session), now) if text],
+            "words": [text for text in (first, legend(session), error_text) if text],
             "scale": f"{worst:.3g}" if worst > 1.0 else "",
             "colours": ", ".join(colour for _, colour in scale),
         }  # fmt: skip

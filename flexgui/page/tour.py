@@ -1,7 +1,7 @@
-"""The first visit: a card with four steps from a recording to a found effect.
+"""The card of the tour on the page, and the question whether to restore earlier work.
 
-The buttons that lead to the next stage also begin, on the tour, what is done there. Five clicks
-lead from the first page to the error that falls: begin, fit, compare, find, add.
+On the tour the buttons for the next stage also start the work there. Five clicks lead from the
+first page to a smaller error: begin, fit, compare, find, add.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from flexgui.stages.data.panel_own import upload_button
 
 CARD = Markup("<div class='tour {}'><p class='lead'>{}</p><p>{}</p></div>")
 AWAY = Markup("<span class='fx-away'></span>")
-"""A mark: the button below is hidden."""
+"""A mark for the style: the button below is hidden."""
 
 OPEN_MINE = "Open my recordings"
-"""Beside the tour's offer: who has own files need not walk through somebody else's."""
-AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "Skip tour"
+"""Beside the offer of the tour, for a person with recordings."""
+REOPEN, LEAVE, SKIP = "Tour", "Leave the tour", "Skip tour"
 NOTHING = Card("", "")
 
 
 class Tour(PageElement):
-    """A card below the stages; who dismissed it can have it back."""
+    """The card below the stages; *Tour* shows a dismissed one again."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -48,13 +48,13 @@ class Tour(PageElement):
         self._go: Any = button(context, BEGIN, self._pressed, prominent=True)
         self._away = HtmlBlock(self.gui, AWAY)
         upload_button(context, OPEN_MINE)
-        context.actions.register("tour", lambda _: self._left_or_back())
+        context.actions.register("tour", lambda _: self._leave_or_reopen())
 
     def _shown(self) -> Card | None:
         return None if self.context.read_only else card(self.session)
 
     def _pressed(self) -> None:
-        """The card's own button: begins the tour, or ends it."""
+        """The card's own button: starts the tour, or ends it."""
         session = self.session
         if session.tour.step != OFFERED:
             session.tour.set_step(None)
@@ -62,7 +62,7 @@ class Tour(PageElement):
             session.tour.set_step(STARTED)
             session.show("Data")
 
-    def _left_or_back(self) -> None:
+    def _leave_or_reopen(self) -> None:
         session = self.session
         if self._shown() is not None:
             session.tour.set_step(None)
@@ -75,27 +75,26 @@ class Tour(PageElement):
             session.show(FIRST_STAGE)
 
     def refresh(self) -> None:
-        """Shows the card of the moment."""
-        found = self._shown()
-        shown = found or NOTHING
+        """Shows the present card."""
+        present_card = self._shown()
+        shown = present_card or NOTHING
         offers = shown.button == BEGIN
         self._card.show(
-            CARD.format("pair" if offers else "", shown.title, shown.text) if found else ""
+            CARD.format("pair" if offers else "", shown.title, shown.text) if present_card else ""
         )
         self._away.show("" if offers else AWAY)
         self._go.visible = bool(shown.button)
         self._go.label = shown.button or BEGIN
-        # Where earlier work is offered, to restore it is the next thing to do.
+        # Where earlier work is offered, that button is highlighted instead.
         self._go.color = color(self.session.store.earlier is None)
 
     @property
-    def way(self) -> str:
-        """The word that leaves the tour, or comes back to it; empty on its last card, which has a
-        button that ends it."""
-        found = self._shown()
-        if self.context.read_only or (found is not None and found.button == END):
+    def label(self) -> str:
+        """The label of the button that leaves or reopens the tour; empty on the last card."""
+        present_card = self._shown()
+        if self.context.read_only or (present_card is not None and present_card.button == END):
             return ""
-        return AGAIN if found is None else REFUSE if found.button == BEGIN else LEAVE
+        return REOPEN if present_card is None else SKIP if present_card.button == BEGIN else LEAVE
 
 
 ON_TOP = -1e8
@@ -103,7 +102,7 @@ ON_TOP = -1e8
 
 
 class RestoreQuestion(PageElement):
-    """A question with two buttons; gone once it is answered."""
+    """A question with two buttons; hidden once it is answered."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -118,13 +117,13 @@ class RestoreQuestion(PageElement):
             button(context, "Not now", store.decline)
 
     def refresh(self) -> None:
-        """Takes the question away once it is answered."""
+        """Hides the question once it is answered."""
         if self._folder is not None:
             self._folder.visible = self.session.store.earlier is not None
 
 
 def to_identification(context: PageContext) -> None:
-    """Shows *Identify*; on the tour the fit starts as it stands."""
+    """Shows *Identify*; on the tour also starts the fit."""
     session = context.session
     session.show("Identify")
     if is_on_tour(session) and needs_fit(session):
@@ -132,7 +131,7 @@ def to_identification(context: PageContext) -> None:
 
 
 def to_diagnosis(context: PageContext) -> None:
-    """Shows *Diagnose*; on the tour the search for what is missing starts."""
+    """Shows *Diagnose*; on the tour also starts the diagnosis."""
     session = context.session
     session.show("Diagnose")
     if is_on_tour(session) and needs_search(session):

@@ -1,5 +1,5 @@
-"""Inputs that are bound to the session, checked on the way in and kept up to date on the way back,
-and texts that are escaped. viser sends nothing where a value is set that stands already."""
+"""Inputs that are bound to the session: values are checked, and updated when the session changes;
+and escaped texts. viser sends nothing if a value is unchanged."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from flexgui.export.template import environment
 from flexgui.page.panel import PageContext
 
 USER_PRIORITY = 0.6
-"""s after a person's change in which an input is not overwritten: it would jump under the hand."""
+"""s after a person's input in which it is not overwritten, so that a slider does not jump."""
 
 Limits = tuple[float, float, float]
 """(least, greatest, step)"""
 
 
 def on_user_input(context: PageContext, handle: Any, action: Callable[[], object]) -> Any:
-    """Calls `action` when a person changes an input, not where the page itself has set it."""
+    """Calls `action` when a person changes an input, not when the page itself sets it."""
 
     def changed(event: Any) -> None:
         if event.client_id is not None:
@@ -39,7 +39,7 @@ def on_user_input(context: PageContext, handle: Any, action: Callable[[], object
 def bind(
     context: PageContext, handle: Any, get: Callable[[], Any], put: Callable[[Any], object]
 ) -> Any:
-    """Calls `put` with what a person enters; shows what `get` says when the session changes."""
+    """Calls `put` with a person's input; shows the value of `get` when the session changes."""
 
     def enter() -> None:
         before = get()
@@ -57,7 +57,7 @@ def bind(
 
 
 def disable_inputs(gui: viser.GuiApi, but: set[str]) -> None:
-    """Disables all inputs but those with the uuids given: a follower only looks."""
+    """Disables all inputs except those with the given uuids, for a follower."""
     for uuid, handle in tuple(gui._gui_input_handle_from_uuid.items()):
         group = isinstance(handle, viser.GuiButtonGroupHandle)  # cannot be disabled
         if uuid not in but and not group and hasattr(handle, "disabled"):
@@ -76,7 +76,7 @@ def slider(
     put: Callable[[float], object],
     hint: str = "",
 ) -> Any:
-    """A value outside its limits is never passed on."""
+    """A slider; values are clipped to its limits."""
     low, high, step = limits
 
     def inside(value: float) -> float:
@@ -89,11 +89,11 @@ def slider(
 
 
 NO_NOISE_DB = 60.0
-"""The slider's end: no noise at all."""
+"""The slider's right end: no noise."""
 
 
 def noise_slider(context: PageContext, hint: str) -> Any:
-    """The signal-to-noise ratio of all that is simulated."""
+    """A slider for the signal-to-noise ratio of all simulated recordings."""
     document = context.session.document
 
     def get() -> float:
@@ -115,7 +115,7 @@ def number(
     put: Callable[[float], object],
     hint: str = "",
 ) -> Any:
-    """A number field; what lies outside its limits changes nothing. A whole step: whole numbers."""
+    """A number field; values outside its limits are ignored. An integer step: integers only."""
     low, high, step = limits
     kind = int if isinstance(step, int) else float
     least, most = (end if math.isfinite(end) else None for end in (low, high))
@@ -133,15 +133,15 @@ def choice(
     put: Callable[[str], object],
     hint: str = "",
 ) -> Any:
-    """One of some texts."""
+    """A dropdown of texts."""
 
-    def known() -> str | None:
+    def current() -> str | None:
         value = get()
         return value if value in handle.options else None
 
     start = get() if get() in options else options[0]
     handle = context.gui.add_dropdown(label, options, initial_value=start, hint=hint or None)
-    return bind(context, handle, known, lambda v: v in handle.options and put(v))
+    return bind(context, handle, current, lambda v: v in handle.options and put(v))
 
 
 def switch(
@@ -151,7 +151,7 @@ def switch(
     put: Callable[[bool], object],
     hint: str = "",
 ) -> Any:
-    """Yes or no."""
+    """A checkbox."""
     handle = context.gui.add_checkbox(label, get(), hint=hint or None)
     return bind(context, handle, get, lambda value: put(bool(value)))
 
@@ -163,7 +163,7 @@ def button(
     prominent: bool = False,
     hint: str = "",
 ) -> Any:
-    """`prominent` is the next sensible thing to do."""
+    """A button; the `prominent` one is the next sensible step."""
     handle: Any = context.gui.add_button(
         label, color=color(prominent), hint=hint or None, disabled=context.read_only
     )
@@ -173,19 +173,19 @@ def button(
 
 
 def color(invites: bool) -> Literal["blue", "gray"]:
-    """Of a button: one invites, all others stay quiet."""
+    """The colour of a button: blue for the one that is highlighted."""
     return "blue" if invites else "gray"
 
 
 def set_options(dropdown: Any, options: tuple[str, ...], value: str) -> None:
-    """Sets what a dropdown offers, and what is chosen: the first where it has no such option."""
+    """Sets a dropdown's options and its value: the first option if the value is none of them."""
     if dropdown.options != options:
         dropdown.options = options
     dropdown.value = value if value in options else options[0]
 
 
 class RebuiltFolder:
-    """A folder whose inputs are made anew where others are needed."""
+    """A folder whose inputs are built again when other ones are needed."""
 
     def __init__(self, context: PageContext) -> None:
         self._context, self._folder = context, context.gui.add_folder(None)
@@ -194,16 +194,16 @@ class RebuiltFolder:
         context.syncs.append(self._sync)
 
     def make(self, shape: object, build: Callable[[], None]) -> None:
-        """Calls `build` inside the folder where the shape differs from the last one."""
+        """Calls `build` inside the folder if the shape differs from the last one."""
         if shape == self._shape:
             return
         self._shape = shape
         for child in tuple(self._folder._children.values()):
             child.remove()
-        around, self._context.syncs = self._context.syncs, []
+        outer_syncs, self._context.syncs = self._context.syncs, []
         with self._folder:
             build()
-        self._syncs, self._context.syncs = self._context.syncs, around
+        self._syncs, self._context.syncs = self._context.syncs, outer_syncs
 
     def _sync(self) -> None:
         for sync in self._syncs:
@@ -214,32 +214,32 @@ FRAME = "<div class='fx'>{}</div>"
 
 
 class HtmlBlock:
-    """Paragraphs, tables and pictures below one another; hidden where there are none."""
+    """A block of HTML: paragraphs, tables, pictures; hidden if empty."""
 
     def __init__(self, gui: viser.GuiApi, *parts: Markup | str) -> None:
         content = joined(*parts).strip()
         self._handle = gui.add_html(FRAME.format(content), visible=bool(content))
 
     def show(self, *parts: Markup | str) -> None:
-        """Plain text is escaped; Markup is taken as it is."""
+        """Shows the parts below one another; escapes plain text, but not Markup."""
         content = joined(*parts).strip()
         self._handle.content = FRAME.format(content)
         self._handle.visible = bool(content)
 
 
 def paragraph(text: Markup | str, kind: str = "") -> Markup:
-    """`kind` is a class of the page's style: 'soft', 'bad', 'lead'; no text makes no paragraph."""
+    """A paragraph; `kind` is a class of the page's style: 'soft', 'bad', 'lead'."""
     return Markup("<p class='{}'>{}</p>").format(kind, text) if text else Markup("")
 
 
 def folded(summary: str, content: Markup) -> Markup:
-    """What unfolds when its summary is pressed; nothing where there is no content."""
+    """Content that unfolds when its summary is pressed; empty without content."""
     fold = Markup("<details><summary>{}</summary>{}</details>")
     return fold.format(summary, content) if content else Markup("")
 
 
 def joined(*parts: Markup | str) -> Markup:
-    """The parts below one another."""
+    """The parts as one text, escaped."""
     return Markup("").join(parts)
 
 
@@ -248,8 +248,7 @@ def _templates() -> Environment:
     return environment().overlay(loader=PackageLoader("flexgui", "stages"))
 
 
-def stage_macros(stage: str, **known: object) -> Any:
-    """What the panel of a stage says: the macros of the template in its folder, each a function;
-    `known` is what they may use."""
-    known = {"paragraph": paragraph, "folded": folded, **known}
-    return _templates().get_template(f"{stage}/words.html.j2", globals=known).module
+def stage_macros(stage: str, **names: object) -> Any:
+    """The macros of a stage's template; `names` are those that the template may use."""
+    names = {"paragraph": paragraph, "folded": folded, **names}
+    return _templates().get_template(f"{stage}/words.html.j2", globals=names).module

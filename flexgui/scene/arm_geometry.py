@@ -126,14 +126,14 @@ class ArmGeometry:
         """
         count = len(q)
         place, angle = np.zeros((count, 2)), np.zeros(count)
-        found = []
+        links = []
         for k, (segment, kind) in enumerate(zip(self.arm.segments, self.kinds, strict=True)):
             if segment.mount == "ground":
                 place, angle = np.zeros((count, 2)), np.zeros(count)
             link = self._link(k, kind, q, exaggeration, place, angle)
-            found.append(link)
+            links.append(link)
             place, angle = link.tip, link.tip_angle
-        return found
+        return links
 
     def _link(
         self,

@@ -106,12 +106,12 @@ class ArmNodes:
 
     def paint(self, beams: Sequence[paint.Rgb | None], hubs: Sequence[paint.Rgb | None]) -> None:
         """Other colours than usual, None: the usual one; the tip has that of the last beam."""
-        for handles, usual, wanted in (
+        for handles, usual, colours in (
             (self.beams, self.style.colour, beams),
             (self.hubs, paint.STEEL, hubs),
             ([self.tip], self.style.colour, beams[-1:]),
         ):
-            for handle, colour in zip(handles, wanted, strict=False):
+            for handle, colour in zip(handles, colours, strict=False):
                 colour = usual if colour is None else colour
                 if tuple(handle.color) != colour:
                     handle.color = colour

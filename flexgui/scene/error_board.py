@@ -87,9 +87,9 @@ class ErrorBoard:
 
             @picture.on_click
             def _(event: SceneNodePointerEvent[ImageHandle]) -> None:
-                found = self.cell(event.ray_origin, event.ray_direction)
-                if found is not None:
-                    pick(*found)
+                cell = self.cell(event.ray_origin, event.ray_direction)
+                if cell is not None:
+                    pick(*cell)
 
     def mark(self, row: int, share: float) -> None:
         """Frames the cell of a row at a share of the columns."""
@@ -122,9 +122,9 @@ def cells(ratio: np.ndarray, dark: bool = False) -> np.ndarray:
     top = float(np.log10(max([LEAST_SPAN, *finite.tolist()])))
     picture = np.zeros((*np.array(ratio.shape) * CELL, 4), dtype=np.uint8)
     for i, j in np.ndindex(ratio.shape):
-        known = bool(np.isfinite(ratio[i, j]))
-        share = float(np.log10(max(float(ratio[i, j]), 1.0))) / top if known else 0.0
-        colour = (*shade(share, dark), 255) if known else EMPTY
+        is_measured = bool(np.isfinite(ratio[i, j]))
+        share = float(np.log10(max(float(ratio[i, j]), 1.0))) / top if is_measured else 0.0
+        colour = (*shade(share, dark), 255) if is_measured else EMPTY
         picture[i * CELL : (i + 1) * CELL - LINE, j * CELL : (j + 1) * CELL - LINE] = colour
     return picture
 

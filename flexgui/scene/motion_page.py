@@ -62,9 +62,9 @@ def frame_indices(time: np.ndarray) -> np.ndarray:
     """(k,) samples nearest to the frames' times, over at most MOST_SECONDS."""
     elapsed = np.asarray(time, dtype=float) - float(time[0])
     length = min(float(elapsed[-1]), MOST_SECONDS)
-    wanted = np.arange(0.0, length + 0.5 / FRAMES_PER_SECOND, 1.0 / FRAMES_PER_SECOND)
-    after = np.clip(np.searchsorted(elapsed, wanted), 1, len(elapsed) - 1)
-    nearer = wanted - elapsed[after - 1] < elapsed[after] - wanted
+    times = np.arange(0.0, length + 0.5 / FRAMES_PER_SECOND, 1.0 / FRAMES_PER_SECOND)
+    after = np.clip(np.searchsorted(elapsed, times), 1, len(elapsed) - 1)
+    nearer = times - elapsed[after - 1] < elapsed[after] - times
     return np.unique(np.where(nearer, after - 1, after))
 
 

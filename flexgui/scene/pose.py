@@ -106,18 +106,18 @@ class Body:
 
     def rail_ends(self, pose: Pose) -> list[np.ndarray]:
         """(3,) m each, both ends of every rail that stands on the ground."""
-        found = []
+        ends = []
         for k, kind in enumerate(self.geometry.kinds):
             if kind.turn or (k and self.arm.segments[k].mount != "ground"):
                 continue
             place, angle = pose.origins[k]
             half = 0.5 * RAIL * self.reach * np.array([np.cos(angle), np.sin(angle), 0.0])
-            found += [place - half, place + half]
-        return found
+            ends += [place - half, place + half]
+        return ends
 
     def marks(self, pose: Pose) -> tuple[JointMark, ...]:
         """The joints' angles in degrees, and slides in m."""
-        found = []
+        marks = []
         for k, kind in enumerate(self.geometry.kinds):
             start, value, length = pose.origins[k], pose.coordinates[k], self.geometry.lengths[k]
             top = start.place[2] + 0.5 * self.sections[k].height + LIFT * self.reach
@@ -129,8 +129,8 @@ class Body:
                 vertices, label = _stroke(start, value, length, top)
                 text = f"{value:.3f} m"
             name = channel_symbol(f"theta{k + 1}", "rad" if kind.turn else "m")
-            found.append(JointMark(vertices, f"{name} = {text}".replace("-", "−"), label))
-        return tuple(found)
+            marks.append(JointMark(vertices, f"{name} = {text}".replace("-", "−"), label))
+        return tuple(marks)
 
 
 def _spot(place: np.ndarray, angle: np.ndarray, level: float) -> Spot:

@@ -42,11 +42,11 @@ def largest_deflection(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
     """m between the tip and that of a stiff arm, over postures q (N, n)."""
     if arm.coordinates == arm.joints or not len(q):
         return 0.0
-    some = q[:: max(len(q) // FRAMES, 1)]
-    stiff = some.copy()
+    frames = q[:: max(len(q) // FRAMES, 1)]
+    stiff = frames.copy()
     stiff[:, arm.joints :] = 0.0
     geometry = ArmGeometry(arm, p)
-    return float(np.max(np.linalg.norm(geometry.tips(some) - geometry.tips(stiff), axis=1)))
+    return float(np.max(np.linalg.norm(geometry.tips(frames) - geometry.tips(stiff), axis=1)))
 
 
 def fitting_factor(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
@@ -93,8 +93,8 @@ class RecordedMotion:
 
     def frame(self, time: float) -> int:
         """The frame at a time in s, clipped."""
-        found = int(np.searchsorted(self.motion.time, time + 1e-9, side="right")) - 1
-        return int(np.clip(found, 0, len(self.motion.time) - 1))
+        index = int(np.searchsorted(self.motion.time, time + 1e-9, side="right")) - 1
+        return int(np.clip(index, 0, len(self.motion.time) - 1))
 
     @property
     def seconds(self) -> float:
@@ -125,8 +125,8 @@ def load_motion(
     parameters, none where there is no fit."""
     from flexgui.core.scenario.data_folder import ConfinedFolder
 
-    found = read_recording(scenario, recording, ConfinedFolder(Path(folder)), progress=progress)
-    return found, simulated_motion(scenario, values, found)
+    read = read_recording(scenario, recording, ConfinedFolder(Path(folder)), progress=progress)
+    return read, simulated_motion(scenario, values, read)
 
 
 def motion_of(scenario: Scenario, outcome: Outcome | None, recording: Recording) -> RecordedMotion:
@@ -170,12 +170,12 @@ def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
     """name -> value for a recording: its own fit's, else the mean over the fits."""
     fits = () if outcome is None else outcome.fits
     own = tuple(fit for fit in fits if recording in fit.recordings) or fits
-    found: dict[str, list[float]] = {}
+    estimates: dict[str, list[float]] = {}
     for fit in own:
         for e in fit.estimates:
             if e.recording in (None, recording) and not e.name.startswith((OFFSET, GAIN)):
-                found.setdefault(e.name, []).append(e.value)
-    return {name: float(np.mean(values)) for name, values in found.items()}
+                estimates.setdefault(e.name, []).append(e.value)
+    return {name: float(np.mean(values)) for name, values in estimates.items()}
 
 
 STEPS = 5
@@ -258,9 +258,9 @@ def _add_tip(
 
 def filled(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Columns (N, k) with NaN replaced by what runs straight between the samples around it."""
-    known = np.isfinite(values).all(axis=1)
-    if known.all():
+    finite = np.isfinite(values).all(axis=1)
+    if finite.all():
         return values
-    if not known.any():
+    if not finite.any():
         return np.zeros_like(values)
-    return np.column_stack([np.interp(time, time[known], column[known]) for column in values.T])
+    return np.column_stack([np.interp(time, time[finite], column[finite]) for column in values.T])

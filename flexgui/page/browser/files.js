@@ -1,50 +1,49 @@
-// viser's client takes one file from a choice. Several are given to it one after another, and files
-// that are dropped on the page go to the upload button that is shown.
+// viser's client takes one file of a selection. Several are sent one after another, and files that are
+// dropped on the page go to the visible upload button.
 (() => {
   if (window.fxFiles) return;
   window.fxFiles = true;
-  const LOOK = 300;  // ms between two looks at the note of a transfer
+  const LOOK = 300;  // ms between two checks for the note of a transfer
   const SHOWN = 1000;  // ms within which the note of a transfer appears
   const MOST = 50;
-  const waits = [];
-  let going = false;
-  let given = -Infinity;
+  const waiting = [];
+  let running = false;
+  let lastSent = -Infinity;
 
-  const give = ([button, file]) => {
+  const sendFile = ([button, file]) => {
     const input = button.isConnected ? button : target();
     if (!input) return;
-    given = performance.now();
-    const one = new DataTransfer();
-    one.items.add(file);
-    input.files = one.files;
+    lastSent = performance.now();
+    const transfer = new DataTransfer();
+    transfer.items.add(file);
+    input.files = transfer.files;
     input.dispatchEvent(new Event("change", {bubbles: true}));
   };
-  // A button's client knows one transfer at a time: a second one would leave the first one's note
-  // standing for ever.
-  const busy = () => performance.now() - given < SHOWN || [...document.querySelectorAll(".mantine-Notification-root")]
+  // A button handles one transfer at a time: with a second one the note of the first would stay.
+  const busy = () => performance.now() - lastSent < SHOWN || [...document.querySelectorAll(".mantine-Notification-root")]
     .some(note => note.innerText.trim().startsWith("Uploading"));
   const next = () => {
-    if (!busy() && waits.length) give(waits.shift());
-    going = waits.length > 0;
-    if (going) setTimeout(next, LOOK);
+    if (!busy() && waiting.length) sendFile(waiting.shift());
+    running = waiting.length > 0;
+    if (running) setTimeout(next, LOOK);
   };
-  const giveAll = (input, files) => {
-    waits.push(...[...files].slice(0, MOST).map(file => [input, file]));
-    if (!going) { going = true; next(); }
+  const sendAll = (input, files) => {
+    waiting.push(...[...files].slice(0, MOST).map(file => [input, file]));
+    if (!running) { running = true; next(); }
   };
 
   document.addEventListener("change", event => {
     const input = event.target;
     if (input.type !== "file" || !input.files || input.files.length < 2) return;
     event.stopImmediatePropagation();
-    giveAll(input, [...input.files]);
+    sendAll(input, [...input.files]);
   }, true);
 
-  const several = () => {
+  const allowMultiple = () => {
     for (const input of document.querySelectorAll('input[type="file"]')) input.multiple = true;
   };
-  new MutationObserver(several).observe(document.body, {childList: true, subtree: true});
-  several();
+  new MutationObserver(allowMultiple).observe(document.body, {childList: true, subtree: true});
+  allowMultiple();
 
   const holdsFiles = event => [...(event.dataTransfer?.types ?? [])].includes("Files");
   const target = () => [...document.querySelectorAll('input[type="file"]')]
@@ -56,6 +55,6 @@
     if (!holdsFiles(event)) return;
     event.preventDefault();
     const input = target();
-    if (input) giveAll(input, event.dataTransfer.files);
+    if (input) sendAll(input, event.dataTransfer.files);
   });
 })();

@@ -1,12 +1,11 @@
-// What viser's client does not do by itself: names for those who hear the page, keys for what scrolls.
-// Runs once per browser window.
+// Adds to viser's client: names for screen readers, keys for scrolling areas. Runs once per window.
 (() => {
   if (window.fxPage) return;
   window.fxPage = true;
 
-  // Settings that only this browser knows: they are stored here and put into effect.
+  // Settings that only this browser stores.
   const stored = name => localStorage.getItem(`viser-user:flexgui-${name}`);
-  const settle = () => {
+  const applySettings = () => {
     document.documentElement.style.fontSize = `${Number(stored("text")) || 100}%`;
     for (const select of document.querySelectorAll(".fx select[data-kept]"))
       select.value = stored(select.dataset.kept) ?? select.options[0].value;
@@ -16,7 +15,7 @@
     if (!name) return;
     localStorage.setItem(`viser-user:flexgui-${name}`, event.target.value);
     if (name === "look") location.reload();
-    settle();
+    applySettings();
   }, true);
 
   // Names: viser's sliders, their boxes and its icons have none.
@@ -49,16 +48,16 @@
       const open = title.querySelector(".tabler-icon-chevron-up");
       title.setAttribute("aria-expanded", String(Boolean(open)));
     }
-    // viser's pictures are ornaments: the words stand beside them.
+    // viser's pictures are decoration: the text is beside them.
     for (const image of document.querySelectorAll("img:not([alt])")) image.alt = "";
-    // The page draws plainly there by itself; nobody in a class can change the machine.
+    // The page draws without shadows there by itself: close viser's warning.
     for (const note of document.querySelectorAll(".mantine-Notification-root"))
       if (note.innerText.startsWith("Software WebGL")) note.querySelector("button")?.click();
     for (const shown of document.querySelectorAll("canvas[data-engine]")) {
       shown.setAttribute("role", "img");
       name(shown, "The arm in 3-D; the time-line and the tables say the same in numbers.");
     }
-    // What scrolls can be reached and scrolled by keys.
+    // Scrolling areas get the focus, so that keys scroll them.
     for (const area of document.querySelectorAll(
       ".mantine-ScrollArea-viewport, .fx .formula, .fx .scroll"))
       if (!area.hasAttribute("tabindex") && (area.scrollHeight > area.clientHeight
@@ -70,7 +69,7 @@
       event.target.click();
     }
   });
-  // On a phone all panels lie in one sheet below the arm: a row of links leads to each of them.
+  // On a phone all panels are in one sheet below the arm: a row of links scrolls to each.
   const phone = matchMedia("(max-width: 576px)");
   const sheet = () => document.querySelector('.mantine-Paper-root[style*="position: fixed"]');
   const heading = text => [...(sheet()?.querySelectorAll("*") ?? [])].find(
@@ -102,10 +101,10 @@
     }
     document.body.append(row);
   };
-  let asked = 0;
-  const soon = () => {
-    if (!asked) asked = setTimeout(() => { asked = 0; nameAll(); settle(); links(); }, 200);
+  let scheduled = 0;
+  const schedule = () => {
+    if (!scheduled) scheduled = setTimeout(() => { scheduled = 0; nameAll(); applySettings(); links(); }, 200);
   };
-  new MutationObserver(soon).observe(document.body, {childList: true, subtree: true});
-  soon();
+  new MutationObserver(schedule).observe(document.body, {childList: true, subtree: true});
+  schedule();
 })();

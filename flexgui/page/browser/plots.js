@@ -1,13 +1,12 @@
-// What all Plotly figures of the page share: a figure to copy or save, one time axis with its cursor
-// and two marks to measure between, and a picture that moves from what it was to what it is where its
-// layout asks for it (meta.morph).
+// For all Plotly figures of the page: copy and save, one common time axis with its cursor, two marks to
+// measure between, and a transition from the old to the new curves if the layout has meta.morph.
 (() => {
   if (window.fxPlots) return;
   window.fxPlots = true;
   const MORPH = 1600;  // ms
-  const calm = matchMedia("(prefers-reduced-motion: reduce)");
+  const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
 
-  // Figures leave the page with a white ground, as a paper has it.
+  // Exported figures have a white background.
   const plain = node => ({
     data: node.data,
     layout: {...node.layout, paper_bgcolor: "#fff", width: node.clientWidth, height: node.clientHeight},
@@ -55,7 +54,7 @@
     for (const event of REDRAWN) sheet.on(event, () => overlay(sheet));
     overlay(sheet);
   };
-  const offer = node => {
+  const addEnlargeButton = node => {
     if (node === sheet || node.parentElement.querySelector(":scope > .fx-enlarge")) return;
     const button = document.createElement("button");
     button.type = "button";
@@ -72,7 +71,7 @@
     return was ? [[`${key}.range`, [...was]]] : [[`${key}.autorange`, true]];
   }));
 
-  // One time axis: where one figure is zoomed, all others over time follow.
+  // If one figure over time is zoomed, all others follow.
   let following = false;
   const figures = () => [...document.querySelectorAll(".js-plotly-plot")];
   const timed = node => {  // what its axis of time is called
@@ -91,9 +90,8 @@
       .finally(() => { following = false; });
   };
 
-  // The time-line's cursor, and the marks A and B that a person sets by clicks: they lie over the
-  // figure, which is neither sent nor drawn again for them. Over a map the cursor is the column that
-  // holds it. The key of a figure changes whenever it is sent.
+  // The time-line's cursor and the marks A and B, set by clicks, are drawn over the figure, which is not
+  // sent again for them. On a map the cursor is a column. A figure's key changes when it is sent.
   const REDRAWN = ["plotly_afterplot", "plotly_relayouting"];
   const cursors = {};
   let marks = {}, measured = null;  // the time of each; the figure that was clicked
@@ -175,14 +173,14 @@
     measured = node;
     for (const each of figures()) overlay(each);
   };
-  // The first click sets A, the next one (or any with shift) B, the third begins anew.
+  // The first click sets A, the second one (or any with shift) B, the third sets A again.
   document.addEventListener("click", event => {
     const node = event.target.closest?.(".draglayer")?.closest(".js-plotly-plot");
     if (!node || !timed(node)) return;
     const axis = node._fullLayout.xaxis, unit = timed(node);
     const time = axis.p2l(event.clientX - node.getBoundingClientRect().left - axis._offset);
-    const known = marks.unit === unit && "A" in marks;
-    const second = known && (event.shiftKey || !("B" in marks));
+    const hasFirst = marks.unit === unit && "A" in marks;
+    const second = hasFirst && (event.shiftKey || !("B" in marks));
     mark(second ? {...marks, B: time} : {unit, A: time}, node);
   });
   document.addEventListener("dblclick", event => {  // resets the zoom
@@ -202,12 +200,12 @@
   const wrap = plotly => {
     const drawn = plotly.react;
     plotly.react = (node, data, layout, config) => {
-      const moves = layout?.meta?.morph && !calm.matches && node._fullData?.length;
+      const moves = layout?.meta?.morph && !reducedMotion.matches && node._fullData?.length;
       const was = moves ? node._fullData.map(trace => Array.from(trace.y ?? [])) : [];
       const names = moves ? node._fullData.map(trace => trace.name) : [];
       const shared = {...config, displaylogo: false, displayModeBar: "hover", modeBarButtons: BUTTONS};
       const keep = () => {
-        offer(node);
+        addEnlargeButton(node);
         node.fxRanges = Object.fromEntries(Object.entries(layout ?? {})
           .filter(([key, axis]) => /^[xy]axis\d*$/.test(key) && axis.range)
           .map(([key, axis]) => [key, [...axis.range]]));
@@ -220,13 +218,13 @@
       };
       cancelAnimationFrame(node.fxFrame);
       const is = moves ? data.map(trace => numbers(trace.y) ?? []) : [];
-      // Only curves that were there before move: a law that is new appears at once.
+      // Only curves that existed before move; a new curve appears at once.
       const pairs = is.map((y, k) => {
         const at = names[k] === data[k].name ? k : names.indexOf(data[k].name);
         return at >= 0 && was[at].length === y.length ? was[at] : null;
       });
-      const any = pairs.some((old, k) => old && old.some((v, i) => v !== is[k][i]));
-      if (!moves || !any) {
+      const changes = pairs.some((old, k) => old && old.some((v, i) => v !== is[k][i]));
+      if (!moves || !changes) {
         const made = drawn(node, data, layout, shared);
         keep();
         return made;
@@ -246,7 +244,7 @@
       return Promise.resolve(node);
     };
   };
-  // Plotly comes later, and anew with each connection.
+  // Plotly is loaded later, and again with each connection.
   let plotly = window.Plotly;
   Object.defineProperty(window, "Plotly", {
     configurable: true,

@@ -1,5 +1,5 @@
-// The bar below the arm: play, time, speed and views; and the key to the colours in the picture's
-// corner. The server says what stands there (page/timeline.py); both lie over the 3-D picture.
+// The bar below the arm (play, time, speed, views) and the key of colours, both over the 3-D picture.
+// The server sends their state (page/timeline.py).
 (() => {
   if (window.fxLine) return;
   const bar = document.createElement("div"), note = document.createElement("div");
@@ -28,7 +28,7 @@
     button.title = name;
     button.innerHTML = `<svg viewBox="0 0 24 24" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
   };
-  let state = {}, held = 0;
+  let state = {}, lastDrag = 0;
   const toggle = () => window.fxAct("play");
   const step = by => {
     if (!bar.hidden && state.plays) window.fxAct("step", by);
@@ -36,7 +36,7 @@
   };
   play.onclick = toggle;
   time.oninput = () => {
-    held = performance.now();
+    lastDrag = performance.now();
     show();
     window.fxAct("seek", time.value);
   };
@@ -68,7 +68,7 @@
     if (state.plays) {
       face(play, state.playing ? "Pause" : "Play");
       time.max = state.seconds;
-      if (performance.now() - held > 600) time.value = state.time;
+      if (performance.now() - lastDrag > 600) time.value = state.time;
       show();
       options($(".speed"), state.speeds, state.speed, "speed", "speed ", "");
       options($(".apart"), state.errors, state.error, "apart", "error ", "Δ");
@@ -95,7 +95,7 @@
     }
   };
 
-  // Over the picture, wherever the panels leave it.
+  // Places both over the picture between the panels.
   const place = () => {
     const canvas = document.querySelector("canvas[data-engine]")?.getBoundingClientRect();
     if (!canvas) return;
@@ -112,7 +112,7 @@
   };
   document.body.append(bar, note);
   addEventListener("resize", place);
-  setInterval(place, 500);  // a panel's border was moved
+  setInterval(place, 500);  // a panel's border may have been moved
 
   // Keys: space plays and pauses, arrows step, wherever no field or button has the focus.
   const BUSY = 'input, textarea, select, button, a, summary, [role="slider"], [role="tab"], '

@@ -1,9 +1,9 @@
-// Says on top of the page that the server does not answer, until it does.
+// Shows a banner while the server does not answer.
 (() => {
   if (window.flexguiWatch) return;
   window.flexguiWatch = true;
-  const LOST = "The connection is lost. Your work is kept; this page comes back by itself.";
-  const JOIN = "The server was restarted and needs its join code: reload this page.";
+  const LOST = "The connection is lost. Your work is kept. This page reconnects by itself.";
+  const JOIN = "The server was restarted and needs the join code: reload this page.";
   const banner = document.createElement("div");
   banner.setAttribute("role", "alert");
   banner.style.cssText = "position:fixed;top:0;left:0;right:0;z-index:10000;padding:.6rem 1rem;"

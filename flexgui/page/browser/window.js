@@ -1,12 +1,12 @@
-// Writes down the window's size, the picture's width, light or dark, and whether a graphics card draws;
-// the server reads it from the browser's storage (layout.py).
+// Stores the window's size, the picture's width, the theme, and whether a graphics card draws, for the
+// server (layout.py).
 (() => {
   const canvas = document.querySelector("canvas[data-engine]");
   const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  const noted = [innerWidth, innerHeight, canvas ? canvas.clientWidth : 0, dark ? "dark" : "light"];
+  const parts = [innerWidth, innerHeight, canvas ? canvas.clientWidth : 0, dark ? "dark" : "light"];
   try {
     const theme = localStorage.getItem("viser-user:flexgui-theme");
-    if (theme === "dark" || theme === "light") noted.push(theme);
+    if (theme === "dark" || theme === "light") parts.push(theme);
     if (window.fxGpu === undefined) {
       const gl = document.createElement("canvas").getContext("webgl");
       const named = gl && gl.getExtension("WEBGL_debug_renderer_info");
@@ -15,7 +15,7 @@
       gl?.getExtension("WEBGL_lose_context")?.loseContext();
     }
     const look = localStorage.getItem("viser-user:flexgui-look");
-    if (look === "fine" || (look !== "plain" && window.fxGpu)) noted.push("gpu");
-    localStorage.setItem("viser-user:flexgui-window", noted.join(" "));
+    if (look === "fine" || (look !== "plain" && window.fxGpu)) parts.push("gpu");
+    localStorage.setItem("viser-user:flexgui-window", parts.join(" "));
   } catch (error) {}
 })();

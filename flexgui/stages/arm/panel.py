@@ -124,7 +124,7 @@ class Lines:
     def __init__(self, context: PageContext, title: str) -> None:
         self._theme = context.theme
         self._shown: Figure | None = None
-        context.theme.followers.append(self._recolour)
+        context.theme.callbacks.append(self._recolour)
         nothing = np.array([0.0, 1.0])
         self._look: dict[str, Any] = {}
         self._handle = context.gui.add_uplot(

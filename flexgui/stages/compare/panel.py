@@ -90,7 +90,7 @@ class ComparePanel(Panel):
     def build_plots(self) -> None:
         self._about = HtmlBlock(self.gui)
         self._signals = Signals(self.context)
-        self.context.theme.followers.append(self._recolour)
+        self.context.theme.callbacks.append(self._recolour)
         views = recording_views().values()
         self._shown: dict[str, Signals | ErrorView | Torque] = {
             SIGNALS: self._signals,
