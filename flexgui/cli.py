@@ -224,9 +224,8 @@ def plan(
     seconds: Annotated[
         float, typer.Option(help="Total time available for all experiments, in s.")
     ] = 60.0,
-    parameters: Annotated[
-        str,
-        typer.Option("--for", help="Parameters to determine better, with commas; default: all."),
+    focus: Annotated[
+        str, typer.Option("--for", help="Parameters to improve, with commas; default: all.")
     ] = "",
     between: Annotated[str, typer.Option(help="Two effects to distinguish: id,id.")] = "",
     data: DataOption = None,
@@ -238,9 +237,7 @@ def plan(
     from flexgui.progress import shown_progress
 
     with shown_progress(quiet) as bars:
-        sentences = plan_scenario(
-            path, out, data, seconds, _names(parameters), _names(between), bars
-        )
+        sentences = plan_scenario(path, out, data, seconds, _names(focus), _names(between), bars)
     typer.echo("\n".join(sentences))
 
 

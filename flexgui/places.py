@@ -30,9 +30,7 @@ def _last(path: str) -> str:
 def _server_folders() -> tuple[str, ...]:
     """The server's own folders, the longest first: one may lie in another."""
     folders = {tempfile.gettempdir(), str(Path.home()), sys.prefix, sys.base_prefix, str(_ROOT)}
-    return tuple(
-        sorted((folder for folder in folders if len(Path(folder).parts) > 1), key=len)[::-1]
-    )
+    return tuple(sorted((f for f in folders if len(Path(f).parts) > 1), key=len)[::-1])
 
 
 WORK, RESULTS = ".work.npz", ".results.npz"

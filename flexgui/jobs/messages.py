@@ -171,9 +171,9 @@ class Task:
     def resolve(self) -> Callable[..., Any]:
         """The function, imported."""
         module, _, name = self.function.partition(":")
-        found = getattr(importlib.import_module(module), name)
-        assert callable(found), f"{self.function} is not a function"
-        return found
+        function = getattr(importlib.import_module(module), name)
+        assert callable(function), f"{self.function} is not a function"
+        return function
 
 
 class Order(Enum):

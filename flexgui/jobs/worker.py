@@ -200,9 +200,7 @@ class Worker:
         while True:
             self._changed.wait()
             self._changed.clear()
-            with contextlib.suppress(
-                OSError
-            ):  # the reading thread sees it too and ends the process
+            with contextlib.suppress(OSError):  # the reading thread then ends the process
                 self._flush()
             time.sleep(INTERVAL)
 
@@ -210,9 +208,7 @@ class Worker:
         """Sends heartbeats; the reading thread sees when the server is gone."""
         with contextlib.suppress(OSError):
             while True:
-                with contextlib.suppress(
-                    MemoryError
-                ):  # the job uses all memory; the process still runs
+                with contextlib.suppress(MemoryError):  # the job uses all memory
                     self.send(ALIVE)
                 time.sleep(HEARTBEAT_INTERVAL)
 

@@ -107,8 +107,8 @@ def aspect(window: Window) -> float:
     if window.phone:
         return window.width / window.height
     shares = widths(window)
-    left = window.width - shares.plots - shares.controls - BORDERS
-    return (window.picture or left) / window.height
+    width = window.width - shares.plots - shares.controls - BORDERS
+    return (window.picture or width) / window.height
 
 
 def covered(window: Window) -> float:
@@ -162,9 +162,9 @@ class PageLayout:
 
     def _again(self, _: list[float]) -> None:
         self._shape = self._client.camera.aspect
-        late = not self._answered
-        self._ask(LATE_TIMEOUT if late else ANSWER_TIMEOUT)
-        if late:  # measured beside panels that still have the widths of a wide window
+        is_late = not self._answered
+        self._ask(LATE_TIMEOUT if is_late else ANSWER_TIMEOUT)
+        if is_late:  # measured beside panels that still have the widths of a wide window
             self.window = replace(self.window, picture=0.0)
         # An answer that came too late for the beginning counts too.
         if self.window != self._reported:

@@ -67,9 +67,8 @@ class Page(PageElement):
         self._layout.begin(self.context.theme.fit, self._fit, self._scene.fit)
         if context.read_only:
             disable_inputs(gui, others)
-        self._redraw = RedrawScheduler(
-            self._draw, self._draw_slow_parts, lambda: session.wait_idle(0.0)
-        )
+        is_idle = partial(session.wait_idle, 0.0)
+        self._redraw = RedrawScheduler(self._draw, self._draw_slow_parts, is_idle)
         self._end = session.subscribe(self._redraw.mark)
         for topic in Topic:
             self._redraw.mark(topic)
@@ -189,12 +188,8 @@ STEP = Markup(
 )
 OLD_FIGURES = Markup("<span class='fx-old'></span>")
 IN_FIGURES = {
-    PagePart.MODEL,
-    PagePart.PLAYBACK,
-    PagePart.STUDY,
-    PagePart.PLOTS,
-    PagePart.LATE_PLOTS,
-}
+    PagePart.MODEL, PagePart.PLAYBACK, PagePart.STUDY, PagePart.PLOTS, PagePart.LATE_PLOTS,
+}  # fmt: skip
 
 
 class StageBar(PageElement):

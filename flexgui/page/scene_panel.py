@@ -1,5 +1,5 @@
-"""The arm in the middle: the live model, a mode that swings, or a recording that plays, with its
-error in the colours of the arm and as a board."""
+"""The arm in 3-D: the live model, a mode in motion, or a played recording with its error in the
+arm's colours and on a board."""
 
 from __future__ import annotations
 
@@ -22,25 +22,24 @@ from flexgui.stages.arm.live import LiveModel
 from flexgui.stages.compare.state import WhereItFails
 
 ASPECT = 0.68
-"""Width over height of what the panels leave of a usual screen; a narrower one is looked at from
-further away."""
+"""Width over height of the picture on a usual screen; in a narrower one the camera is farther."""
 
 DOWN = 1.2
-"""Of the arm's reach: on a phone the panels lie over the lower part of the arm's picture."""
+"""Share of the reach by which the view is moved on a phone, where panels cover the lower part."""
 
 SETTLING = 5.0
-"""s after the camera was put, in which the browser may still report where it was before: what looks
-like a turn by hand is none."""
+"""s after the camera was set in which the browser may still report its old place, which must not
+count as a turn by hand."""
 
 TURNED = 1e-3
-"""Of the reach: a camera further from its place was moved by a person."""
+"""Share of the reach: a camera farther from its place was moved by a person."""
 
 SWINGS_PER_SECOND = 0.6
-"""A mode is played so slowly that the eye follows; its true frequency stands beside it."""
+"""A mode is played slowly; its true frequency is shown beside it."""
 
 FRAMES_PER_SECOND = 25.0
 OTHER_SIZE = 1.5
-"""An arm that is so many times larger or smaller is looked at anew."""
+"""For an arm larger or smaller by this factor the camera is set again."""
 
 DRAWN = frozenset({
     Topic.LIVE, Topic.STAGE, Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS,
@@ -48,19 +47,19 @@ DRAWN = frozenset({
 
 
 class ScenePanel(PageElement):
-    """Made with the first live model; only moved after that."""
+    """Shows the arm of one page; built with the first live model, later only moved."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._stage: ArmScene | None = None
         self._shown: object = None
         self._error_factor = 0.0
-        """How many times too far from the model the measured arm's path is drawn."""
+        """Factor of the drawn distance between measured arm and model, as shown."""
         self._errors = ErrorsInScene(context)
         self._reach = 1.0
         self._window, self._side = Window(), HOME
         self._aimed_at = 0.0
-        """When that was, by the monotonic clock."""
+        """Time (monotonic) at which the camera was set."""
         self._eye = np.zeros(3)
         """Where the camera was put, (3,) m."""
         self._lock = threading.RLock()
@@ -69,7 +68,7 @@ class ScenePanel(PageElement):
         context.theme.callbacks.append(self.set_dark)
 
     def draw(self, topics: frozenset[Topic]) -> None:
-        """Shows what the session says now."""
+        """Draws the changes of the session."""
         session = self.session
         view, motion = session.document.live_model, session.playback.motion
         if view is None or not topics & DRAWN:
@@ -101,7 +100,7 @@ class ScenePanel(PageElement):
         return self._stage
 
     def fit(self, window: Window, shares: Widths) -> None:
-        """The whole arm stays in sight in a picture of another shape."""
+        """Keeps the whole arm in view when the picture's shape changes."""
         with self._lock:
             before, self._window = self._window, window
             if self._stage is None or aspect(before) == aspect(window):
@@ -110,19 +109,19 @@ class ScenePanel(PageElement):
                 self._aim(self._stage)
 
     def look_from(self, side: str) -> None:
-        """Of the stage's directions; the whole arm comes into sight."""
+        """Looks from one of DIRECTIONS at the whole arm."""
         with self._lock:
             if self._stage is not None:
                 self._side = side
                 self._aim(self._stage)
 
     def _is_aimed(self) -> bool:
-        """Whether nobody has turned the view since."""
+        """Whether nobody has turned the view since the camera was set."""
         moved = self.context.client.camera.position - self._eye
         return bool(np.linalg.norm(moved) < TURNED * self._reach)
 
     def _aim(self, stage: ArmScene) -> None:
-        """Looks at the whole arm; what a person turns stays so until another arm comes."""
+        """Sets the camera for the whole arm; a view turned by hand stays until the next arm."""
         self._reach, self._aimed_at = stage.body.reach, time.monotonic()
         camera, phone = self.context.client.camera, self._window.phone
         eye = stage.view(min(aspect(self._window), ASPECT), self._side)
@@ -162,14 +161,14 @@ class ScenePanel(PageElement):
         stage.show(motion.motion.q[k], None if ghost is None else ghost[k])
 
     def set_dark(self, dark: bool) -> None:
-        """The floor suits the page's ground."""
+        """Sets the colours of floor and errors for a dark or light page."""
         with self._lock:
             if self._stage is not None:
                 self._stage.set_dark(dark)
                 self._errors.draw(self._stage)
 
     def _swing(self) -> None:
-        """Swings the chosen mode while the first stage is shown; nobody waits where none is."""
+        """Moves the chosen mode while the first stage is shown; ends without a chosen mode."""
         session = self.session
         while not self._closed.wait(1.0 / FRAMES_PER_SECOND):
             with self._lock:
@@ -184,7 +183,7 @@ class ScenePanel(PageElement):
                     stage.show(view.at.q + np.real(turn * view.modes[mode].vector))
 
     def close(self) -> None:
-        """Nothing swings any more."""
+        """Stops the motion of a mode."""
         self._closed.set()
 
 
@@ -195,12 +194,12 @@ BOARD = "Compare"
 
 
 class ErrorsInScene(PageElement):
-    """Drawn on whatever stage there is; anew where its nodes are new."""
+    """Draws the error in the arm's colours and on a board; again for new nodes."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._plain = ""
-        """The nodes on which no error is shown."""
+        """The nodes on which no error is drawn."""
         self._painted: object = None
         self._board: ErrorBoard | None = None
         self._board_of: tuple[object, object] = (None, "")
@@ -249,7 +248,7 @@ class ErrorsInScene(PageElement):
             self._board.mark(row, cursor.time / float(board.edges[-1]))
 
     def _picked(self, row: int, column: int) -> None:
-        """Arm, time-line and plots go to the cell."""
+        """Moves arm, time-line and plots to the time and recording of a cell."""
         session = self.session
         board = None if session.comparison.failing is None else session.comparison.failing.board
         if board is None or row >= len(board.recordings) or column + 1 >= len(board.edges):
@@ -259,16 +258,16 @@ class ErrorsInScene(PageElement):
 
 
 BEFORE = LiveSettings().exaggeration
-"""Where the slider stands until somebody moves it."""
+"""The slider's initial value."""
 
 
 def plays(session: Session) -> bool:
-    """Whether the scene shows the recording and not the arm of the sliders."""
+    """Whether the scene shows the recording instead of the live model."""
     return session.stage != "Arm" and session.playback.motion is not None
 
 
 def exaggeration(session: Session) -> float:
-    """Of what the scene shows now."""
+    """The factor by which bending is drawn larger now."""
     chosen, motion = session.document.live.exaggeration, session.playback.motion
     if motion is None or not plays(session) or chosen != BEFORE:
         return chosen
@@ -276,15 +275,15 @@ def exaggeration(session: Session) -> float:
 
 
 def has_camera(session: Session) -> bool:
-    """Whether a camera is drawn: only where the recording holds what one saw. What a file holds is
-    not known before it was read; simulated recordings have a camera."""
+    """Whether a camera is drawn: the recording has camera channels. This is not known before a file
+    is read; simulated recordings have a camera."""
     if session.playback.recording is not None:
         return session.playback.recording.has("z1", "z2")
     return all(spec.simulate is not None for spec in session.document.scenario.recordings)
 
 
 def legend(session: Session) -> str:
-    """What is what in the scene, in words; empty where it shows no recording."""
+    """The legend of the scene; empty without a recording."""
     motion = session.playback.motion
     if motion is None or not plays(session):
         return ""

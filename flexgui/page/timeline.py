@@ -80,13 +80,9 @@ class TimeLine(PageElement):
             return {**always, "plays": False, "words": [UNREAD] if waits else [], "scale": ""}
         who = "identified model" if motion.fitted else "model as stated"
         failing = session.comparison.failing if session.stage in COLOURED else None
-        error_signal = None if failing is None else failing.now.get(cursor.recording)
-        error_text = (
-            ""
-            if error_signal is None
-            else error_words(error_signal.at(cursor.time), error_signal.units)
-        )
-        worst = 0.0 if error_signal is None else greatest(session.comparison.worst_error)
+        signal = None if failing is None else failing.now.get(cursor.recording)
+        error_text = "" if signal is None else error_words(signal.at(cursor.time), signal.units)
+        worst = 0.0 if signal is None else greatest(session.comparison.worst_error)
         scale = colours.RISING_ON_DARK if self.context.theme.dark else colours.RISING
         first = f"{motion.recording}: {who}."
         return {

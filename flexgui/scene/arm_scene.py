@@ -69,9 +69,9 @@ class ArmScene:
             paint.switch(self._groups["ghost"], ghost is not None)
             tips = [self.pose.tip.place]
             if ghost is not None:
-                seen = self.body.pose(ghost, self._exaggeration, GHOST.grown)
-                self.ghost.show(seen)
-                tips.append(seen.tip.place)
+                ghost_pose = self.body.pose(ghost, self._exaggeration, GHOST.grown)
+                self.ghost.show(ghost_pose)
+                tips.append(ghost_pose.tip.place)
             self.paths.show_error(*tips)
 
     def show_paths(self, model: np.ndarray | None, measured: np.ndarray | None = None) -> None:

@@ -1,4 +1,4 @@
-"""The map of the error as a board behind the arm: a click on a cell says which."""
+"""The error map as a board behind the arm, with cells to click."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flexgui.views import colours
 from flexgui.views.error_map import CAMERA
 
 NAME = "error board"
-"""Under which it is attached to the stage."""
+"""The name under which it is attached to the scene."""
 
 CELL, LINE = 24, 2
 """px of a cell's picture, and of the gap to the next."""
@@ -29,7 +29,7 @@ LEANING = 0.6
 """rad from upright, so that it faces the viewer."""
 
 EMPTY = (128, 136, 146, 40)
-"""Where nothing was measured: hardly seen."""
+"""Colour of cells without a measurement."""
 
 TITLE = "error over time, recording by recording: click a cell"
 TEXT = 0.046
@@ -47,7 +47,7 @@ Pick = Callable[[int, int], None]
 
 
 class ErrorBoard:
-    """Made anew for other errors; the mark on it moves."""
+    """The board; built again for other errors. Only its mark moves."""
 
     def __init__(
         self, stage: ArmScene, owner: Owner, ratio: np.ndarray, labels: Sequence[str],
@@ -92,14 +92,14 @@ class ErrorBoard:
                     pick(*cell)
 
     def mark(self, row: int, share: float) -> None:
-        """Frames the cell of a row at a share of the columns."""
+        """Marks the cell of a row at a share of the columns."""
         rows, columns = self._shape
         column = min(max(int(share * columns), 0), columns - 1)
         self._mark.position = self._point((column + 0.5) / columns, (row + 0.5) / rows, 0.004)
         self._mark.visible = 0 <= row < rows
 
     def cell(self, origin: Sequence[float], direction: Sequence[float]) -> tuple[int, int] | None:
-        """(row, column) that a ray meets; None beside the board."""
+        """(row, column) of the cell that a ray meets; None beside the board."""
         start, along = np.asarray(origin, dtype=float), np.asarray(direction, dtype=float)
         slope = float(along @ AWAY)
         if abs(slope) < 1e-9:
@@ -137,7 +137,7 @@ def _frame(width: float, height: float) -> np.ndarray:
 
 
 SHADES = 24
-"""Colours are only sent where they change."""
+"""Steps of colour, so that small changes send nothing."""
 
 LEAST_SPAN = 10.0
 """Times the floor that the colours span at least, as on the maps."""

@@ -54,9 +54,9 @@ def fitting_factor(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
     bent = largest_deflection(arm, p, q)
     if not np.isfinite(bent) or bent <= 0.0:
         return FACTORS[0]
-    wanted = SHARE * ArmGeometry(arm, p).reach / bent
+    ideal = SHARE * ArmGeometry(arm, p).reach / bent
     limits = [np.sqrt(a * b) for a, b in pairwise(FACTORS)]
-    return FACTORS[int(np.searchsorted(limits, wanted))]
+    return FACTORS[int(np.searchsorted(limits, ideal))]
 
 
 FRAMES_PER_SECOND = 50.0
@@ -155,15 +155,15 @@ def simulated_motion(
     stride = max(int(round(1.0 / (FRAMES_PER_SECOND * recording.sample_time))), 1)
     rows = slice(None, None, stride)
     parts = {name: getattr(motion, name)[rows] for name in ("q", "v", "torque")}
-    kept = replace(motion, time=motion.time[rows] - motion.time[0], **parts)
+    frames = replace(motion, time=motion.time[rows] - motion.time[0], **parts)
     # Gaps of a slow camera are filled before, or none of its samples might be kept.
     channels = {
         name: filled(recording.time, values[:, None])[rows, 0]
         for name, values in recording.channels.items()
     }
-    seen = replace(recording, time=recording.time[rows], channels=channels, counted={})
-    ghost = measured_postures(seen, model, numbers)
-    return RecordedMotion(recording.name, kept, ghost, bool(values))
+    shortened = replace(recording, time=recording.time[rows], channels=channels, counted={})
+    ghost = measured_postures(shortened, model, numbers)
+    return RecordedMotion(recording.name, frames, ghost, bool(values))
 
 
 def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
@@ -239,20 +239,20 @@ def _add_tip(
     flexibility: np.ndarray,
 ) -> None:
     """Bends q (N, n) until its tips stand at z (N, 2)."""
-    seen = np.flatnonzero(np.isfinite(z).all(axis=1))
-    if not seen.size:
+    measured = np.flatnonzero(np.isfinite(z).all(axis=1))
+    if not measured.size:
         return
-    bent = q[seen]
+    bent = q[measured]
     for _ in range(STEPS):
         tips, slopes = zip(*(compiled.tip_place(row, p) for row in bent), strict=True)
-        miss, J = z[seen] - np.array(tips), np.array(slopes)
+        miss, J = z[measured] - np.array(tips), np.array(slopes)
         yielding = J @ flexibility
         compliance = yielding @ np.swapaxes(J, 1, 2)
         size = np.trace(compliance, axis1=1, axis2=2)[:, None, None]
         pull = np.linalg.solve(compliance + REGULARISATION * size * np.eye(2), miss[:, :, None])
         bent = bent + (np.swapaxes(yielding, 1, 2) @ pull)[:, :, 0]
     change = np.full_like(q, np.nan)
-    change[seen] = bent - q[seen]
+    change[measured] = bent - q[measured]
     q += filled(time, change)
 
 

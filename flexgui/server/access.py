@@ -158,8 +158,8 @@ def answer(status: HTTPStatus, body: bytes, headers: Headers, kind: str = "text/
 
 def single_header(headers: Headers, name: str) -> str | None:
     """The header's value if there is exactly one: proxies disagree on which of two counts."""
-    found = headers.get_all(name)
-    return found[0] if len(found) == 1 else None
+    values = headers.get_all(name)
+    return values[0] if len(values) == 1 else None
 
 
 LONGEST = 150_000

@@ -72,14 +72,14 @@ class GuardedConnection(ServerConnection):
         Only moves of sliders and passive messages may lie in between.
         """
         slider = self.guard.slider(frame.message)
-        found, rest = [frame], deque[Frame]()
+        moves, others = [frame], deque[Frame]()
         while slider is not None and self._ahead:
-            theirs = self.guard.slider(self._ahead[0].message)
-            if theirs is None and not isinstance(self._ahead[0].message, Passive):
+            other_slider = self.guard.slider(self._ahead[0].message)
+            if other_slider is None and not isinstance(self._ahead[0].message, Passive):
                 break
-            (found if theirs == slider else rest).append(self._ahead.popleft())
-        self._ahead.extendleft(reversed(rest))
-        return found[::-1]
+            (moves if other_slider == slider else others).append(self._ahead.popleft())
+        self._ahead.extendleft(reversed(others))
+        return moves[::-1]
 
     async def _look_ahead(self) -> None:
         """Waits for a message, then reads all that have arrived."""

@@ -79,8 +79,8 @@ class Guard:
         """Whether the message had to be changed; RefusedError if it is not allowed."""
         match message:
             case GuiUpdateMessage(uuid, updates):
-                given, updates.value = updates.value, checked(_usable(browser, uuid), updates.value)
-                return bool(given != updates.value)
+                sent, updates.value = updates.value, checked(_usable(browser, uuid), updates.value)
+                return bool(sent != updates.value)
             case GuiButtonHoldMessage(uuid):
                 _usable(browser, uuid)
             case FileTransferStartUpload():
@@ -112,12 +112,12 @@ class Guard:
 
 def _usable(browser: BrowserConnection, uuid: str) -> Any:
     """The widget; RefusedError if it cannot be used."""
-    found = browser.client.gui._gui_input_handle_from_uuid.get(uuid)
-    if found is None or found._impl.removed:
+    handle = browser.client.gui._gui_input_handle_from_uuid.get(uuid)
+    if handle is None or handle._impl.removed:
         raise RefusedError("no such widget")
-    if getattr(found, "disabled", False):
+    if getattr(handle, "disabled", False):
         raise RefusedError("the widget is disabled")
-    return found
+    return handle
 
 
 SLACK = 1e-9
@@ -149,10 +149,10 @@ def _text(handle: Any, value: object) -> str:
 @checked.register(viser.GuiDropdownHandle)
 @checked.register(viser.GuiButtonGroupHandle)
 def _option(handle: Any, value: object) -> str:
-    found = convert(value, str)
-    if found not in handle.options:
+    option = convert(value, str)
+    if option not in handle.options:
         raise RefusedError("none of the options")
-    return found
+    return option
 
 
 @checked.register(viser.GuiSliderHandle)
@@ -164,10 +164,10 @@ def _number(handle: Any, value: object) -> float:
 @checked.register(viser.GuiMultiSliderHandle)
 def _ascending(handle: Any, value: object) -> list[float]:
     n = len(handle.value)
-    found = _numbers(value, (handle.min,) * n, (handle.max,) * n)
-    if found != sorted(found):
+    values = _numbers(value, (handle.min,) * n, (handle.max,) * n)
+    if values != sorted(values):
         raise RefusedError("not in ascending order")
-    return found
+    return values
 
 
 @checked.register(viser.GuiVector2Handle)
@@ -185,10 +185,10 @@ def _colour(handle: Any, value: object) -> list[float]:
 
 
 def _numbers(value: object, low: tuple[Any, ...], high: tuple[Any, ...]) -> list[float]:
-    found = convert(value, list[Number])
-    if len(found) != len(low):
+    numbers = convert(value, list[Number])
+    if len(numbers) != len(low):
         raise RefusedError(f"not a list of {len(low)}")
-    return [within(*each) for each in zip(found, low, high, strict=True)]
+    return [within(*each) for each in zip(numbers, low, high, strict=True)]
 
 
 def within(value: float, low: float | None, high: float | None) -> float:
@@ -239,11 +239,11 @@ class Transfers:
 
     def part(self, part: FileTransferPart) -> None:
         """RefusedError if the part was not announced or is too large: the file is to be dropped."""
-        left, size = self._left.pop(part.transfer_uuid, 0), len(part.content)
-        if not 0 < size <= left:
+        bytes_left, size = self._left.pop(part.transfer_uuid, 0), len(part.content)
+        if not 0 < size <= bytes_left:
             raise RefusedError("a part that was not announced, or has more bytes than it said")
-        if left > size:
-            self._left[part.transfer_uuid] = left - size
+        if bytes_left > size:
+            self._left[part.transfer_uuid] = bytes_left - size
 
 
 def megabytes(size: int) -> str:

@@ -45,9 +45,7 @@ class ServeOptions:
         if not 1 <= self.workers <= 64:
             raise InputError(f"--workers {self.workers} is out of range; choose 1 to 64.")
         if self.data is not None and not self.data.is_dir():
-            raise InputError(
-                f"--data {self.data} is not a folder; give the folder of the recordings."
-            )
+            raise InputError(f"--data {self.data} is not a folder; give that of the recordings.")
 
     @property
     def address(self) -> str:
@@ -109,10 +107,10 @@ def lan_address() -> str | None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(_TEST_ADDRESS)
-            found = str(probe.getsockname()[0])
+            own_address = str(probe.getsockname()[0])
         except OSError:
             return None
-    return None if is_loopback(found) else found
+    return None if is_loopback(own_address) else own_address
 
 
 def is_loopback(host: str) -> bool:
@@ -128,13 +126,13 @@ def is_loopback(host: str) -> bool:
 def address_group(address: str) -> str:
     """The address; under IPv6 the /64 network that a single machine may own."""
     try:
-        found = ipaddress.ip_address(address.partition("%")[0])
+        parsed = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
         return address
-    mapped = getattr(found, "ipv4_mapped", None)
-    if found.version == 4 or mapped is not None:
-        return str(mapped or found)
-    return str(ipaddress.ip_network((found, 64), strict=False))
+    mapped = getattr(parsed, "ipv4_mapped", None)
+    if parsed.version == 4 or mapped is not None:
+        return str(mapped or parsed)
+    return str(ipaddress.ip_network((parsed, 64), strict=False))
 
 
 WAITING = 100

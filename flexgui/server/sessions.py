@@ -19,20 +19,15 @@ from typing import TYPE_CHECKING
 
 from platformdirs import user_state_path
 
+from flexgui import places
 from flexgui.core.errors import InputError
-from flexgui.places import (
-    OWNER,
-    REPLACED_SUFFIX,
-    earlier_folder,
-    has_saved_work,
-    remove_partial_files,
-    saved_at,
-    set_aside,
-)
 from flexgui.server.services import MEGA, Limits
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
+
+FULL_ADDRESS = "sessions were opened from your network address. Use one of them, or"
+FULL_SERVER = "sessions are open, which is the limit. Please"
 
 log = logging.getLogger(__name__)
 
@@ -142,22 +137,18 @@ class SessionStore:
         """Frees a place for a new session if all places, or all of its address, are taken."""
         same = [e for e in self._entries.values() if address and e.address == address]
         if len(same) >= self._limits.sessions_per_address:
-            return self._take_unused(
-                same, "were opened from your network address. Use one of them, or"
-            )
+            return self._take_unused(same, FULL_ADDRESS)
         if len(self._entries) >= self._limits.sessions:
-            return self._take_unused(
-                list(self._entries.values()), "are open, which is the limit. Please"
-            )
+            return self._take_unused(list(self._entries.values()), FULL_SERVER)
         return None
 
     def _take_unused(self, entries: list[_Entry], why: str) -> Session:
         """Takes out an unused session, untouched or left long ago; InputError without one."""
-        late = monotonic() - self._limits.give_up_after
-        unused = [e for e in self._unused() if any(e is one for one in entries)]
-        free = [e for e in unused if not e.touched or e.left_at <= late]
+        latest = monotonic() - self._limits.give_up_after
+        unused = [e for e in self._unused() if any(e is entry for entry in entries)]
+        free = [e for e in unused if not e.touched or e.left_at <= latest]
         if not free:
-            raise InputError(f"{len(entries)} sessions {why} come back in a few minutes.")
+            raise InputError(f"{len(entries)} {why} come back in a few minutes.")
         oldest = min(free, key=lambda entry: (entry.touched, entry.left_at))
         return self._entries.pop(oldest.session.key).session
 
@@ -219,30 +210,30 @@ class SavedWorkFolders:
         """Whether there is saved work of that key that no other server uses."""
         folder = self._folder(key or "")
         return any(
-            has_saved_work(each) and not _is_in_use(each)
-            for each in (folder, earlier_folder(folder))
+            places.has_saved_work(each) and not _is_in_use(each)
+            for each in (folder, places.earlier_folder(folder))
         )
 
     def begin(self, key: str) -> Path:
         """Makes a new folder for the key. Its saved work becomes the earlier work; an earlier work
         that was not restored is set aside."""
         folder = self._folder(key)
-        earlier = earlier_folder(folder)
-        if has_saved_work(folder):
-            if has_saved_work(earlier):
-                name = set_aside(earlier, saved_at(earlier), "declined")
+        earlier = places.earlier_folder(folder)
+        if places.has_saved_work(folder):
+            if places.has_saved_work(earlier):
+                name = places.set_aside(earlier, places.saved_at(earlier), "declined")
                 log.warning("Work that was not restored is set aside as %s", name)
             shutil.rmtree(earlier, ignore_errors=True)
             folder.rename(earlier)
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(mode=0o700)
-        (folder / OWNER).write_text(f"{os.getpid()} {start_time_of(os.getpid())}")
+        (folder / places.OWNER).write_text(f"{os.getpid()} {start_time_of(os.getpid())}")
         return folder
 
     def end(self, folder: Path) -> None:
         """Releases the folder of a closed session, or removes it if it holds no work."""
-        if has_saved_work(folder):
-            (folder / OWNER).unlink(missing_ok=True)
+        if places.has_saved_work(folder):
+            (folder / places.OWNER).unlink(missing_ok=True)
         else:
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -251,17 +242,18 @@ class SavedWorkFolders:
 
     def _prune(self) -> None:
         unused = [p for p in self.root.iterdir() if p.is_dir() and not _is_in_use(p)]
-        whole = [p for p in unused if has_saved_work(p) and not p.name.endswith(REPLACED_SUFFIX)]
+        suffix = places.REPLACED_SUFFIX
+        whole = [p for p in unused if places.has_saved_work(p) and not p.name.endswith(suffix)]
         free, now, stay = MOST_BYTES, time.time(), set[Path]()
-        for number, folder in enumerate(sorted(whole, key=saved_at, reverse=True)):
+        for number, folder in enumerate(sorted(whole, key=places.saved_at, reverse=True)):
             free -= folder_bytes(folder)
-            if free < 0 or number >= MOST_FOLDERS or now - saved_at(folder) > LONGEST_AGE:
-                log.info("Work of %s is too old or too much and goes", time.ctime(saved_at(folder)))
+            if free < 0 or number >= MOST_FOLDERS or now - places.saved_at(folder) > LONGEST_AGE:
+                log.info("Work of %s is removed", time.ctime(places.saved_at(folder)))
             else:
                 stay.add(folder)
         for folder in unused:
             if folder in stay:
-                remove_partial_files(folder)
+                places.remove_partial_files(folder)
             else:
                 shutil.rmtree(folder, ignore_errors=True)
 
@@ -278,7 +270,7 @@ def folder_bytes(folder: Path) -> int:
 def _is_in_use(folder: Path) -> bool:
     """Whether a running server uses the folder."""
     try:
-        number, _, began = (folder / OWNER).read_text().partition(" ")
+        number, _, began = (folder / places.OWNER).read_text().partition(" ")
         process = int(number)
     except (OSError, ValueError):
         return False
@@ -317,10 +309,10 @@ def new_root() -> Path:
 
 def _is_own(folder: Path) -> bool:
     try:
-        mine = folder.lstat().st_uid == os.getuid()
+        owned = folder.lstat().st_uid == os.getuid()
     except OSError:
         return False
-    return mine and folder.is_dir() and not folder.is_symlink()
+    return owned and folder.is_dir() and not folder.is_symlink()
 
 
 def start_time_of(process: int) -> str:

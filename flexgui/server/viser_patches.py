@@ -1,6 +1,5 @@
-"""Everything in which FlexGUI replaces something inside viser 1.1.1 and its websocket server; what
-it mends in plotly.js 7.1.0 is in `page/in_browser.py`. All of it was needed with these versions,
-which are pinned; the tests of this file say when one of the places has changed.
+"""All changes that FlexGUI makes inside viser 1.1.1 and its websocket server. Those of plotly.js
+7.1.0 are in `page/in_browser.py`. Both versions are pinned; tests fail if a changed place moves.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from flexgui.server.guard import Guard
 from flexgui.server.services import Limits
 
 CLOSE_TIMEOUT = 1.0
-"""s that a browser may take to say goodbye; ten would outlast Ctrl-C."""
+"""s that a browser may take to close its connection."""
 OPEN_TIMEOUT = 5.0
 CALLBACK_THREADS = 32
 
@@ -43,12 +42,12 @@ def guarded_viser(
     limits: Limits,
     reports: ErrorReporter,
 ) -> viser.ViserServer:
-    """A server on a socket that listens already. Nobody gets in until access is opened."""
+    """A viser server on an open socket. It refuses everybody until access is opened."""
     host, port = listener.getsockname()[:2]
     options = {
         "sock": listener,
         "process_request": access,
-        # Asked again by websockets itself, should the handler ever forget.
+        # Checked again by websockets itself.
         "origins": sorted(access.origins),
         "max_size": limits.message_bytes,
         "open_timeout": OPEN_TIMEOUT,
@@ -71,9 +70,9 @@ def guarded_viser(
     @inside.on_client_connect
     def _(connection: infra.WebsockClientConnection) -> None:
         number = connection.client_id
-        found = connection_of(server, number)
-        assert found is not None
-        found.guard = Guard(functools.partial(browsers, number), limits)
+        guarded = connection_of(server, number)
+        assert guarded is not None
+        guarded.guard = Guard(functools.partial(browsers, number), limits)
 
     report_errors(server, reports)
     make_events_thread_safe(server)
@@ -82,15 +81,15 @@ def guarded_viser(
 
 
 def stop(server: viser.ViserServer) -> None:
-    """Ends it, without a word: viser prints one."""
+    """Stops the server; suppresses viser's own message."""
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
 
 
 def connection_of(server: viser.ViserServer, client_id: int) -> GuardedConnection | None:
-    """The websocket of a browser, which viser does not give away; None where it has gone."""
-    found = server._websock_server._live_connections.get(client_id)
-    return found if isinstance(found, GuardedConnection) else None
+    """The websocket of a browser; None if it has left."""
+    connection = server._websock_server._live_connections.get(client_id)
+    return connection if isinstance(connection, GuardedConnection) else None
 
 
 REMOVED_HANDLERS = (
@@ -98,22 +97,22 @@ REMOVED_HANDLERS = (
     _messages.ShareUrlDisconnect,
     _messages.GuiFormDirtyMessage,
 )
-"""Handlers taken away: a public tunnel, its end, and an unchecked message to all browsers."""
+"""Removed handlers: a public tunnel, its end, and an unchecked message to all browsers."""
 
 _BUILDING = threading.Lock()
 
 
 @contextlib.contextmanager
 def _served_with(options: dict[str, Any]) -> Iterator[list[bool]]:
-    """viser starts its websocket server inside its constructor, by `serve`, and takes no options
-    for it, so anybody could connect to it; here `options` win."""
+    """Makes viser's constructor call `serve` of websockets with our options: without them anybody
+    could connect."""
     original, calls = websocket_server.serve, list[bool]()
 
-    def serve(handler: Any, host: Any, port: Any, **theirs: Any) -> Any:
+    def serve(handler: Any, host: Any, port: Any, **defaults: Any) -> Any:
         if calls:  # another server that happens to start now
-            return original(handler, host, port, **theirs)
+            return original(handler, host, port, **defaults)
         calls.append(True)
-        return original(handler, **{**theirs, **options})
+        return original(handler, **{**defaults, **options})
 
     with _BUILDING:
         websocket_server.serve = serve  # type: ignore[assignment,misc]
@@ -125,7 +124,7 @@ def _served_with(options: dict[str, Any]) -> Iterator[list[bool]]:
 
 @functools.cache
 def _quiet_logger() -> logging.Logger:
-    """Every page, every refused visitor and every port scanner is a "failed" handshake."""
+    """A logger without "failed" handshakes: every page and every refused request is one."""
     silent = ("opening handshake failed", "connection rejected")
     logger = logging.getLogger("flexgui.websocket")
     logger.setLevel(logging.WARNING)
@@ -134,13 +133,12 @@ def _quiet_logger() -> logging.Logger:
 
 
 def ignore_dead_writes(client: viser.ClientHandle) -> None:
-    """viser warns of every browser that goes while its page is drawn, which is no news."""
+    """Suppresses viser's warning for a browser that leaves while its page is drawn."""
     client._websock_connection.get_message_buffer()._sanctioned_dead_writes += 1
 
 
 def report_errors(server: viser.ViserServer, reports: ErrorReporter) -> None:
-    """viser prints the errors of callbacks on threads and of `async` callbacks, and forgets them;
-    nobody at the page hears of them."""
+    """Sends errors of callbacks to `reports`: viser only prints them."""
     old = server._thread_executor
     new = CallbackExecutor(reports)
     server._thread_executor = server.gui._thread_executor = new
@@ -172,13 +170,13 @@ class CallbackExecutor(ThreadPoolExecutor):
         super().__init__(CALLBACK_THREADS, thread_name_prefix="flexgui-callback")
         self._reports = reports
         self._again: dict[_Mark, bool] = {}
-        """Of the inputs that are at work: whether something newer has come."""
+        """Inputs whose callback runs: whether a newer value has come."""
         self._lock = threading.Lock()
 
     def submit(
         self, function: Callable[..., Any], /, *arguments: Any, **options: Any
     ) -> Future[Any]:
-        """As always, but the future never ends in an error."""
+        """As in the base class, but the future never ends in an error."""
 
         def careful() -> Any:
             try:
@@ -187,7 +185,7 @@ class CallbackExecutor(ThreadPoolExecutor):
                 self._reports(error, _client_of(arguments))
                 return None
 
-        # A click or a file has no value, and all of them count.
+        # Clicks and files have no value: all of them count.
         target = getattr(arguments[0], "target", None) if arguments else None
         if not isinstance(target, viser.GuiInputHandle):
             return super().submit(careful)
@@ -202,7 +200,7 @@ class CallbackExecutor(ThreadPoolExecutor):
         return noted
 
     def _run(self, mark: _Mark, work: Callable[[], Any]) -> None:
-        """Until nothing newer has come."""
+        """Runs the callback until no newer value has come."""
         while True:
             with self._lock:  # before the value is read: what comes from now on is newer
                 self._again[mark] = False
@@ -218,11 +216,11 @@ _Mark = tuple[object, str]
 
 
 def _client_of(arguments: tuple[Any, ...]) -> viser.ClientHandle | None:
-    """Of an event, a camera, or the browser itself."""
+    """The browser of an event or a camera, or the argument itself."""
     for argument in arguments:
-        for found in (argument, getattr(argument, "client", None)):
-            if isinstance(found, viser.ClientHandle):
-                return found
+        for candidate in (argument, getattr(argument, "client", None)):
+            if isinstance(candidate, viser.ClientHandle):
+                return candidate
     return None
 
 
@@ -230,8 +228,8 @@ def cache_type_hints() -> None:
     """viser writes `NDArray[np.float16]` and the like anew for each property that is set, which
     takes a tenth of the time of a drawing; here each is made once. Elsewhere nothing changes."""
     kinds = (np.float16, np.float32, np.float64, np.uint8)
-    known = SimpleNamespace(NDArray={kind: npt.NDArray[kind] for kind in kinds})  # type: ignore[valid-type]
-    _assignable_props_api.npt = known  # type: ignore[assignment]
+    cached = SimpleNamespace(NDArray={kind: npt.NDArray[kind] for kind in kinds})  # type: ignore[valid-type]
+    _assignable_props_api.npt = cached  # type: ignore[assignment]
 
 
 class ThreadSafeEvent(asyncio.Event):
@@ -243,7 +241,7 @@ class ThreadSafeEvent(asyncio.Event):
     """
 
     def set(self) -> None:
-        """As on the loop, where it is called there."""
+        """Sets the flag; wakes the waiters only on the event loop."""
         self._value = True
         if asyncio._get_running_loop() is not None:
             for waiter in self._waiters:
@@ -252,7 +250,7 @@ class ThreadSafeEvent(asyncio.Event):
 
 
 def make_events_thread_safe(server: viser.ViserServer) -> None:
-    """To all browsers together, and to each one that comes."""
+    """Replaces the events of the server's and of each connection's message buffer."""
     server._websock_server.get_message_buffer().message_event.__class__ = ThreadSafeEvent
 
     @server._websock_server.on_client_connect

@@ -1,4 +1,4 @@
 """One person's work: the scenario, the live model, recordings, the running job, the last result.
 
-No viewer in here: the page and the tests drive the same `Session`.
+It needs no page: the page and the tests use the same `Session`.
 """

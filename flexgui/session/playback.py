@@ -1,4 +1,4 @@
-"""The motion that a page plays, and the thread that moves its cursor."""
+"""The recording and motion that the page plays, and the thread that moves the cursor."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.file_jobs import run_task
 from flexgui.jobs.messages import Task
 from flexgui.scene import recorded_motion
+from flexgui.scene.recorded_motion import load_motion
 from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import STAGES, Cursor, PagePart, Topic
 
@@ -22,37 +23,37 @@ if TYPE_CHECKING:
     from flexgui.session.session import Session
 
 RATE = 25.0
-"""Frames a second; the page draws arm and cursor at each."""
+"""Frames per second; the page draws arm and cursor at each."""
 SHORT = 30_000
-"""Samples, as the paper has them (3 s at 0.1 ms): simulated in half a second with a few MB."""
+"""Samples, as in the paper (3 s at 0.1 ms): simulated in half a second with a few MB."""
 
 
 class Playback:
-    """One cursor for the arm, its ghost and the plots."""
+    """The cursor of the arm, the measured arm and the plots."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self.cursor = Cursor()
         self.recording: Recording | None = None
-        """The one under the cursor, as the scenario states it now."""
+        """The recording under the cursor, by the present scenario."""
         self.motion: recorded_motion.RecordedMotion | None = None
         self._recording_key: tuple[str, Scenario] | None = None
         self._worker = LatestRequest(session.faults, PagePart.PLAYBACK)
-        self._waits = False
-        """Whether the motion is computed once another stage is shown."""
-        self._moving = False
+        self._refresh_pending = False
+        """Whether the motion is computed when another stage is shown."""
+        self._thread_runs = False
         """Whether a thread moves the cursor."""
 
     def reset(self) -> None:
-        """Plays nothing: another scenario follows."""
+        """Clears recording and motion: another scenario was opened."""
         self.recording, self.motion, self.cursor = None, None, Cursor()
 
     def move(self, **changes: Any) -> None:
-        """Moves the cursor, plays, changes speed or recording."""
+        """Changes fields of the cursor: time, playing, speed, recording."""
         with self._session.lock:
             before, self.cursor = self.cursor, replace(self.cursor, **changes)
-            starts = self.cursor.playing and not self._moving
-            self._moving = self._moving or starts
+            starts = self.cursor.playing and not self._thread_runs
+            self._thread_runs = self._thread_runs or starts
         if before.recording != self.cursor.recording:
             self.refresh()
         if starts:
@@ -60,12 +61,12 @@ class Playback:
         self._session.notify(Topic.CURSOR)
 
     def seek(self, time: float) -> None:
-        """To a time of the recording, in s, and no further than its ends; it pauses there."""
+        """Moves the cursor to a time in s, within the recording, and pauses."""
         end = 0.0 if self.motion is None else self.motion.seconds
         self.move(time=min(max(time, 0.0), end), playing=False)
 
     def _play(self) -> None:
-        """A thread that lives only while something plays."""
+        """The thread that moves the cursor while a recording plays."""
         last = time.monotonic()
         while True:
             time.sleep(1.0 / RATE)
@@ -73,14 +74,14 @@ class Playback:
             with self._session.lock:
                 cursor = self.cursor
                 if not cursor.playing or self._session.closed:
-                    self._moving = False
+                    self._thread_runs = False
                     return
             with self._session.faults.watch(PagePart.CURSOR):
                 self.advance((now - last) * cursor.speed)
             last = now
 
     def advance(self, seconds: float) -> None:
-        """Moves the cursor on; at the end it starts again."""
+        """Moves the cursor on; starts again at the end."""
         with self._session.lock:
             if self.motion is None:
                 return
@@ -90,24 +91,24 @@ class Playback:
         self._session.notify(Topic.CURSOR)
 
     def scenario_changed(self) -> None:
-        """At once where it is seen; under the sliders of the first stage it would be in the way."""
+        """Computes the motion again; on the first stage, which does not show it, later."""
         if self._session.stage == STAGES[0]:
-            self._waits = True
+            self._refresh_pending = True
         else:
             self.refresh()
 
     def stage_changed(self) -> None:
-        """Computes what has waited for a stage that shows it."""
-        if self._waits:
+        """Computes a pending motion."""
+        if self._refresh_pending:
             self.refresh()
 
     def refresh(self) -> None:
-        """Makes or reads the recording under the cursor and computes its motion, soon."""
-        self._waits = False
+        """Simulates or reads the recording under the cursor and computes its motion, soon."""
+        self._refresh_pending = False
         self._worker.request(self._compute)
 
     def wait_idle(self, timeout: float) -> bool:
-        """Whether the motion is that of the cursor's recording within `timeout` s."""
+        """Whether the motion is up to date within `timeout` s."""
         return self._worker.wait_idle(timeout)
 
     def close(self) -> None:
@@ -127,34 +128,30 @@ class Playback:
         name = name if name in names else names[0]
         try:
             key = (name, _data_part(scenario))
-            kept = self.recording if key == before else None
-            recording, found = self._played(scenario, name, fitted, kept)
+            cached = self.recording if key == before else None
+            recording, motion = self._motion_of(scenario, name, fitted, cached)
         except InputError as error:
-            self._waits = True  # for the next stage: a worker may have been late or lost
+            self._refresh_pending = True  # again on the next stage: a worker may have been lost
             self._session.show_message(str(error), bad=True)
             return
         with self._session.lock:
-            self.recording, self._recording_key, self.motion = recording, key, found
+            self.recording, self._recording_key, self.motion = recording, key, motion
             if self.cursor.recording != name:
                 self.cursor = replace(self.cursor, recording=name, time=0.0)
         self._session.notify(Topic.RECORDINGS, Topic.CURSOR)
 
-    def _played(
-        self, scenario: Scenario, name: str, fitted: Outcome | None, kept: Recording | None
+    def _motion_of(
+        self, scenario: Scenario, name: str, fitted: Outcome | None, cached: Recording | None
     ) -> tuple[Recording, recorded_motion.RecordedMotion]:
-        """The recording, as it is `kept` where it is, and its motion; the server itself does only
-        what is known to be short."""
+        """The recording (`cached` if given) and its motion; long ones are made in a worker."""
         values = recorded_motion.fitted_values(fitted, name)
         if not _short(scenario, name):
             arguments = {"recording": name, "folder": str(self._session.folder), "values": values}
-            task = Task.of(
-                recorded_motion.load_motion, f"Recording {name}", scenario=scenario, **arguments
-            )
-            again, found = run_task(self._session.key, task)
-            return kept or again, found
-        recording = kept or recorded_motion.read_recording(
-            scenario, name, ConfinedFolder(self._session.folder)
-        )
+            task = Task.of(load_motion, f"Recording {name}", scenario=scenario, **arguments)
+            read, motion = run_task(self._session.key, task)
+            return cached or read, motion
+        folder = ConfinedFolder(self._session.folder)
+        recording = cached or recorded_motion.read_recording(scenario, name, folder)
         return recording, recorded_motion.simulated_motion(scenario, values, recording)
 
 
@@ -164,7 +161,7 @@ def _short(scenario: Scenario, name: str) -> bool:
 
 
 def _data_part(scenario: Scenario) -> Scenario:
-    """What the recordings depend on: everything but the identification's settings."""
+    """What recordings depend on: the scenario without the identification's settings."""
     plain = Scenario(title="-", arm=scenario.arm)
     return scenario.model_copy(
         update={"title": "-", "identify": plain.identify, "compare": (), "model": plain.model}

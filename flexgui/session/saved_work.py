@@ -13,20 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from flexgui import places
 from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.schema import Scenario
-from flexgui.places import (
-    OWNER,
-    REPLACED_SUFFIX,
-    RESULTS,
-    WORK,
-    earlier_folder,
-    has_saved_work,
-    saved_at,
-    set_aside,
-)  # fmt: skip
 from flexgui.session.scenario_edits import ScenarioDict
 from flexgui.session.serialization import deserialize, serialize
 from flexgui.session.state import STAGES, Cursor, LiveSettings, Topic
@@ -80,9 +71,9 @@ class WorkStore:
 
     def begin(self) -> None:
         """Finds earlier work; from now on every change is saved into the session's folder."""
-        before = earlier_folder(self._session.folder)
-        if has_saved_work(before):
-            self.earlier = EarlierWork(before, saved_at(before))
+        before = places.earlier_folder(self._session.folder)
+        if places.has_saved_work(before):
+            self.earlier = EarlierWork(before, places.saved_at(before))
         with self._session.lock:
             self._saved, self._enabled = (self._work_fields(), self._result_fields()), True
 
@@ -104,19 +95,19 @@ class WorkStore:
             return False
         message = RESTORED.format(earlier.date)
         try:
-            work = deserialize((earlier.folder / WORK).read_bytes(), SavedWork)
+            work = deserialize((earlier.folder / places.WORK).read_bytes(), SavedWork)
             check_suits(work.scenario)
         except UNREADABLE as error:
-            name = set_aside(earlier.folder, earlier.time)
+            name = places.set_aside(earlier.folder, earlier.time)
             self._finish(UNREAD.format(earlier.date, name, _reason(error)), bad=True)
             return False
         try:
-            results = deserialize((earlier.folder / RESULTS).read_bytes(), SavedResults)
+            results = deserialize((earlier.folder / places.RESULTS).read_bytes(), SavedResults)
         except FileNotFoundError:  # nothing was found yet
             results = SavedResults()
         except UNREADABLE as error:
             results = SavedResults()
-            name = set_aside(earlier.folder / RESULTS, earlier.time)
+            name = places.set_aside(earlier.folder / places.RESULTS, earlier.time)
             message = WITHOUT.format(earlier.date, name, _reason(error))
         with self._writing:
             self._enabled = False
@@ -165,7 +156,7 @@ class WorkStore:
         """Puts the earlier folder in place of the present one by two renames: an interruption loses
         neither."""
         folder = self._session.folder
-        fresh = folder.with_name(f"{folder.name}{REPLACED_SUFFIX}")
+        fresh = folder.with_name(f"{folder.name}{places.REPLACED_SUFFIX}")
         shutil.rmtree(fresh, ignore_errors=True)
         folder.rename(fresh)
         try:
@@ -173,10 +164,10 @@ class WorkStore:
         except OSError:
             fresh.rename(folder)
             raise
-        for owner in fresh.glob(OWNER):
-            owner.replace(folder / OWNER)
-        if has_saved_work(fresh):  # what was done before the question was answered
-            set_aside(fresh, saved_at(fresh), "replaced")
+        for owner in fresh.glob(places.OWNER):
+            owner.replace(folder / places.OWNER)
+        if places.has_saved_work(fresh):  # what was done before the question was answered
+            places.set_aside(fresh, places.saved_at(fresh), "replaced")
         shutil.rmtree(fresh, ignore_errors=True)
 
     def _save(self) -> None:
@@ -185,11 +176,11 @@ class WorkStore:
         before, self._saved = self._saved, (work, results)
         try:
             if not _unchanged(results, before[1]):
-                _write_file(self._session.folder / RESULTS, SavedResults(*results))
-            if not _unchanged(work, before[0]) or not has_saved_work(self._session.folder):
+                _write_file(self._session.folder / places.RESULTS, SavedResults(*results))
+            if not _unchanged(work, before[0]) or not places.has_saved_work(self._session.folder):
                 if _unchanged(work, before[0]) and _unchanged(results, before[1]):
                     return
-                _write_file(self._session.folder / WORK, content)
+                _write_file(self._session.folder / places.WORK, content)
         except (InputError, OSError, TypeError) as error:
             self._enabled = False
             log.warning("The work of a session cannot be kept: %r", error)
@@ -238,14 +229,14 @@ class WorkStore:
         )
 
 
-class SavedWork(
-    msgspec.Struct,
-    frozen=True,
-    rename={
-        "replaced": "aside", "own_files": "own", "tour_step": "tour",
-        "challenge_seconds": "challenged_for", "studied_scenario": "studied",
-    },
-):  # fmt: skip
+ENCODED = {
+    "replaced": "aside", "own_files": "own", "tour_step": "tour", "studied_scenario": "studied",
+    "challenge_seconds": "challenged_for",
+}  # fmt: skip
+"""Field -> its name in saved files."""
+
+
+class SavedWork(msgspec.Struct, frozen=True, rename=ENCODED):
     """What a person did, as it is stored; unknown fields of another version are ignored."""
 
     scenario: Scenario
@@ -281,10 +272,13 @@ def _with_shared_outcome(results: SavedResults) -> tuple[ModelVersion, ...]:
     if results.outcome is None:
         return results.versions
     last = serialize(results.outcome)
-    same = [one.outcome is not None and serialize(one.outcome) == last for one in results.versions]
+    is_last_outcome = [
+        version.outcome is not None and serialize(version.outcome) == last
+        for version in results.versions
+    ]
     return tuple(
-        replace(one, outcome=results.outcome) if is_last else one
-        for one, is_last in zip(results.versions, same, strict=True)
+        replace(version, outcome=results.outcome) if is_last else version
+        for version, is_last in zip(results.versions, is_last_outcome, strict=True)
     )
 
 

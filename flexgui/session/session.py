@@ -1,4 +1,4 @@
-"""One person's work. Thread-safe, without a viewer; a page is rebuilt from it after a reload."""
+"""One person's work, thread-safe; a page is built from it again after a reload."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ from flexgui.stages.study.studying import Study
 
 @final
 class Session:
-    """Owns the parts, side by side, and their one lock; subscribers hear which part has changed,
-    then read it. The lock is held for moments: never while something is computed or written."""
+    """Owns the parts and their common lock. Subscribers get a topic for each change and read the
+    part. The lock is held briefly: never while something is computed or written."""
 
     def __init__(self, key: str, folder: Path, services: Services) -> None:
         self.key, self.folder, self.services = key, folder, services
         self.lock = threading.RLock()
         self.closed = False
         self.stage = STAGES[0]
-        """The one that is shown."""
+        """The stage that is shown."""
         self.message = Message("")
         self.faults = Faults(lambda: self.notify(Topic.MESSAGE))
         self._subscribers: list[Subscriber] = []
@@ -60,7 +60,7 @@ class Session:
         self.store = WorkStore(self)
 
     def subscribe(self, callback: Subscriber) -> Callable[[], None]:
-        """Calls back with each topic that changes, from any thread; returns how to end that."""
+        """Calls `callback` with each changed topic, from any thread; returns how to end that."""
         with self.lock:
             self._subscribers.append(callback)
 
@@ -72,7 +72,7 @@ class Session:
         return end
 
     def notify(self, *topics: Topic) -> None:
-        """Lets the subscribers know, after what is to be kept was written."""
+        """Saves the work, then calls the subscribers with the topics."""
         self.store.write(topics)
         with self.lock:
             subscribers = tuple(self._subscribers)
@@ -84,19 +84,19 @@ class Session:
                     self.faults.fail(PagePart.PAGE)
 
     def show_message(self, text: str, bad: bool = False) -> None:
-        """A sentence for the person, which does not say where the server keeps what."""
+        """Shows a sentence; paths of the server are hidden in it."""
         text = hide_paths(text, self.folder)
         with self.lock:
             self.message = Message(brief(text) if bad else text, bad, self.message.number + 1)
         self.notify(Topic.MESSAGE)
 
     def refuse(self, why: object) -> bool:
-        """Shows the person a sentence on what is not done; False."""
+        """Shows why an action is refused, and returns False."""
         self.show_message(str(why), bad=True)
         return False
 
     def show(self, stage: str) -> None:
-        """Another stage of the work."""
+        """Shows another stage."""
         if stage in STAGES and stage != self.stage:
             self.stage = stage
             self.notify(Topic.STAGE)
@@ -105,11 +105,11 @@ class Session:
             self.playback.stage_changed()
 
     def choose(self, name: str) -> bool:
-        """Starts over with the demo or a ready-made scenario."""
+        """Opens a supplied scenario in place of the present work."""
         choices = scenario_choices()
         try:
             if name not in choices:
-                raise InputError(f"There is no scenario {name}; choose one of the list.")
+                raise InputError(f"There is no scenario {name}; choose one from the list.")
             self.recordings.leave_waiting()
             path = choices[name]
             scenario = EMBEDDED[name]() if path is None else read_scenario(path)
@@ -121,7 +121,7 @@ class Session:
         return self.open(scenario)
 
     def open(self, scenario: Scenario) -> bool:
-        """Starts over with a scenario; its files must lie in the session's folder."""
+        """Opens a scenario in place of the present work; its files are in the session's folder."""
         try:
             self.start_with(scenario)
         except InputError as error:
@@ -129,7 +129,7 @@ class Session:
         return True
 
     def start_with(self, scenario: Scenario) -> None:
-        """As `open`, but InputError where the scenario is none for this session."""
+        """As `open`, but raises InputError for an unsuitable scenario."""
         check_suits(scenario)
         self.run.reset()
         self.study.reset()
@@ -148,16 +148,16 @@ class Session:
         self.playback.refresh()
 
     def scenario_changed(self) -> None:
-        """What follows from an edit besides the model of the sliders."""
+        """Updates the parts that depend on the scenario, except the live model."""
         self.playback.scenario_changed()
         self.demonstration.scenario_changed()
 
     def wait_idle(self, timeout: float = 60.0) -> bool:
-        """Whether the session's own threads are at rest within `timeout` s; for scripts."""
+        """Whether the session's threads are idle within `timeout` s; for scripts."""
         return self.document.wait_idle(timeout) and self.playback.wait_idle(timeout)
 
     def close(self) -> None:
-        """Ends its threads and its job, and removes its folder where no work is kept in it."""
+        """Ends its threads and its job; removes its folder if it holds no saved work."""
         self.closed = True
         self.challenge.reset()
         self.demonstration.end()

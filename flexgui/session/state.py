@@ -129,8 +129,8 @@ class Faults:
 
     def fail(self, part: PagePart) -> None:
         """Called in an `except`: marks the part as outdated."""
-        again = self.closed or part in self.outdated
-        log.log(logging.DEBUG if again else logging.ERROR, "%s: failed", part.value, exc_info=True)
+        level = logging.DEBUG if self.closed or part in self.outdated else logging.ERROR
+        log.log(level, "%s: failed", part.value, exc_info=True)
         self._note(part, failed=True)
 
     def _note(self, part: PagePart, failed: bool) -> None:

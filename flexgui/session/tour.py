@@ -106,19 +106,18 @@ def is_on_tour(session: Session) -> bool:
 
 def needs_fit(session: Session) -> bool:
     """Whether the model has no fit at its present settings and no job runs."""
-    fresh = (
-        session.identification.outcome is not None
-        and session.identification.outcome_of == session.document.scenario
-    )
-    return not (fresh or session.run.busy)
+    return not (_is_fitted(session) or session.run.busy)
+
+
+def _is_fitted(session: Session) -> bool:
+    fitted = session.identification
+    return fitted.outcome is not None and fitted.outcome_of == session.document.scenario
 
 
 def needs_search(session: Session) -> bool:
     """Whether the present model was not diagnosed yet and no job runs."""
-    return not (
-        session.run.busy
-        or any(k.scenario == session.document.scenario for k in session.diagnosis.versions)
-    )
+    scenario, versions = session.document.scenario, session.diagnosis.versions
+    return not (session.run.busy or any(version.scenario == scenario for version in versions))
 
 
 def has_own_button(session: Session) -> bool:
@@ -137,11 +136,7 @@ def next_stage(session: Session) -> str:
 def _identify(session: Session) -> Card:
     if session.run.state.busy and session.run.state.kind == "identify":
         return FITTING
-    fresh = (
-        session.identification.outcome is not None
-        and session.identification.outcome_of == session.document.scenario
-    )
-    return FITTED if fresh else TO_FIT
+    return FITTED if _is_fitted(session) else TO_FIT
 
 
 def _compare(session: Session) -> Card:

@@ -96,7 +96,7 @@ def test_a_busy_port_gives_the_next_one_and_says_so(tmp_path: Path) -> None:
 
 def test_a_server_that_had_to_be_cut_off_says_so_and_fails() -> None:
     code = (
-        "import time; from flexgui.server.serve import end_in_any_case as e; e(0.1); time.sleep(99)"
+        "import time; from flexgui.server.serve import force_exit_after as e; e(0.1); time.sleep(99)"
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert ended.returncode == INTERNAL
