@@ -95,9 +95,7 @@ def test_a_busy_port_gives_the_next_one_and_says_so(tmp_path: Path) -> None:
 
 
 def test_a_server_that_had_to_be_cut_off_says_so_and_fails() -> None:
-    code = (
-        "import time; from flexgui.server.serve import force_exit_after as e; e(0.1); time.sleep(99)"
-    )
+    code = "import flexgui.server.serve as s; s.force_exit_after(0.1); s.threading.Event().wait()"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert ended.returncode == INTERNAL
     assert "did not end within 0.1 s" in ended.stderr and len(ended.stderr.splitlines()) == 1
