@@ -54,8 +54,8 @@ class Limits:
 
     def inside(self, x: np.ndarray) -> np.ndarray:
         """(P,) bool: not at a bound, to a millionth of a typical size."""
-        near = AT_BOUND * self.scales
-        return np.asarray((x > self.lower + near) & (x < self.upper - near))
+        margin = AT_BOUND * self.scales
+        return np.asarray((x > self.lower + margin) & (x < self.upper - margin))
 
     def prior_cost(self, x: np.ndarray) -> np.ndarray:
         """(...) squared deviations of x (..., P) from what is known beforehand."""
@@ -91,7 +91,7 @@ DIVERGED = 1e12
 
 
 def cost_of(blocks: Blocks) -> float:
-    """Sum of squares; infinite where a simulation went astray."""
+    """Sum of squares; infinite where a simulation diverged."""
     if not all(np.all(np.abs(b) < DIVERGED) for b in blocks):
         return np.inf
     return float(sum(np.sum(b * b) for b in blocks))
@@ -145,7 +145,7 @@ def descend(
     at, shorter = None, keep or share > 0.0
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
         if at is None:
-            S, at = [whole(s) for s in slopes(x)], x
+            S, at = [as_finite(s) for s in slopes(x)], x
         enough = max(least, share * cost)
         A, b = normal_equations(blocks, S)
         A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
@@ -195,15 +195,15 @@ def predicted_reduction(descended: Descended, limits: Limits) -> float:
     return max(_reduction_of_move(A, b, move), 0.0)
 
 
-def whole(S: np.ndarray) -> np.ndarray:
-    """A simulation that went astray beside the point shows no direction."""
+def as_finite(S: np.ndarray) -> np.ndarray:
+    """S with zeros for what is not finite, where a simulation diverged."""
     return S if np.all(np.abs(S) < DIVERGED) else np.nan_to_num(S, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _free(x: np.ndarray, b: np.ndarray, limits: Limits) -> np.ndarray:
     """(P,) bool: not held by a bound that the descent pushes against; the errors fall along -b."""
-    near = AT_BOUND * limits.scales
-    bound = ((x <= limits.lower + near) & (b > 0.0)) | ((x >= limits.upper - near) & (b < 0.0))
+    margin = AT_BOUND * limits.scales
+    bound = ((x <= limits.lower + margin) & (b > 0.0)) | ((x >= limits.upper - margin) & (b < 0.0))
     return ~bound
 
 
@@ -222,9 +222,9 @@ NEAR = 0.05
 
 def _inside(x: np.ndarray, move: np.ndarray, limits: Limits) -> np.ndarray:
     """x + move within the bounds."""
-    low, high, near = limits.lower, limits.upper, NEAR * limits.scales
-    low = np.where(x - low > near, x - FIRST_WAY * (x - low), low)
-    high = np.where(high - x > near, x + FIRST_WAY * (high - x), high)
+    low, high, margin = limits.lower, limits.upper, NEAR * limits.scales
+    low = np.where(x - low > margin, x - FIRST_WAY * (x - low), low)
+    high = np.where(high - x > margin, x + FIRST_WAY * (high - x), high)
     return np.clip(x + move, low, high)
 
 

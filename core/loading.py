@@ -38,7 +38,7 @@ def load_recordings(
     if not scenario.recordings:
         raise InputError("The scenario has no [[recordings]]; add at least one.")
 
-    def one(spec: RecordingSpec) -> Recording:
+    def load(spec: RecordingSpec) -> Recording:
         if spec.simulate is not None:
             progress.advance(0, f"{spec.name}, {spec.simulate.samples:,} samples to simulate")
             loaded = simulated(spec, scenario.sensors, model)
@@ -49,7 +49,7 @@ def load_recordings(
 
     _ = (model.bare or model).compiled  # once, before the threads ask for it
     with ThreadPoolExecutor(WORKERS) as pool:
-        loaded = list(pool.map(one, scenario.recordings))
+        loaded = list(pool.map(load, scenario.recordings))
     # What is simulated begins at rest; what a rig wrote begins where somebody cut it.
     files = [r for r, spec in zip(loaded, scenario.recordings, strict=True) if spec.file]
     arm = model.arm
@@ -151,13 +151,13 @@ def as_played(recording: Recording, play: Recording) -> Recording:
             f"({len(recording.time) * dt:.3g} s of {len(rows) * dt:.3g} s); record all of them, or "
             "leave `played` out."
         )
-    first = _found(recording, played, have, play.source) if have else 0
+    first = _best_start(recording, played, have, play.source) if have else 0
     part = recording.rows(slice(first, first + count))
     added = {name: played[name][:count] for name in names if name not in have}
     return replace(part, time=part.time - part.time[0], channels={**part.channels, **added})
 
 
-def _found(
+def _best_start(
     recording: Recording, played: dict[str, np.ndarray], have: list[str], source: str
 ) -> int:
     """The sample at which the references fit best; InputError where they nowhere do."""

@@ -47,8 +47,8 @@ class Parameter:
 
     def at_bound(self, value: float) -> bool:
         """Whether a value is at a bound, to a millionth of the distance between both."""
-        near = 1e-6 * (self.upper - self.lower)
-        return bool(value - self.lower < near or self.upper - value < near)
+        margin = 1e-6 * (self.upper - self.lower)
+        return bool(value - self.lower < margin or self.upper - value < margin)
 
 
 @dataclass(frozen=True)

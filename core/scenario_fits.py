@@ -82,14 +82,14 @@ def compare_all(
 ) -> tuple[RecordingComparison, ...]:
     """Each recording against the fit that saw it, the others against all fits."""
 
-    def one(recording: Recording) -> RecordingComparison:
+    def compare_recording(recording: Recording) -> RecordingComparison:
         own = next((f for f in fits if recording.name in f.fit.recordings), None)
-        found = _compare_one(setup, recording, own, fits, spec)
+        comparison = _compare_one(setup, recording, own, fits, spec)
         progress.advance(text=recording.name)
-        return found
+        return comparison
 
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
-        return tuple(pool.map(one, recordings))
+        return tuple(pool.map(compare_recording, recordings))
 
 
 def _compare_one(

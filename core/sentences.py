@@ -61,9 +61,9 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     names = sorted(candidates)
     if not names:
         return "leave it out."
-    lowered = {each.lower(): each for each in names if len(each) <= LONGEST_QUOTE}
-    near = get_close_matches(name[:LONGEST_QUOTE].lower(), lowered, n=1, cutoff=0.5)
-    return f"did you mean {lowered[near[0]]!r}?" if near else f"known: {few(names)}."
+    lowered = {x.lower(): x for x in names if len(x) <= LONGEST_QUOTE}
+    matches = get_close_matches(name[:LONGEST_QUOTE].lower(), lowered, n=1, cutoff=0.5)
+    return f"did you mean {lowered[matches[0]]!r}?" if matches else f"known: {few(names)}."
 
 
 def few(names: Sequence[str]) -> str:
@@ -108,9 +108,9 @@ def setting_name(location: Iterable[str | int], root: type[BaseModel]) -> str:
         head = f"[[{head}]]" if array else f"[{head}]"
         if array and inner:
             head, inner = f"{head} {int(inner[0]) + 1}", inner[1:]
-    words = ".".join(str(p) for p in inner if isinstance(p, str))
+    keys = ".".join(str(p) for p in inner if isinstance(p, str))
     entries = "".join(f" entry {p + 1}" for p in inner if isinstance(p, int))
-    return f"{head} {words}{entries}".replace("  ", " ").strip()
+    return f"{head} {keys}{entries}".replace("  ", " ").strip()
 
 
 def _keys(location: Iterable[str | int], root: type[BaseModel]) -> list[str | int]:

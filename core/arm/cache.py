@@ -116,8 +116,8 @@ def is_whole(path: Path) -> bool:
 
 
 @cache
-def _warn_once(sentence: str, *words: str) -> None:
-    log.warning(sentence, *words)
+def _warn_once(sentence: str, *values: str) -> None:
+    log.warning(sentence, *values)
 
 
 def module_file(name: str) -> Path:

@@ -16,7 +16,7 @@ from ..identify.compare import compare
 from ..identify.estimates import derived_estimates
 from ..identify.predictor import on_all_cores
 from ..identify.prepared_recording import Prepared
-from ..least_squares import SEEN, whole
+from ..least_squares import SEEN, as_finite
 from ..results import Estimate, RecordingComparison
 from ..results.comparison import DIAGNOSIS_FIT
 
@@ -28,7 +28,7 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     x, unknowns = h.vector, h.unknowns
     if not len(unknowns):
         return ()
-    sensitivities = [whole(S) for S in h.residuals.sensitivities(x)]
+    sensitivities = [as_finite(S) for S in h.residuals.sensitivities(x)]
     jacobian = h.residuals.vector(sensitivities)
     _, _, null = identifiability.analyse(unknowns, x, jacobian)
     identified = identifiability.identified(null, len(unknowns))

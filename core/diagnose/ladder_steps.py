@@ -13,7 +13,7 @@ from ..diagnose.remaining_error import channel_rms
 from ..identify.identifiability import analyse, identified
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknown
-from ..least_squares import SEEN, descend, whole
+from ..least_squares import SEEN, as_finite, descend
 from ..model import Model
 from ..results import ChannelError, Estimate, LadderStep
 
@@ -140,7 +140,7 @@ def _identified(refit: Refit) -> np.ndarray:
     h, slopes = refit.hypothesis, refit.descended.slopes
     if not len(h.vector):
         return np.zeros(0, dtype=bool)
-    jacobian = h.residuals.vector([whole(S) for S in slopes])
+    jacobian = h.residuals.vector([as_finite(S) for S in slopes])
     _, _, null = analyse(h.unknowns, h.vector, jacobian, SEEN**0.5)
     return identified(null, len(h.vector))
 

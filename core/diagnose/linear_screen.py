@@ -23,7 +23,7 @@ from ..diagnose.shape_refinement import best_shape, joint_shape
 from ..diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 from ..effects.effect import Effect
 from ..identify import predictor
-from ..least_squares import whole
+from ..least_squares import as_finite
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def screen(
     that need compilation begin in the second round.
     """
     errors = [np.asarray(b) for b in base.errors(base.vector)]
-    slopes = [whole(s) for s in base.slopes(base.vector)]
+    slopes = [as_finite(s) for s in base.slopes(base.vector)]
     planned = [t for c in candidates for t in trials(base, c, data)]
     new = {i for i, t in enumerate(planned) if must_compile(t, base.model.arm)}
     rounds = trial_rounds(planned, new)

@@ -24,7 +24,7 @@ from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, parameter_names
 from ..effects.effect import Effect
 from ..identify.refinement import FEWEST_PER_UNKNOWN, SHARES, first_parts
 from ..lanes.wide import LANES
-from ..least_squares import cost_of, descend, normal_equations, pseudo_inverse, whole
+from ..least_squares import as_finite, cost_of, descend, normal_equations, pseudo_inverse
 
 T = TypeVar("T")
 
@@ -284,13 +284,13 @@ def profile_costs(
     second. Sensitivities of one point are accurate enough near the minimum, and so are few steps.
     """
     others, limits = ~np.isin(np.arange(len(h.vector)), list(along)), h.limits
-    slopes = [whole(S)[:, :, others] for S in h.slopes(h.vector)]
+    slopes = [as_finite(S)[:, :, others] for S in h.slopes(h.vector)]
     profile: list[tuple[float, np.ndarray]] = []
     for some in batched(vectors, LANES):
         if stopped():
             break
         for x, errors in zip(some, h.coarse.errors_at(some), strict=True):
-            A, b = normal_equations([whole(e) for e in errors], slopes)
+            A, b = normal_equations([as_finite(e) for e in errors], slopes)
             inverse = pseudo_inverse(A)
             minimum = x.copy()
             minimum[others] -= inverse @ b

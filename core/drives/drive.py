@@ -98,8 +98,8 @@ def per_joint(values: tuple[float, ...], arm: Arm, setting: str) -> tuple[float,
 def stated_joints(setting: str, stated: object) -> tuple[int, ...]:
     """Joints, from 1, in a setting of [drive]; InputError where it is not a list of joints."""
     joints = list(stated) if isinstance(stated, list | tuple) else None
-    whole = joints is not None and all(type(k) is int and k > 0 for k in joints)
-    if joints is None or not whole or len(set(joints)) < len(joints):
+    valid = joints is not None and all(type(k) is int and k > 0 for k in joints)
+    if joints is None or not valid or len(set(joints)) < len(joints):
         raise InputError(f"[drive] {setting} must be a list of joints such as [1], each once.")
     return tuple(joints)
 

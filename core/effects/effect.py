@@ -125,10 +125,10 @@ class Effect(ABC):
         quantities = self.parameters(self.changed_arm(rig.arm, {}), rig.drive, sizes)
         shown = [k for k in quantities if self.shown(k.parameter.name, rig)]
         out = [k for k in shown if not self.is_searched(k, rig)]
-        words = {k.parameter.title: rig.stated[k.ruled_out_by] for k in out}
-        if words and len(out) == len(shown):
-            return {self.title: listed(list(dict.fromkeys(words.values())))}
-        return words
+        statements = {k.parameter.title: rig.stated[k.ruled_out_by] for k in out}
+        if statements and len(out) == len(shown):
+            return {self.title: listed(list(dict.fromkeys(statements.values())))}
+        return statements
 
     @abstractmethod
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:

@@ -113,9 +113,9 @@ def _tree(read: _Reading) -> ast.expr:
     try:
         tree = ast.parse(text, mode="eval").body
     except SyntaxError as error:
-        near = quoted(text[max((error.offset or 1) - 1, 0) :] or text[-1])
+        place = quoted(text[max((error.offset or 1) - 1, 0) :] or text[-1])
         raise read.error(
-            f"it cannot be read at {near}; check that an operator stands between all terms"
+            f"it cannot be read at {place}; check that an operator stands between all terms"
         ) from None
     count = sum(isinstance(node, ast.expr) for node in ast.walk(tree))
     if count > MOST_NODES:

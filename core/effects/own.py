@@ -166,9 +166,9 @@ def _port(word: str) -> str:
     return port if _PORT.fullmatch(port) else ""
 
 
-def _read(formula: str, words: Sequence[str], names: Sequence[str], where: str) -> sp.Expr:
+def _read(formula: str, states: Sequence[str], names: Sequence[str], where: str) -> sp.Expr:
     """The formula in real symbols; every parameter must occur in it."""
-    symbols = {word: sp.Symbol(word, real=True) for word in (*words, *names)}
+    symbols = {word: sp.Symbol(word, real=True) for word in (*states, *names)}
     expression = parse_formula(formula, symbols, f"{where} formula")
     if _nothing(expression):
         raise InputError(f"{where} formula is always zero; leave the effect out.")

@@ -35,11 +35,11 @@ class ChannelEffect(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return tuple(
             replace(
-                self.parameter(name, words, sizes),
+                self.parameter(name, channel, sizes),
                 separate=True,
                 ruled_out_by=self.exact_by.get(kind, ""),
             )
-            for name, (kind, words) in self._names(arm).items()
+            for name, (kind, channel) in self._names(arm).items()
         )
 
     def not_applicable(self, rig: Rig) -> str:
@@ -70,6 +70,6 @@ class ChannelEffect(Effect):
                 continue
             for channel in sensor.channels(arm):
                 number = channel_number(channel.name)
-                words = f"{sensor.called or sensor.title} {number}"
-                names[f"{self.letter}{sensor.letter or kind}{number}"] = kind, words
+                label = f"{sensor.called or sensor.title} {number}"
+                names[f"{self.letter}{sensor.letter or kind}{number}"] = kind, label
         return names

@@ -46,8 +46,8 @@ class InterpretedLaw:
 
     @cached_property
     def _plain(self) -> Callable[..., None]:
-        found: Callable[..., None] = _defined(plain_text(self.law))
-        return found
+        function: Callable[..., None] = _defined(plain_text(self.law))
+        return function
 
     @cached_property
     def _function(self) -> Any:

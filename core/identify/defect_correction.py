@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arm.arm import Arm
 from ..identify.predictor import on_all_cores, with_steps_per_sample
-from ..least_squares import Descended, Limits, descend, normal_equations, pseudo_inverse, whole
+from ..least_squares import Descended, Limits, as_finite, descend, normal_equations, pseudo_inverse
 
 if TYPE_CHECKING:
     from ..identify.residuals import Residuals
@@ -67,7 +67,7 @@ class Anchor:
             if steps not in self._found:
                 coarse = errors_with(self._at, self._vector, steps)
                 pairs = zip(self._fine, coarse, strict=True)
-                self._found[steps] = tuple(whole(fine - block) for fine, block in pairs)
+                self._found[steps] = tuple(as_finite(fine - block) for fine, block in pairs)
             return self._found[steps]
 
 

@@ -187,9 +187,9 @@ def comparable(table: EstimateTable) -> tuple[Numbers, ...] | None:
     points = [row.theta2 or 0.0 for row in table.locals]
     if published is None or len(points) != len(WORKING_POINTS):
         return None
-    near = np.allclose(points, WORKING_POINTS, rtol=0.0, atol=SAME_POINT)
+    same_size = np.allclose(points, WORKING_POINTS, rtol=0.0, atol=SAME_POINT)
     same_parameters = {"epsilon", "d"} == set(table.rows[0].values)
-    return published if near and same_parameters else None
+    return published if same_size and same_parameters else None
 
 
 def agreements(tables: Sequence[EstimateTable]) -> tuple[Agreement, ...]:

@@ -61,7 +61,7 @@ def thinned(recording: Recording, factor: int, references: Iterable[str]) -> Rec
     for name, x in recording.channels.items():
         at = np.flatnonzero(np.isfinite(x))
         if name in chosen:
-            channels[name] = _held(x, factor)
+            channels[name] = _mean_held(x, factor)
         elif len(at) < N and not np.any(at % factor):
             channels[name] = x[::factor].copy()
         else:
@@ -69,11 +69,11 @@ def thinned(recording: Recording, factor: int, references: Iterable[str]) -> Rec
     for name, mask in recording.counted.items():
         at = np.flatnonzero(np.isfinite(recording[name]))
         picked = len(at) < N and not np.any(at % factor)
-        counted[name] = mask[::factor].copy() if picked else _whole(mask, factor)
+        counted[name] = mask[::factor].copy() if picked else _filter_complete(mask, factor)
     return replace(recording, time=recording.time[::factor], channels=channels, counted=counted)
 
 
-def _held(x: np.ndarray, factor: int) -> np.ndarray:
+def _mean_held(x: np.ndarray, factor: int) -> np.ndarray:
     """The mean of x (N,) from each kept instant to before the next."""
     starts = np.arange(0, len(x), factor)
     sums = np.add.reduceat(x, starts)
@@ -102,7 +102,7 @@ def _smooth(x: np.ndarray, factor: int) -> np.ndarray:
     return np.where(complete, sums / np.where(complete, shares, 1.0), np.nan)
 
 
-def _whole(mask: np.ndarray, factor: int) -> np.ndarray:
+def _filter_complete(mask: np.ndarray, factor: int) -> np.ndarray:
     """(ceil(N / factor),): whether all samples under the low-pass count."""
     width = len(low_pass(factor))
     missing = np.pad((~mask).astype(float), width // 2)

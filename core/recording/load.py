@@ -77,15 +77,15 @@ def _load(
         if np.isnan(x).all() and (_sparse(name) or spec.gaps is not None):
             warnings.append(f"Column {header} has no samples and is left out.")
             continue
-        whole = _without_gaps(name, x, time, spec.gaps)
-        _check_gaps(table, name, header, whole, rows.start, time, spec)
-        empty = np.isnan(x) & ~np.isnan(whole)
+        filled = _without_gaps(name, x, time, spec.gaps)
+        _check_gaps(table, name, header, filled, rows.start, time, spec)
+        empty = np.isnan(x) & ~np.isnan(filled)
         if empty.any():
             warnings.append(f"Column {header}: {int(empty.sum())} cells bridged.")
             if spec.gaps is not None and spec.gaps.how == "mask":
                 counted[name] = counted.get(name, np.ones(len(time), dtype=bool)) & ~empty
-        channels[name] = whole
-        warnings += _remarks(header, whole)
+        channels[name] = filled
+        warnings += _remarks(header, filled)
     dt = float(time[-1] - time[0]) / (len(time) - 1)
     warnings += _apply_camera(channels, spec, dt, table.source)
     warnings += unused(table, sources)

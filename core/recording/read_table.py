@@ -43,7 +43,7 @@ def read_table(path: Path, progress: Watching | None = None) -> Table:
     except (MemoryError, RecursionError) as error:
         raise damaged(path.name, "a recording of a size that fits into memory") from error
     except Exception as error:  # libraries raise whatever wrong bytes lead to
-        raise damaged(path.name, reader.what, error) from error
+        raise damaged(path.name, reader.file_type, error) from error
 
 
 def _check_file(path: Path) -> None:
@@ -57,12 +57,12 @@ def _check_file(path: Path) -> None:
 
 def folder_sentence(path: Path) -> str:
     """Which files of a folder can be named: the parts of a bag, the episodes of a data set."""
-    inside = next((files for each in _all() if (files := _parts(path, each))), None)
+    inside = next((files for reader in _all() if (files := _parts(path, reader))), None)
     if inside is None:
         inside = sorted(p for p in path.glob("*") if _suffix(p) and p.is_file())
     if not inside:
         return f"{path} is a folder; name the file in it."
-    names = [f"{path.name}/{each.relative_to(path).as_posix()}" for each in inside]
+    names = [f"{path.name}/{reader.relative_to(path).as_posix()}" for reader in inside]
     return f"{path} is a folder; name one file in it: {few(names)}."
 
 

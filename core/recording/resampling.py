@@ -69,9 +69,9 @@ def even_table(
         InputError: The times tell no clock, or the new table would be too large.
     """
     count = spec.how == "count"
-    whole = unit * table.numbers(headers["t"])
-    rows, dropped = _rows(table, headers["t"], whole, window or (-np.inf, np.inf), count)
-    time = whole[rows]
+    times = unit * table.numbers(headers["t"])
+    rows, dropped = _rows(table, headers["t"], times, window or (-np.inf, np.inf), count)
+    time = times[rows]
     values = {c: table.numbers(h)[rows] for c, h in headers.items() if c != "t"}
     dt = _count_step(table, time) if count else _usual_step(values, time)
     stamps = time[0] + dt * np.arange(len(time)) if count else time
@@ -163,9 +163,9 @@ def _common(values: Mapping[str, np.ndarray], stamps: np.ndarray) -> tuple[float
         own = stamps[np.isfinite(x)]
         if channel_kind(channel).sparse or len(own) < MIN_SAMPLES:
             continue
-        near = GAP * float(np.median(np.diff(own)))
-        low += [own[0]] if own[0] - stamps[0] <= near else []
-        high += [own[-1]] if stamps[-1] - own[-1] <= near else []
+        longest = GAP * float(np.median(np.diff(own)))
+        low += [own[0]] if own[0] - stamps[0] <= longest else []
+        high += [own[-1]] if stamps[-1] - own[-1] <= longest else []
     return float(max(low)), float(min(high))
 
 

@@ -166,9 +166,9 @@ def _onto(group: Group, base: Group) -> tuple[dict[str, np.ndarray], list[str]]:
     moved, methods = {}, set()
     for header, values in group.columns.items():
         if values.dtype.kind in "iufb":
-            resample, words = _way(header)
+            resample, method = _resampling(header)
             moved[header] = resample(time, values[order].astype(float), base.time)
-            methods.add(words)
+            methods.add(method)
     message = f"{group.name} has its own clock: {few(list(moved))} moved to the clock of t, "
     return moved, [f"{message}{' and '.join(sorted(methods))}."] if moved else []
 
@@ -189,21 +189,21 @@ def _linear(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarra
     return np.interp(grid, time, values, left=np.nan, right=np.nan)
 
 
-def _held(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+def _hold(time: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
     rows = np.searchsorted(time, grid, side="right") - 1
     return np.where(rows < 0, np.nan, values[np.maximum(rows, 0)])
 
 
-_Way = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+_Resample = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """(times, values, wanted times) -> values there."""
 
 
-def _way(header: str) -> tuple[_Way, str]:
+def _resampling(header: str) -> tuple[_Resample, str]:
     """How a column is put on another clock, and in words."""
     if _sparse(header):
         return _nearest, "each sample in the nearest row"
     hold = is_reference(parse_header(_channel_header(header))[0])
-    return (_held, "held") if hold else (_linear, "linearly")
+    return (_hold, "held") if hold else (_linear, "linearly")
 
 
 def _inside(columns: Mapping[str, np.ndarray], groups: Sequence[Group], time: np.ndarray) -> slice:

@@ -76,7 +76,9 @@ def _mapped_header(table: Table, channel: str, stated: str) -> str:
     fitting = [h for h in everything if h == stated] or [
         h for h in everything if parse_header(h)[0] == name
     ]
-    fitting = fitting or [h for whole, h in table.paths.items() if parse_header(whole)[0] == name]
+    fitting = fitting or [
+        h for full_path, h in table.paths.items() if parse_header(full_path)[0] == name
+    ]
     if not fitting:
         raise InputError(
             f"{table.source} has no column {name}, which columns.{channel} names; "
@@ -242,7 +244,7 @@ def _numbered_from(headers: Sequence[str]) -> int:
 
 
 def _kinds(parts: Sequence[str]) -> set[str]:
-    return {kind for kind, words in WORDS.items() if any(p in words for p in parts)}
+    return {kind for kind, names in WORDS.items() if any(p in names for p in parts)}
 
 
 def _score(channel: str, header: str, values: np.ndarray, first: int) -> float:

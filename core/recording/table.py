@@ -137,7 +137,7 @@ class TableReader(ABC):
     """Reads one kind of file; `kind` lists its usual suffixes, if any, separated by blanks."""
 
     kind = ""
-    what = "a table"
+    file_type = "a table"
     """As what a damaged file cannot be read."""
     needs: tuple[str, ...] = ()
     """Modules of the extra `lab` that it imports."""
@@ -156,11 +156,11 @@ class TableReader(ABC):
         error where it is damaged."""
 
 
-def damaged(name: str, what: str, error: Exception | None = None) -> InputError:
+def damaged(name: str, file_type: str, error: Exception | None = None) -> InputError:
     """The error for a file that cannot be read as what its name says."""
     reason = f" ({str(error).splitlines()[0][:80]})" if error is not None and str(error) else ""
     return InputError(
-        f"{name} is damaged, cut short or not {what}{reason}; export it again from its source."
+        f"{name} is damaged, cut short or not {file_type}{reason}; export it again from its source."
     )
 
 

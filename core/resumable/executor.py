@@ -153,14 +153,16 @@ class Processes(Executor):
                     continue
                 text = worker.connection.recv_bytes().decode()
             except (EOFError, OSError):
-                self._lost(worker, index, waiting, losses)
+                self._replace_worker(worker, index, waiting, losses)
                 continue
             worker.order = None
             if text.startswith(ERROR):
                 raise InputError(text.removeprefix(ERROR))
             yield index, text
 
-    def _lost(self, worker: _Worker, index: int, waiting: deque[int], losses: Counter[int]) -> None:
+    def _replace_worker(
+        self, worker: _Worker, index: int, waiting: deque[int], losses: Counter[int]
+    ) -> None:
         self._workers.remove(worker)
         worker.connection.close()
         worker.process.join(FAREWELL)

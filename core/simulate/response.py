@@ -202,6 +202,6 @@ def frequency_grid(poles: np.ndarray) -> np.ndarray:
     last = np.ceil(np.log10(corners.max() * 1.5))
     even = np.logspace(first, last, int((last - first) * POINTS_PER_DECADE) + 1)
     centres, widths = swinging.imag / (2.0 * np.pi), np.abs(swinging.real) / (2.0 * np.pi)
-    near = (centres[:, None] + widths[:, None] * AROUND_PEAK).ravel()
-    inside = near[(near > even[0]) & (near < even[-1])]
+    around = (centres[:, None] + widths[:, None] * AROUND_PEAK).ravel()
+    inside = around[(around > even[0]) & (around < even[-1])]
     return np.unique(np.concatenate([even, inside]))

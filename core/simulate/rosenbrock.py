@@ -178,7 +178,7 @@ def solve_stage(solvers, law, inverse, step, elements, ports, g, b, d, w, back, 
 
 
 def _integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
-    dynamics, tip, solvers, p, law, parts, given, r, straight, y0, dt, samples, substeps, limited
+    dynamics, tip, solvers, p, law, parts, packed, r, straight, y0, dt, samples, substeps, limited
 ):
     """States (N (2 n + ns + nw),) and drive torques (N nj,) at the N samples, and the `note` of
     core.lanes.algebra.factor_square.
@@ -189,9 +189,9 @@ def _integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     first `straight` run straight between samples, the others are held; y0 (2 n + ns + nw,); dt (1,)
     in s; `limited` says whether any drive has a limit.
     """
-    addresses, firsts, states_of, values_of, _, _, tips, bristles, loads = given
+    addresses, firsts, states_of, values_of, _, _, tips, bristles, loads = packed
     # The tip's directions and loads are written here, and other threads may run the same model.
-    directions, values = given[4].copy(), given[5].copy()
+    directions, values = packed[4].copy(), packed[5].copy()
     elements = (
         addresses, firsts, states_of, values_of, directions, values, tips, bristles, loads
     )  # fmt: skip

@@ -36,7 +36,7 @@ class DelimitedReader(TableReader):
     """Comments, a header line, perhaps one of units, then one line per sample."""
 
     kind = ".csv .csv.gz .txt .tsv"
-    what = "a text table"
+    file_type = "a text table"
 
     def fits(self, path: Path, start: bytes) -> int:
         if start.startswith(_GZIP):
@@ -101,7 +101,7 @@ def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading)
         reading.grew(len(piece))
         reading.took(packed.tell())
         if b"\0" in piece:
-            raise damaged(path.name, DelimitedReader.what)
+            raise damaged(path.name, DelimitedReader.file_type)
         buffer += piece
         end = _whole_lines(buffer)
         if len(buffer) - end > LONGEST_LINE:
@@ -203,4 +203,4 @@ class _Samples:
                     f"{self._file}: {self._row(k)} has {length} fields where the header has "
                     f"{width}; {advice}."
                 )
-        return damaged(self._file, DelimitedReader.what)
+        return damaged(self._file, DelimitedReader.file_type)

@@ -28,7 +28,7 @@ class Hdf5Reader(TableReader):
     """One data set per channel, in any group; an attribute `units` gives its unit."""
 
     kind = ".h5 .hdf5 .hdf"
-    what = "an HDF5 file"
+    file_type = "an HDF5 file"
     needs = ("h5py",)
 
     def fits(self, path: Path, start: bytes) -> int:

@@ -51,18 +51,18 @@ def _variables(content: bytes, reading: Reading) -> Iterator[tuple[str, Variable
 
 def _unpacked(packed: Bytes, order: str, reading: Reading) -> bytes:
     """An array that is too large is refused by its header, before its memory is allocated."""
-    unpacker, whole, remaining, counted = zlib.decompressobj(), bytearray(), packed, 0
+    unpacker, unpacked, remaining, counted = zlib.decompressobj(), bytearray(), packed, 0
     while not unpacker.eof:
         piece = unpacker.decompress(remaining, PIECE)
         remaining = unpacker.unconsumed_tail
         if not piece and not remaining and not unpacker.eof:
             raise ValueError("a variable is cut short")
-        whole += piece
-        stated = 8 + struct.unpack_from(order + "I", whole, 4)[0] if len(whole) >= 8 else 0
-        size = max(len(whole), stated)
+        unpacked += piece
+        stated = 8 + struct.unpack_from(order + "I", unpacked, 4)[0] if len(unpacked) >= 8 else 0
+        size = max(len(unpacked), stated)
         reading.grew(size - counted)
         counted = size
-    return bytes(whole)
+    return bytes(unpacked)
 
 
 def _elements(content: Bytes, order: str) -> Iterator[_Element]:
@@ -138,7 +138,7 @@ class MatlabReader(TableReader):
     """Every vector is a column; an optional struct `units` gives their units."""
 
     kind = ".mat"
-    what = "a MAT file of version 5 to 7.2"
+    file_type = "a MAT file of version 5 to 7.2"
 
     def fits(self, path: Path, start: bytes) -> int:
         return int(start.startswith(b"MATLAB 5") or start[124:128] in _VERSIONS)

@@ -20,7 +20,7 @@ class Mdf4Reader(TableReader):
     """One group per clock; the unit of each channel is the file's."""
 
     kind = ".mf4 .mdf"
-    what = "an MDF file"
+    file_type = "an MDF file"
     needs = ("asammdf",)
 
     def fits(self, path: Path, start: bytes) -> int:

@@ -24,7 +24,7 @@ class NumpyReader(TableReader):
     """One array per channel; rows of a structured array are samples."""
 
     kind = ".npz .npy"
-    what = "an archive of NumPy arrays"
+    file_type = "an archive of NumPy arrays"
 
     def fits(self, path: Path, start: bytes) -> int:
         return int(

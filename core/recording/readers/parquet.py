@@ -26,7 +26,7 @@ class ParquetReader(TableReader):
     """One column per channel, the name with or without a unit."""
 
     kind = ".parquet .pq"
-    what = "a Parquet table"
+    file_type = "a Parquet table"
 
     def fits(self, path: Path, start: bytes) -> int:
         return int(start.startswith(MAGIC))
@@ -39,7 +39,7 @@ class LerobotReader(TableReader):
     """One file is one episode; `observation.state` and `action` have a column per name."""
 
     kind = "lerobot"
-    what = "a Parquet table of a LeRobot data set"
+    file_type = "a Parquet table of a LeRobot data set"
     folder = ("meta/info.json", "data/*/*.parquet")
 
     def fits(self, path: Path, start: bytes) -> int:

@@ -31,7 +31,7 @@ class RosbagReader(TableReader):
     """One file of a bag; the header's stamp of a message is its time, else when it was logged."""
 
     kind = ".mcap .db3"
-    what = "a bag of ROS 2"
+    file_type = "a bag of ROS 2"
     needs = ("rosbags",)
 
     def fits(self, path: Path, start: bytes) -> int:

@@ -18,7 +18,7 @@ class TdmsReader(TableReader):
     """One column per channel; a time channel or the waveform's increment is the clock."""
 
     kind = ".tdms"
-    what = "a TDMS file"
+    file_type = "a TDMS file"
     needs = ("nptdms",)
 
     def fits(self, path: Path, start: bytes) -> int:
