@@ -37,11 +37,7 @@ from .results import (
 )
 from .scenario.data_folder import Folder
 from .scenario.schema import IdentifySpec, Scenario
-from .scenario.stated_effects import (
-    base_model,
-    candidate_effects,
-    with_effect_parameters,
-)
+from .scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
 from .scenario.stated_effects import diagnosis_wanted as diagnosis_wanted
 from .scenario_fits import compare_all, compared_variant, fit_all, shared_by_fits
 from .simulate.descriptor import descriptor, prepare_descriptor
@@ -67,13 +63,10 @@ class Clock:
 
 @predictor.fast_thread_switching()
 def run_scenario(
-    scenario: Scenario,
-    *,
-    folder: Folder | None = None,
-    data_folder: Path | None = None,
+    scenario: Scenario, *, folder: Folder | None = None, data_folder: Path | None = None,
     progress: Progress | None = None,
-) -> Outcome:
-    """Everything that a scenario asks for; `folder` is where its relative files are sought."""
+) -> Outcome:  # fmt: skip
+    """The outcome of a scenario; `folder`: where its relative files are."""
     progress, clock = progress or Silent(), Clock()
     with clock.timed("load"):
         progress.stage("Reading the recordings", len(scenario.recordings))
@@ -108,60 +101,41 @@ def run_scenario(
                 )
     standing, values = _final_model(scenario, setup, fits, diagnosis)
     return Outcome(
-        title=scenario.title,
-        method=scenario.identify.method,
-        level=setup.model.level,
-        fits=tuple(f.fit for f in fits),
-        comparisons=comparisons,
-        model=descriptor(standing, standing.numbers(values)),
-        equations=equations(standing),
-        variants=variants,
-        seconds=clock.seconds,
-        chosen_level=chosen,
-        notes=(
-            *setup.notes,
-            *_warnings(recordings),
-        ),
-        findings=findings,
-        arm_table=_arm_table(model),
-        diagnosis=diagnosis,
-        repeated=compare_repeated_runs(fits),
-        origins=_origins(setup.model, fits),
-        mechanism=mechanism(standing, values),
-    )
+        title=scenario.title, method=scenario.identify.method, level=setup.model.level,
+        fits=tuple(f.fit for f in fits), comparisons=comparisons,
+        model=descriptor(standing, standing.numbers(values)), equations=equations(standing),
+        variants=variants, seconds=clock.seconds, chosen_level=chosen,
+        notes=(*setup.notes, *_warnings(recordings)), findings=findings,
+        arm_table=_arm_table(model), diagnosis=diagnosis, repeated=compare_repeated_runs(fits),
+        origins=_origins(setup.model, fits), mechanism=mechanism(standing, values),
+    )  # fmt: skip
 
 
 def _findings(
     scenario: Scenario, folder: Folder | None, data_folder: Path | None, progress: Progress
 ) -> tuple[str, ...]:
-    """What is wrong with the recordings from files: the model made the others."""
+    """Faults of the recordings from files; simulated ones are not checked."""
     files = tuple(spec for spec in scenario.recordings if spec.file is not None)
     if not files:
         return ()
-    looked = scenario.model_copy(update={"recordings": files})
-    found = check_scenario(looked, folder or Path(), data_folder, progress)
-    return tuple(one.sentence for one in found if one.is_fault)
+    from_files = scenario.model_copy(update={"recordings": files})
+    findings = check_scenario(from_files, folder or Path(), data_folder, progress)
+    return tuple(finding.sentence for finding in findings if finding.is_fault)
 
 
 def _prepare_forms(model: Model) -> None:
-    """Symbols for what is read at the end take a second; a core is often idle until then."""
+    """Prepares symbolic forms for the end in the background, which takes a second."""
     with suppress(Exception):  # whoever needs them says what is wrong
         prepare_equations(model)
         prepare_descriptor(model)
 
 
 def compare_at(
-    scenario: Scenario,
-    values: Mapping[str, float],
-    *,
-    folder: Folder | None = None,
-    data_folder: Path | None = None,
-    progress: Progress | None = None,
-) -> tuple[RecordingComparison, ...]:
-    """Measured against modelled at given parameter values (SI); nothing is estimated.
-
-    What `values` does not name is as the scenario states it.
-    """
+    scenario: Scenario, values: Mapping[str, float], *, folder: Folder | None = None,
+    data_folder: Path | None = None, progress: Progress | None = None,
+) -> tuple[RecordingComparison, ...]:  # fmt: skip
+    """Measured and modelled signals at given parameter values (SI); nothing is estimated. Other
+    parameters are as stated."""
     progress = progress or Silent()
     progress.stage("Reading the recordings", len(scenario.recordings))
     model = base_model(scenario)
@@ -170,19 +144,21 @@ def compare_at(
     recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
     model, _ = model_at_level(scenario, model, scenario.identify, recordings)
     setup = make_setup(model, scenario.identify, recordings)
-    known = {**scenario.identify.start, **values}
+    all_values = {**scenario.identify.start, **values}
     progress.stage("Comparing the model with the measurements", len(recordings))
-    found = []
+    comparisons = []
     for r in recordings:
-        found.append(compare(setup.model, r, setup.outputs, setup.processing, known, AS_STATED))
+        comparisons.append(
+            compare(setup.model, r, setup.outputs, setup.processing, all_values, AS_STATED)
+        )
         progress.advance(text=r.name)
-    return tuple(found)
+    return tuple(comparisons)
 
 
 def _final_model(
     scenario: Scenario, setup: Setup, fits: Sequence[Fitted], diagnosis: Diagnosis | None
 ) -> tuple[Model, Mapping[str, float]]:
-    """The model with what was added, and its values where the last fit ended."""
+    """The model with the added effects, and its values at the end of the last fit."""
     if diagnosis is None or not diagnosis.effects:
         return setup.model.steered_by(None), shared_by_fits(fits)
     return base_model(diagnosed_scenario(scenario, diagnosis)), diagnosis.values
@@ -194,25 +170,18 @@ def _origins(model: Model, fits: Sequence[Fitted]) -> dict[str, str]:
 
 
 def _diagnosis(
-    scenario: Scenario,
-    setup: Setup,
-    recordings: Sequence[Recording],
-    spec: IdentifySpec,
-    fits: Sequence[Fitted],
-    progress: Progress,
-) -> Diagnosis:
-    """What is missing; with no effects to add, a ranking only."""
-    asked = scenario.diagnose
+    scenario: Scenario, setup: Setup, recordings: Sequence[Recording], spec: IdentifySpec,
+    fits: Sequence[Fitted], progress: Progress,
+) -> Diagnosis:  # fmt: skip
+    """The diagnosis; a ranking only if no effect may be added."""
+    settings = scenario.diagnose
     options = Options(
-        max_effects=asked.max_effects,
-        candidates=asked.candidates or (),
-        fidelity=asked.fidelity,
-        per_recording=asked.per_recording,
-        stated_rig=scenario.rig.statements,
-        identified=final_values(fits),
-    )
-    if asked.output is not None:
-        spec = spec.model_copy(update={"output": asked.output})
+        max_effects=settings.max_effects, candidates=settings.candidates or (),
+        fidelity=settings.fidelity, per_recording=settings.per_recording,
+        stated_rig=scenario.rig.statements, identified=final_values(fits),
+    )  # fmt: skip
+    if settings.output is not None:
+        spec = spec.model_copy(update={"output": settings.output})
         setup = make_setup(base_model(scenario), spec, recordings)
     noise = stated_noise(scenario, setup, recordings)
     options = replace(options, stated_noise=noise)
@@ -222,7 +191,7 @@ def _diagnosis(
 def linear_model(
     fits: Sequence[Fit], comparisons: Sequence[RecordingComparison], diagnosis: Diagnosis
 ) -> LinearModel:
-    """What the linear model misses beside the full equations on the estimation recordings.
+    """Error of the linear model relative to the full equations on the estimation recordings.
 
     `fits` and `comparisons` are of the linear model, `diagnosis` is on the same recordings.
     """
@@ -238,16 +207,16 @@ def linear_model(
 
 
 LEAST_DIFFERENCE = 0.1
-"""Relative: beyond it two fits stand in different places. What a linear model leaves out moves a
-stiffness by a few per cents where that model is of use at all."""
+"""Relative difference above which two fits disagree. What a useful linear model leaves out moves a
+stiffness by a few per cent."""
 
 
 def largest_difference(
     linear: Sequence[Estimate], full: Sequence[Estimate]
 ) -> tuple[Estimate, Estimate] | None:
-    """What the data determine in both fits and is most different; None where they agree."""
-    known = {e.name: e for e in full if e.identifiable and e.recording is None and e.value}
-    pairs = [(e, known[e.name]) for e in linear if e.identifiable and e.name in known]
+    """The estimate that both fits determine with the largest difference; None if they agree."""
+    full_values = {e.name: e for e in full if e.identifiable and e.recording is None and e.value}
+    pairs = [(e, full_values[e.name]) for e in linear if e.identifiable and e.name in full_values]
     far = [p for p in pairs if abs(p[0].value - p[1].value) > LEAST_DIFFERENCE * abs(p[1].value)]
     return max(far, key=lambda p: abs(p[0].value / p[1].value - 1.0), default=None)
 
@@ -255,8 +224,8 @@ def largest_difference(
 def model_at_level(
     scenario: Scenario, model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
 ) -> tuple[Model, LevelChoice | None]:
-    """The model at the level that the scenario states or, where it leaves that open, that the
-    recordings need, with the reason."""
+    """The model at the stated level or, for auto, at the level that the recordings need, with the
+    reason."""
     if scenario.model.level != AUTO:
         return model, None
     setup = make_setup(model, spec, recordings)
@@ -270,13 +239,13 @@ def model_at_level(
 
 
 def final_values(fits: Sequence[Fitted]) -> dict[str, float]:
-    """label -> value where the fits ended; the mean of what several share."""
-    found: dict[str, list[float]] = {}
+    """label -> final value of the fits; the mean of shared ones."""
+    by_label: dict[str, list[float]] = {}
     for f in fits:
         labels = f.residuals.unknowns.labels
         for label, value in zip(labels, f.vector, strict=True):
-            found.setdefault(label, []).append(float(value))
-    return {label: float(np.mean(values)) for label, values in found.items()}
+            by_label.setdefault(label, []).append(float(value))
+    return {label: float(np.mean(values)) for label, values in by_label.items()}
 
 
 def _warnings(recordings: Sequence[Recording]) -> list[str]:

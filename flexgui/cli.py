@@ -297,8 +297,8 @@ def _lines(findings: Sequence[Finding], count: int) -> list[str]:
         lines.append(f"{count} recording{'s' * (count != 1)}, no faults")
     for finding in findings:
         lines.append(f"{finding.recording}, {finding.channel}: {finding.fault}. {finding.evidence}")
-        if finding.mend:
-            lines.append(f"    {finding.mend}")
+        if finding.fix:
+            lines.append(f"    {finding.fix}")
     return lines
 
 

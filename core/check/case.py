@@ -1,4 +1,4 @@
-"""One recording among those of its scenario, with what several checks need of it."""
+"""One recording of a scenario, with what several checks need."""
 
 from __future__ import annotations
 
@@ -22,43 +22,42 @@ from ..recording.channels import Role, channel_kind, role_of
 from ..units import parse_header
 
 MOST_POINTS = 600
-"""Of a picture; a column on a screen is not wider."""
+"""Points of a picture; a screen shows no more."""
 ROUNDS = 4
-"""Faults hide one another: a unit, a sign, a swap and one more are found one after the other."""
+"""Faults hide one another: several are found one after the other."""
 SMALLEST, LARGEST = 3, 300
 """A factor of two is a scale as often as a gear; above, a unit."""
 WHOLE = 0.03
-"""Share by which a gear's factor may differ from a whole number: friction and noise."""
+"""Share by which a gear's factor may differ from a whole number, by friction and noise."""
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """What the channels of a recording say of each other, taken as they are."""
+    """Relations between the channels of a recording, taken as they are."""
 
     recording: MeasuredRecording
     others: Sequence[Case] = field(default=(), repr=False, compare=False)
 
     @cached_property
     def shape(self) -> LinkShape | None:
-        """The links as this recording shows them, each channel taken as it is; None where nothing
-        that is measured shows them."""
+        """The links by this recording's channels as they are; None if none shows them."""
         return shape_of(self.recording)
 
     @cached_property
     def late(self) -> LateResult | None:
         """Which channel is late, whatever the stiffness."""
-        known = (o.dynamics.shape for o in self.others)
-        return late_channel(self.recording, [shape for shape in known if shape is not None])
+        shapes = (o.dynamics.shape for o in self.others)
+        return late_channel(self.recording, [shape for shape in shapes if shape is not None])
 
     @cached_property
     def stiffness(self) -> dict[str, float]:
-        """EI of the segments as the recordings show it, the middle one of all; empty where none
-        does, and the scenario's counts."""
+        """EI of the segments by the recordings, the median of all; empty if none shows it, and the
+        scenario's counts."""
         shapes = (self.shape, *(o.dynamics.shape for o in self.others))
-        found, model = [one for one in shapes if one is not None], self.recording.model
-        if not found or model is None:
+        known_shapes, model = [shape for shape in shapes if shape is not None], self.recording.model
+        if not known_shapes or model is None:
             return {}
-        factors = np.exp(np.median([np.log(one.stiffness) for one in found], axis=0))
+        factors = np.exp(np.median([np.log(shape.stiffness) for shape in known_shapes], axis=0))
         bending = [k for k, modes in enumerate(model.arm.modes) if modes]
         named = {f"EI{k + 1}": f for k, f in zip(bending, factors, strict=True)}
         return {n: model.parameters[n].value * f for n, f in named.items() if n in model.parameters}
@@ -80,20 +79,22 @@ class Dynamics:
         own, others = self.relations, [other.dynamics.relations for other in self.others]
         if self.shape is None:
             return suspects(own, others)
-        found = suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
-        return (*found, *late_suspects(self.late, self.recording.step))
+        by_gain = suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
+        return (*by_gain, *late_suspects(self.late, self.recording.step))
 
     @property
     def factors(self) -> list[ColumnFault]:
-        """Sizes and shifts of single channels that camera, encoders and dynamics suggest."""
-        made = [
-            _factor_fault(one.channel, one.factor) for one in self.suspects if one.factor != 1.0
+        """Factors and offsets of single channels suggested by camera, encoders and dynamics."""
+        faults = [
+            _factor_fault(suspect.channel, suspect.factor)
+            for suspect in self.suspects
+            if suspect.factor != 1.0
         ]
         tip = TipGeometry.of(self.recording)
         if tip is None or tip.misfit() <= tip.tolerance:
-            return made
-        made += [_factor_fault(name, factor) for name, factor in tip.factors()]
-        return made + [
+            return faults
+        faults += [_factor_fault(name, factor) for name, factor in tip.factors()]
+        return faults + [
             ColumnFault("offset", (n,), shift=s, rank=FREE_RANK + 1) for n, s in tip.shifts()
         ]
 
@@ -117,67 +118,67 @@ class Case:
 
     @cached_property
     def causes(self) -> tuple[ColumnFault, ...]:
-        """What is wrong with whole columns, one after the other."""
-        return self._settled[0]
+        """Faults of whole columns, one after the other."""
+        return self._corrected[0]
 
     @property
-    def mended(self) -> MeasuredRecording:
-        """The recording without that."""
-        return self._settled[1].recording
+    def corrected(self) -> MeasuredRecording:
+        """The recording with those faults corrected."""
+        return self._corrected[1].recording
 
     @property
     def dynamics(self) -> Dynamics:
-        """Of the mended recording."""
-        return self._settled[1]
+        """The dynamics of the corrected recording."""
+        return self._corrected[1]
 
     @property
     def suspects(self) -> tuple[Suspect, ...]:
-        """The channels that are late, or have another size, once the columns are mended."""
+        """Late or wrongly scaled channels of the corrected recording."""
         return self.dynamics.suspects
 
     @cached_property
-    def _settled(self) -> tuple[tuple[ColumnFault, ...], Dynamics]:
-        made: list[ColumnFault] = []
-        left = Dynamics(self.recording, self.others)
+    def _corrected(self) -> tuple[tuple[ColumnFault, ...], Dynamics]:
+        faults: list[ColumnFault] = []
+        dynamics = Dynamics(self.recording, self.others)
         for _ in range(ROUNDS):
-            one = find_fault(left.recording, left.factors)
-            if one is None:
+            fault = find_fault(dynamics.recording, dynamics.factors)
+            if fault is None:
                 break
-            made.append(one)
-            left = Dynamics(one.mended(left.recording), self.others)
-        return tuple(made), left
+            faults.append(fault)
+            dynamics = Dynamics(fault.corrected(dynamics.recording), self.others)
+        return tuple(faults), dynamics
 
     @property
     def tip_off(self) -> tuple[float, float] | None:
-        """m: by how much camera and encoders disagree on the tip, and the arm's reach; None where
-        they agree once the columns are mended."""
-        tip = TipGeometry.of(self.mended)
+        """m: (disagreement of camera and encoders on the tip, reach); None if they agree once
+        columns are corrected."""
+        tip = TipGeometry.of(self.corrected)
         off = 0.0 if tip is None else tip.misfit()
         return (off, tip.reach) if tip is not None and off > tip.tolerance else None
 
     def finding(
         self, fault: str, channel: str, size: float, unit: str, evidence: str,
-        mend: str | None = None, expected: np.ndarray | None = None,
+        fix: str | None = None, expected: np.ndarray | None = None,
     ) -> Finding:  # fmt: skip
         """A finding about a channel of this recording, with its picture."""
         evidence = evidence if evidence.endswith(".") else f"{evidence}."
         picture = self._picture(channel, expected)
         name = self.recording.name
-        return Finding(fault, name, channel, float(size), unit, evidence, mend, picture)
+        return Finding(fault, name, channel, float(size), unit, evidence, fix, picture)
 
     def columns(self, wanted: Mapping[str, tuple[str, Mapping[str, Any]]]) -> str | None:
-        """`columns = { z1 = { name = "z1 [mm]" } }` of channel -> (channel whose column it is,
-        settings); None where no file holds one of them."""
-        made = []
+        """`columns = { z1 = { name = "z1 [mm]" } }` of channel -> (source channel, settings); None
+        if a source is in no file."""
+        entries = []
         for channel, (source, settings) in wanted.items():
             header = self.recording.headers.get(source)
             if header is None:
                 return None
             unit = settings.get("unit")
             named = f"{parse_header(header)[0]} [{unit}]" if unit else header
-            rest = "".join(f", {k} = {v}" for k, v in settings.items() if k != "unit")
-            made.append(f'{channel} = {{ name = "{named}"{rest} }}')
-        return f"columns = {{ {', '.join(made)} }}"
+            other_settings = "".join(f", {k} = {v}" for k, v in settings.items() if k != "unit")
+            entries.append(f'{channel} = {{ name = "{named}"{other_settings} }}')
+        return f"columns = {{ {', '.join(entries)} }}"
 
     def _picture(self, channel: str, expected: np.ndarray | None) -> Picture | None:
         if channel not in self.recording.channels:
@@ -188,7 +189,11 @@ class Case:
         return Picture(self.recording.time[thin], shown, expected, unit)
 
 
-def _explained(found: Sequence[Relation]) -> float:
-    """Share of the encoders' variance that the scenario's loop explains, the mean of all."""
-    shares = [r.explained for r in found if r.tolerance == LOOP and role_of(r.output) is Role.PLACE]
+def _explained(relations_seen: Sequence[Relation]) -> float:
+    """Mean share of the encoders' variance that the scenario's loop explains."""
+    shares = [
+        r.explained
+        for r in relations_seen
+        if r.tolerance == LOOP and role_of(r.output) is Role.PLACE
+    ]
     return float(np.mean(shares)) if shares else 0.0

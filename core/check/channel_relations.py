@@ -1,7 +1,7 @@
-"""What the channels of a recording say of each other, as pairs with gain, lag and drift.
+"""Relations between the channels of a recording: gain, lag and drift.
 
-Three sources: the scenario's closed loop run with the recorded references, which predicts every
-sensor; a reference and what follows it; and Newton's law between a joint's torque and its motion.
+Three sources: the scenario's closed loop with the recorded references, which predicts every sensor;
+a reference and its response; Newton's law between a joint's torque and motion.
 """
 
 from __future__ import annotations
@@ -23,79 +23,83 @@ from ..simulate.motion import Task, at_rest
 from ..trajectory import Trajectory
 
 SUBSTEPS = 8
-"""Per sample: the loop's motion within a per cent, which no check resolves."""
+"""Steps per sample: the loop's motion within a per cent."""
 SMALL = 0.3
-"""rad (m): below, the references' effects on a posture add up within a few per cent."""
+"""rad (m): below, responses to the references add up within a few per cent."""
 
 
 def relations(
-    found: MeasuredRecording, quick: bool = False, shape: LinkShape | None = None
+    recording: MeasuredRecording, quick: bool = False, shape: LinkShape | None = None
 ) -> tuple[Relation, ...]:
-    """All that can be said; nothing where the arm is not known.
+    """All relations; only servo relations without a model.
 
     Args:
         quick: Leaves out what each reference does by itself.
         shape: The links as the recordings show them.
     """
-    made = [*_servos(found)]
-    if found.model is not None:
-        made += _loop(found, found.model, quick)
-        made += torque_relations(found, found.model, shape)
-    return tuple(made)
+    all_relations = [*_servos(recording)]
+    if recording.model is not None:
+        all_relations += _loop(recording, recording.model, quick)
+        all_relations += torque_relations(recording, recording.model, shape)
+    return tuple(all_relations)
 
 
-def _servos(found: MeasuredRecording) -> list[Relation]:
-    made = []
-    for output in found.names("theta#", "i#"):
-        given = f"{output}_ref"
-        if not found.has(given):
+def _servos(recording: MeasuredRecording) -> list[Relation]:
+    servo_relations = []
+    for output in recording.names("theta#", "i#"):
+        reference = f"{output}_ref"
+        if not recording.has(reference):
             continue
-        x, y = found.even(given), found.even(output)
-        one = relate(output, (given,), y, [x - x[0]], found.step, DIRECT)
-        if one:
-            gain = _level(y, x, one, found.step) if role_of(output) is Role.PLACE else one.gain
-            made.append(replace(one, gain=gain))
-    return made
+        x, y = recording.even(reference), recording.even(output)
+        relation = relate(output, (reference,), y, [x - x[0]], recording.step, DIRECT)
+        if relation:
+            gain = (
+                _level(y, x, relation, recording.step)
+                if role_of(output) is Role.PLACE
+                else relation.gain
+            )
+            servo_relations.append(replace(relation, gain=gain))
+    return servo_relations
 
 
-def _level(y: np.ndarray, x: np.ndarray, one: Relation, dt: float) -> float:
-    """The gain of places, not of speeds: what a servo settles at, however slowly it follows."""
+def _level(y: np.ndarray, x: np.ndarray, relation: Relation, dt: float) -> float:
+    """Gain of positions, not of speeds: where a servo settles, however slowly."""
     t = dt * np.arange(len(x))
-    given = np.interp(t - one.lag, t, x)
-    given = given - given.mean()
-    size = float(np.sum(given**2))
-    gain = float(np.sum(given * (y - y.mean()))) / size if size > 0 else 0.0
-    return gain or one.gain
+    reference = np.interp(t - relation.lag, t, x)
+    reference = reference - reference.mean()
+    size = float(np.sum(reference**2))
+    gain = float(np.sum(reference * (y - y.mean()))) / size if size > 0 else 0.0
+    return gain or relation.gain
 
 
-def _loop(found: MeasuredRecording, model: Model, quick: bool) -> list[Relation]:
-    """Every sensor against the scenario's closed loop under the recorded references."""
+def _loop(recording: MeasuredRecording, model: Model, quick: bool) -> list[Relation]:
+    """Relations of every sensor to the scenario's closed loop under the recorded references."""
     references = model.drive.reference_channels(model.arm)
     if not all(is_reference(r) and role_of(r) in (Role.PLACE, Role.SPEED) for r in references):
         return []
-    if not references or not found.has(*references):
+    if not references or not recording.has(*references):
         return []
-    start = _posture(found, model)
+    start = _posture(recording, model)
     if start is None:
         return []
-    signals = np.column_stack([found.even(r) for r in references])
+    signals = np.column_stack([recording.even(r) for r in references])
 
-    def predicted(given: np.ndarray) -> Mapping[str, np.ndarray] | None:
-        values = tuple(found.values.items())
-        key = (id(model), values, found.step, start.tobytes(), hash(given.tobytes()))
-        if key not in found.answers:
-            answer = _predicted(model, found.grid, given, start, found.values)
-            found.answers[key] = model, answer  # a model that is kept keeps its id
-        return found.answers[key][1]
+    def predicted(inputs: np.ndarray) -> Mapping[str, np.ndarray] | None:
+        values = tuple(recording.values.items())
+        key = (id(model), values, recording.step, start.tobytes(), hash(inputs.tobytes()))
+        if key not in recording.loop_responses:
+            answer = _predicted(model, recording.grid, inputs, start, recording.values)
+            recording.loop_responses[key] = model, answer  # a model that is kept keeps its id
+        return recording.loop_responses[key][1]
 
     together = predicted(signals)
     if together is None:
         return []
-    return _compared(found, model, references, signals, predicted, together, quick)
+    return _compared(recording, model, references, signals, predicted, together, quick)
 
 
-def _compared(found, model, references, signals, predicted, together, quick):  # type: ignore[no-untyped-def]
-    names = [n for n in together if found.has(n)]
+def _compared(recording, model, references, signals, predicted, together, quick):  # type: ignore[no-untyped-def]
+    names = [n for n in together if recording.has(n)]
     joints = model.arm.joints
     moved = max((np.ptp(together[f"theta{k + 1}"]) for k in range(joints)), default=0.0)
     small = (
@@ -107,48 +111,48 @@ def _compared(found, model, references, signals, predicted, together, quick):  #
     singles: list[dict[str, np.ndarray]] = []
     if small:
         for j in range(len(references)):
-            alone = np.zeros_like(signals)
-            alone[:, j] = signals[:, j]
-            answer = predicted(alone)
+            single = np.zeros_like(signals)
+            single[:, j] = signals[:, j]
+            answer = predicted(single)
             singles += [answer] if answer else []
-    made: list[Relation] = []
+    compared: list[Relation] = []
     for name in names:
-        y = found.even(name)
-        whole = relate(name, references, y, [together[name]], found.step, LOOP)
-        made += [whole] if whole else []
+        y = recording.even(name)
+        whole = relate(name, references, y, [together[name]], recording.step, LOOP)
+        compared += [whole] if whole else []
         if len(singles) == len(references):
             parts = [s[name] for s in singles]
             first = whole.lag if whole and whole.explained > LEAST_EXPLAINED else 0.0
-            made += _by_reference(name, references, y, parts, found.step, first)
-    return made
+            compared += _by_reference(name, references, y, parts, recording.step, first)
+    return compared
 
 
 def _by_reference(
     name: str, references: Sequence[str], y: np.ndarray, parts: Sequence[np.ndarray], dt: float,
     lag: float,
 ) -> list[Relation]:  # fmt: skip
-    """The gain of each reference in a channel, together."""
-    one = fit_gains_and_lags(y, parts, dt, lag)
+    """Gains of all references in a channel, fitted together."""
+    fit = fit_gains_and_lags(y, parts, dt, lag)
     return [
-        Relation(name, (reference,), float(gain), float(late), 0.0, np.inf, one.explained, LOOP,
+        Relation(name, (reference,), float(gain), float(late), 0.0, np.inf, fit.explained, LOOP,
                  part, step=dt)
         for reference, gain, late, share, part in zip(
-            references, one.gains, one.lags, one.shares, parts, strict=True
+            references, fit.gains, fit.lags, fit.shares, parts, strict=True
         )
-        if share > 0.1 and one.explained > LEAST_EXPLAINED
+        if share > 0.1 and fit.explained > LEAST_EXPLAINED
     ]  # fmt: skip
 
 
-def _posture(found: MeasuredRecording, model: Model) -> np.ndarray | None:
+def _posture(recording: MeasuredRecording, model: Model) -> np.ndarray | None:
     names = [f"theta{k + 1}" for k in range(model.arm.joints)]
-    return np.array([found.even(n)[0] for n in names]) if found.has(*names) else None
+    return np.array([recording.even(n)[0] for n in names]) if recording.has(*names) else None
 
 
 def _predicted(
     model: Model, time: np.ndarray, signals: np.ndarray, joints: np.ndarray,
     values: Mapping[str, float],
 ) -> dict[str, np.ndarray] | None:  # fmt: skip
-    """Channels (M,) of the loop's motion; None where it runs away."""
+    """Channels (M,) of the loop's motion; None if it diverges."""
     numbers = model.numbers(values)
     start = at_rest(joints, model.arm.coordinates, numbers.law.states)
     task = Task(time, signals, start, start[None, : model.arm.coordinates])

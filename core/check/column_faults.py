@@ -1,8 +1,8 @@
-"""What may be wrong with whole columns, and which of it makes the channels agree once taken back.
+"""Faults of whole columns, and which correction makes the channels agree.
 
-A cause counts only by what it mends: the recording is changed as the cause says, and all that its
-channels say of each other is worked out again. Of causes that mend as much the known ones (units,
-signs, swapped columns) come before any factor.
+A fault counts only by its correction: the recording is corrected, and all relations between its
+channels are computed again. Of equal corrections the usual ones (units, signs, swapped columns)
+come before any factor.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from ..recording.channels import Role, channel_kind, role_of
 
 DEGREES, MILLI = 180.0 / np.pi, 1000.0
 FAMILIES = ("theta#", "z#", "u#", "i#", "deflection#", "dtheta#_ref", "theta#_ref", "i#_ref")
-"""What a file holds; all else is worked out of it."""
+"""Channels of files; all others are computed."""
 CLEAR = 1.0
-"""A contradiction: a sign counts three, a channel of which nothing is explained two."""
+"""Least disagreement: a sign counts three, an unexplained channel two."""
 TIE = 0.1
-"""Of what the best cause mends may one leave and still be as good; less is no mend at all."""
+"""Share of the best improvement by which a tie may be worse; less is no improvement."""
 MOST = 3.0
-"""Counted of one relation: the logarithm of a gain of 20."""
+"""Largest count of one relation: the logarithm of a gain of 20."""
 
 
 @dataclass(frozen=True)
@@ -39,100 +39,110 @@ class ColumnFault:
     factor: float = 1.0
     shift: float = 0.0
     """SI, by which a channel is too large."""
-    exchanged: str = ""
-    """Two numbers: each channel holds what the one with the other number should."""
+    swapped: str = ""
+    """Two joint numbers: each channel holds the other's data."""
     rank: int = 1
-    """Known ones first."""
+    """Usual faults first."""
     alternatives: tuple[str, ...] = ()
-    """Channels of which the same would mend as much."""
+    """Channels with an equally good correction."""
 
-    def mended(self, found: MeasuredRecording) -> MeasuredRecording:
-        """The recording without it."""
-        other = str.maketrans(self.exchanged, self.exchanged[::-1])
-        channels, headers, values = dict(found.channels), dict(found.headers), dict(found.values)
+    def corrected(self, recording: MeasuredRecording) -> MeasuredRecording:
+        """The recording with the fault corrected."""
+        other = str.maketrans(self.swapped, self.swapped[::-1])
+        channels, headers, values = (
+            dict(recording.channels),
+            dict(recording.headers),
+            dict(recording.values),
+        )
         for name in self.channels:
             source = name.translate(other)
-            if name in found.channels:
-                channels[name] = (found.channels[source] - self.shift) / self.factor
-                headers |= {name: found.headers[source]} if source in found.headers else {}
-            elif found.model is not None and name in found.model.parameters:
-                values[name] = found.model.parameters[name].value / self.factor
-        time = found.time / (self.factor if "t" in self.channels else 1.0)
-        return replace(found, time=time, channels=channels, headers=headers, values=values)
+            if name in recording.channels:
+                channels[name] = (recording.channels[source] - self.shift) / self.factor
+                headers |= {name: recording.headers[source]} if source in recording.headers else {}
+            elif recording.model is not None and name in recording.model.parameters:
+                values[name] = recording.model.parameters[name].value / self.factor
+        time = recording.time / (self.factor if "t" in self.channels else 1.0)
+        return replace(recording, time=time, channels=channels, headers=headers, values=values)
 
-    def mends(self, found: MeasuredRecording) -> float:
-        """By how much less the channels contradict each other without it."""
-        return _reduction(disagreements(found), disagreements(self.mended(found)))
+    def improvement(self, recording: MeasuredRecording) -> float:
+        """By how much the correction reduces the disagreement of the channels."""
+        return _reduction(disagreements(recording), disagreements(self.corrected(recording)))
 
 
-def find_fault(found: MeasuredRecording, free: Sequence[ColumnFault] = ()) -> ColumnFault | None:
-    """What mends most; None where nothing contradicts, or where nothing mends it.
+def find_fault(
+    recording: MeasuredRecording, free: Sequence[ColumnFault] = ()
+) -> ColumnFault | None:
+    """The fault with the best correction; None without disagreement or correction.
 
     Args:
         free: Causes of any size that the channels' gains suggest.
     """
-    before, tip = disagreements(found), TipGeometry.of(found)
+    before, tip = disagreements(recording), TipGeometry.of(recording)
     clear = any(value > CLEAR for value in before.values())
-    tried = [*(_usual_faults(found) if clear else ()), *free]
+    tried = [*(_usual_faults(recording) if clear else ()), *free]
     off = np.inf if tip is None else tip.misfit()
-    mending = []
+    improving = []
     for cause in tried:
-        after = cause.mended(found)
-        left = TipGeometry.of(after)
+        after = cause.corrected(recording)
+        tip_after = TipGeometry.of(after)
         gain = _reduction(before, disagreements(after))
-        worse = cause.rank >= FREE_RANK and left is not None and left.misfit() > off
+        worse = cause.rank >= FREE_RANK and tip_after is not None and tip_after.misfit() > off
         if gain > (CLEAR if cause.rank < FREE_RANK else TIE) and not worse:
-            mending.append((gain, cause))
-    if not mending:
+            improving.append((gain, cause))
+    if not improving:
         return None
-    best = max(gain for gain, _ in mending)
-    good = [cause for gain, cause in mending if gain >= (1.0 - TIE) * best]
+    best = max(gain for gain, _ in improving)
+    good = [cause for gain, cause in improving if gain >= (1.0 - TIE) * best]
     first = min(good, key=lambda c: (c.rank, len(c.channels)))
     alike = [c for c in good if (c.rank, len(c.channels)) == (first.rank, len(first.channels))]
     return replace(first, alternatives=tuple(n for c in alike if c != first for n in c.channels))
 
 
 FREE_RANK = 3
-"""Rank from which a cause's size is no known one."""
+"""Rank from which a fault has a free size."""
 
 
-def disagreements(found: MeasuredRecording) -> dict[object, float]:
-    """Of each relation, and of the camera with the encoders: how far it is from what it should be;
-    0: it agrees, beside friction and what is not explained of its variance."""
-    made: dict[object, float] = {}
-    for one in relations(found, quick=True):
-        unknown = np.sqrt(max(1.0 - one.explained, 0.0))
-        slack = max(one.tolerance - LOOP + DIRECT, DIRECT, unknown)
-        off = np.clip(abs(np.log(abs(one.gain))) - slack, 0.0, MOST)
-        share = float(np.clip(one.explained, 0.0, 1.0))
-        wrong_way = MOST * (one.gain < 0)
-        made[one.key, one.tolerance] = share * (float(off) + wrong_way) + 2.0 * (1.0 - share)
-    tip = TipGeometry.of(found)
+def disagreements(recording: MeasuredRecording) -> dict[object, float]:
+    """Disagreement of each relation, and of the camera with the encoders; 0: agrees, within
+    friction and unexplained variance."""
+    by_relation: dict[object, float] = {}
+    for relation in relations(recording, quick=True):
+        unknown = np.sqrt(max(1.0 - relation.explained, 0.0))
+        slack = max(relation.tolerance - LOOP + DIRECT, DIRECT, unknown)
+        off = np.clip(abs(np.log(abs(relation.gain))) - slack, 0.0, MOST)
+        share = float(np.clip(relation.explained, 0.0, 1.0))
+        wrong_way = MOST * (relation.gain < 0)
+        by_relation[relation.key, relation.tolerance] = share * (float(off) + wrong_way) + 2.0 * (
+            1.0 - share
+        )
+    tip = TipGeometry.of(recording)
     if tip is not None:
         off = np.log(max(tip.misfit() / tip.tolerance, 1.0))
-        made["camera"] = float(min(off, MOST)) * (1 + found.model.arm.joints)  # type: ignore[union-attr]
-    return made
+        by_relation["camera"] = float(min(off, MOST)) * (1 + recording.model.arm.joints)  # type: ignore[union-attr]
+    return by_relation
 
 
 def _reduction(before: Mapping[object, float], after: Mapping[object, float]) -> float:
-    """By how much; what is not explained well enough to be a relation counts as such."""
+    """The reduction; a relation that is not explained counts as a disagreement of two."""
     keys = {*before, *after}
     return sum(before.get(k, 2.0) - after.get(k, 2.0) for k in keys)
 
 
-def _usual_faults(found: MeasuredRecording) -> Iterable[ColumnFault]:
-    names = [n for n in found.channels if channel_kind(n).pattern in FAMILIES and found.has(n)]
+def _usual_faults(recording: MeasuredRecording) -> Iterable[ColumnFault]:
+    names = [
+        n for n in recording.channels if channel_kind(n).pattern in FAMILIES and recording.has(n)
+    ]
     places = [n for n in names if role_of(n) in (Role.PLACE, Role.SPEED, Role.TIP)]
     for fault, unit, factor in (("degrees", "rad", DEGREES), ("millimetres", "m", MILLI)):
-        for group in _groups([n for n in places if unit_of(found, n).split("/")[0] == unit]):
+        for group in _groups([n for n in places if unit_of(recording, n).split("/")[0] == unit]):
             yield ColumnFault(fault, group, factor)
     yield from (ColumnFault("sign", (name,), -1.0) for name in names)
     for pair in combinations("123", 2):
         both = [n for n in names if _with(n, pair) and all(m in names for m in _with(n, pair))]
         for group in _groups(both):
             if len(group) > 1:
-                yield ColumnFault("swapped_joints", group, exchanged="".join(pair))
-    model = found.model
+                yield ColumnFault("swapped_joints", group, swapped="".join(pair))
+    model = recording.model
     if model is not None:
         stiff = tuple(f"EI{k + 1}" for k, modes in enumerate(model.arm.modes) if modes)
         if stiff and all(n in model.parameters for n in stiff):
@@ -142,29 +152,29 @@ def _usual_faults(found: MeasuredRecording) -> Iterable[ColumnFault]:
 
 
 def _with(name: str, pair: tuple[str, ...]) -> list[str]:
-    """The channels of a family with both numbers; none where the channel has another."""
+    """The channels of a family with both numbers; none if the channel has another."""
     number = next((c for c in name if c.isdigit()), "")
     return [name.replace(number, p) for p in pair] if number in pair else []
 
 
 def _groups(names: Sequence[str]) -> list[tuple[str, ...]]:
-    """Each channel, each family of them, and all that joints and their drives have."""
+    """Groups: each channel, each family, and all of joints and drives."""
     families: dict[str, list[str]] = {}
     for name in names:
         families.setdefault(channel_kind(name).pattern, []).append(name)
     joints = tuple(n for n in names if not channel_kind(n).sparse)
-    made = [*((n,) for n in names), *(tuple(f) for f in families.values()), joints]
-    return [group for group in dict.fromkeys(made) if group]
+    groups = [*((n,) for n in names), *(tuple(f) for f in families.values()), joints]
+    return [group for group in dict.fromkeys(groups) if group]
 
 
-def unit_of(found: MeasuredRecording, channel: str) -> str:
-    """SI, of the arm's joints: a sliding one has metres."""
+def unit_of(recording: MeasuredRecording, channel: str) -> str:
+    """SI unit of a channel; a sliding joint has metres."""
     units = channel_kind(channel).units
-    joint = found.joint(channel)
+    joint = recording.joint(channel)
     slides = (
-        found.model is not None
+        recording.model is not None
         and not channel_kind(channel).camera
-        and joint < found.model.arm.joints
-        and found.model.arm.segments[joint].joint != "revolute"
+        and joint < recording.model.arm.joints
+        and recording.model.arm.segments[joint].joint != "revolute"
     )
     return units[-1] if slides and len(units) > 1 else units[0]

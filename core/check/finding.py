@@ -1,4 +1,4 @@
-"""What a check says, data and not prose alone, and what its line of TOML does to a recording."""
+"""Findings of a check as data, and how their line of TOML changes a recording."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Picture:
 
     time: np.ndarray
     shown: np.ndarray
-    """The channel, or what is left of it."""
+    """The channel, or its residual."""
     expected: np.ndarray | None = None
-    """What the other channels say it should be."""
+    """The channel as predicted by the others."""
     unit: str = ""
 
 
@@ -38,58 +38,57 @@ class Finding:
     unit: str
     evidence: str
     """A sentence."""
-    mend: str | None = None
-    """The line of TOML, in the recording's table, that mends it; None where nothing safe does."""
+    fix: str | None = None
+    """The line of TOML, in the recording's table, that fixes it; None if none is safe."""
     picture: Picture | None = field(default=None, compare=False)
     is_fault: bool = True
-    """False: nothing is wrong, but it is worth knowing."""
+    """False: no fault, but worth knowing."""
 
     @property
     def sentence(self) -> str:
-        """Where, what and why, with the line that mends it."""
-        mend = f" In its table: {self.mend}" if self.mend else ""
-        return f"{self.recording}, {self.channel}: {self.fault}. {self.evidence}{mend}"
+        """Where, what and why, with the line that fixes it."""
+        fix = f" In its table: {self.fix}" if self.fix else ""
+        return f"{self.recording}, {self.channel}: {self.fault}. {self.evidence}{fix}"
 
     def as_json(self) -> dict[str, Any]:
-        """What a script needs to find and mend it."""
-        return {k: v for k, v in asdict(self).items() if k not in ("picture", "is_fault")}
+        """The finding for a script, with the line that fixes it under `mend`."""
+        shown = {k: v for k, v in asdict(self).items() if k not in ("picture", "is_fault", "fix")}
+        return {**shown, "mend": self.fix}
 
 
 class Check(ABC):
     """Looks for one kind of fault in one recording."""
 
     kind = ""
-    """The id of the fault; of a check that looks for several, its own."""
+    """Id of the fault; of a check for several, its own id."""
 
     @abstractmethod
-    def look(self, case: Case) -> Iterable[Finding]:
-        """What it finds; nothing in good data."""
+    def find(self, case: Case) -> Iterable[Finding]:
+        """The findings of this check; none in good data."""
 
 
 Entry = dict[str, Any]
 
 RESAMPLE_LINE = 'resample = { how = "interpolate" }'
-"""Mends what is wrong with the clock alone; where the rows were taken evenly and only the stamps
-scatter, `count` is right, which nobody can see in the file."""
+"""Fixes the clock alone; if the rows were sampled evenly and only the stamps scatter, `count` is
+right, which the file does not show."""
 
 
 def fixed_columns(before: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
-    """`columns` of a recording with those of a line on top.
-
-    A column of the file keeps its unit, gain and sign, whichever channel it goes to; what the line
-    says of them multiplies them, since the check saw the channel with them.
-    """
+    """`columns` of a recording, updated by a line. A column of the file keeps its unit, gain and
+    sign for any channel; those of the line multiply them, as the check saw the channel with
+    them."""
     entries = {c: _entry(entry) for c, entry in before.items()}
     of_header = {parse_header(entry["name"])[0]: entry for entry in entries.values()}
     after = dict(before)
     for channel, value in line.items():
         stated = _entry(value)
-        known = of_header.get(parse_header(stated["name"])[0], {"name": stated["name"]})
-        name = stated["name"] if parse_header(stated["name"])[1] else known["name"]
+        stated_entry = of_header.get(parse_header(stated["name"])[0], {"name": stated["name"]})
+        name = stated["name"] if parse_header(stated["name"])[1] else stated_entry["name"]
         factors = {
-            key: known.get(key, 1) * stated.get(key, 1)
+            key: stated_entry.get(key, 1) * stated.get(key, 1)
             for key in ("gain", "sign")
-            if key in known or key in stated
+            if key in stated_entry or key in stated
         }
         after[channel] = {"name": name, **factors}
     return after

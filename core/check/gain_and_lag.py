@@ -1,4 +1,4 @@
-"""How one signal follows another: gain, lag and drift of the lag, by regression of their moves."""
+"""Gain, lag and drift of the lag between signals, by regression of their rates."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ import numpy as np
 import scipy
 
 LOOP, DIRECT, NEWTON = 0.25, 0.12, 1.1
-"""Natural logarithm of a gain that is nobody's fault. LOOP: dry friction takes 10 %, a payload as
-much (scenarios/mujoco); DIRECT: a real drive's current follows its reference within 7 %; NEWTON:
-the apparent inertias of a bench are 1.5 to 2.5 times the nominal ones."""
+"""|ln gain| that is no fault. LOOP: dry friction takes 10 %, a payload as much (scenarios/mujoco);
+DIRECT: a real drive's current follows its reference within 7 %; NEWTON: apparent inertias are 1.5
+to 2.5 times the nominal ones."""
 LEAST_EXPLAINED = 0.5
-"""Share of variance that must be explained before a gain means anything."""
+"""Share of variance explained, below which a gain means nothing."""
 GAIN_EXPLAINED = 0.85
-"""Share explained above which a gain of the scenario's loop or of a torque counts: another arm
-explains less. Below, only its sign does."""
+"""Share explained above which a gain of the loop or of a torque counts (another arm explains less);
+below, only its sign does."""
 LAG_EXPLAINED = 0.985
-"""Share explained above which a lag is a delay and no other dynamics: with elastic joints in
+"""Share explained above which a lag is a delay and no other dynamics. With elastic joints in
 scenarios/mujoco it stays below 0.98, with a late camera it is 0.987 to 0.999; of a torque EMPS has
 0.998, a bench with soft links 0.92. The loop must explain every encoder as well: elastic joints,
-which make the tip late, leave 0.9 or less; a stiffness that is 30 % off leaves 0.978 or less, and
-makes a delay of 6 ms one of 4 (scenarios/mujoco/plain)."""
+which delay the tip, leave 0.9 or less; a stiffness error of 30 % leaves 0.978 or less and turns a
+delay of 6 ms into 4 (scenarios/mujoco/plain)."""
 LAGS = 0.25
 """s, the longest delay sought."""
 
 
 @dataclass(frozen=True)
 class Relation:
-    """`output` is `gain` times what `inputs` say it should be, `lag` later."""
+    """`output` is `gain` times its prediction from `inputs`, `lag` later."""
 
     output: str
     inputs: tuple[str, ...]
@@ -44,7 +44,7 @@ class Relation:
     explained: float
     """Share of the output's variance."""
     tolerance: float
-    """|ln gain| that is nobody's fault; infinite where only the sign is known."""
+    """|ln gain| that is no fault; infinite: only the sign is known."""
     expected: np.ndarray | None = None
     """(M,) on the even clock, of the output."""
     step: float = 0.0
@@ -52,12 +52,12 @@ class Relation:
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
-        """By which two relations are the same: output and inputs."""
+        """Identity of a relation: output and inputs."""
         return self.output, self.inputs
 
     @property
     def timeless(self) -> Relation:
-        """Without the lag where that depends on dynamics which nobody knows."""
+        """The relation without its lag, if that depends on unknown dynamics."""
         if self.tolerance == DIRECT:
             return self
         return replace(self, lag=np.inf, drift=0.0, drift_error=np.inf)
@@ -67,7 +67,7 @@ def relate(
     output: str, inputs: tuple[str, ...], y: np.ndarray, expected: Sequence[np.ndarray],
     dt: float, tolerance: float,
 ) -> Relation | None:  # fmt: skip
-    """Regress a channel on what it should be: gains, lag and drift of the lag.
+    """Regress a channel on its prediction: gain, lag and drift of the lag.
 
     Args:
         y: (M,) measured.
@@ -83,15 +83,15 @@ def relate(
     lag, explained = _best_lag(y, x, dt)
     if explained < 0.02:
         return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, tolerance, x, dt)
-    one = fit_gains_and_lags(y, [x], dt, lag, drifts=True)
+    fit = fit_gains_and_lags(y, [x], dt, lag, drifts=True)
     return Relation(
-        output, inputs, float(one.gains[0]), float(one.lags[0]), one.drift, one.drift_error,
-        one.explained, tolerance, x, dt,
+        output, inputs, float(fit.gains[0]), float(fit.lags[0]), fit.drift, fit.drift_error,
+        fit.explained, tolerance, x, dt,
     )  # fmt: skip
 
 
 SLOW = scipy.signal.butter(2, 0.2, output="sos")
-"""Without the fastest tenth of a signal, where there is noise and no motion."""
+"""Removes the fastest tenth of a signal, which is noise."""
 
 
 def smoothed(x: np.ndarray) -> np.ndarray:
@@ -100,18 +100,18 @@ def smoothed(x: np.ndarray) -> np.ndarray:
 
 
 def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
-    """The lag (s) at which the moves of both agree best, and the share explained there."""
+    """The lag (s) at which both rates agree best, and the share explained."""
     a, b = np.diff(smoothed(x)), np.diff(smoothed(y))
     a, b = a - a.mean(), b - b.mean()
     most = min(int(LAGS / dt), len(a) // 4)
     whole = scipy.signal.correlate(b, a, mode="full", method="fft")
     middle = len(a) - 1
-    around = whole[middle - most : middle + most + 1]
+    near_zero = whole[middle - most : middle + most + 1]
     size = float(np.sqrt(np.sum(a * a) * np.sum(b * b)))
     if size == 0:
         return 0.0, 0.0
-    k = int(np.argmax(np.abs(around)))
-    return (k - most) * dt, float(around[k] / size) ** 2
+    k = int(np.argmax(np.abs(near_zero)))
+    return (k - most) * dt, float(near_zero[k] / size) ** 2
 
 
 class Regression(NamedTuple):
@@ -126,15 +126,15 @@ class Regression(NamedTuple):
 
 
 ALIKE = 10.0
-"""Neighbouring errors are alike: one in so many is independent."""
+"""Neighbouring errors are correlated: one in so many is independent."""
 
 
 def regress(A: np.ndarray, y: np.ndarray) -> Regression:
     """y (M,) by columns A (M, k)."""
     part, *_ = np.linalg.lstsq(A, y, rcond=None)
-    left = float(np.var(y - A @ part))
-    errors = np.sqrt(ALIKE * left * np.abs(np.diag(np.linalg.pinv(A.T @ A))))
-    return Regression(part, errors, 1.0 - left / max(float(np.var(y)), 1e-300))
+    variance = float(np.var(y - A @ part))
+    errors = np.sqrt(ALIKE * variance * np.abs(np.diag(np.linalg.pinv(A.T @ A))))
+    return Regression(part, errors, 1.0 - variance / max(float(np.var(y)), 1e-300))
 
 
 class GainsAndLags(NamedTuple):
@@ -157,7 +157,7 @@ class GainsAndLags(NamedTuple):
 def fit_gains_and_lags(
     y: np.ndarray, parts: Sequence[np.ndarray], dt: float, lag: float, drifts: bool = False
 ) -> GainsAndLags:
-    """Gauss-Newton on the moves of y (M,), with the gain and the lag of each part (M,) free.
+    """Gauss-Newton on the rate of y (M,), with free gain and lag of each part (M,).
 
     Args:
         dt: s

@@ -1,9 +1,8 @@
-"""Torques or currents against the motion of every joint: which of them is out of proportion.
+"""Torques or currents compared with the inverse dynamics of the joint motion.
 
-The torque of a joint is a sum over all joints' accelerations, tau_k = sum_j T_kj + friction. Each
-part gets a gain of its own: a torque with a wrong factor changes a row of them, an encoder a
-column, which tells the two apart. Where that cannot be said, a torque is held against the motion of
-its own joint.
+A joint's torque is a sum over all joints' accelerations, tau_k = sum_j T_kj + friction. Each part
+gets its own gain: a wrong torque factor changes a row of gains, a wrong encoder a column. Otherwise
+a torque is compared with the motion of its own joint.
 """
 
 from __future__ import annotations
@@ -25,98 +24,97 @@ from ..model import Model
 from ..recording.channels import DRIVES, Role, role_of
 
 PART = 0.1
-"""Of a torque's variance must a part have for its gain to say something."""
+"""Least share of a torque's variance for a part's gain to count."""
 KNOWN = 5.0
-"""Standard deviations must a gain be from zero."""
+"""Least standard deviations of a gain from zero."""
 
 
 def torque_gains(
-    found: MeasuredRecording, names: tuple[str, ...], shape: LinkShape | None
+    recording: MeasuredRecording, names: tuple[str, ...], shape: LinkShape | None
 ) -> list[tuple[str, str, float, float]]:
-    """(torque, encoder, gain over the model's, share of the torque explained) of what can be said.
+    """(torque, encoder, gain over the model's, share of the torque explained) where they are
+    determined.
 
     Args:
         names: The torques or currents, one per joint.
         shape: The links as they are; None: as stiff ones.
     """
-    links = LinkBending.of(found, most=np.inf)
-    if links is None or not found.has(*names):
+    links = LinkBending.of(recording, most=np.inf)
+    if links is None or not recording.has(*names):
         return []
     moved = float(np.max(np.ptp(links.q[:, 1:], axis=0), initial=0.0))
     parts = links.torques_of_each(shape if moved <= SMALL else None)
-    speed, dry = links.rubbed(links.q)
+    speed, dry = links.friction_inputs(links.q)
     inner = links.inner
-    made = []
+    gains = []
     for k, name in enumerate(names):
-        y = links.held(links.channel(name))[inner]
+        y = links.as_applied(links.channel(name))[inner]
         A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(len(speed))])[inner]
         part, errors, explained = regress(A, y)
         for j in range(parts.shape[2]):
             large = float(np.var(part[j] * A[:, j])) > PART * float(np.var(y))
             if large and abs(part[j]) > KNOWN * errors[j]:
-                made.append((name, f"theta{j + 1}", float(part[j]), explained))
-    return made
+                gains.append((name, f"theta{j + 1}", float(part[j]), explained))
+    return gains
 
 
-def loop_gains(found: MeasuredRecording, shape: LinkShape) -> list[tuple[float, float, float]]:
-    """Of each velocity loop, theta'* = theta' + (tau + friction) / lambda: the gain of the speed,
-    that of the torque over the stated 1 / lambda, and the share of the reference explained.
-
-    With a clock that runs c times too slow a speed is c times too small, and a torque c^2 times.
-    """
-    links, model = LinkBending.of(found), found.model
+def loop_gains(recording: MeasuredRecording, shape: LinkShape) -> list[tuple[float, float, float]]:
+    """(gain of the speed, gain of the torque over the stated 1 / lambda, share explained) of each
+    velocity loop, theta'* = theta' + (tau + friction) / lambda. With a clock c times too slow a
+    speed is c times too small, and a torque c^2 times."""
+    links, model = LinkBending.of(recording), recording.model
     gains_ = getattr(getattr(model, "drive", None), "gains", None)
     if links is None or model is None or gains_ is None:
         return []
     names = model.drive.reference_channels(model.arm)
-    if not found.has(*names) or not all(role_of(n) is Role.SPEED for n in names):
+    if not recording.has(*names) or not all(role_of(n) is Role.SPEED for n in names):
         return []
-    torques = links.torques(links.moved(shape, links.q))
-    speed, dry = links.rubbed(links.q)
+    torques = links.torques(links.coordinates(shape, links.q))
+    speed, dry = links.friction_inputs(links.q)
     inner = links.inner
-    made = []
+    gains = []
     for k, name in enumerate(names):
-        y = links.held(links.channel(name))[inner]
+        y = links.as_applied(links.channel(name))[inner]
         A = np.column_stack([speed[:, k], torques[:, k], dry[:, k], np.ones(len(speed))])[inner]
         part, _, explained = regress(A, y)
-        made.append((float(part[0]), float(part[1]) * gains_[k], explained))
-    return made
+        gains.append((float(part[0]), float(part[1]) * gains_[k], explained))
+    return gains
 
 
 def torque_relations(
-    found: MeasuredRecording, model: Model, shape: LinkShape | None
+    recording: MeasuredRecording, model: Model, shape: LinkShape | None
 ) -> list[Relation]:
-    """Each torque against every joint's motion; where that cannot be, against its own joint's."""
+    """Relations of each torque to every joint's motion, or else to its own joint's."""
     names = model.drive.reference_channels(model.arm)
     if not all(role_of(n) in DRIVES for n in names):
-        return _newton(found, model)
+        return _newton(recording, model)
     constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
-    known = torque_gains(found, names, shape)
-    if not known:
-        return _newton(found, model)
+    gains = torque_gains(recording, names, shape)
+    if not gains:
+        return _newton(recording, model)
     scale = dict(zip(names, constants, strict=True))
     return [
         Relation(torque, (angle,), gain * scale[torque], np.inf, 0.0, np.inf, explained,
-                 NEWTON if explained > GAIN_EXPLAINED else np.inf, step=found.step)
-        for torque, angle, gain, explained in known
+                 NEWTON if explained > GAIN_EXPLAINED else np.inf, step=recording.step)
+        for torque, angle, gain, explained in gains
     ]  # fmt: skip
 
 
-def _newton(found: MeasuredRecording, model: Model) -> list[Relation]:
-    """Torque against acceleration of the same joint, friction left free; for torque rigs."""
-    made = []
+def _newton(recording: MeasuredRecording, model: Model) -> list[Relation]:
+    """Relations of torque to acceleration of the same joint, friction free; for torque rigs."""
+    newton_relations = []
     for k in range(model.arm.joints):
         angle = f"theta{k + 1}"
         for output in (f"u{k + 1}", f"i{k + 1}", f"deflection{k + 1}"):
-            if not found.has(output, angle) or found.has(f"dtheta{k + 1}_ref"):
+            if not recording.has(output, angle) or recording.has(f"dtheta{k + 1}_ref"):
                 continue
-            one = _inertial(found, output, angle, _nominal(model, output, k))
-            made += [one] if one else []
-    return made
+            relation = _inertial(recording, output, angle, _nominal(model, output, k))
+            newton_relations += [relation] if relation else []
+    return newton_relations
 
 
 def _nominal(model: Model, output: str, k: int) -> float:
-    """The apparent inertia of a straight rigid arm, per unit of torque or current; 0: unknown."""
+    """Apparent inertia of a straight rigid arm, per unit of torque or current; 0: unknown."""
     if role_of(output) is Role.DEFLECTION:
         return 0.0
     moved = model.arm.segments[k]
@@ -139,16 +137,19 @@ def _nominal(model: Model, output: str, k: int) -> float:
 
 
 CUT = 10.0
-"""Hz: below the bending of laboratory arms, above a servo's motion."""
+"""Hz: below the bending frequencies of laboratory arms, above a servo's motion."""
 
 
-def _inertial(found: MeasuredRecording, output: str, angle: str, nominal: float) -> Relation | None:
-    """The gain is the apparent inertia: only its sign and its change between recordings count."""
-    dt = found.step
+def _inertial(
+    recording: MeasuredRecording, output: str, angle: str, nominal: float
+) -> Relation | None:
+    """The relation whose gain is the apparent inertia: only its sign and its change between
+    recordings count."""
+    dt = recording.step
     cut = min(CUT, 0.2 / dt)
     sections = scipy.signal.butter(2, cut, fs=1.0 / dt, output="sos")
-    q = scipy.signal.sosfiltfilt(sections, found.even(angle))
-    y = scipy.signal.sosfiltfilt(sections, found.even(output))
+    q = scipy.signal.sosfiltfilt(sections, recording.even(angle))
+    y = scipy.signal.sosfiltfilt(sections, recording.even(output))
     v = np.gradient(q, dt)
     a = np.gradient(v, dt)
     dry = np.tanh(v / (0.05 * np.std(v) + 1e-12))
@@ -171,24 +172,24 @@ def _inertial(found: MeasuredRecording, output: str, angle: str, nominal: float)
 
 
 MOST_ROWS = 25
-"""Lag sought between a torque and the motion, in samples."""
+"""Largest lag between torque and motion, in samples."""
 
 
 def _at_lag(columns: np.ndarray, y: np.ndarray, rows: int) -> tuple[float, float, float]:
-    """(share explained, gain of the acceleration, its share) with y `rows` samples late."""
+    """(share explained, gain of the acceleration, its share) with y delayed by `rows` samples."""
     edge = max(len(y) // 20, MOST_ROWS + 1)
     inner = slice(edge, len(y) - edge, max(len(y) // MOST, 1))
-    seen = np.roll(y, -rows)[inner]
+    shifted = np.roll(y, -rows)[inner]
     chosen = columns[inner]
-    part, _, explained = regress(chosen, seen)
-    share = float(np.var(part[0] * chosen[:, 0])) / max(float(np.var(seen)), 1e-300)
+    part, _, explained = regress(chosen, shifted)
+    share = float(np.var(part[0] * chosen[:, 0])) / max(float(np.var(shifted)), 1e-300)
     return explained, float(part[0]), share
 
 
 def _vertex(tried: dict[int, float], top: int) -> float:
-    """Where between the samples a parabola through the best three has its top."""
+    """Position of the top of a parabola through the best three, between samples."""
     if top - 1 not in tried or top + 1 not in tried:
         return 0.0
-    left, middle, right = tried[top - 1], tried[top], tried[top + 1]
-    bend = left - 2.0 * middle + right
-    return 0.5 * (left - right) / bend if bend < 0 else 0.0
+    before, middle, after = tried[top - 1], tried[top], tried[top + 1]
+    bend = before - 2.0 * middle + after
+    return 0.5 * (before - after) / bend if bend < 0 else 0.0

@@ -1,9 +1,9 @@
-"""Which channel is late, or on another clock, with the stiffness and the friction left free.
+"""Which channel is late or on another clock, with free stiffness and friction.
 
-Each channel in turn is taken for late, by a lag or by one that grows from nothing (two clocks that
-start together), and the links' stiffness and damping are fitted beside it. The cause is the one
-that explains most. Nothing that a newcomer's scenario has wrong takes part: stiffness is fitted,
-gains and friction are coefficients of a regression.
+For each channel a constant lag, or one that grows from zero (two clocks), is fitted together with
+the links' stiffness and damping. The result is the cause that explains most. Nothing that is
+usually stated wrong takes part: stiffness is fitted, gains and friction are coefficients of a
+regression.
 """
 
 from __future__ import annotations
@@ -21,26 +21,25 @@ from ..least_squares import GOOD_ENOUGH, Descended, Limits, descend, normal_equa
 from ..recording.channels import DRIVES, Role, is_reference, role_of
 
 STIFFNESS_STARTS = tuple(np.geomspace(0.2, 5.0, 13))
-"""Times the stated stiffness at which a fit may begin: estimates from a drawing are a factor of 4
-off, and a resonance shows to a fit that begins within some ten per cent of its frequency."""
+"""Factors on the stated stiffness for the starts of a fit: estimates from a drawing are a factor of
+4 off, and a fit must start within some ten per cent of a resonance."""
 LAGS = (1.0, 2.0, 4.0, 7.0, 10.0, 13.0, 16.0)
-"""Samples of lag at which a fit may begin: it finds what is within half a period of it."""
+"""Samples of lag for the starts of a fit, which finds what is within half a period."""
 GROWING_LAGS = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)
-"""The same at the end of a recording, where the lag grows."""
+"""The same for a growing lag, at the end of a recording."""
 MOST_LAG = 1.5 * GROWING_LAGS[-1]
-"""Samples of lag at most: a fit that leaves the lags at which it may begin by more than half has
-lost the period that it began in, and says nothing."""
+"""Largest samples of lag: a fit far beyond its starts has lost the period and is invalid."""
 CLOSEST = 3
-"""Causes, of all that were scanned, that are fitted."""
+"""Best scanned causes that are fitted."""
 FINE = 1e-3
-"""Of a channel's spread, below which no model is right."""
+"""Share of a channel's spread: smallest model error."""
 STIFFEST, LIGHTEST = np.log(30.0), (np.log(1e-5), np.log(0.3))
-"""Bounds of the logarithms: beyond 30 times no link shows whether it is stiff or rigid."""
+"""Bounds of the logarithms: beyond 30 times a link is rigid."""
 
 
 @dataclass(frozen=True)
 class LateCause:
-    """Channels that may be late together; `grows`: by a lag that grows from nothing."""
+    """Channels that may be late together; `grows`: the lag grows from zero."""
 
     channels: tuple[str, ...] = ()
     grows: bool = False
@@ -51,7 +50,7 @@ PUNCTUAL = LateCause()
 
 @dataclass(frozen=True)
 class LateResult:
-    """What explains most."""
+    """The cause that explains most."""
 
     cause: LateCause
     size: float
@@ -59,65 +58,68 @@ class LateResult:
     error: float
     """Its standard deviation."""
     left: float
-    """Share of what remained unexplained that still does, in the channel that gains most."""
+    """Remaining share of the unexplained variance, in the channel that gains most."""
 
 
-def shape_of(found: MeasuredRecording) -> LinkShape | None:
-    """The links as a recording shows them where all channels are taken for punctual, fitted once;
-    None where it shows none of them."""
-    if LinkShape not in found.derived:
-        fit = LinkFit.of(found)
-        found.derived[LinkShape] = None if fit is None else fit.shape(fit.alone())
-    shape = found.derived[LinkShape]
+def shape_of(recording: MeasuredRecording) -> LinkShape | None:
+    """The links fitted with all channels punctual, once per recording; None if it does not show
+    them."""
+    if LinkShape not in recording.cache:
+        fit = LinkFit.of(recording)
+        recording.cache[LinkShape] = None if fit is None else fit.shape(fit.fit_punctual())
+    shape = recording.cache[LinkShape]
     return shape if isinstance(shape, LinkShape) else None
 
 
-def late_channel(found: MeasuredRecording, others: Sequence[LinkShape] = ()) -> LateResult | None:
-    """The cause that explains most, whatever the stiffness; None where no lag explains anything.
+def late_channel(
+    recording: MeasuredRecording, others: Sequence[LinkShape] = ()
+) -> LateResult | None:
+    """The cause that explains most, whatever the stiffness; None if no lag does.
 
     Args:
         others: The same links as other recordings show them, where a fit may begin as well.
     """
-    fit, alone = LinkFit.of(found), shape_of(found)
-    if fit is None or alone is None:
+    fit, punctual = LinkFit.of(recording), shape_of(recording)
+    if fit is None or punctual is None:
         return None
-    plain = fit.unknowns([alone])
+    plain = fit.unknowns([punctual])
     begins = [plain]
     if others:
         middle = fit.unknowns(others)
-        plain = min(plain, fit.fitted(PUNCTUAL, middle).vector, key=fit.cost)
+        plain = min(plain, fit.fit(PUNCTUAL, middle).vector, key=fit.cost)
         begins = [plain, middle]
     least, best = fit.cost(plain), None
-    scanned = sorted((fit.scanned(cause, begins) for cause in fit.causes()), key=lambda s: s[0])
+    scanned = sorted((fit.scan(cause, begins) for cause in fit.causes()), key=lambda s: s[0])
     for cost, cause, start in scanned[:CLOSEST]:
         if cost < fit.cost(plain):
-            found_ = fit.fitted(cause, start)
-            cost = fit.cost(found_.vector, cause)
-            if cost < least and abs(found_.vector[-1]) < MOST_LAG:
-                least, best = cost, (cause, found_)
+            fit_of_cause = fit.fit(cause, start)
+            cost = fit.cost(fit_of_cause.vector, cause)
+            if cost < least and abs(fit_of_cause.vector[-1]) < MOST_LAG:
+                least, best = cost, (cause, fit_of_cause)
     if best is None:
         return None
     cause, end = best
-    before, after = fit.rests(PUNCTUAL, plain), fit.rests(cause, end.vector)
-    left = min(float(np.var(after[n]) / max(np.var(before[n]), 1e-300)) for n in after)
-    return LateResult(cause, fit.size(cause, end.vector), fit.deviation(cause, end), left)
+    before, after = fit.residuals(PUNCTUAL, plain), fit.residuals(cause, end.vector)
+    share_left = min(float(np.var(after[n]) / max(np.var(before[n]), 1e-300)) for n in after)
+    return LateResult(cause, fit.size(cause, end.vector), fit.deviation(cause, end), share_left)
 
 
 @dataclass(frozen=True)
 class LinkFit:
-    """Stiffness and damping of the links of one recording, and how late a channel is.
+    """Fit of stiffness and damping of one recording's links, and of a channel's lag.
 
-    Unknowns: logarithms of stiffnesses and damping; with a cause its lag in samples (at the
-    end, where it grows)."""
+    Unknowns: logarithms of stiffnesses and damping; with a cause its lag in samples (at the end, if
+    it grows).
+    """
 
     links: LinkBending
 
     @classmethod
-    def of(cls, found: MeasuredRecording) -> LinkFit | None:
+    def of(cls, recording: MeasuredRecording) -> LinkFit | None:
         """None where the recording shows none of the links."""
-        links = LinkBending.of(found)
-        made = None if links is None else cls(links)
-        return made if made is not None and made.names else None
+        links = LinkBending.of(recording)
+        fit = None if links is None else cls(links)
+        return fit if fit is not None and fit.names else None
 
     @cached_property
     def segments(self) -> int:
@@ -128,17 +130,17 @@ class LinkFit:
     def names(self) -> list[str]:
         """The channels that are explained."""
         shape = LinkShape(np.ones(self.segments), LIGHT)
-        found = list(self.links.sensed(self.links.moved(shape, self.links.q)))
-        return found + [name for name in self.driven if self.links.found.has(name)]
+        sensed = list(self.links.sensed(self.links.coordinates(shape, self.links.q)))
+        return sensed + [name for name in self.driven if self.links.found.has(name)]
 
     @cached_property
     def driven(self) -> tuple[str, ...]:
-        """What drives each joint: speed references, torques or currents; nothing else is known to
-        be a sum of inertia and friction."""
+        """The drive signals of the joints: speed references, torques or currents; others are no sum
+        of inertia and friction."""
         model = self.links.model
         names = model.drive.reference_channels(model.arm)
-        known = all(role_of(n) in (*DRIVES, Role.SPEED) for n in names)
-        return names if known and len(names) == model.arm.joints else ()
+        explained = all(role_of(n) in (*DRIVES, Role.SPEED) for n in names)
+        return names if explained and len(names) == model.arm.joints else ()
 
     @cached_property
     def places(self) -> list[str]:
@@ -147,20 +149,21 @@ class LinkFit:
 
     @cached_property
     def floors(self) -> dict[str, float]:
-        """Channel -> variance below which an error says nothing: rounding, noise, the model's
-        own."""
-        known = {n: self.links.channel(n) for n in self.names}
+        """Channel -> variance below which an error says nothing: rounding, noise, model."""
+        values = {n: self.links.channel(n) for n in self.names}
         return {
             n: lattice_step(y) ** 2 / 12.0 + (FINE * float(np.std(y))) ** 2
-            for n, y in known.items()
+            for n, y in values.items()
         }
 
     @cached_property
-    def _held(self) -> dict[str, np.ndarray]:
-        return {n: self.links.held(self.links.channel(n)) for n in self.driven if n in self.names}
+    def _drive_signals(self) -> dict[str, np.ndarray]:
+        return {
+            n: self.links.as_applied(self.links.channel(n)) for n in self.driven if n in self.names
+        }
 
     def causes(self) -> list[LateCause]:
-        """Channels that may be late, in both ways; a reference that was written is not."""
+        """Channels that may be late, in both ways; written references cannot."""
         groups: list[tuple[str, ...]] = [
             (n,) for n in (*self.places, *self.names) if not is_reference(n)
         ]
@@ -168,12 +171,12 @@ class LinkFit:
         return [LateCause(group, grows) for group in groups for grows in (False, True)]
 
     def unknowns(self, shapes: Sequence[LinkShape]) -> np.ndarray:
-        """Those of the links' middle shape."""
-        logs = [np.log([*one.stiffness, one.damping]) for one in shapes]
+        """Unknowns of the links' median shape."""
+        logs = [np.log([*s.stiffness, s.damping]) for s in shapes]
         return np.asarray(np.median(logs, axis=0))
 
     def shape(self, x: np.ndarray) -> LinkShape:
-        """Of the links."""
+        """The links of an unknown vector."""
         return LinkShape(np.exp(x[: self.segments]), float(np.exp(x[self.segments])))
 
     def size(self, cause: LateCause, x: np.ndarray) -> float:
@@ -182,20 +185,20 @@ class LinkFit:
             return 0.0
         return float(x[-1]) * (1.0 / len(self.links.q) if cause.grows else self.links.found.step)
 
-    def alone(self) -> np.ndarray:
-        """The unknowns without a cause, from the best common factor of the stiffness on, then the
-        best one of each segment."""
+    def fit_punctual(self) -> np.ndarray:
+        """The unknowns without a cause: the best common stiffness factor, then the best of each
+        segment, then a fit."""
         x = np.array([*np.zeros(self.segments), np.log(LIGHT)])
         rows = np.eye(self.segments + 1)[:-1]
         for which in (rows.sum(axis=0), *(rows if self.segments > 1 else ())):
             tried = (x + np.log(factor) * which for factor in STIFFNESS_STARTS)
-            x = min((np.clip(one, *self._bounds(one)) for one in tried), key=self.cost)
-        return self.fitted(PUNCTUAL, x).vector
+            x = min((np.clip(start, *self._bounds(start)) for start in tried), key=self.cost)
+        return self.fit(PUNCTUAL, x).vector
 
-    def scanned(
+    def scan(
         self, cause: LateCause, begins: Sequence[np.ndarray]
     ) -> tuple[float, LateCause, np.ndarray]:
-        """(cost, cause, unknowns) at the best of the lags at which a fit may begin."""
+        """(cost, cause, unknowns) at the best starting lag."""
         tried = [
             np.array([*x, lag]) for x in begins for lag in (GROWING_LAGS if cause.grows else LAGS)
         ]
@@ -204,72 +207,72 @@ class LinkFit:
 
     def cost(self, x: np.ndarray, cause: LateCause = PUNCTUAL) -> float:
         """Twice the negative log-likelihood at the noise that each channel shows, per sample."""
-        return float(sum(np.log(each) for each in self._noise(self.rests(cause, x)).values()))
+        return float(sum(np.log(each) for each in self._noise(self.residuals(cause, x)).values()))
 
     def _noise(self, rests: Mapping[str, np.ndarray]) -> dict[str, float]:
         """Variance of each channel's errors."""
         return {n: float(np.mean(r**2)) + self.floors[n] for n, r in rests.items()}
 
-    def rests(self, cause: LateCause, x: np.ndarray) -> dict[str, np.ndarray]:
-        """What remains of each channel (m,) while the cause is as large as x says."""
+    def residuals(self, cause: LateCause, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Residual (m,) of each channel with the cause as large as x states."""
         t, size, inner = self.links.grid, self.size(cause, x), self.links.inner
-        when = self._when(cause, size)
-        at, made = (2.0 * t - when)[inner], {}
+        when = self._shown_times(cause, size)
+        at, remaining = (2.0 * t - when)[inner], {}
         encoder = any(n in cause.channels for n in self.places)
         moved = (cause, size) if encoder else (PUNCTUAL, 0.0)
         for n, rows in self._answered(tuple(x[: self.segments + 1]), *moved).items():
             y, own, driven = self.links.channel(n), n in cause.channels, n in self.driven
             if driven:
-                y = self.links.held(np.interp(when, t, y)) if own else self._held[n]
+                y = self.links.as_applied(np.interp(when, t, y)) if own else self._drive_signals[n]
             # The answer is moved and not a sensor's measurement, whose noise would shrink between
             # the samples and draw the lag there.
             late = own and not driven
             rows = np.array([np.interp(at, t, each) for each in rows]) if late else rows[:, inner]
-            made[n] = _regression_residual(y[inner], rows)
-        return made
+            remaining[n] = _regression_residual(y[inner], rows)
+        return remaining
 
-    def _when(self, cause: LateCause, size: float) -> np.ndarray:
-        """(M,) s, the times at which the samples of a late channel show."""
+    def _shown_times(self, cause: LateCause, size: float) -> np.ndarray:
+        """(M,) s: times at which samples of a late channel appear."""
         t = self.links.grid
         return np.asarray(t + size * (t - t[0] if cause.grows else 1.0))
 
     @cached_property
     def _answered(self):  # type: ignore[no-untyped-def]
-        """The last answers are kept, as a lag of a sensor alone changes none of them."""
+        """A cache of the last rows, as a sensor's lag changes none of them."""
         return lru_cache(maxsize=8)(self._answers)
 
     def _answers(
         self, unknowns: tuple[float, ...], cause: LateCause, size: float
     ) -> dict[str, np.ndarray]:
-        """What explains each channel, as rows (k, M) of a regression; the cause is an encoder's."""
+        """Rows (k, M) of the regression of each channel; `cause` is an encoder's."""
         shape, links = self.shape(np.array(unknowns)), self.links
-        t, when = links.grid, self._when(cause, size)
+        t, when = links.grid, self._shown_times(cause, size)
         q = np.column_stack(
             [
                 np.interp(when, t, place) if n in cause.channels else place
                 for n, place in zip(self.places, links.q.T, strict=True)
             ]
         )
-        whole, ringing = links.moved(shape, q), links.ringing(shape)
-        made = {n: np.array([y, *ringing]) for n, y in links.sensed(whole).items()}
-        if self._held:
-            torques, (speed, dry) = links.torques(whole), links.rubbed(q)
+        whole, ringing = links.coordinates(shape, q), links.free_vibrations(shape)
+        rows = {n: np.array([y, *ringing]) for n, y in links.sensed(whole).items()}
+        if self._drive_signals:
+            torques, (speed, dry) = links.torques(whole), links.friction_inputs(q)
             smooth = list(links.smooth(np.array(ringing).T).T) if ringing else []
-            made |= {
+            rows |= {
                 n: np.array([torques[:, k], speed[:, k], dry[:, k], *smooth])
                 for k, n in enumerate(self.driven)
-                if n in self._held
+                if n in self._drive_signals
             }
-        return made
+        return rows
 
-    def fitted(self, cause: LateCause, x: np.ndarray) -> Descended:
-        """Least squares in the errors' own standard deviations, which are taken anew until the cost
-        stays: the tangent of a logarithm lies above it, so each descent lowers the cost."""
+    def fit(self, cause: LateCause, x: np.ndarray) -> Descended:
+        """Least squares in units of the errors' standard deviations, which are updated until the
+        cost stays: a logarithm's tangent lies above it, so each descent lowers the cost."""
         limits, steps = Limits(*self._bounds(x), self._strides(x)), 0.02 * self._strides(x)
         sizes = np.ones(0)
 
         def errors(x: np.ndarray) -> list[np.ndarray]:
-            rests = self.rests(cause, x).values()
+            rests = self.residuals(cause, x).values()
             return [r / size for r, size in zip(rests, sizes, strict=True)]
 
         def slopes(x: np.ndarray) -> list[np.ndarray]:
@@ -279,7 +282,7 @@ class LinkFit:
 
         before, cost = np.inf, self.cost(x, cause)
         while before - cost > GOOD_ENOUGH:
-            sizes = np.sqrt(list(self._noise(self.rests(cause, x)).values()))
+            sizes = np.sqrt(list(self._noise(self.residuals(cause, x)).values()))
             end = descend(errors, slopes, x, limits, most=3)
             x, before, cost = end.vector, cost, self.cost(end.vector, cause)
         return end
@@ -302,7 +305,7 @@ class LinkFit:
 
 
 def _regression_residual(y: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """What a regression on rows (k, M) and a constant leaves of y (M,)."""
+    """Residual of y (M,) after a regression on rows (k, M) and a constant."""
     y, A = y - y.mean(), rows - rows.mean(axis=1, keepdims=True)
     sizes = np.sqrt(np.einsum("km,km->k", A, A))
     A = A / np.where(sizes > 0.0, sizes, 1.0)[:, None]

@@ -1,11 +1,11 @@
-"""What bends beyond the joints, driven by the joints' own measured motion.
+"""Bending of the links, computed from the measured joint motion.
 
-Joints that are measured say what a link does, whoever moves them: with e = Phi theta + w the
-equation M_ee e'' + K e = -M_er theta'' of the bending coordinates becomes, for
-Phi = -M_ee^-1 M_er, a low-pass filter M_ee w'' + K w = -K Phi theta of the encoders' places, with
-no derivative of theirs and nothing of drives, gains or friction in it. How stiff the segments
-are is left free (one factor for each), and how much they damp. A lag stays visible beside both: the
-response of a structure that hardly damps is even in frequency, it shifts amplitudes and no phases.
+Measured joints determine a link's motion, whatever drives them: with e = Phi theta + w the equation
+M_ee e'' + K e = -M_er theta'' of the bending coordinates becomes, for Phi = -M_ee^-1 M_er, a
+low-pass filter M_ee w'' + K w = -K Phi theta of the encoder positions. It needs no derivatives,
+drives, gains or friction. Stiffness (one factor per segment) and damping are free. A lag is
+distinguishable from both: the response of a lightly damped structure shifts amplitudes and no
+phases.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from ..sensors import sensor
 from ..trajectory import Trajectory
 
 SMALL = 0.6
-"""rad (m) by which a joint may move for one working point to do: inertias change by some per cent
-(the cosine of an angle between two links changes by 0.3 around its steepest place)."""
+"""rad (m) by which a joint may move around one working point: inertias change by some per cent (the
+cosine of an angle by 0.3 at its steepest)."""
 LIGHT = 0.01
-"""Damping ratio to begin with: that of bolted aluminium links."""
+"""First damping ratio, of bolted aluminium links."""
 CLEAN = 0.1
-"""Of an acceleration's rms, that may be noise of the encoder once the high frequencies are off."""
+"""Share of an acceleration's rms that may be encoder noise after low-pass filtering."""
 IN_MOTION = 0.5
-"""Of its rms speed: what a joint has at the first samples that does not begin at rest."""
+"""Share of its rms speed that a joint has at the first samples if it begins in motion."""
 LONGEST, FIRST, MOVES = 6000, 50, 0.01
-"""Samples that are looked at, from so many before a joint has left 1 % of its range: a lag of a
-tenth of a sample shows in them, and a check stays quick."""
+"""Samples that are used, from so many before a joint has left 1 % of its range: enough for a lag of
+a tenth of a sample, and quick."""
 CUTS = (0.4, 0.25, 0.16, 0.1, 0.06, 0.04, 0.025, 0.016, 0.01)
-"""Of the sample rate, from which the highest is taken at which an acceleration is clean."""
+"""Shares of the sample rate; the highest with a clean acceleration is used."""
 DRY = 0.05
-"""Of the rms speed, over which dry friction changes its sign."""
+"""Share of the rms speed over which dry friction changes its sign."""
 EDGE, MOST = 20, 3000
-"""Samples left out at both ends, where a shifted channel has no values; rows of a regression."""
+"""Samples omitted at both ends, where a shifted channel has no values; rows of a regression."""
 
 
 @dataclass(frozen=True)
 class LinkShape:
-    """What is not known of the links."""
+    """Unknown stiffness and damping of the links."""
 
     stiffness: np.ndarray
     """(bending segments,) over the stated one"""
@@ -60,26 +60,26 @@ class LinkBending:
     q: np.ndarray
     """(M, joints) encoders on the even clock, from where they begin to move"""
     _stretch: slice
-    """Of the even clock: where that is."""
+    """The same stretch of the even clock."""
 
     @classmethod
-    def of(cls, found: MeasuredRecording, most: float = SMALL) -> LinkBending | None:
-        """None where nothing bends, an encoder is missing or a joint that changes the posture
-        moves by more than `most`."""
-        model = found.model
+    def of(cls, recording: MeasuredRecording, most: float = SMALL) -> LinkBending | None:
+        """None if nothing bends, an encoder is missing, or a joint that changes the posture moves
+        by more than `most`."""
+        model = recording.model
         if model is None or model.arm.coordinates == model.arm.joints:
             return None
         names = [f"theta{k + 1}" for k in range(model.arm.joints)]
-        if not found.has(*names):
+        if not recording.has(*names):
             return None
-        q = np.column_stack([found.even(n) for n in names])
+        q = np.column_stack([recording.even(n) for n in names])
         stretch = _first_moves(q)
         q = q[stretch]
         inner = np.percentile(q[:, 1:], [2.0, 98.0], axis=0)  # an outlier is another fault
-        return None if np.any(np.ptp(inner, axis=0) > most) else cls(found, model, q, stretch)
+        return None if np.any(np.ptp(inner, axis=0) > most) else cls(recording, model, q, stretch)
 
     def channel(self, name: str) -> np.ndarray:
-        """(M,) values over the same stretch."""
+        """(M,) values of a channel over the same stretch."""
         return self.found.even(name)[self._stretch]
 
     @property
@@ -96,7 +96,7 @@ class LinkBending:
 
     @cached_property
     def segments(self) -> np.ndarray:
-        """(bending coordinates,) the bending segment of each, from 0; they come before twists."""
+        """(bending coordinates,) bending segment of each, from 0; before twists."""
         counts = [m for m in self.model.arm.modes if m]
         return np.repeat(np.arange(len(counts)), counts)
 
@@ -110,7 +110,7 @@ class LinkBending:
         return p, self.model.compiled.mass_matrix(middle, p), K
 
     def _modes(self, shape: LinkShape) -> tuple[np.ndarray, np.ndarray]:
-        """(rad/s (modes,), shapes (bending coordinates, modes)) while the joints stand."""
+        """(rad/s (modes,), shapes (bending coordinates, modes)) with fixed joints."""
         _, M, K = self._matrices
         j = self.model.arm.joints
         root = np.ones(len(K) - j)  # twists of joints and a soft base are as stated
@@ -118,7 +118,7 @@ class LinkBending:
         squares, modes = scipy.linalg.eigh(root[:, None] * K[j:, j:] * root, M[j:, j:])
         return np.sqrt(np.maximum(squares, 1e-12)), modes
 
-    def bent(self, shape: LinkShape, q: np.ndarray) -> np.ndarray:
+    def bending(self, shape: LinkShape, q: np.ndarray) -> np.ndarray:
         """(M, bending coordinates) while the joints move as q (M, joints), from rest."""
         _, M, _ = self._matrices
         j = self.model.arm.joints
@@ -132,10 +132,9 @@ class LinkBending:
         ]
         return np.asarray(moved + np.column_stack(answers) @ modes.T)
 
-    def ringing(self, shape: LinkShape) -> list[np.ndarray]:
-        """Free vibrations (M,) of every mode, two each: what a recording that starts in motion adds
-        to the answer from rest. None where the joints begin at rest: they would explain more than
-        there is in a short recording."""
+    def free_vibrations(self, shape: LinkShape) -> list[np.ndarray]:
+        """Free vibrations (M,) of every mode, two each, of a recording that starts in motion. None
+        if the joints begin at rest: they would explain too much of a short recording."""
         if not self._moves_first:
             return []
         omega, _ = self._modes(shape)
@@ -152,9 +151,9 @@ class LinkBending:
         speed = np.gradient(self.smooth(self.q), dt, axis=0)
         return bool(np.any(first > IN_MOTION * np.sqrt(np.mean(speed**2, axis=0))))
 
-    def moved(self, shape: LinkShape, q: np.ndarray) -> np.ndarray:
+    def coordinates(self, shape: LinkShape, q: np.ndarray) -> np.ndarray:
         """(M, coordinates) of the arm while its joints move as q (M, joints), from rest."""
-        return np.hstack([q, self.bent(shape, q)])
+        return np.hstack([q, self.bending(shape, q)])
 
     def sensed(self, whole: np.ndarray) -> dict[str, np.ndarray]:
         """Channels (M,) of the camera and the gauges while the arm moves so (M, coordinates)."""
@@ -163,46 +162,49 @@ class LinkBending:
         motion = Trajectory(
             self.model.arm, self.model.compiled, p, self.grid, whole, nothing, nothing
         )
-        made: dict[str, np.ndarray] = {}
+        channels: dict[str, np.ndarray] = {}
         for kind in ("z", "deflection"):
-            one = sensor(kind)
-            names = [c.name for c in one.channels(self.model.arm)]
+            camera_or_gauge = sensor(kind)
+            names = [c.name for c in camera_or_gauge.channels(self.model.arm)]
             if any(self.found.has(n) for n in names):
-                values = np.array(one.measure(motion))
-                made |= {n: v for n, v in zip(names, values.T, strict=True) if self.found.has(n)}
-        return made
+                values = np.array(camera_or_gauge.measure(motion))
+                channels |= {
+                    n: v for n, v in zip(names, values.T, strict=True) if self.found.has(n)
+                }
+        return channels
 
     @cached_property
     def _cut(self) -> float:
-        """Of the sample rate, below which the encoders' accelerations are clean."""
+        """Share of the sample rate below which the encoders' accelerations are clean."""
         clean = (c for c in CUTS if all(_is_clean(x, c) for x in self.q.T))
         return next(clean, CUTS[-1])
 
     def smooth(self, x: np.ndarray) -> np.ndarray:
-        """Without the frequencies at which accelerations are noise, (M,) or columns (M, k)."""
+        """Signals (M,) or columns (M, k) without the frequencies at which accelerations are
+        noise."""
         return _low_passed(x, self._cut)
 
-    def held(self, x: np.ndarray) -> np.ndarray:
-        """A drive's signal (M,) smoothed, as it acts around each sample: what a drive holds from
-        one sample to the next is half a sample late."""
+    def as_applied(self, x: np.ndarray) -> np.ndarray:
+        """A drive's signal (M,), smoothed, with the half sample of delay by which a held signal
+        acts."""
         return self.smooth((x + np.r_[x[0], x[:-1]]) / 2.0)
 
     def torques(self, whole: np.ndarray) -> np.ndarray:
-        """(M, joints) smoothed torques that move the arm so (M, coordinates), without friction."""
+        """(M, joints) smoothed torques of a motion (M, coordinates), without friction."""
         _, M, _ = self._matrices
         dt = self.found.step
         momentum = self.smooth(whole @ M[: self.model.arm.joints].T)
         return np.asarray(np.gradient(np.gradient(momentum, dt, axis=0), dt, axis=0))
 
     def torques_of_each(self, shape: LinkShape | None) -> np.ndarray:
-        """(M, joints, joints) smoothed torques of each joint (rows) that the motion of each joint
-        (columns) takes; of links that do not bend, at every posture, where no shape is given."""
+        """(M, joints, joints) smoothed torques of each joint (rows) for the motion of each joint
+        (columns); without a shape, of rigid links at every posture."""
         if shape is not None:
             columns = []
             for k in range(self.q.shape[1]):
-                alone = np.tile(self.q[0], (len(self.q), 1))
-                alone[:, k] = self.q[:, k]
-                columns.append(self.torques(self.moved(shape, alone)))
+                single = np.tile(self.q[0], (len(self.q), 1))
+                single[:, k] = self.q[:, k]
+                columns.append(self.torques(self.coordinates(shape, single)))
             return np.stack(columns, axis=2)
         p, n, j = self.model.numbers().p, self.model.arm.coordinates, self.q.shape[1]
         smooth, dt = self.smooth(self.q), self.found.step
@@ -211,8 +213,8 @@ class LinkBending:
         masses = np.array([self.model.compiled.mass_matrix(row, p)[:j, :j] for row in whole])
         return np.asarray(masses * twice[:, None, :])
 
-    def rubbed(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(M, joints) smoothed speeds, and the directions of dry friction in them."""
+    def friction_inputs(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(M, joints) smoothed speeds, and their directions for dry friction."""
         speed = np.gradient(self.smooth(q), self.found.step, axis=0)
         usual = np.sqrt(np.mean(speed**2, axis=0)) + 1e-300
         return speed, np.tanh(speed / (DRY * usual))
@@ -226,22 +228,22 @@ def _first_moves(q: np.ndarray) -> slice:
 
 
 def _second_order(omega: float, damping: float, dt: float, x: np.ndarray) -> np.ndarray:
-    """omega^2 / (s^2 + 2 damping omega s + omega^2) of x (M,), exact for straight lines between
-    the samples, from rest."""
+    """omega^2 / (s^2 + 2 damping omega s + omega^2) of x (M,), exact for linear interpolation, from
+    rest."""
     pole = omega * (-damping + 1j * np.sqrt(1.0 - damping**2))
     grown = np.exp(pole * dt)
     # x' = pole x + u with u linear over a step: weights of its two ends.
     first = (grown - 1.0) / pole
     slope = (first - dt) / (pole * dt)
-    now, next_ = first - slope, slope
-    b, a = [next_, now], [1.0, -grown]
+    at_start, at_end = first - slope, slope
+    b, a = [at_end, at_start], [1.0, -grown]
     state = scipy.signal.lfilter(b, a, x.astype(complex))
     return np.asarray((omega**2 / pole.imag) * state.imag)
 
 
 def _low_passed(x: np.ndarray, cut: float) -> np.ndarray:
-    """A Butterworth filter of third order run forwards and backwards, over signals that are turned
-    about both their ends; `cut` of the sample rate."""
+    """A third-order Butterworth filter run forwards and backwards, with ends reflected; `cut` of
+    the sample rate."""
     more = min(int(3.0 / cut), len(x) - 1)
     rows = np.ascontiguousarray(x.T)  # transforms of columns take twice as long
     first, last = rows[..., :1], rows[..., -1:]
@@ -250,15 +252,15 @@ def _low_passed(x: np.ndarray, cut: float) -> np.ndarray:
     size = scipy.fft.next_fast_len(long.shape[-1], real=True)
     powers = 1.0 / (1.0 + (np.fft.rfftfreq(size) / cut) ** 6)
     base = long[..., :1]
-    made = (
+    smooth = (
         scipy.fft.irfft(powers * scipy.fft.rfft(long - base, size), size)[..., more : more + len(x)]
         + base
     )
-    return np.asarray(made.T)
+    return np.asarray(smooth.T)
 
 
 def _is_clean(x: np.ndarray, cut: float) -> bool:
-    """Whether a place's smoothed acceleration is the motion's and not the encoder's noise."""
+    """Whether a position's smoothed acceleration is motion and not encoder noise."""
     noise = max(lattice_step(x) / np.sqrt(12.0), min(noise_of(x), float(np.std(x))))
     white = noise * np.random.default_rng(0).standard_normal(len(x))
     own, others = (np.std(np.diff(_low_passed(y, cut), 2)[5:-5]) for y in (x, white))

@@ -1,4 +1,4 @@
-"""One recording as the checks see it: as it stands in the file, and cleaned."""
+"""One recording as in the file, and on an even clock, for the checks."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..model import Model
 from ..recording.channels import channel_kind, joint_of
 
 FEWEST = 50
-"""Samples without which no statistics of a channel are worth a sentence."""
+"""Fewest samples for statistics of a channel."""
 ON_LATTICE = 0.1
-"""Of a step, the rms distance from whole numbers of steps."""
+"""Largest rms distance from whole steps, in steps."""
 FEWEST_LEVELS = 3
-"""Levels between which a step shows."""
+"""Levels needed to find a step."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class MeasuredRecording:
     name: str
     role: str
     time: np.ndarray
-    """s, as the file has it: it may repeat, fall back or jump."""
+    """s, as in the file: it may repeat, decrease or jump."""
     channels: Mapping[str, np.ndarray]
     headers: Mapping[str, str] = field(default_factory=dict)
     """Channel -> column of the file; empty where the recording is simulated."""
@@ -35,12 +35,12 @@ class MeasuredRecording:
     model: Model | None = None
     """None where a file is checked without a scenario."""
     values: Mapping[str, float] = field(default_factory=dict)
-    """Parameters that are known better than the scenario states them."""
-    answers: dict[object, tuple[Model, Mapping[str, np.ndarray] | None]] = field(
+    """Parameters known better than the scenario states."""
+    loop_responses: dict[object, tuple[Model, Mapping[str, np.ndarray] | None]] = field(
         default_factory=dict, repr=False
     )
-    """Of the scenario's loop, by model and what drives it: a copy with other sensors has the same
-    ones."""
+    """Simulated responses of the scenario's loop, by model and inputs; shared by copies with other
+    sensors."""
 
     @cached_property
     def step(self) -> float:
@@ -68,8 +68,8 @@ class MeasuredRecording:
         return np.asarray(good[0] + self.step * np.arange(max(count, 2)))
 
     @cached_property
-    def derived(self) -> dict[object, object]:
-        """What was worked out of this very recording and costs much, by what it is."""
+    def cache(self) -> dict[object, object]:
+        """Expensive results of this recording, by their kind."""
         return {}
 
     def counted(self, channel: str) -> np.ndarray:
@@ -79,7 +79,7 @@ class MeasuredRecording:
         return values if mask is None else np.where(mask, values, np.nan)
 
     def even(self, channel: str) -> np.ndarray:
-        """(M,) on the even clock: gaps filled linearly, repeated times averaged away."""
+        """(M,) on the even clock: gaps interpolated, repeated times removed."""
         cached = self._even.get(channel)
         if cached is None:
             cached = self._even[channel] = self._evened(self.counted(channel))
@@ -97,7 +97,7 @@ class MeasuredRecording:
         return np.interp(self.grid, time, values[good][first])
 
     def has(self, *names: str) -> bool:
-        """Whether all channels are there with enough samples."""
+        """Whether all channels exist with enough samples."""
         return len(self.grid) >= FEWEST and all(
             name in self.channels and np.isfinite(self.counted(name)).sum() >= FEWEST
             for name in names
@@ -108,7 +108,7 @@ class MeasuredRecording:
         return [n for n in self.channels if channel_kind(n).pattern in patterns and self.has(n)]
 
     def joint(self, channel: str) -> int:
-        """From 0; 0 for a channel of no joint."""
+        """Joint of a channel from 0; 0 if none."""
         return joint_of(channel) or 0
 
 
@@ -121,7 +121,7 @@ def noise_of(x: np.ndarray) -> float:
 
 
 def lattice_step(x: np.ndarray) -> float:
-    """The step of values (N,) that lie on a lattice, each level seen often; 0: they do not."""
+    """Quantisation step of values (N,) with many samples per level; 0: none."""
     levels = np.unique(x[np.isfinite(x)])
     if len(levels) < FEWEST_LEVELS or len(levels) > np.isfinite(x).sum() / 5:
         return 0.0
@@ -133,13 +133,13 @@ def lattice_step(x: np.ndarray) -> float:
 
 
 SHARE_AT_LIMIT = 0.01
-"""Of the samples; recordings of real rigs have 0.2 % at their largest value."""
+"""Share of the samples; real recordings have 0.2 % at their largest value."""
 FEWEST_AT_LIMIT = 8
-"""Samples at a limit that are no chance."""
+"""Fewest samples at a limit."""
 NEAR_LIMIT = 0.02
-"""Of the range: a smooth turning point has more samples just below its top than at it."""
+"""Share of the range: a smooth turning point has more samples below its top than at it."""
 FAST = 0.25
-"""Of the usual speed: a signal runs into a limit, an encoder at rest does not."""
+"""Share of the usual speed: a signal runs into a limit, an encoder at rest does not."""
 
 
 def limit_of(values: np.ndarray) -> tuple[float, float] | None:
@@ -147,8 +147,8 @@ def limit_of(values: np.ndarray) -> tuple[float, float] | None:
     x = values[np.isfinite(values)]
     if len(x) < 5 * FEWEST_AT_LIMIT or np.ptp(x) == 0.0:
         return None
-    found = [each for each in (_at(x, x.max(), 1.0), _at(x, x.min(), -1.0)) if each is not None]
-    return max(found, key=lambda one: one[1]) if found else None
+    limits = [each for each in (_at(x, x.max(), 1.0), _at(x, x.min(), -1.0)) if each is not None]
+    return max(limits, key=lambda limit: limit[1]) if limits else None
 
 
 def _at(x: np.ndarray, top: float, side: float) -> tuple[float, float] | None:
@@ -168,5 +168,5 @@ def _at(x: np.ndarray, top: float, side: float) -> tuple[float, float] | None:
     speed = np.abs(np.diff(x))
     usual = float(np.sqrt(np.mean(speed**2)))
     # Two samples before the limit and two after it.
-    around = [speed[np.clip([k - 1, k, k + 1], 0, len(speed) - 1)].max() for k in edges]
-    return (float(top), count / len(x)) if np.median(around) > FAST * usual else None
+    speeds = [speed[np.clip([k - 1, k, k + 1], 0, len(speed) - 1)].max() for k in edges]
+    return (float(top), count / len(x)) if np.median(speeds) > FAST * usual else None

@@ -26,11 +26,11 @@ from ..scenario.stated_effects import base_model
 from ..sentences import did_you_mean
 
 CLOCK_CHECKS = ("time_unit", "sample_time")
-"""Faults of the clock, mended before the others are sought: every speed depends on it."""
+"""Faults of the clock, corrected first: every speed depends on it."""
 
 
 SENSOR_PREFIXES = ("offset_", "gain_", "start_")
-"""What [identify] may estimate besides the model's parameters."""
+"""Prefixes of parameters of sensors and starts in [identify]."""
 
 
 def checks() -> dict[str, Check]:
@@ -55,14 +55,14 @@ def _unknown_parameters(scenario: Scenario) -> Iterator[Finding]:
     model = base_model(scenario)
     for name in scenario.identify.parameters:
         if not name.startswith(SENSOR_PREFIXES) and name not in model.parameters:
-            sentence = f"no parameter of this arm; {did_you_mean(name, model.parameters)}"
+            sentence = f"not a parameter of this arm; {did_you_mean(name, model.parameters)}"
             yield Finding("unknown_parameter", "[identify]", name, 1.0, "", sentence)
 
 
 def measured_recordings(
     scenario: Scenario, folder: Folder, data: Path | None = None, progress: Progress | None = None
 ) -> list[MeasuredRecording]:
-    """A scenario's recordings as the checks see them: nothing of them is refused.
+    """A scenario's recordings for the checks, none refused.
 
     Raises:
         InputError: No recording, or one that is no table of measurements.
@@ -72,16 +72,15 @@ def measured_recordings(
     model = base_model(scenario)
     progress = progress or Silent()
     progress.stage("Checking the recordings", len(scenario.recordings))
-    found = []
+    recordings = []
     for spec in scenario.recordings:
-        found.append(_measured(spec, scenario, model, folder, data, progress))
+        recordings.append(_measured(spec, scenario, model, folder, data, progress))
         progress.advance(text=spec.name)
-    return found
+    return recordings
 
 
 def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
-    """What is wrong with a file by itself; without an arm, no channel can be judged by another's
-    dynamics."""
+    """Faults of a single file; without an arm, no channel is compared with another's dynamics."""
     spec = RecordingSpec(file=path.name, name=path.name)
     progress = progress or Silent()
     return check_all([_read(path, spec, None, progress)], progress.stopped)
@@ -90,35 +89,35 @@ def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
 def check_all(
     recordings: Sequence[MeasuredRecording], stopped: Callable[[], bool] = lambda: False
 ) -> list[Finding]:
-    """The findings of recordings of one rig, in their order; those so far where it was stopped."""
-    clocked = [with_true_clock(one) for one in recordings]
+    """The findings of recordings of one rig, in order; those so far if stopped."""
+    clocked = [with_true_clock(recording) for recording in recordings]
     cases = [case for case, _ in clocked]
-    found: list[Finding] = []
+    all_findings: list[Finding] = []
     for case, findings in clocked:
         others = [o for o in cases if o is not case]
-        found += [*findings, *check_case(Case(case.recording, others), stopped)]
-    return found
+        all_findings += [*findings, *check_case(Case(case.recording, others), stopped)]
+    return all_findings
 
 
 def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[Finding]:
-    """The findings of one recording whose clock is right."""
-    found: list[Finding] = []
+    """The findings of one recording with a correct clock."""
+    findings: list[Finding] = []
     for kind, check in checks().items():
         if stopped():
             break
         if kind not in CLOCK_CHECKS:
-            found += check.look(case)
-    return found
+            findings += check.find(case)
+    return findings
 
 
 def with_true_clock(recording: MeasuredRecording) -> tuple[Case, list[Finding]]:
-    """The recording on its true clock, and what was wrong with that."""
+    """The recording on its true clock, and the findings of the clock."""
     findings: list[Finding] = []
     case = Case(recording)
     for kind in CLOCK_CHECKS:
-        for one in checks()[kind].look(case):
-            findings.append(one)
-            case = Case(replace(case.recording, time=case.recording.time / one.size))
+        for finding in checks()[kind].find(case):
+            findings.append(finding)
+            case = Case(replace(case.recording, time=case.recording.time / finding.size))
     return case, findings
 
 
@@ -129,10 +128,11 @@ def _measured(
     if spec.simulate is None:
         assert spec.file is not None
         return _read(resolve_file(spec.file, folder, data), spec, model, progress)
-    made = simulated(spec, scenario.sensors, model)
+    recording = simulated(spec, scenario.sensors, model)
     return MeasuredRecording(
-        spec.name, spec.role, made.time, made.channels, masks=made.counted, model=model
-    )
+        spec.name, spec.role, recording.time, recording.channels, masks=recording.counted,
+        model=model,
+    )  # fmt: skip
 
 
 def _read(
@@ -142,19 +142,21 @@ def _read(
     raw = load_unchecked(path, spec, units, progress)
     if raw.time is None or np.isfinite(raw.time).sum() < 10:
         raise InputError(
-            f"{path.name} has no column t with at least ten times; map one to t under columns."
+            f"{path.name} has no column t with at least ten timestamps; map one to t under columns."
         )
     channels = {n: v for n, v in raw.channels.items() if np.isfinite(v).any()}
     pose = spec.camera.pose()
     if "z1" in channels and "z2" in channels:
         channels["z1"], channels["z2"] = in_base_frame(channels["z1"], channels["z2"], pose)
-    found = MeasuredRecording(spec.name, spec.role, raw.time, channels, raw.headers, model=model)
+    recording = MeasuredRecording(
+        spec.name, spec.role, raw.time, channels, raw.headers, model=model
+    )
     if spec.time_shift:
         for name in [n for n in channels if from_camera(n)]:
-            channels[name] = shifted(channels[name], spec.time_shift / found.step)
+            channels[name] = shifted(channels[name], spec.time_shift / recording.step)
     masks = {
         name: ~np.any([(raw.time >= a) & (raw.time <= b) for a, b in stretches], axis=0)
         for name, stretches in spec.mask.items()
         if name in channels and stretches
     }
-    return replace(found, channels=channels, masks=masks)
+    return replace(recording, channels=channels, masks=masks)

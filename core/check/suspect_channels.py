@@ -1,4 +1,4 @@
-"""Which channel is to blame where channels disagree: the one whose fault explains all of it."""
+"""Which channel is wrong if channels disagree: the one whose fault explains all."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from ..check.late_channels import LateResult
 from ..recording.channels import DRIVES, Role, is_reference, role_of
 
 SCALE = 0.12
-"""|ln factor| below which a gain is friction, a payload or a calibration (scenarios/mujoco: the
-gains of one recording's channels lie that close together whatever is hidden)."""
+"""|ln factor| below which a gain is friction, payload or calibration (scenarios/mujoco: gains of
+one recording's channels are that close whatever is hidden)."""
 LEAST_RATIO = 3.0
-"""Times what the innocent channels disagree by must a fault be."""
+"""Least ratio of a fault to the disagreement of the other channels."""
 ALIKE = 0.25
-"""Share of a factor by which the relations of one channel may differ."""
+"""Share by which the relations of one channel may differ."""
 FEW_SAMPLES = 2.0
-"""Sample times of lag that a drive or a filter takes without being late."""
+"""Sample times of lag of a drive or filter without a fault."""
 SURE_OF_CHANGE = 0.9
-"""The same where the scenario's other recordings say what is usual."""
+"""The same if other recordings show what is usual."""
 DRIFT = 1e-3
-"""s/s; two quartz clocks differ by 1e-4 at most, elastic joints look like 6e-4."""
+"""s/s; quartz clocks differ by 1e-4 at most, elastic joints look like 6e-4."""
 SURE_DRIFT = 6.0
 """Standard deviations."""
 MAINLY = 0.5
-"""Share of what is missing in a channel that a lag may leave: the cause of it explains the most."""
+"""Largest remaining share in a channel for a lag to be its cause."""
 COMMAND = 0.1
-"""In ln: of two causes as good as each other the sensor's comes first; programs write commands."""
+"""In ln: of equal causes the sensor's comes first; programs write commands."""
 
 
 @dataclass(frozen=True)
 class Suspect:
-    """A channel with what is wrong of it; 1, 0 and 0 where that is right."""
+    """A wrong channel; 1, 0 and 0 where it is right."""
 
     channel: str
     factor: float = 1.0
-    """Times what the others ask for."""
+    """Factor on the value predicted by the others."""
     delay: float = 0.0
     """s"""
     drift: float = 0.0
@@ -52,7 +52,7 @@ class Suspect:
 class _JudgedRelation:
     relation: Relation
     gain: float
-    """ln |gain| beyond the usual."""
+    """ln |gain| beyond the usual one."""
     negative: bool
     lag: float
     lag_tolerance: float
@@ -75,42 +75,44 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
         e for e in entries if e.relation.tolerance != LOOP or e.relation.explained > GAIN_EXPLAINED
     ]
     gains = [e for e in gains if np.isfinite(e.relation.tolerance)]
-    found = _factors(gains)
+    by_factor = _factors(gains)
     # With others to compare, what they do is no delay: a servo's lag, the rig's own dynamics.
     late = _delays(entries, SURE_OF_CHANGE, lambda e: e.lag) if len(others) > 1 else ()
-    return (*found, *(late or _delays(*_trusted(entries))), *_drifts(every))
+    return (*by_factor, *(late or _delays(*_trusted(entries))), *_drifts(every))
 
 
-def late_suspects(one: LateResult | None, step: float) -> tuple[Suspect, ...]:
-    """The channels that are late whatever the stiffness of the links; `step` in s.
-
-    A channel that is early is none: another one is late then, and explains more.
-    """
-    if one is None or one.left > MAINLY or abs(one.size) < SURE_DRIFT * one.error:
+def late_suspects(result: LateResult | None, step: float) -> tuple[Suspect, ...]:
+    """Channels that are late whatever the links' stiffness; `step` in s. An early channel is none:
+    another one is late then, and explains more."""
+    if result is None or result.left > MAINLY or abs(result.size) < SURE_DRIFT * result.error:
         return ()
-    if one.cause.grows:
-        clear = abs(one.size) > DRIFT
+    if result.cause.grows:
+        clear = abs(result.size) > DRIFT
         return tuple(
-            Suspect(n, drift=one.size, against="the others") for n in one.cause.channels if clear
+            Suspect(n, drift=result.size, against="the others")
+            for n in result.cause.channels
+            if clear
         )
-    clear = one.size > FEW_SAMPLES * step
+    clear = result.size > FEW_SAMPLES * step
     return tuple(
-        Suspect(n, delay=one.size, against="the others") for n in one.cause.channels if clear
+        Suspect(n, delay=result.size, against="the others") for n in result.cause.channels if clear
     )
 
 
 def _single(entries: Sequence[_JudgedRelation]) -> Sequence[_JudgedRelation]:
-    """Where each reference is judged by itself, what they say together is left out."""
-    apart = {e.relation.output for e in entries if len(e.relation.inputs) == 1
+    """Relations to single references; where these exist, those to all together are omitted."""
+    judged_singly = {e.relation.output for e in entries if len(e.relation.inputs) == 1
              and e.relation.tolerance == LOOP}  # fmt: skip
-    return [e for e in entries if len(e.relation.inputs) == 1 or e.relation.output not in apart]
+    return [
+        e for e in entries if len(e.relation.inputs) == 1 or e.relation.output not in judged_singly
+    ]
 
 
 def _trusted(
     entries: Sequence[_JudgedRelation],
 ) -> tuple[Sequence[_JudgedRelation], float, Callable[[_JudgedRelation], float]]:
-    """Relations whose lag says something by itself: of a current, and of a velocity loop that
-    explains every encoder."""
+    """Relations whose lag is reliable: of a current, and of a velocity loop that explains every
+    encoder."""
     loop = [e for e in entries if e.relation.tolerance == LOOP]
     loop = [e for e in loop if all(role_of(n) is Role.SPEED for n in e.relation.inputs)]
     encoders = [e.relation.explained for e in loop if role_of(e.relation.output) is Role.PLACE]
@@ -147,18 +149,18 @@ def _judged(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Judged
 def _touching(
     entries: Sequence[_JudgedRelation], group: Sequence[str]
 ) -> list[tuple[_JudgedRelation, int]]:
-    """Relations in which the group is the output (+1) or the only input (-1), and not both."""
-    made = []
+    """Relations with the group as output (+1) or as only input (-1), not both."""
+    touched = []
     for entry in entries:
         out = entry.relation.output in group
         into = len(entry.relation.inputs) == 1 and entry.relation.inputs[0] in group
         if out != into:
-            made.append((entry, 1 if out else -1))
-    return made
+            touched.append((entry, 1 if out else -1))
+    return touched
 
 
 def _channels(entries: Sequence[_JudgedRelation]) -> list[str]:
-    """Measured ones first: a sensor is wrong more often than a command."""
+    """Channels, measured ones first: a sensor is wrong more often than a command."""
     names = {e.relation.output for e in entries}
     names |= {e.relation.inputs[0] for e in entries if len(e.relation.inputs) == 1}
     return sorted(names, key=lambda n: (is_reference(n), n))
@@ -170,10 +172,10 @@ def _of(entry: _JudgedRelation, channel: str) -> np.ndarray | None:
 
 def _names(entries: Sequence[_JudgedRelation], channel: str) -> str:
     """The channels on the other side of its relations."""
-    found: list[str] = []
+    names: list[str] = []
     for entry, side in _touching(entries, [channel]):
-        found += entry.relation.inputs if side == 1 else (entry.relation.output,)
-    return ", ".join(dict.fromkeys(found))
+        names += entry.relation.inputs if side == 1 else (entry.relation.output,)
+    return ", ".join(dict.fromkeys(names))
 
 
 def _factors(entries: Sequence[_JudgedRelation]) -> tuple[Suspect, ...]:
@@ -185,16 +187,18 @@ def _factors(entries: Sequence[_JudgedRelation]) -> tuple[Suspect, ...]:
     groups += [g for g in whole if len(g) > 1]
     best: tuple[float, tuple[str, ...], float] | None = None
     for group in groups:
-        found = _explained(entries, group, lambda e: e.gain)
-        if found is None:
+        agreed = _explained(entries, group, lambda e: e.gain)
+        if agreed is None:
             continue
-        size, left = found
+        size, remaining = agreed
         limit = max(min(e.gain_tolerance for e, _ in _touching(entries, group)), SCALE)
-        if abs(size) <= max(limit, LEAST_RATIO * left):
+        if abs(size) <= max(limit, LEAST_RATIO * remaining):
             continue
         if len(group) > 1 and abs(size) < np.log(20.0):
             continue  # only a unit is wrong in several channels alike
-        score = left - 0.02 * abs(size) * (size > np.log(5.0)) + COMMAND * is_reference(group[0])
+        score = (
+            remaining - 0.02 * abs(size) * (size > np.log(5.0)) + COMMAND * is_reference(group[0])
+        )
         if best is None or score < best[0]:
             best = (score, group, size)
     if best is None:
@@ -210,7 +214,8 @@ def _explained(
     group: Sequence[str],
     value: Callable[[_JudgedRelation], float],
 ) -> tuple[float, float] | None:
-    """(size that the group's relations agree on, what remains elsewhere); None if they do not."""
+    """(size that the group's relations agree on, remaining disagreement); None if it has no
+    relation."""
     touched = _touching(entries, group)
     if not touched:
         return None
@@ -221,9 +226,11 @@ def _explained(
     size = float(np.median(sizes[best]))
     mine = {id(entry) for entry, _ in touched}
     # Newton's law and nominal numbers leave more room than a loop that is known.
-    rest = [max(abs(value(e)) - _slack(e), 0.0) for e in entries if id(e) not in mine]
-    rest += [max(abs(s - size) - _slack(e), 0.0) for s, (e, _) in zip(sizes, touched, strict=True)]
-    return size, float(np.percentile(rest, 80)) if rest else 0.0
+    deviations = [max(abs(value(e)) - _slack(e), 0.0) for e in entries if id(e) not in mine]
+    deviations += [
+        max(abs(s - size) - _slack(e), 0.0) for s, (e, _) in zip(sizes, touched, strict=True)
+    ]
+    return size, float(np.percentile(deviations, 80)) if deviations else 0.0
 
 
 def _slack(entry: _JudgedRelation) -> float:
@@ -233,44 +240,44 @@ def _slack(entry: _JudgedRelation) -> float:
 def _delays(
     entries: Sequence[_JudgedRelation], least: float, lag: Callable[[_JudgedRelation], float]
 ) -> tuple[Suspect, ...]:
-    known = [e for e in entries if e.relation.explained > LEAST_EXPLAINED and np.isfinite(lag(e))]
-    sure = [e for e in known if e.relation.explained > least]
-    found: list[Suspect] = []
+    usable = [e for e in entries if e.relation.explained > LEAST_EXPLAINED and np.isfinite(lag(e))]
+    sure = [e for e in usable if e.relation.explained > least]
+    late: list[Suspect] = []
     names = _channels(sure)
     groups = [tuple(n for n in names if role_of(n) is Role.TIP), *((name,) for name in names)]
     for group in groups:
         touched = _touching(sure, group)
-        if not touched or any(s.channel in group for s in found):
+        if not touched or any(s.channel in group for s in late):
             continue
         sizes = np.array([side * lag(e) for e, side in touched])
         size = float(np.median(sizes))
         inner = {id(e) for e, _ in touched}
-        rest = [abs(lag(e)) for e in known if id(e) not in inner]
+        other_lags = [abs(lag(e)) for e in usable if id(e) not in inner]
         tolerance = max(e.lag_tolerance for e, _ in touched)
         step = _step(touched)
         alike = np.all(np.abs(sizes - size) <= max(ALIKE * abs(size), step))
         stands = size > max(
-            FEW_SAMPLES * step, LEAST_RATIO * max(rest, default=0.0), 1.5 * tolerance
+            FEW_SAMPLES * step, LEAST_RATIO * max(other_lags, default=0.0), 1.5 * tolerance
         )
         if (
             alike
             and stands
             and (len(group) == 1 or len({e.relation.output for e, _ in touched}) > 1)
         ):
-            found += [
+            late += [
                 Suspect(e.relation.output if side == 1 else group[0], delay=side * lag(e),
                         against=", ".join(e.relation.inputs), expected=e.relation.expected)
                 for e, side in _one_each(touched)
             ]  # fmt: skip
-    return tuple(found)
+    return tuple(late)
 
 
 def _one_each(touched: Sequence[tuple[_JudgedRelation, int]]) -> list[tuple[_JudgedRelation, int]]:
-    made: dict[str, tuple[_JudgedRelation, int]] = {}
+    by_channel: dict[str, tuple[_JudgedRelation, int]] = {}
     for entry, side in touched:
         name = entry.relation.output if side == 1 else entry.relation.inputs[0]
-        made.setdefault(name, (entry, side))
-    return list(made.values())
+        by_channel.setdefault(name, (entry, side))
+    return list(by_channel.values())
 
 
 def _step(touched: Sequence[tuple[_JudgedRelation, int]]) -> float:
@@ -278,13 +285,13 @@ def _step(touched: Sequence[tuple[_JudgedRelation, int]]) -> float:
 
 
 def _drifts(entries: Sequence[_JudgedRelation]) -> tuple[Suspect, ...]:
-    found = []
+    drifting = []
     for entry in entries:
         r = entry.relation
         clear = abs(r.drift) > max(DRIFT, SURE_DRIFT * r.drift_error)
         if clear and r.explained > LAG_EXPLAINED and np.isfinite(r.drift_error):
-            found.append(Suspect(r.output, drift=r.drift, against=", ".join(r.inputs),
+            drifting.append(Suspect(r.output, drift=r.drift, against=", ".join(r.inputs),
                                  expected=r.expected))  # fmt: skip
     names = {e.relation.output for e in entries if np.isfinite(e.relation.drift_error)}
     # Where all channels drift, the clock of the references or the model is another one.
-    return tuple(found) if len({s.channel for s in found}) < max(len(names), 2) else ()
+    return tuple(drifting) if len({s.channel for s in drifting}) < max(len(names), 2) else ()

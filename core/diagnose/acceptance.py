@@ -149,12 +149,9 @@ class Acceptance:
         return Refusal(candidate, objection) if objection else None
 
     def _round_with(
-        self,
-        candidate: RefittedCandidate,
-        data: Data,
-        after: Refit,
+        self, candidate: RefittedCandidate, data: Data, after: Refit,
         refitted: list[RefittedCandidate],
-    ) -> Round:
+    ) -> Round:  # fmt: skip
         """The round that adds one effect."""
         order = (candidate, *[w for w in refitted if w.screened is not candidate.screened])
         return Round(self.seen, order, candidate, self.before, after, data, (candidate,))
@@ -197,11 +194,9 @@ class Acceptance:
         return data, after
 
     def _refit(
-        self,
-        members: Sequence[ScreenedCandidate],
-        values: Mapping[str, float],
+        self, members: Sequence[ScreenedCandidate], values: Mapping[str, float],
         scanned: Sequence[str],
-    ) -> Refit:
+    ) -> Refit:  # fmt: skip
         effects = [*self.present, *[s.effect for s in members]]
         return refit_with(
             self.data, self.before.hypothesis, effects, values, self.seen.whitener,

@@ -113,17 +113,11 @@ def _with_start_bounds(u: Unknown) -> Unknown:
 
 
 def fit_base(
-    model: Model,
-    fitted: Sequence[Sensor],
-    processing: Processing,
-    spec: IdentifySpec,
-    recordings: Sequence[Recording],
-    stated: Mapping[str, float],
-    fidelity: float,
-    stopped: Callable[[], bool] = lambda: False,
-    identified: Mapping[str, float] | None = None,
+    model: Model, fitted: Sequence[Sensor], processing: Processing, spec: IdentifySpec,
+    recordings: Sequence[Recording], stated: Mapping[str, float], fidelity: float,
+    stopped: Callable[[], bool] = lambda: False, identified: Mapping[str, float] | None = None,
     stated_rig: Mapping[str, str] | None = None,
-) -> BaseFit:
+) -> BaseFit:  # fmt: skip
     """Fits the base model with the full equations until it converges.
 
     It starts at the nominal values and at `identified` (label -> value) and keeps the better fit.
@@ -178,7 +172,7 @@ def _check_counted(experiments: Sequence[Prepared]) -> None:
     if empty:
         raise InputError(
             f"No sample of {', '.join(empty)} counts in any recording; check mask and window, or "
-            f"name what is to be compared with [diagnose] output."
+            f"select other channels with [diagnose] output."
         )
 
 

@@ -27,11 +27,7 @@ from ..identify.defect_correction import (
     extrapolated,
 )
 from ..identify.prescribed_joint_forces import needed_steps
-from ..least_squares import (
-    MOST_ITERATIONS,
-    cost_of,
-    pseudo_inverse,
-)
+from ..least_squares import MOST_ITERATIONS, cost_of, pseudo_inverse
 
 SAME = 0.05
 """In noise floors, rms: a smaller change by more steps is negligible."""

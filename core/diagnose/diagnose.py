@@ -34,15 +34,11 @@ from ..scenario.stated_effects import candidate_structures
 
 @fast_thread_switching()
 def diagnose(
-    setup: Setup,
-    spec: IdentifySpec,
-    recordings: Sequence[Recording],
-    options: Options | None = None,
-    progress: Progress | None = None,
-    on_ranking: RankingCallback | None = None,
-    base_fit: BaseFit | None = None,
+    setup: Setup, spec: IdentifySpec, recordings: Sequence[Recording],
+    options: Options | None = None, progress: Progress | None = None,
+    on_ranking: RankingCallback | None = None, base_fit: BaseFit | None = None,
     on_end: Callable[[BaseFit], None] | None = None,
-) -> Diagnosis:
+) -> Diagnosis:  # fmt: skip
     """Finds the effects that the model lacks on the estimation recordings and adds them one by one.
 
     `base_fit`: result of `fit_base_to_recordings` for the same arguments, if there is one; `on_end`
@@ -72,27 +68,17 @@ def diagnose(
     reasons = not_applicable(state.data, options.candidates)
     applies = {kind: reason for kind, reason in reasons.items() if kind not in have}
     return Diagnosis(
-        verdict=verdict,
-        final_verdict=final,
-        rounds=tuple(state.rounds),
-        steps=tuple(state.steps),
-        not_applicable=applies,
-        ruled_out=ruled_out(state.data, options.candidates),
-        effects=tuple(added_effect_settings(state)),
-        floors=state.data.floors,
-        seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
-        stopped=stopped,
-        kept=tuple(e.kind for e in state.added),
-        needless=state.needless,
-        limit=options.max_effects,
-        error_given=base_error,
-        error_left=remaining,
+        verdict=verdict, final_verdict=final, rounds=tuple(state.rounds), steps=tuple(state.steps),
+        not_applicable=applies, ruled_out=ruled_out(state.data, options.candidates),
+        effects=tuple(added_effect_settings(state)), floors=state.data.floors,
+        seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted}, stopped=stopped,
+        kept=tuple(e.kind for e in state.added), needless=state.needless, limit=options.max_effects,
+        error_given=base_error, error_left=remaining,
         given=compare_recordings(base_fit) if options.compare else (),
         left=compare_recordings(final_fit) if options.compare and state.added else (),
         parameters=final_parameters(state.refit),
-        origins=parameter_origins(state.refit, state.data),
-        values=state.refit.hypothesis.values(),
-    )
+        origins=parameter_origins(state.refit, state.data), values=state.refit.hypothesis.values(),
+    )  # fmt: skip
 
 
 def _verdict(more: bool, error: Remains) -> str:
@@ -102,12 +88,9 @@ def _verdict(more: bool, error: Remains) -> str:
 
 @fast_thread_switching()
 def fit_base_to_recordings(
-    setup: Setup,
-    spec: IdentifySpec,
-    recordings: Sequence[Recording],
-    options: Options,
+    setup: Setup, spec: IdentifySpec, recordings: Sequence[Recording], options: Options,
     progress: Progress,
-) -> BaseFit:
+) -> BaseFit:  # fmt: skip
     """The model fitted with the effects that it has; the search starts there."""
     progress.stage(fit_title(setup.model.effects))
     chosen = [r for r in recordings if r.role == "estimate"]

@@ -111,13 +111,9 @@ def update_idealisation_error(state: State) -> None:
 
 
 def add_round(
-    state: State,
-    options: Options,
-    most: int,
-    progress: Progress,
-    on_ranking: RankingCallback | None = None,
-    extra: Sequence[Effect] = (),
-) -> Round:
+    state: State, options: Options, most: int, progress: Progress,
+    on_ranking: RankingCallback | None = None, extra: Sequence[Effect] = (),
+) -> Round:  # fmt: skip
     """Runs one round and stores its ranking; the caller adds its effects. `extra` effects are
     ranked too."""
     update_idealisation_error(state)
@@ -258,12 +254,9 @@ def _gate(state: State) -> Gate:
 
 
 def _run_round(
-    state: State,
-    candidates: Sequence[Effect],
-    most: int,
-    steps: ProgressSteps,
+    state: State, candidates: Sequence[Effect], most: int, steps: ProgressSteps,
     on_ranking: RankingCallback | None,
-) -> Round:
+) -> Round:  # fmt: skip
     def screened(screened_so_far: Screen) -> None:
         refitted(Round(screened_so_far, (), None, state.refit, state.refit, state.data))
 

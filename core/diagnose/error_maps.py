@@ -111,23 +111,14 @@ def _evenly_sampled(c: ChannelComparison) -> EvenlySampled:
 
 
 def _map(
-    axis: str,
-    axis_unit: str,
-    parts: Parts,
-    edges: np.ndarray,
-    cells: Sequence[Cells],
+    axis: str, axis_unit: str, parts: Parts, edges: np.ndarray, cells: Sequence[Cells]
 ) -> ErrorMap:
     return ErrorMap(
-        channel=parts[0][1].channel,
-        unit=parts[0][1].unit,
-        axis=axis,
-        axis_unit=axis_unit,
-        recordings=tuple(r.recording for r, _ in parts),
-        theta2=tuple(r.theta2 for r, _ in parts),
-        edges=edges,
-        rms=np.array([rms for rms, _ in cells]),
+        channel=parts[0][1].channel, unit=parts[0][1].unit, axis=axis, axis_unit=axis_unit,
+        recordings=tuple(r.recording for r, _ in parts), theta2=tuple(r.theta2 for r, _ in parts),
+        edges=edges, rms=np.array([rms for rms, _ in cells]),
         floor=np.array([floor for _, floor in cells]),
-    )
+    )  # fmt: skip
 
 
 def _time_map(parts: Parts, floor: float) -> ErrorMap:
@@ -267,18 +258,12 @@ def _error_over(
     square = np.bincount(place, error**2, minlength=2 * bins) / np.maximum(count, 1)
     few = count < FEWEST
     return ErrorOver(
-        channel=channel,
-        unit=samples.unit,
-        quantity=quantity,
-        joint=k + 1,
-        quantity_unit=QUANTITIES[quantity](samples.motion.units[k]),
-        edges=edges,
+        channel=channel, unit=samples.unit, quantity=quantity, joint=k + 1,
+        quantity_unit=QUANTITIES[quantity](samples.motion.units[k]), edges=edges,
         mean=np.where(few, np.nan, mean).reshape(2, bins),
-        rms=np.where(few, np.nan, np.sqrt(square)).reshape(2, bins),
-        count=count.reshape(2, bins),
-        floor=floor,
-        explained=_explained(error, place % bins, bins),
-    )
+        rms=np.where(few, np.nan, np.sqrt(square)).reshape(2, bins), count=count.reshape(2, bins),
+        floor=floor, explained=_explained(error, place % bins, bins),
+    )  # fmt: skip
 
 
 def _explained(error: np.ndarray, place: np.ndarray, bins: int) -> float:

@@ -101,15 +101,10 @@ def assess_refit(
     white = max(base.white_cost - refit.white_cost, 0.0)
     p = float(scipy.stats.chi2.sf(white, own)) * tried * screened.tried
     return RefittedCandidate(
-        screened=screened,
-        refit=refit,
-        parameters=own,
-        reduction=max(drop, 0.0) / above,
-        explained=drop / count,
-        white_drop=white,
-        delta_bic=white - own * float(np.log(count)),
+        screened=screened, refit=refit, parameters=own, reduction=max(drop, 0.0) / above,
+        explained=drop / count, white_drop=white, delta_bic=white - own * float(np.log(count)),
         p_value=min(p, 1.0),
-    )
+    )  # fmt: skip
 
 
 def acceptable(w: RefittedCandidate, part: bool = False) -> bool:

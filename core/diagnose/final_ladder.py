@@ -107,15 +107,9 @@ class RebuiltStep:
 
 
 def ladder_to_final_model(
-    data: Data,
-    base: Refit,
-    last: Refit,
-    stated: Sequence[Effect],
-    added: Sequence[Effect],
-    screened: Screen,
-    rounds: Sequence[DiagnosisRound],
-    stopped: Callable[[], bool],
-) -> list[RebuiltStep]:
+    data: Data, base: Refit, last: Refit, stated: Sequence[Effect], added: Sequence[Effect],
+    screened: Screen, rounds: Sequence[DiagnosisRound], stopped: Callable[[], bool],
+) -> list[RebuiltStep]:  # fmt: skip
     """The steps from the base model to the last one, in the order of what each effect explains.
 
     Args:
@@ -156,12 +150,9 @@ def _with_white_cost(refit: Refit, whitener: Whitener) -> Refit:
 
 
 def _strongest_effect(
-    data: Data,
-    last: Refit,
-    present: Sequence[Effect],
-    remaining: Sequence[Effect],
+    data: Data, last: Refit, present: Sequence[Effect], remaining: Sequence[Effect],
     stopped: Callable[[], bool],
-) -> tuple[Effect, Data, Refit]:
+) -> tuple[Effect, Data, Refit]:  # fmt: skip
     """The effect that leaves the least error, and the data and refit with it."""
     if len(remaining) == 1:
         return remaining[0], data, last
@@ -176,13 +167,9 @@ def _strongest_effect(
 
 
 def _ladder_round(
-    screened: ScreenedCandidate,
-    round_screen: Screen,
-    before: Refit,
-    after: Refit,
-    data: Data,
+    screened: ScreenedCandidate, round_screen: Screen, before: Refit, after: Refit, data: Data,
     other_ranks: Sequence,
-) -> DiagnosisRound:
+) -> DiagnosisRound:  # fmt: skip
     """The effect ranked against the step before, with the other ranks there."""
     weighed = assess_refit(screened, before, after, data.count, len(round_screen.candidates))
     first = ranking_of(Round(round_screen, (weighed,), weighed, before, after, data), data)[:1]

@@ -78,7 +78,7 @@ class Data:
     """(k,) per recording: factor of those floors, if recordings have a noise of their own."""
     fixed_effect_values: Mapping[str, float] = field(default_factory=dict)
     """Parameters of stated effects that are not estimated, and their values."""
-    known: MotionCache = field(default_factory=MotionCache)
+    motion_cache: MotionCache = field(default_factory=MotionCache)
     """Motions of the base model. Sensor effects and forces at prescribed joints do not change
     them."""
     mode_steps: NeededSteps | None = None
@@ -103,7 +103,7 @@ class Data:
         return replace(
             self, weights=self.weights_at(values), floors=values, anchor=None,
             floor_sources={n: f.source for n, f in floors.items()},
-            floors_within={n: f.within for n, f in floors.items()}, known=MotionCache(),
+            floors_within={n: f.within for n, f in floors.items()}, motion_cache=MotionCache(),
         )  # fmt: skip
 
     @property
@@ -198,14 +198,9 @@ corrected, friction at 0.5 ms is within 0.01 mm of steps of 16 us."""
 
 
 def hypothesis(
-    data: Data,
-    effects: Sequence[Effect],
-    values: Mapping[str, float],
-    *,
-    freed: Sequence[Unknown] | None = None,
-    secondary: bool = True,
-    finer: float = 1,
-) -> Hypothesis:
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float], *,
+    freed: Sequence[Unknown] | None = None, secondary: bool = True, finer: float = 1,
+) -> Hypothesis:  # fmt: skip
     """The bare model with `effects`, its nuisance unknowns and the parameters of the effects.
 
     `values`: label -> start. `freed` replaces the unknowns of the effects. Without `secondary`,
@@ -233,7 +228,9 @@ def hypothesis(
         dt = max(e.recording.sample_time for e in data.experiments)
         loose = 1.0 if data.anchor is None else LONGER_STEPS
         steps = max(int(needed_steps(model, dt, _search_steps(data, model), loose) * finer), 1)
-    predictor = Predictor(experiments, unknowns, data.fixed, steps=steps, known=data.known)
+    predictor = Predictor(
+        experiments, unknowns, data.fixed, steps=steps, motion_cache=data.motion_cache
+    )
     residuals = Residuals(predictor, list(data.weights), data.anchor)
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
 
@@ -272,12 +269,9 @@ MOST_STEPS = 64
 
 
 def enough_steps(
-    data: Data,
-    effects: Sequence[Effect],
-    values: Mapping[str, float],
-    tolerance: float = SEARCH_ERROR,
-    least: int = 1,
-) -> int:
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float],
+    tolerance: float = SEARCH_ERROR, least: int = 1,
+) -> int:  # fmt: skip
     """Steps per sample, from `least` on, such that twice as many change the outputs by less than
     `close` noise floors."""
 
@@ -313,7 +307,9 @@ def with_shared_motions(data: Data, h: Hypothesis) -> Data:
     if h.steps is None:
         return data
     fine, coarse = (x.residuals.predictor.simulated_at(h.vector) for x in (h, h.coarse))
-    return replace(data, known=MotionCache({**fine.motions, **coarse.motions}, fine.recordings))
+    return replace(
+        data, motion_cache=MotionCache({**fine.motions, **coarse.motions}, fine.recordings)
+    )
 
 
 def for_model(experiment: Prepared, model: Model) -> Prepared:

@@ -50,11 +50,9 @@ class GramMatrix:
 
 
 def gram_matrix(
-    residuals: Sequence[np.ndarray],
-    slopes: Sequence[np.ndarray],
-    columns: Sequence[Sequence[np.ndarray]],
-    whiten: Callable[[int, np.ndarray], np.ndarray],
-) -> GramMatrix:
+    residuals: Sequence[np.ndarray], slopes: Sequence[np.ndarray],
+    columns: Sequence[Sequence[np.ndarray]], whiten: Callable[[int, np.ndarray], np.ndarray],
+) -> GramMatrix:  # fmt: skip
     """The matrix of residuals (M, k), nuisance slopes (M, k, P) and columns (M, k) per recording.
 
     Slopes are those of errors, columns those of outputs; both become directions of the outputs.

@@ -33,13 +33,9 @@ FEWEST_SAMPLES = 2_000
 
 
 def choose_level(
-    model: Model,
-    fitted: Sequence[Sensor],
-    processing: Processing,
-    recordings: Sequence[Recording],
-    stated: Mapping[str, float],
-    fidelity: float,
-) -> LevelChoice:
+    model: Model, fitted: Sequence[Sensor], processing: Processing, recordings: Sequence[Recording],
+    stated: Mapping[str, float], fidelity: float,
+) -> LevelChoice:  # fmt: skip
     """The linear model if it differs from the full equations by less than the noise floor of every
     channel, along the recordings' motions at the stated values; else the full equations.
 

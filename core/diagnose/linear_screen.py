@@ -97,13 +97,10 @@ INTERIM_ROUNDS = (1, 2, 4)
 
 
 def screen(
-    data: Data,
-    base: Hypothesis,
-    accepted: Sequence[Effect],
-    candidates: Sequence[Effect],
+    data: Data, base: Hypothesis, accepted: Sequence[Effect], candidates: Sequence[Effect],
     on_progress: Callable[[str], bool] = lambda _: False,
     on_interim: Callable[[Screen], None] | None = None,
-) -> Screen:
+) -> Screen:  # fmt: skip
     """Scores every candidate. `on_progress(title)` is called after each; True stops. `on_interim`
     gets interim screens.
 
@@ -161,13 +158,9 @@ def _finished_title(i: int, planned: Sequence[Trial], columns: Mapping[int, Colu
 
 
 def _score_columns(
-    errors: list[np.ndarray],
-    slopes: list[np.ndarray],
-    columns: list[Column],
-    candidates: Sequence[Effect],
-    to_come: int,
-    rows: Sequence[Sequence[np.ndarray]],
-) -> Screen:
+    errors: list[np.ndarray], slopes: list[np.ndarray], columns: list[Column],
+    candidates: Sequence[Effect], to_come: int, rows: Sequence[Sequence[np.ndarray]],
+) -> Screen:  # fmt: skip
     blocks = [c.blocks for c in columns]
     plain = gram_matrix(errors, slopes, blocks, no_whitening)
     remainders = _remainders(plain, errors, slopes, blocks)
@@ -209,19 +202,13 @@ def _score(
     p = min(float(scipy.stats.chi2.sf(explained.drop, len(chosen))) * best.tried, 1.0)
     fixed = [columns[i].one_sided for i in chosen]
     return ScreenedCandidate(
-        effect=candidate,
-        score=explained.drop,
-        freedom=len(chosen),
-        tried=best.tried,
-        p_value=p,
+        effect=candidate, score=explained.drop, freedom=len(chosen), tried=best.tried, p_value=p,
         drop=(drop := explained_by(u, chosen, fixed).drop),
         reach=max(drop, best_shape(mine, columns, u).explained.drop),
-        values=_values(columns, chosen, explained.coefficients, w),
-        columns=tuple(chosen),
-        parameters=tuple(columns[i].parameter for i in chosen),
-        scanned=_scanned(columns, chosen),
+        values=_values(columns, chosen, explained.coefficients, w), columns=tuple(chosen),
+        parameters=tuple(columns[i].parameter for i in chosen), scanned=_scanned(columns, chosen),
         prediction=_prediction(columns, chosen, explained.coefficients),
-    )
+    )  # fmt: skip
 
 
 def _scanned(columns: Sequence[Column], chosen: Sequence[int]) -> tuple[str, ...]:

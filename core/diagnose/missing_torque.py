@@ -43,13 +43,10 @@ def missing_torque(
     ):
         return (), agility
     behind = estimate_torque(
-        _linearised(h, experiment),
-        [c.channel for c in chosen],
-        np.column_stack([c.residual for c in chosen]),
-        [floors[c.channel] for c in chosen],
-        experiment.recording.sample_time,
-        agility,
-    )
+        _linearised(h, experiment), [c.channel for c in chosen],
+        np.column_stack([c.residual for c in chosen]), [floors[c.channel] for c in chosen],
+        experiment.recording.sample_time, agility,
+    )  # fmt: skip
     if behind is None:
         return (), agility
     motion = h.residuals.predictor.trajectories([(h.vector, [i])])[0][0][0]
@@ -122,12 +119,8 @@ def _joint_record(
     kind, time = joint(h.model.arm.segments[k].joint), comparison.channels[0].time
     assert comparison.motion is not None
     return MissingTorque(
-        joint=k + 1,
-        unit=kind.effort_unit,
-        time=time,
+        joint=k + 1, unit=kind.effort_unit, time=time,
         velocity=comparison.motion.velocity[:, k] + behind.speed[:, k],
-        velocity_unit=f"{kind.coordinate_unit}/s",
-        missing=-behind.torque[:, k],
-        applied=applied,
+        velocity_unit=f"{kind.coordinate_unit}/s", missing=-behind.torque[:, k], applied=applied,
         counted=np.ones(len(time), dtype=bool),
-    )
+    )  # fmt: skip

@@ -23,13 +23,9 @@ from ..least_squares import cost_of
 
 
 def finer_round(
-    data: Data,
-    before: Refit,
-    present: Sequence[Effect],
-    finer: Effect,
-    gate: Gate,
+    data: Data, before: Refit, present: Sequence[Effect], finer: Effect, gate: Gate,
     stopped: Callable[[], bool],
-) -> Round | None:
+) -> Round | None:  # fmt: skip
     """The round that adds one more bending shape; None if that is not far more likely.
 
     Args:

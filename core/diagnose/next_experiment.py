@@ -85,13 +85,9 @@ def data_for_recording(data: Data, recording: Recording) -> Data:
     nuisance = (*shared, *[Unknown(u.parameter, NAME, u.searched) for u in own.values()])
     # Nothing takes the error of few steps off here, so there are as many as a statement needs.
     return replace(
-        data,
-        steps=data.fine,
-        experiments=(prepared,),
-        weights=(weights,),
-        nuisance=nuisance,
+        data, steps=data.fine, experiments=(prepared,), weights=(weights,), nuisance=nuisance,
         anchor=None,
-    )
+    )  # fmt: skip
 
 
 def _recording(model: Model, spec: SimulateSpec, like: Recording) -> Recording:
@@ -132,13 +128,9 @@ NormalMatrix = Mapping[tuple[str, str], float]
 
 
 def next_experiments(
-    data: Data,
-    first: Hypothesis,
-    second: Hypothesis,
-    titles: tuple[str, str],
-    candidates: Sequence[SimulateSpec],
-    stopped: Callable[[], bool] = lambda: False,
-) -> tuple[PlannedExperiment, ...]:
+    data: Data, first: Hypothesis, second: Hypothesis, titles: tuple[str, str],
+    candidates: Sequence[SimulateSpec], stopped: Callable[[], bool] = lambda: False,
+) -> tuple[PlannedExperiment, ...]:  # fmt: skip
     """The planned experiments, best first; `first` and `second` are at their fitted vectors."""
     normal = list(on_all_cores(shared_normal_matrix, (first, second)))
     unit = channel_kind(data.bare.drive.reference_channels(data.bare.arm)[0]).units[0]
@@ -155,12 +147,9 @@ def next_experiments(
 
 
 def expected_score(
-    data: Data,
-    first: Hypothesis,
-    second: Hypothesis,
-    spec: SimulateSpec,
+    data: Data, first: Hypothesis, second: Hypothesis, spec: SimulateSpec,
     normal: Sequence[NormalMatrix] = ({}, {}),
-) -> float:
+) -> float:  # fmt: skip
     """The score on one experiment, in squared noise floors; the smaller of the two directions.
     `normal`: normal matrices of the existing recordings."""
     return score_on_data(planned_data(data, spec), first, second, normal)
@@ -220,7 +209,7 @@ def deciding_experiments(
     specs = possible_experiments(data)
     if not competitors or not specs:
         return ()
-    progress.advance(0, "Planning the experiment that would decide")
+    progress.advance(0, "Planning the experiment that decides")
     return next_experiments(
         data, best.refit.hypothesis, competitors[0].refit.hypothesis,
         (named.title, competitors[0].screened.effect.title), specs, progress.stopped,

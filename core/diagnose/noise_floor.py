@@ -42,12 +42,9 @@ class Floor:
 
 
 def channel_floors(
-    experiments: Sequence[Prepared],
-    errors: Sequence[np.ndarray],
-    motions: Sequence[Motion],
-    stated: Mapping[str, float],
-    fidelity: float,
-) -> dict[str, Floor]:
+    experiments: Sequence[Prepared], errors: Sequence[np.ndarray], motions: Sequence[Motion],
+    stated: Mapping[str, float], fidelity: float,
+) -> dict[str, Floor]:  # fmt: skip
     """channel -> its noise floor over all recordings.
 
     `errors` (M, k) per recording, measured minus model, of the fitted `motions`; `stated` standard

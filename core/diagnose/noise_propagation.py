@@ -241,11 +241,9 @@ class NoisePath:
         return start_responses(self.values, plain, compared)
 
     def _draw_with_same_start(
-        self,
-        column_noise: Mapping[str, ColumnNoise],
-        smooth: Mapping[str, np.ndarray | None],
+        self, column_noise: Mapping[str, ColumnNoise], smooth: Mapping[str, np.ndarray | None],
         rng: np.random.Generator,
-    ) -> Recording:
+    ) -> Recording:  # fmt: skip
         """A draw that begins at rest or in motion as the recording does: a first speed read from
         noise would excite the arm all the time."""
         for _ in range(MOST_REDRAWS):
@@ -258,11 +256,9 @@ class NoisePath:
         return self.experiment.model.servo.places(recording, self.arm)[1] is not None
 
     def _noisy(
-        self,
-        column_noise: Mapping[str, ColumnNoise],
-        smooth: Mapping[str, np.ndarray | None],
+        self, column_noise: Mapping[str, ColumnNoise], smooth: Mapping[str, np.ndarray | None],
         rng: np.random.Generator,
-    ) -> Recording:
+    ) -> Recording:  # fmt: skip
         channels = dict(self.recording.channels)
         for name, model in smooth.items():
             if name in column_noise and name in channels:

@@ -137,11 +137,7 @@ SMALLEST_SHARE = 1e-2
 
 
 def simulate_column(
-    data: Data,
-    base: Hypothesis,
-    accepted: Sequence[Effect],
-    trial: Trial,
-    zeros: BaseErrors,
+    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zeros: BaseErrors
 ) -> Column:
     """The column of one trial, with COARSE of the steps.
 

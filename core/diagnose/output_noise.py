@@ -57,11 +57,9 @@ class ChannelNoise(NamedTuple):
 
 
 def output_noise(
-    experiments: Sequence[Prepared],
-    motions: Sequence[Motion],
-    stated: Mapping[str, float],
+    experiments: Sequence[Prepared], motions: Sequence[Motion], stated: Mapping[str, float],
     excluded: Collection[str] = (),
-) -> dict[str, ChannelNoise]:
+) -> dict[str, ChannelNoise]:  # fmt: skip
     """channel -> its noise; `excluded` some channels."""
     routes = [NoisePath(e, *m) for e, m in zip(experiments, motions, strict=True)]
     column_noise = _column_noise(routes, stated)
@@ -89,11 +87,9 @@ def output_noise(
 
 
 def draw_noise(
-    experiments: Sequence[Prepared],
-    motions: Sequence[Motion],
-    stated: Mapping[str, float],
+    experiments: Sequence[Prepared], motions: Sequence[Motion], stated: Mapping[str, float],
     least: int = 1,
-) -> list[list[np.ndarray]]:
+) -> list[list[np.ndarray]]:  # fmt: skip
     """Per recording draws (M, k) of the noise in its outputs, zero where nothing counts; at least
     `least` for all recordings together."""
     each = -(-least // len(experiments))

@@ -70,7 +70,7 @@ class ProgressSteps:
         titles = list(dict.fromkeys(title for title, _ in self._waiting))
         if not titles:
             return ""
-        return f"{NOTE_MARK}still to be compiled, once, up to a minute each: {listed(titles)})"
+        return f"{NOTE_MARK}to be compiled once, up to a minute each: {listed(titles)})"
 
 
 def split_note(text: str) -> tuple[str, str]:

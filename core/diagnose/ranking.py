@@ -25,11 +25,9 @@ MOST_MEMBERS = 3
 
 
 def confused_with(
-    best: RefittedCandidate,
-    refitted: Sequence[RefittedCandidate],
-    screened: Screen,
+    best: RefittedCandidate, refitted: Sequence[RefittedCandidate], screened: Screen,
     included: Sequence[str] = (),
-) -> tuple[str, ...]:
+) -> tuple[str, ...]:  # fmt: skip
     """Ids of the effects that the data cannot distinguish from `best`.
 
     What an effect includes does not compete with it: the simpler one is preferred as such.
@@ -81,15 +79,10 @@ def _percent(drop: float, above: float) -> float:
 
 def _screened_record(s: ScreenedCandidate, above: float) -> RankedEffect:
     return RankedEffect(
-        effect=s.effect.kind,
-        title=s.effect.title,
-        score=s.score,
-        p_value=s.p_value,
-        expected_drop_percent=_percent(s.drop, above),
-        refit_drop_percent=None,
-        delta_bic=None,
+        effect=s.effect.kind, title=s.effect.title, score=s.score, p_value=s.p_value,
+        expected_drop_percent=_percent(s.drop, above), refit_drop_percent=None, delta_bic=None,
         predicted=s.prediction,
-    )
+    )  # fmt: skip
 
 
 def _refitted_record(w: RefittedCandidate, result: Round, data: Data, above: float) -> RankedEffect:
@@ -98,18 +91,13 @@ def _refitted_record(w: RefittedCandidate, result: Round, data: Data, above: flo
     names = parameter_names(s.effect, model, data.sizes)
     predicted = tuple(a - b for a, b in zip(result.before.errors, w.refit.errors, strict=True))
     return RankedEffect(
-        effect=s.effect.kind,
-        title=s.effect.title,
-        score=s.score,
-        p_value=w.p_value,
-        expected_drop_percent=_percent(s.drop, above),
-        refit_drop_percent=100.0 * w.reduction,
+        effect=s.effect.kind, title=s.effect.title, score=s.score, p_value=w.p_value,
+        expected_drop_percent=_percent(s.drop, above), refit_drop_percent=100.0 * w.reduction,
         delta_bic=w.delta_bic,
         tied_to=() if acceptable(w) else _tied_to(w.refit, names, result.before),
         confused_with=confused_with(w, result.refitted, result.screen, s.effect.includes),
-        parameters=tuple(e for e in estimates(w.refit) if e.name in names),
-        predicted=predicted,
-    )
+        parameters=tuple(e for e in estimates(w.refit) if e.name in names), predicted=predicted,
+    )  # fmt: skip
 
 
 def _tied_to(refit: Refit, sizes: Sequence[str], before: Refit) -> tuple[Estimate, ...]:

@@ -50,14 +50,10 @@ KnownSlopes = Mapping[str, tuple[np.ndarray, ...]]
 
 
 def fit(
-    start: Hypothesis,
-    whitener: Whitener | None,
-    stopped: Callable[[], bool],
-    most: int,
-    reused: KnownSlopes | None = None,
-    damping: float = FIRST_DAMPING,
+    start: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool], most: int,
+    reused: KnownSlopes | None = None, damping: float = FIRST_DAMPING,
     exact_directions: bool = False,
-) -> Refit:
+) -> Refit:  # fmt: skip
     """Descends from the hypothesis; then one linear step to the whitened minimum.
 
     Sensitivities in `reused` are not computed again: those to nuisance unknowns hardly change with
@@ -65,15 +61,9 @@ def fit(
     reducing the cost, exact ones are used.
     """
     descended = descend(
-        start.errors,
-        lambda x: start.slopes_reusing(x, reused or {}),
-        start.vector,
-        start.limits,
-        stopped,
-        most=most,
-        damping=damping,
-        exact=start.exact_slopes if exact_directions else None,
-    )
+        start.errors, lambda x: start.slopes_reusing(x, reused or {}), start.vector, start.limits,
+        stopped, most=most, damping=damping, exact=start.exact_slopes if exact_directions else None,
+    )  # fmt: skip
     at = start.at(descended.vector)
     if whitener is None or not len(descended.vector):
         P = len(descended.vector)
@@ -102,16 +92,10 @@ def whitened_cost(
 
 
 def refit_with(
-    data: Data,
-    base: Hypothesis,
-    effects: Sequence[Effect],
-    values: Mapping[str, float],
-    whitener: Whitener,
-    slopes: Sequence[np.ndarray],
-    scanned: Sequence[str],
-    stopped: Callable[[], bool],
-    most: int = ROUGH_ITERATIONS,
-) -> Refit:
+    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+    whitener: Whitener, slopes: Sequence[np.ndarray], scanned: Sequence[str],
+    stopped: Callable[[], bool], most: int = ROUGH_ITERATIONS,
+) -> Refit:  # fmt: skip
     """Fits the model with `effects` from the best of several starts, which are compared coarsely
     after a few iterations.
 
@@ -126,14 +110,9 @@ def refit_with(
 
 
 def best_start(
-    data: Data,
-    base: Hypothesis,
-    effects: Sequence[Effect],
-    values: Mapping[str, float],
-    slopes: Sequence[np.ndarray],
-    scanned: Sequence[str],
-    stopped: Callable[[], bool],
-) -> tuple[Hypothesis, int]:
+    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+    slopes: Sequence[np.ndarray], scanned: Sequence[str], stopped: Callable[[], bool],
+) -> tuple[Hypothesis, int]:  # fmt: skip
     """The best start, and the iterations spent to find it."""
     candidates = starts(data, base, effects, values, scanned, stopped)
     hypotheses = [hypothesis(data, effects, start) for start in candidates]

@@ -57,13 +57,9 @@ Values = dict[str, float]
 
 
 def starts(
-    data: Data,
-    base: Hypothesis,
-    effects: Sequence[Effect],
-    values: Mapping[str, float],
-    scanned: Sequence[str],
-    stopped: Callable[[], bool],
-) -> list[Values]:
+    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+    scanned: Sequence[str], stopped: Callable[[], bool],
+) -> list[Values]:  # fmt: skip
     """Starts of the model with `effects` over whole recordings; other sizes are `values`.
 
     Args:
@@ -142,13 +138,9 @@ class Horizon:
 
     @classmethod
     def for_effects(
-        cls,
-        data: Data,
-        base: Hypothesis,
-        effects: Sequence[Effect],
-        values: Mapping[str, float],
+        cls, data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
         stopped: Callable[[], bool],
-    ) -> Horizon | None:
+    ) -> Horizon | None:  # fmt: skip
         """None if the last effect leaves the arm's vibrations unchanged, or if no first part shows
         enough."""
         model = data.bare.with_effects(effects, {**values}, data.sizes)
@@ -272,11 +264,9 @@ def refined_grid(places: Sequence[Mapping[str, float]]) -> Iterator[Values]:
 
 
 def profile_costs(
-    h: Hypothesis,
-    along: Collection[int],
-    vectors: Sequence[np.ndarray],
+    h: Hypothesis, along: Collection[int], vectors: Sequence[np.ndarray],
     stopped: Callable[[], bool] = lambda: False,
-) -> list[tuple[float, np.ndarray]]:
+) -> list[tuple[float, np.ndarray]]:  # fmt: skip
     """(cost, vector (P,)) at each of `vectors`, which differ in the unknowns `along`; the other
     unknowns take one linear step. Fewer if stopped.
 

@@ -142,13 +142,9 @@ class _Exchange(NamedTuple):
 
 
 def best_exchange(
-    data: Data,
-    refit: Refit,
-    present: Sequence[Effect],
-    stated_count: int,
-    screened: Screen,
+    data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen,
     stopped: Stopped,
-) -> RevisedModel | None:
+) -> RevisedModel | None:  # fmt: skip
     """The model with one added effect replaced, if that is better by more than a tie of BIC; or
     with one effect in place of two, if that is better at all.
 
@@ -200,13 +196,9 @@ def _exchanges(
 
 
 def _replacements(
-    data: Data,
-    refit: Refit,
-    present: Sequence[Effect],
-    places: Sequence[int],
-    screened: Screen,
+    data: Data, refit: Refit, present: Sequence[Effect], places: Sequence[int], screened: Screen,
     simpler: Sequence[Effect] = (),
-) -> list[_Exchange]:
+) -> list[_Exchange]:  # fmt: skip
     """Replacements of the effects at some places, most likely first; `simpler` effects stay beside
     them."""
     removed = [present[k] for k in places]

@@ -12,12 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.acceptance import (
-    WHOLE_SHARE,
-    Acceptance,
-    Gate,
-    Round,
-)
+from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, Gate, Round
 from ..diagnose.effect_sets import EffectSet
 from ..diagnose.evidence import (
     CLOSE,
@@ -99,16 +94,11 @@ def _reason_against(effect: Effect, rig: Rig, data: Data) -> str:
 
 
 def search_round(
-    data: Data,
-    before: Refit,
-    present: Sequence[Effect],
-    candidates: Sequence[Effect],
-    on_progress: OnProgress,
-    on_screen: Callable[[Screen], None] | None = None,
-    on_refit: Callable[[Round], None] = lambda _: None,
-    most: int = 1,
+    data: Data, before: Refit, present: Sequence[Effect], candidates: Sequence[Effect],
+    on_progress: OnProgress, on_screen: Callable[[Screen], None] | None = None,
+    on_refit: Callable[[Round], None] = lambda _: None, most: int = 1,
     gate: Gate = lambda _data, _refit: None,
-) -> Round:
+) -> Round:  # fmt: skip
     """Ranks the candidates and converges the model with the best, if it is acceptable.
 
     `on_screen` gets the screen while it goes on and at its end. `most`: how many effects may be
@@ -141,13 +131,9 @@ def search_round(
 
 
 def _accept(
-    partial: Round,
-    present: Sequence[Effect],
-    tried: int,
-    on_progress: OnProgress,
-    most: int,
+    partial: Round, present: Sequence[Effect], tried: int, on_progress: OnProgress, most: int,
     gate: Gate,
-) -> Round:
+) -> Round:  # fmt: skip
     """The round with the acceptable effects among the refitted ones."""
     screened, before, data, refitted = (
         partial.screen,
@@ -184,14 +170,9 @@ def finer_arm_model(refitted: Sequence[RefittedCandidate], data: Data) -> Refitt
 
 
 def _refit_candidates(
-    data: Data,
-    before: Refit,
-    present: Sequence[Effect],
-    screened: Screen,
-    chosen: Sequence[ScreenedCandidate],
-    tried: int,
-    on_progress: OnProgress,
-) -> Iterator[RefittedCandidate]:
+    data: Data, before: Refit, present: Sequence[Effect], screened: Screen,
+    chosen: Sequence[ScreenedCandidate], tried: int, on_progress: OnProgress,
+) -> Iterator[RefittedCandidate]:  # fmt: skip
     """The chosen candidates as their refits end, on all cores; without those that could not be
     simulated."""
     stopped = lambda: on_progress("")  # noqa: E731
@@ -244,7 +225,7 @@ class PartialRefit:
     refit: Refit
     left: int
     """Iterations that it may still take."""
-    known: KnownSlopes
+    reused: KnownSlopes
 
     @property
     def bound(self) -> float:
@@ -256,14 +237,9 @@ class PartialRefit:
 
 
 def begin_refit(
-    data: Data,
-    base: Hypothesis,
-    effects: Sequence[Effect],
-    values: Mapping[str, float],
-    slopes: Sequence[np.ndarray],
-    scanned: Sequence[str],
-    stopped: Callable[[], bool],
-) -> PartialRefit:
+    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+    slopes: Sequence[np.ndarray], scanned: Sequence[str], stopped: Callable[[], bool],
+) -> PartialRefit:  # fmt: skip
     """The first iterations of `core.diagnose.refit.refit_with`."""
     reused = columns_of(base, slopes)
     start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
@@ -281,7 +257,7 @@ def finish_refit(
     refit = runner.refit
     if goes_on and not refit.descended.ended:
         at, damping = refit.hypothesis, refit.descended.damping
-        refit = fit(at, None, stopped, runner.left, runner.known, damping)
+        refit = fit(at, None, stopped, runner.left, runner.reused, damping)
     return with_fine_errors(data, refit, whitener)
 
 

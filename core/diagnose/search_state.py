@@ -138,14 +138,9 @@ def state_from_base_fit(setup: Setup, base_fit: BaseFit) -> State:
     """State of the base model, before the first round."""
     present = list(setup.model.effects)
     state = State(
-        base_fit.data,
-        base_fit.base,
-        present,
-        len(present),
-        [],
-        [base_step(base_fit)],
+        base_fit.data, base_fit.base, present, len(present), [], [base_step(base_fit)],
         base_fit.validation,
-    )
+    )  # fmt: skip
     if base_fit.validation is not None and base_fit.validation_fit is not None:
         state.validation_cache[id(base_fit.base), base_fit.validation.fine] = (
             base_fit.base,

@@ -145,12 +145,9 @@ def _unfiltered(data: Data) -> Data:
 
 
 def _starts(
-    data: Data,
-    h: Hypothesis,
-    effect: Effect,
-    sizes: Sequence[EffectParameter],
+    data: Data, h: Hypothesis, effect: Effect, sizes: Sequence[EffectParameter],
     shape: EffectParameter,
-) -> list[Hypothesis]:
+) -> list[Hypothesis]:  # fmt: skip
     without = _without(data, h, sizes, shape)
     motions = _error_responses(without, data)
     if not motions:

@@ -98,11 +98,9 @@ def _within_an_octave(power: np.ndarray) -> np.ndarray:
 
 
 def unexplained_line(
-    experiments: Sequence[Prepared],
-    errors: Sequence[np.ndarray],
-    fitted: Hypothesis | None,
+    experiments: Sequence[Prepared], errors: Sequence[np.ndarray], fitted: Hypothesis | None,
     above: float,
-) -> UnexplainedLine | None:
+) -> UnexplainedLine | None:  # fmt: skip
     """The unexplained line with the largest share, over all recordings and channels whose error
     exceeds `above`.
 

@@ -1,4 +1,4 @@
-"""A model fitted to the recordings there are: what it knows, and how far it can be trusted."""
+"""A model fitted to the existing recordings: information and reliability."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from ..results import Estimate
 from ..trajectory import Trajectory
 
 TRUSTED = 6
-"""Recordings that tell how far the model can be trusted to say what a reference does."""
+"""Recordings used to measure the model's reliability."""
 
 FEWEST, MOST_STEPS = 4, 64
 """Steps per sample."""
 CLOSE = 0.02
-"""Of a peak: a tenth of what is kept free of a limit, and a little."""
+"""Share of a peak: a tenth of the margin to a limit."""
 
 SMOOTHED = 5
-"""Samples of an encoder whose slope is a speed: a count more or less is no motion."""
+"""Samples for a speed from an encoder: one count is no motion."""
 
 UNSURE = 0.05
-"""Two deviations over the value, from which on a limit must hold wherever the value may be: below,
-the motion hardly depends on it."""
+"""Two standard deviations over the value, above which limits must hold for the whole interval;
+below, the motion hardly depends on it."""
 
 
 @dataclass(frozen=True)
 class FittedModel:
-    """The model on the recordings there are, and what they tell."""
+    """The model on the existing recordings, and their information."""
 
     begun: BaseFit
 
@@ -51,19 +51,18 @@ class FittedModel:
 
     @property
     def data(self) -> Data:
-        """The recordings there are, in noise floors."""
+        """The existing recordings."""
         return self.begun.data
 
     @property
     def motions(self) -> list[Trajectory]:
-        """Of the model along each recording."""
+        """Motions of the model along each recording."""
         return [motion for motion, _, _ in self.h.motions()]
 
     @cached_property
-    def doubt(self) -> np.ndarray:
-        """(joints,) by which share of its motion the model missed each joint where the references
-        of the recordings there are were played to it. Torques without a loop let it drift, and
-        nothing damps what they excite."""
+    def motion_errors(self) -> np.ndarray:
+        """(joints,) relative error of the model's motion when the recorded references are
+        simulated; torques without a loop let it drift."""
         model = model_without_servo(self.h)
         worst = np.zeros(model.arm.joints)
         for e in self.data.experiments[:TRUSTED]:
@@ -77,7 +76,7 @@ class FittedModel:
 
     @cached_property
     def steps(self) -> int:
-        """Per sample, such that twice as many move no peak by more than CLOSE."""
+        """Steps per sample, such that twice as many change no peak by more than CLOSE."""
         recording = self.data.experiments[0].recording
         task, steps = make_task(model_without_servo(self.h), recording), FEWEST
         peaks = _peaks(simulate_reference(self.h, task, steps))
@@ -90,8 +89,8 @@ class FittedModel:
 
     @cached_property
     def models(self) -> list[Hypothesis]:
-        """The fitted model, and where it might as well stand in what is hardly known."""
-        labels, found = self.h.unknowns.labels, [self.h]
+        """The fitted model, and variants at the ends of uncertain intervals."""
+        labels, variants = self.h.unknowns.labels, [self.h]
         for name, e in self.estimates.items():
             if name not in labels:
                 continue
@@ -100,12 +99,12 @@ class FittedModel:
                 for value in (max(e.value - far, e.lower), min(e.value + far, e.upper)):
                     x = self.h.vector.copy()
                     x[labels.index(name)] = value
-                    found.append(self.h.at(x))
-        return found
+                    variants.append(self.h.at(x))
+        return variants
 
     @cached_property
     def errors(self) -> Autocovariance:
-        """Of the recordings together: those to come are expected to have the same."""
+        """Autocovariance of the errors; new recordings are expected to have the same."""
         return autocovariance(np.concatenate(self.begun.base.errors))
 
     @cached_property
@@ -115,22 +114,22 @@ class FittedModel:
 
     @cached_property
     def known(self) -> Information:
-        """What the recordings there are show."""
+        """Information of the existing recordings."""
         base = self.begun.base
         own = [autocovariance(r) for r in base.errors]
         return information(self.h.unknowns.labels, base.descended.slopes, own)
 
     def deviations(self, shown: Information) -> dict[str, float]:
-        """The same names -> standard deviation, SI, by what recordings show."""
+        """Parameter name -> standard deviation, SI, for given information."""
         h, labels = self.h, self.h.unknowns.labels
         covariance = shown.covariance(labels)
         own = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         derived = derived_estimates(h.model, h.unknowns, h.vector, covariance, None)
-        found = dict(zip(labels, map(float, own), strict=True))
-        return found | {e.name: e.std for e in derived}
+        by_name = dict(zip(labels, map(float, own), strict=True))
+        return by_name | {e.name: e.std for e in derived}
 
-    def there(self, trial: Trial) -> Data:
-        """Its data."""
+    def data_for(self, trial: Trial) -> Data:
+        """The data of a planned trial."""
         model, like = model_without_servo(self.h), self.data.experiments[0].recording
         task, point = trial.task(model)
         return data_for_recording(
@@ -139,16 +138,16 @@ class FittedModel:
 
 
 def _missed(place: np.ndarray, modelled: np.ndarray, speed: np.ndarray, dt: float) -> float:
-    """Share of its peaks, of position and speed, by which a joint (N,) was off the model."""
+    """Relative error of a joint's (N,) peaks of position and speed."""
     rate = scipy.signal.savgol_filter(place, SMOOTHED, 2, deriv=1, delta=dt)
     moved, fast = np.abs(modelled - modelled[0]).max(), np.abs(speed).max()
     if not moved > 0.0 or not fast > 0.0:
         return 0.0
-    apart = np.abs((place - place[0]) - (modelled - modelled[0])).max()
+    difference = np.abs((place - place[0]) - (modelled - modelled[0])).max()
     faster = max(float(np.abs(rate).max() - fast), 0.0)
-    return float(max(apart / moved, faster / fast))
+    return float(max(difference / moved, faster / fast))
 
 
 def _peaks(motion: Trajectory) -> np.ndarray:
-    """Of places and speeds of all coordinates."""
+    """Peaks of positions and speeds of all coordinates."""
     return np.concatenate([np.ptp(motion.q, axis=0), np.abs(motion.v).max(axis=0)])

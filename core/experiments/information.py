@@ -1,4 +1,5 @@
-"""What recordings tell about parameters: the deviations before and after an experiment."""
+"""Information of recordings about parameters: standard deviations before and after an
+experiment."""
 
 from __future__ import annotations
 
@@ -25,22 +26,22 @@ class Information:
     B: np.ndarray
 
     def plus(self, other: Information) -> Information:
-        """Of both together: labels that are the same are the same unknown."""
+        """Information of both; equal labels are the same unknown."""
         labels = tuple(dict.fromkeys((*self.labels, *other.labels)))
         A, B = np.zeros((len(labels),) * 2), np.zeros((len(labels),) * 2)
-        for one in (self, other):
-            at = [labels.index(label) for label in one.labels]
-            A[np.ix_(at, at)] += one.A
-            B[np.ix_(at, at)] += one.B
+        for part in (self, other):
+            at = [labels.index(label) for label in part.labels]
+            A[np.ix_(at, at)] += part.A
+            B[np.ix_(at, at)] += part.B
         return Information(labels, A, B)
 
     def named(self, recording: str) -> Information:
-        """The same experiment as another recording: its own unknowns are other ones."""
+        """The same experiment as another recording, with its own unknowns."""
         labels = [f"{x.split('@')[0]}@{recording}" if "@" in x else x for x in self.labels]
         return Information(tuple(labels), self.A, self.B)
 
     def covariance(self, labels: Sequence[str]) -> np.ndarray:
-        """(P, P) of these unknowns, SI; zero along a direction that nothing shows."""
+        """(P, P) of these unknowns, SI; zero along undetermined directions."""
         inverse = pseudo_inverse(self.A, SEEN)
         at = [self.labels.index(label) for label in labels]
         return np.asarray((inverse @ self.B @ inverse)[np.ix_(at, at)])
@@ -57,10 +58,10 @@ def information(
         errors: of each recording.
     """
     A, B = np.zeros((len(labels),) * 2), np.zeros((len(labels),) * 2)
-    for S, one in zip(slopes, errors, strict=True):
+    for S, covariances in zip(slopes, errors, strict=True):
         flat = S.reshape(-1, len(labels))
         A += flat.T @ flat
-        B += score_covariance(S, one)
+        B += score_covariance(S, covariances)
     return Information(tuple(labels), A, B)
 
 

@@ -25,18 +25,14 @@ from ..workbench import final_values, model_at_level
 
 
 def plan(
-    scenario: Scenario,
-    wish: ExperimentRequest,
-    *,
-    folder: Folder | None = None,
-    data_folder: Path | None = None,
-    progress: Progress | None = None,
-) -> Design:
+    scenario: Scenario, request: ExperimentRequest, *, folder: Folder | None = None,
+    data_folder: Path | None = None, progress: Progress | None = None,
+) -> Design:  # fmt: skip
     """Fit the scenario's model, and choose what to record next.
 
     Args:
         scenario: its model is fitted as the diagnosis fits it; `[limits]` are in the wish.
-        wish: the time there is, and what is to be known.
+        request: the time there is, and what is to be known.
         folder, data_folder: where the recordings' files are sought.
         progress: hears what is done.
 
@@ -48,7 +44,7 @@ def plan(
     recordings = load_recordings(
         scenario, base_model(scenario), folder or Path(), data_folder, progress
     )
-    return design(fit_for_planning(scenario, recordings, progress), wish, progress)
+    return design(fit_for_planning(scenario, recordings, progress), request, progress)
 
 
 def fit_for_planning(
@@ -61,14 +57,14 @@ def fit_for_planning(
     if scenario.model.level == AUTO:
         model, _ = model_at_level(scenario, model, spec, recordings)
     setup = make_setup(model, spec, recordings)
-    found = final_values(fit_all(setup, recordings, spec, progress))
+    identified = final_values(fit_all(setup, recordings, spec, progress))
     noise = stated_noise(scenario, setup, recordings)
     options = Options(
         fidelity=scenario.diagnose.fidelity,
         stated_noise=noise,
-        identified=found,
+        identified=identified,
         stated_rig=scenario.rig.statements,
     )
-    begun = fit_base_to_recordings(setup, spec, recordings, options, progress)
-    data, base = converge_precisely(begun.data, begun.base, progress.stopped)
-    return replace(begun, data=data, base=base, known=None)
+    base_fit = fit_base_to_recordings(setup, spec, recordings, options, progress)
+    data, base = converge_precisely(base_fit.data, base_fit.base, progress.stopped)
+    return replace(base_fit, data=data, base=base, known=None)

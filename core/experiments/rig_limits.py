@@ -1,4 +1,4 @@
-"""What the rig may do, per joint, and how much of it a motion uses."""
+"""Limits of the rig per joint, and the share that a motion uses."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class RigLimits:
     reach: np.ndarray
     """(2, 2) m: lowest and highest z1, z2; infinite where nothing is stated."""
 
-    def used(self, motion: Trajectory, doubt: np.ndarray | float = 0.0) -> tuple[np.ndarray, float]:
-        """((joints,) share of the tightest limit of each joint, share of the tip's); above 1 a
-        limit is violated. Positions count from where the motion starts.
-
-        `doubt` (joints,): share by which the motion may be larger than the model says.
-        """
+    def usage(
+        self, motion: Trajectory, doubt: np.ndarray | float = 0.0
+    ) -> tuple[np.ndarray, float]:
+        """((joints,) share of each joint's tightest limit, share of the tip's); above 1 a limit is
+        violated. Positions count from the start. `doubt` (joints,): share by which the motion may
+        be larger than the model's."""
         joints = motion.arm.joints
         place, speed = motion.q[:, :joints], motion.v[:, :joints]
         shares = [
@@ -43,7 +43,7 @@ class RigLimits:
 
 
 def _share(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """(N, k) of the way from the first place to the bound in whose direction it went."""
+    """(N, k) share of the way from the first position to the bound ahead."""
     start = place[0]
     up, down = place - start, start - place
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -53,7 +53,7 @@ def _share(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def rig_limits(spec: LimitsSpec, motions: Sequence[Trajectory]) -> RigLimits:
-    """The stated limits, and what the model did along the recordings where none is stated.
+    """The stated limits; default: the range of the model along the recordings.
 
     Args:
         spec: `[limits]` of the scenario.
@@ -66,20 +66,20 @@ def rig_limits(spec: LimitsSpec, motions: Sequence[Trajectory]) -> RigLimits:
     places = np.concatenate([m.q[:, :joints] for m in motions])
     speeds = np.concatenate([m.v[:, :joints] for m in motions])
     torques = np.concatenate([m.torque for m in motions])
-    seen = np.stack([places.min(axis=0), places.max(axis=0)], axis=1)
+    ranges = np.stack([places.min(axis=0), places.max(axis=0)], axis=1)
     reach = ((-np.inf, np.inf), (-np.inf, np.inf)) if spec.reach is None else spec.reach
     return RigLimits(
-        position=_each("position", spec.position, joints, seen),
+        position=_each("position", spec.position, joints, ranges),
         speed=_each("speed", spec.speed, joints, np.abs(speeds).max(axis=0)),
         torque=_each("torque", spec.torque, joints, np.abs(torques).max(axis=0)),
         reach=np.array(reach, dtype=float),
     )
 
 
-def _each(name: str, stated: Sequence[object] | None, joints: int, seen: np.ndarray) -> np.ndarray:
+def _each(name: str, stated: Sequence[object] | None, joints: int, used: np.ndarray) -> np.ndarray:
     """One row per joint."""
     if stated is None:
-        return seen
+        return used
     if len(stated) not in (1, joints):
         raise InputError(
             f"[limits] {name} has {len(stated)} entries; the arm has {joints} joints: give one for "

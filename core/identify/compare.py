@@ -27,8 +27,8 @@ def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]
     servo = model.steering is not None
     torque = servo and model.drive.torque_known
     for kind, sensor in sensors().items():
-        known = torque if kind == "torque" else sensor.available(recording, model.arm)
-        if sensor in shown or not known or (kind == "encoder" and servo):
+        available = torque if kind == "torque" else sensor.available(recording, model.arm)
+        if sensor in shown or not available or (kind == "encoder" and servo):
             continue
         try:
             sensor.check(model.arm, recording)
@@ -39,16 +39,11 @@ def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]
 
 
 def compare(
-    model: Model,
-    recording: Recording,
-    fitted: Sequence[Sensor],
-    processing: Processing,
-    values: Mapping[str, float],
-    fit_label: str,
-    steps: int | None = None,
-) -> RecordingComparison:
-    """One recording at given parameter values; `steps` per sample of one plain pass, as diagnosis
-    simulates, else as many as the simulation's tolerance needs."""
+    model: Model, recording: Recording, fitted: Sequence[Sensor], processing: Processing,
+    values: Mapping[str, float], fit_label: str, steps: int | None = None,
+) -> RecordingComparison:  # fmt: skip
+    """One recording at given parameter values; `steps` per sample of one plain pass, else as many
+    as the simulation's tolerance needs."""
     experiment = prepare(model, recording, visible_outputs(model, recording, fitted), processing)
     predictor = Predictor([experiment], Unknowns(()), values, steps=steps)
     predicted = predictor.predict(np.zeros(0))[0]
@@ -68,20 +63,15 @@ def compare(
     trajectory = predictor.trajectories([(np.zeros(0), [0])])[0][0][0]
     error = predictor.errors.get(recording.name)
     return RecordingComparison(
-        recording=recording.name,
-        role=recording.role,
-        fit_label=fit_label,
-        channels=tuple(channels),
-        missing_torque=_missing(experiment, channels),
+        recording=recording.name, role=recording.role, fit_label=fit_label,
+        channels=tuple(channels), missing_torque=_missing(experiment, channels),
         note="" if error is None else f"Simulation error below {error:.1e} m or rad.",
-        tip_rms=_tip_rms(channels),
-        theta2=recording.theta2,
-        motion=_motion(experiment, trajectory),
-    )
+        tip_rms=_tip_rms(channels), theta2=recording.theta2, motion=_motion(experiment, trajectory),
+    )  # fmt: skip
 
 
 def _motion(experiment: Prepared, trajectory: Trajectory) -> JointMotion:
-    """At the outputs' times; accelerations by differences of the simulated rates."""
+    """Joint motion at the outputs' times; accelerations are differences of the simulated rates."""
     arm, keep = trajectory.arm, slice(None, None, experiment.processing.decimate)
     rates = trajectory.v[:, : arm.joints]
     acceleration = np.gradient(rates, experiment.recording.sample_time, axis=0)
@@ -110,7 +100,7 @@ def _tip_rms(channels: Sequence[ChannelComparison]) -> float | None:
 def _missing(
     experiment: Prepared, channels: Sequence[ChannelComparison]
 ) -> tuple[MissingTorque, ...]:
-    """Recorded minus modelled torque along the measured motion, where a servo follows it."""
+    """Recorded minus modelled torque along the measured motion, with a virtual servo."""
     model = experiment.model
     if model.steering is None:
         return ()
@@ -118,12 +108,12 @@ def _missing(
     dt, kinds = experiment.recording.sample_time, (TORQUE,) * model.arm.joints
     speed = experiment.processing.apply(speed, dt, kinds)
     torques = [c for c in channels if role_of(c.channel) is Role.TORQUE]
-    found = []
+    records = []
     for k, c in enumerate(torques):
         if k + 1 in model.drive.torque_unknown:
             continue
         kind = joint(model.arm.segments[k].joint)
-        found.append(
+        records.append(
             MissingTorque(
                 joint=k + 1,
                 unit=kind.effort_unit,
@@ -135,7 +125,7 @@ def _missing(
                 counted=c.counted,
             )
         )
-    return tuple(found)
+    return tuple(records)
 
 
 def shared_values(items: Sequence[Unknown], vector: np.ndarray) -> dict[str, float]:

@@ -1,11 +1,10 @@
-"""What few steps per sample miss, taken off: the minimum that many steps would give.
+"""Correction of the step error: the minimum that many steps would give, at the price of few.
 
-A search takes few steps per sample, and what they miss is nearly the same whatever the parameters.
-So it is found at one vector, where two numbers of steps are extrapolated (Richardson), and added to
-the errors at all others: what is left is the change of the steps' error alone. At a minimum the
-number of steps is doubled until the extrapolated errors move no parameter by more than a small
-share of its deviation, and a descent with these errors begins there (defect correction: H. J.
-Stetter, Numerische Mathematik 29, 1978).
+The step error hardly depends on the parameters. So it is found at one vector by Richardson
+extrapolation from two numbers of steps, and added to the errors at all others. At a minimum the
+steps are doubled until the extrapolated errors move no parameter by more than a small share of its
+standard deviation; then a descent with these errors follows (defect correction: H. J. Stetter,
+Numerische Mathematik 29, 1978).
 """
 
 from __future__ import annotations
@@ -25,32 +24,32 @@ if TYPE_CHECKING:
     from ..identify.residuals import Residuals
 
 MOST_DOUBLINGS = 2
-"""Of the steps: friction has edges, with which they would go on for ever."""
+"""Most doublings of the steps: with friction, which has edges, they would never end."""
 
 MOST_MOVE = 0.0025
-"""Squared move of the parameters by twice the steps, in their deviations, whatever the direction:
-less than a twentieth of one."""
+"""Squared move of the parameters by twice the steps, in standard deviations, in any direction: less
+than a twentieth of one."""
 
 EDGE_RATIO = 0.3
-"""Between the quarter and the half of what steps twice as long move a smooth motion and one with
+"""Between a quarter and a half: the ratio of step errors of smooth motions and of those with
 edges."""
 
 LAST_REDUCTION = 0.1
-"""Reduction of the squared error, in mean squares of what is left, below which the last descent
-ends: a parameter that is one deviation off costs one."""
+"""Reduction of the squared error, in mean squares of the residual, below which the last descent
+ends; a parameter one standard deviation off costs one."""
 
 MOST_DESCENT = 5.0
-"""Deviations that a descent may move; what few steps miss is found anew where it ends further."""
+"""Standard deviations that a descent may move before the step error is found again."""
 
 MOST_ROUNDS = 3
-"""Of corrections and descents; one or two are usual."""
+"""Most corrections and descents; one or two are usual."""
 
 
 class Anchor:
-    """The error of few steps, taken from one model and added to all that are compared with it."""
+    """The error of few steps, taken from one model and added to all models compared with it."""
 
     def __init__(self, at: Residuals, vector: np.ndarray, fine: Sequence[np.ndarray]) -> None:
-        """`fine`: the weighted errors (M, k) per recording there that no steps miss."""
+        """`fine`: the weighted errors (M, k) per recording without step error."""
         self._at, self._vector = at, vector
         self._fine = tuple(fine)
         self._found: dict[int, tuple[np.ndarray, ...]] = {}
@@ -58,11 +57,11 @@ class Anchor:
 
     @property
     def arm(self) -> Arm:
-        """Of the model that it was taken from."""
+        """The arm of that model."""
         return self._at.experiments[0].model.arm
 
     def correction(self, steps: int) -> tuple[np.ndarray, ...]:
-        """(M, k) per recording: to be added to weighted errors of so many steps per sample."""
+        """(M, k) per recording: added to weighted errors with so many steps per sample."""
         with self._lock:
             if steps not in self._found:
                 coarse = errors_with(self._at, self._vector, steps)
@@ -72,7 +71,7 @@ class Anchor:
 
 
 def with_steps(residuals: Residuals, steps: int) -> Residuals:
-    """The same with so many steps per sample, nothing taken off."""
+    """The residuals with so many steps per sample, without correction."""
     return replace(
         residuals, predictor=with_steps_per_sample(residuals.predictor, steps), anchor=None
     )
@@ -86,23 +85,21 @@ def errors_with(residuals: Residuals, vector: np.ndarray, steps: int) -> list[np
 def errors_with_each(
     residuals: Residuals, vector: np.ndarray, steps: Sequence[int]
 ) -> list[list[np.ndarray]]:
-    """The errors with each number of steps, side by side: of a few recordings one simulation keeps
-    one core busy."""
+    """The errors with each number of steps, in parallel: one simulation of few recordings keeps one
+    core busy."""
     return list(on_all_cores(lambda n: errors_with(residuals, vector, n), steps))
 
 
 def extrapolated(coarse: Sequence[np.ndarray], fine: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """From errors (M, k) with some steps and twice as many: the method is of second order."""
+    """The errors without step error, from errors (M, k) with some steps and twice as many (second
+    order)."""
     return [(4.0 * b - a) / 3.0 for a, b in zip(coarse, fine, strict=True)]
 
 
 def corrected_minimum(
-    residuals: Residuals,
-    vector: np.ndarray,
-    slopes: Sequence[np.ndarray],
-    limits: Limits,
+    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray], limits: Limits,
     stopped: Callable[[], bool] = lambda: False,
-) -> tuple[Residuals, Descended]:
+) -> tuple[Residuals, Descended]:  # fmt: skip
     """The minimum near a vector (P,) that many steps would give.
 
     Args:
@@ -114,50 +111,55 @@ def corrected_minimum(
     Returns:
         The residuals with what the steps miss taken off, and where the descent ended.
     """
-    for left in reversed(range(MOST_ROUNDS)):
+    for rounds_left in reversed(range(MOST_ROUNDS)):
         residuals = with_corrected_steps(residuals, vector, slopes)
         cost = float(sum(np.sum(b * b) for b in residuals.blocks(vector)))
-        found = descend(
+        descended = descend(
             residuals.blocks, lambda x: residuals.sensitivities(x, central=False), vector, limits,  # noqa: B023
             stopped, good_enough=LAST_REDUCTION * cost / residuals.count**2, keep=True,
         )  # fmt: skip
-        move, slopes = found.vector - vector, found.slopes
+        move, slopes = descended.vector - vector, descended.slopes
         moved = sum(float(np.sum((S @ move) ** 2)) for S in slopes)
-        if not left or stopped() or not moved * residuals.count > MOST_DESCENT**2 * found.cost:
+        if (
+            not rounds_left
+            or stopped()
+            or not moved * residuals.count > MOST_DESCENT**2 * descended.cost
+        ):
             break
-        vector = found.vector
-    return residuals, found
+        vector = descended.vector
+    return residuals, descended
 
 
 def with_corrected_steps(
     residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray]
 ) -> Residuals:
-    """The residuals with what their steps miss at a vector (P,) taken off; with so many steps that
-    twice as many move no parameter by more than a share of its deviation."""
+    """The residuals with their step error at a vector (P,) corrected; twice as many steps move no
+    parameter by more than a share of its standard deviation."""
     steps = residuals.predictor.steps or 1
     runs = errors_with_each(residuals, vector, (steps, 2 * steps, 4 * steps))
-    left = MOST_DOUBLINGS
+    doublings_left = MOST_DOUBLINGS
     while True:
         coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
-        missed = _remaining_move(runs, coarse, better, slopes)
-        if missed < MOST_MOVE or not left:
+        move = _remaining_move(runs, coarse, better, slopes)
+        if move < MOST_MOVE or not doublings_left:
             break
         # Where edges, which halve it each time, will ask for two more, both are made side by side.
-        more = min(left, 2 if missed > 4.0 * MOST_MOVE else 1)
+        more = min(doublings_left, 2 if move > 4.0 * MOST_MOVE else 1)
         finer = [4 * steps * 2**k for k in range(1, more + 1)]
         runs = [*runs[more:], *errors_with_each(residuals, vector, finer)]
-        steps, left = steps * 2**more, left - more
+        steps, doublings_left = steps * 2**more, doublings_left - more
     fine = with_steps(residuals, steps)
     return replace(fine, anchor=Anchor(fine, vector, better))
 
 
 def _remaining_move(
-    runs: Sequence[list[np.ndarray]],
-    coarse: Sequence[np.ndarray],
-    better: Sequence[np.ndarray],
+    runs: Sequence[list[np.ndarray]], coarse: Sequence[np.ndarray], better: Sequence[np.ndarray],
     slopes: Sequence[np.ndarray],
-) -> float:
-    """Squared move of the parameters, in their deviations, by what extrapolation still leaves.
+) -> float:  # fmt: skip
+    """Squared move of the parameters, in standard deviations, by the remaining step error.
+
+    In a smooth motion half the step leaves a quarter; the extrapolation is then of fourth order,
+    and a fifteenth of its last change is left. With edges all of it is left.
 
     Where half the step leaves a quarter, as of a smooth motion, the extrapolated is of fourth order
     and its next change a sixteenth of the last one: a fifteenth is left. Edges leave all of it.
@@ -176,8 +178,8 @@ def _remaining_move(
 def _moved(
     change: Sequence[np.ndarray], slopes: Sequence[np.ndarray], errors: Sequence[np.ndarray]
 ) -> float:
-    """Squared move of the minimum, in its deviations, by a change (M, k) of the errors: the part of
-    it that lies along the slopes, in mean squares of the errors."""
+    """Squared move of the minimum, in standard deviations, by a change (M, k) of the errors: the
+    part along the slopes, in mean squares of the errors."""
     A, b = normal_equations(change, slopes)
     if not len(b):
         return 0.0

@@ -1,4 +1,4 @@
-"""What a fit says: parameters with deviations, correlations, and what the data can tell."""
+"""Results of a fit: parameters with standard deviations, correlations, identifiability."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ..model import Model
 from ..results import Estimate, Fit, Generation
 
 COST_FLOOR = 1e-12
-"""Of the outputs' sum of squares: a cost that no measurement shows. A valley's direction is
-good to 1e-8, so that without noise its cost would rise, from nothing to next to nothing."""
+"""Share of the outputs' sum of squares: a cost that no measurement shows. A null direction is good
+to 1e-8, so the cost along it would rise a little without noise."""
 
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Where a search, or a search and the refinement after it, ended."""
+    """End of a search, or of a search and its refinement."""
 
     residuals: Residuals
     refined: RefinedFit
@@ -34,9 +34,9 @@ class SearchResult:
     stopped: bool
 
 
-def summarise_fit(label: str, found: SearchResult) -> Fit:
-    """The fit that a search found, with all that follows from where it ended."""
-    residuals, refined = found.residuals, found.refined
+def summarise_fit(label: str, result: SearchResult) -> Fit:
+    """The fit at the end of a search, with all that follows from it."""
+    residuals, refined = result.residuals, result.refined
     unknowns, vector = residuals.unknowns, refined.vector
     recordings = tuple(e.recording.name for e in residuals.experiments)
     P = len(unknowns)
@@ -47,29 +47,25 @@ def summarise_fit(label: str, found: SearchResult) -> Fit:
         identifiability.analyse(unknowns, vector, jacobian) if P else (0, None, np.zeros((0, 0)))
     )
     cov = covariance(sensitivities, blocks, rank) if P else np.zeros((0, 0))
-    seen = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
-    known = identifiability.determined(unknowns, vector, cov, null) if P else seen
+    identified = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
+    determined = identifiability.determined(unknowns, vector, cov, null) if P else identified
     fast, floor = residuals.population(vector), COST_FLOOR * residuals.magnitude
 
     def cost(v: np.ndarray) -> float:
-        found = residuals.costs(v[None]) if fast is None else fast(v[None])
-        return floor + float(found[0])
+        result = residuals.costs(v[None]) if fast is None else fast(v[None])
+        return floor + float(result[0])
 
     return Fit(
-        label=label,
-        recordings=recordings,
-        estimates=_estimates(unknowns, vector, cov, seen, known),
+        label=label, recordings=recordings,
+        estimates=_estimates(unknowns, vector, cov, identified, determined),
         correlation=identifiability.correlation_of(cov),
         cost=refined.cost if np.isfinite(refined.cost) else _sum_of_squares(blocks),
-        residual_count=residuals.count,
-        convergence=found.history,
+        residual_count=residuals.count, convergence=result.history,
         identifiability=identifiability.identifiability_of(unknowns, vector, jacobian, cov, cost),
-        gradient_norm=refined.gradient,
-        message=found.agreement,
-        stopped=found.stopped,
-        converged=refined.converged and not found.stopped,
+        gradient_norm=refined.gradient, message=result.agreement, stopped=result.stopped,
+        converged=refined.converged and not result.stopped,
         derived=derived_estimates(residuals.experiments[0].model, unknowns, vector, cov, null),
-    )
+    )  # fmt: skip
 
 
 def _sum_of_squares(blocks: Sequence[np.ndarray]) -> float:
@@ -77,20 +73,21 @@ def _sum_of_squares(blocks: Sequence[np.ndarray]) -> float:
 
 
 def _estimates(
-    unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, seen: np.ndarray, known: np.ndarray
-) -> tuple[Estimate, ...]:
-    """`seen`: has no part in what nothing shows; `known`: is determined by itself."""
-    found = []
+    unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, identified: np.ndarray,
+    determined: np.ndarray,
+) -> tuple[Estimate, ...]:  # fmt: skip
+    """`identified`: no part in a null direction; `determined`: determined by itself."""
+    rows = []
     for i, item in enumerate(unknowns.items):
         p = item.parameter
         value = float(vector[i])
-        found.append(
+        rows.append(
             Estimate(
                 name=p.name,
                 value=value,
-                std=float(np.sqrt(max(cov[i, i], 0.0))) if seen[i] else float("nan"),
+                std=float(np.sqrt(max(cov[i, i], 0.0))) if identified[i] else float("nan"),
                 unit=p.unit,
-                identifiable=bool(known[i]),
+                identifiable=bool(determined[i]),
                 symbol=p.symbol,
                 start=p.value,
                 lower=p.lower,
@@ -99,11 +96,11 @@ def _estimates(
                 at_bound=p.at_bound(value),
             )
         )
-    return tuple(found)
+    return tuple(rows)
 
 
 def first_estimate_text(unknowns: Unknowns, vector: np.ndarray) -> str:
-    """Where the first descent ended, in words."""
+    """The end of the first descent, as text."""
     pairs = zip(unknowns.items, vector, strict=True)
     shown = [
         f"{item.label} = {value:.4g} {item.parameter.unit}".strip()
@@ -115,26 +112,19 @@ def first_estimate_text(unknowns: Unknowns, vector: np.ndarray) -> str:
 
 
 MOST_SHOWN = 4
-"""Parameters of a first estimate that find room in a line."""
+"""Parameters of a first estimate that one line shows."""
 
 
 SECTION_NAMES = ("epsilon", "d")
 STEP = 1e-6
-"""Relative, of differences for what follows from the estimates."""
+"""Relative step of differences for derived quantities."""
 
 
 def derived_estimates(
-    model: Model,
-    unknowns: Unknowns,
-    vector: np.ndarray,
-    cov: np.ndarray,
-    null: np.ndarray | None,
+    model: Model, unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, null: np.ndarray | None
 ) -> tuple[Estimate, ...]:
-    """EI of each bending segment whose modulus or width was estimated, by the delta method.
-
-    A product may be fixed by the data where its factors are not: it is identifiable when no
-    null direction changes it.
-    """
+    """EI of each bending segment whose modulus or width was estimated, by the delta method. A
+    product can be identifiable although its factors are not: if no null direction changes it."""
     names = {item.parameter.name for item in unknowns.items if item.recording is None}
     if not any(name.rstrip("0123456789") in SECTION_NAMES for name in names):
         return ()
@@ -151,7 +141,7 @@ def derived_estimates(
             moved = {**values, item.parameter.name: float(vector[i]) + step}
             slopes[:, i] = (_stiffness(model, moved) - base) / step
     scales = relative_scales(unknowns, vector)
-    found = []
+    rows = []
     for k, value in enumerate(base):
         if not np.any(slopes[k]):
             continue
@@ -159,13 +149,13 @@ def derived_estimates(
         blind = null is not None and len(null) and np.abs(null @ change).max() >= INVOLVED
         std = float(np.sqrt(max(slopes[k] @ cov @ slopes[k], 0.0)))
         name = f"EI{k + 1}"
-        found.append(
+        rows.append(
             Estimate(
                 name, float(value), float("nan") if blind else std, "N m²", not blind,
                 symbol(name), start=float(model.numbers().p[slot(k, STIFFNESS)]),
             )
         )  # fmt: skip
-    return _merged(found, model, names)
+    return _merged(rows, model, names)
 
 
 def _stiffness(model: Model, values: Mapping[str, float]) -> np.ndarray:
@@ -173,12 +163,12 @@ def _stiffness(model: Model, values: Mapping[str, float]) -> np.ndarray:
     return np.array([p[slot(k, STIFFNESS)] for k in range(model.arm.joints)])
 
 
-def _merged(found: list[Estimate], model: Model, names: set[str]) -> tuple[Estimate, ...]:
+def _merged(rows: list[Estimate], model: Model, names: set[str]) -> tuple[Estimate, ...]:
     """One row 'EI' where all segments share the modulus and the width."""
     shared = names <= set(model.parameters) and not any(n[-1:].isdigit() for n in names)
-    if shared and len({round(e.value, 9) for e in found}) == 1:
-        e = found[0]
+    if shared and len({round(e.value, 9) for e in rows}) == 1:
+        e = rows[0]
         return (
             Estimate("EI", e.value, e.std, e.unit, e.identifiable, symbol("EI"), start=e.start),
         )
-    return tuple(found)
+    return tuple(rows)

@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Fitted:
-    """A fit and what is needed to predict with it."""
+    """A fit, its vector and its residuals."""
 
     fit: Fit
     vector: np.ndarray
@@ -42,27 +42,21 @@ class Fitted:
 
 
 def identify(
-    label: str,
-    experiments: Sequence[Prepared],
-    unknowns: Unknowns,
-    spec: IdentifySpec,
-    fixed: Mapping[str, float],
-    progress: Progress,
-) -> Fitted:
-    """Minimises (13) over the experiments and says how sure the result is.
-
-    Somebody may stop it at any moment; the best so far is described then.
-    """
+    label: str, experiments: Sequence[Prepared], unknowns: Unknowns, spec: IdentifySpec,
+    fixed: Mapping[str, float], progress: Progress,
+) -> Fitted:  # fmt: skip
+    """Minimises (13) over the experiments and estimates the uncertainty. If stopped, the best so
+    far is described."""
     residuals = Residuals(
         Predictor(experiments, unknowns, fixed),
         channel_weights(experiments, spec.weights),
         on_better=partial(progress.better, label),
     )
     with use_progress(progress):
-        found = _stoppable(lambda: _searched(label, residuals, spec, progress))
-    if found is None:
-        found = SearchResult(residuals, _unrefined(unknowns.parameters.vector()), (), "", True)
-    return Fitted(summarise_fit(label, found), found.refined.vector, found.residuals)
+        result = _stoppable(lambda: _searched(label, residuals, spec, progress))
+    if result is None:
+        result = SearchResult(residuals, _unrefined(unknowns.parameters.vector()), (), "", True)
+    return Fitted(summarise_fit(label, result), result.refined.vector, result.residuals)
 
 
 def _unrefined(vector: np.ndarray) -> RefinedFit:
@@ -70,7 +64,7 @@ def _unrefined(vector: np.ndarray) -> RefinedFit:
 
 
 def _stoppable(work: Callable[[], T]) -> T | None:
-    """What the work gives; None where somebody stopped it."""
+    """Result of the work; None if it was stopped."""
     try:
         return work()
     except StoppedError:
@@ -80,14 +74,14 @@ def _stoppable(work: Callable[[], T]) -> T | None:
 def _with_corrected_steps(
     residuals: Residuals, rough: RefinedFit, stopped: Callable[[], bool]
 ) -> tuple[Residuals, RefinedFit]:
-    """The minimum without the error of few steps, and the residuals that it is one of."""
+    """The minimum without step error, and its residuals."""
     vector = rough.vector
     limits = scaled_limits(residuals, vector, limits_of(residuals.unknowns.parameters))
     slopes = residuals.sensitivities(vector, central=False)
-    fine, found = corrected_minimum(residuals, vector, slopes, limits, stopped)
-    if not np.isfinite(found.cost):
+    fine, descended = corrected_minimum(residuals, vector, slopes, limits, stopped)
+    if not np.isfinite(descended.cost):
         return residuals, rough
-    return fine, replace(fit_at(fine, found), slopes=found.slopes)
+    return fine, replace(fit_at(fine, descended), slopes=descended.slopes)
 
 
 def _searched(
@@ -96,7 +90,7 @@ def _searched(
     """Search and refinement over the residuals' experiments."""
     predictor, unknowns = residuals.predictor, residuals.unknowns
     start = unknowns.parameters.vector()
-    if predictor.simulation_is_dear:
+    if predictor.simulation_is_expensive:
         predictor.coarsen(start)
     short = first_samples_of(residuals, SEARCH_SAMPLES)
     searched, fast = None, short.population()
@@ -105,23 +99,21 @@ def _searched(
         starts = [start if searched is None else searched.vector, start]
     else:
         starts = several_starts(residuals, start, spec)
-    if predictor.simulation_is_dear and spec.refine and len(unknowns):
-        progress.advance(0, "beginning with the first swings of each recording")
-        starts = [
-            start_over_horizon(residuals, one, lambda _: progress.stopped()) for one in starts
-        ]
+    if predictor.simulation_is_expensive and spec.refine and len(unknowns):
+        progress.advance(0, "starting with the first vibrations of each recording")
+        starts = [start_over_horizon(residuals, s, lambda _: progress.stopped()) for s in starts]
     stopped = (searched is not None and searched.stopped) or progress.stopped()
     if not len(unknowns) or stopped or not spec.refine:
         best = starts[0]
         with use_progress(None):
             cost = float(np.sum(residuals(best) ** 2))
-        found, agreement = RefinedFit(best, cost, np.nan, False), ""
+        fit, agreement = RefinedFit(best, cost, np.nan, False), ""
     else:
-        found, agreement = refine_from_starts(residuals, starts, searched is not None, progress)
-        if predictor.simulation_is_dear and not progress.stopped():
-            rough = found
+        fit, agreement = refine_from_starts(residuals, starts, searched is not None, progress)
+        if predictor.simulation_is_expensive and not progress.stopped():
+            rough = fit
             exact = _stoppable(lambda: _with_corrected_steps(residuals, rough, progress.stopped))
-            residuals, found = exact or (residuals, rough)
+            residuals, fit = exact or (residuals, rough)
         stopped = progress.stopped()
     history = searched.generations if searched is not None else ()
-    return SearchResult(residuals, found, history, agreement, stopped)
+    return SearchResult(residuals, fit, history, agreement, stopped)

@@ -1,4 +1,4 @@
-"""Where a fit begins: from the nominal values, from points around them, from a search's best."""
+"""Starts of a fit: nominal values, points around them, the best of a search."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ OnGeneration = Callable[[Generation], bool]
 
 @dataclass(frozen=True)
 class EvolutionResult:
-    """Where the search ended and how it got there."""
+    """End of the search, and its history."""
 
     vector: np.ndarray
     cost: float
@@ -47,19 +47,11 @@ def first_population(
 
 
 def evolve(
-    costs: Callable[[np.ndarray], np.ndarray],
-    lower: np.ndarray,
-    upper: np.ndarray,
-    members: int,
-    generations: int,
-    seed: int,
-    on_generation: OnGeneration,
-) -> EvolutionResult:
-    """rand/1/bin over `generations`; costs takes (S, P) and gives (S,).
-
-    Where somebody stops in the middle of a generation, the best of those before is kept;
-    StoppedError where there is none.
-    """
+    costs: Callable[[np.ndarray], np.ndarray], lower: np.ndarray, upper: np.ndarray, members: int,
+    generations: int, seed: int, on_generation: OnGeneration,
+) -> EvolutionResult:  # fmt: skip
+    """rand/1/bin over `generations`; costs takes (S, P) and gives (S,). If stopped within a
+    generation, the best of those before is kept; StoppedError if there is none."""
     rng = np.random.default_rng(seed)
     history: list[Generation] = []
     stopped = False
@@ -79,21 +71,11 @@ def evolve(
         return stopped
 
     result = scipy.optimize.differential_evolution(
-        evaluate,
-        list(zip(lower, upper, strict=True)),
-        strategy="rand1bin",
-        maxiter=generations,
-        init=first_population(lower, upper, members, rng),
-        mutation=DIFFERENTIAL_WEIGHT,
-        recombination=CROSSOVER,
-        tol=0.0,
-        atol=0.0,
-        polish=False,
-        updating="deferred",
-        vectorized=True,
-        callback=report,
-        rng=rng,
-    )
+        evaluate, list(zip(lower, upper, strict=True)), strategy="rand1bin", maxiter=generations,
+        init=first_population(lower, upper, members, rng), mutation=DIFFERENTIAL_WEIGHT,
+        recombination=CROSSOVER, tol=0.0, atol=0.0, polish=False, updating="deferred",
+        vectorized=True, callback=report, rng=rng,
+    )  # fmt: skip
     if result.fun >= FAILED_COST and stopped:
         raise StoppedError
     return EvolutionResult(np.asarray(result.x), float(result.fun), tuple(history), stopped)
@@ -102,38 +84,31 @@ def evolve(
 def _generation(number: int, result: scipy.optimize.OptimizeResult) -> Generation:
     energies = np.asarray(result.population_energies)
     return Generation(
-        number=number,
-        best=float(energies.min()),
-        mean=float(energies.mean()),
-        worst=float(energies.max()),
-        best_vector=np.array(result.x),
+        number=number, best=float(energies.min()), mean=float(energies.mean()),
+        worst=float(energies.max()), best_vector=np.array(result.x),
         population=np.array(result.population),
-    )
+    )  # fmt: skip
 
 
 AGREEMENT = 1e-3
-"""Two starts agree when their costs differ by less than this share."""
+"""Two starts agree if their costs differ by less than this share."""
 
 ROUGH_TOLERANCE = 1e-6
-"""Relative tolerance of the cost in a search whose last step follows: with 10,000 samples a tenth
-of a deviation."""
+"""Relative tolerance of the cost in a search before the last step: with 10,000 samples a tenth of a
+standard deviation."""
 
 MEETING = AGREEMENT
-"""A second descent that is so near to the first one's cost has found the same minimum."""
+"""A second descent this near to the first one's cost has found the same minimum."""
 
 ROUNDING = 1e-18
 """Of the outputs' sum of squares: below this two costs are both zero."""
 
 
 def search(
-    label: str,
-    residuals: Residuals,
-    cost: Callable[[np.ndarray], np.ndarray],
-    start: np.ndarray,
-    spec: IdentifySpec,
-    progress: Progress,
-) -> EvolutionResult | None:
-    """Evolution over the searched entries by the cost (S,) of vectors (S, P); the rest keep their
+    label: str, residuals: Residuals, cost: Callable[[np.ndarray], np.ndarray], start: np.ndarray,
+    spec: IdentifySpec, progress: Progress,
+) -> EvolutionResult | None:  # fmt: skip
+    """Evolution over the searched entries; `cost` (S,) of vectors (S, P). The others keep their
     start."""
     items = residuals.unknowns.items
     free = np.array([i for i, item in enumerate(items) if item.searched], dtype=int)
@@ -156,34 +131,34 @@ def search(
         progress.advance()
         return progress.stopped()
 
-    found = evolve(
+    result = evolve(
         costs, parameters.lower()[free], parameters.upper()[free], spec.population,
         spec.generations, spec.seed, report,
     )  # fmt: skip
     vector = start.copy()
-    vector[free] = found.vector
-    return EvolutionResult(vector, found.cost, found.generations, found.stopped)
+    vector[free] = result.vector
+    return EvolutionResult(vector, result.cost, result.generations, result.stopped)
 
 
 def uses_evolution(fast: PopulationCost | None, spec: IdentifySpec) -> bool:
-    """Whether differential evolution searches: where the scenario asks for its generations, and
-    where the whole population costs next to nothing. Elsewhere several starts of a Gauss-Newton
-    descent find the same minimum with a hundredth of the simulations."""
+    """Whether differential evolution is used: if the scenario states generations, or if a whole
+    population costs next to nothing. Otherwise descents from several starts find the same minimum
+    with a hundredth of the simulations."""
     if "generations" in spec.model_fields_set:
         return spec.generations > 0
     return fast is not None
 
 
 STARTS = 8
-"""Points spread over the bounds, of which the best begins a descent beside the nominal values."""
+"""Points spread over the bounds; a descent starts from the best of them beside the nominal one."""
 
 SPREAD = 4.0
-"""Factor by which a positive parameter's start differs from its nominal value at most: nominal
-stiffnesses were off by as much on benches."""
+"""Largest factor between a positive parameter's start and its nominal value: nominal stiffnesses
+were off by as much."""
 
 
 def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) -> list[np.ndarray]:
-    """The nominal vector, and the best of some that are spread around it within the bounds."""
+    """The nominal vector, and the best of some points around it within the bounds."""
     items = residuals.unknowns.items
     moved = [
         i for i, u in enumerate(items) if u.searched and u.parameter.positive and start[i] > 0.0
@@ -207,14 +182,14 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
 def refine_from_starts(
     residuals: Residuals, starts: Sequence[np.ndarray], searched: bool, progress: Progress
 ) -> tuple[RefinedFit, str]:
-    """Refines from each start, the first one's minimum first; says whether they agree."""
+    """Refines from each start, the first one first; the sentence says whether they agree."""
 
     def report(cost: float) -> bool:
         progress.advance(0, f"refining, cost {cost:.4g}")
         return progress.stopped()
 
-    dear = residuals.predictor.simulation_is_dear
-    tolerance = ROUGH_TOLERANCE if dear else None
+    expensive = residuals.predictor.simulation_is_expensive
+    tolerance = ROUGH_TOLERANCE if expensive else None
     first = refine(residuals, starts[0], report, tolerance)
     if all(np.array_equal(starts[0], other) for other in starts[1:]):
         return first, "One start: the nominal values."
@@ -224,7 +199,7 @@ def refine_from_starts(
 
     def meets(cost: float) -> bool:
         near = cost - first.cost <= MEETING * first.cost + ROUNDING * residuals.magnitude
-        return report(cost) or (dear and near)
+        return report(cost) or (expensive and near)
 
     second = refine(residuals, starts[1], meets, tolerance)
     if not np.isfinite(second.cost):  # stopped in its first step
@@ -235,7 +210,7 @@ def refine_from_starts(
         f"the nominal values and the best of {STARTS} points around them"
     )  # fmt: skip
     sentence = (
-        f"Both starts, {names}, end at the same cost."
+        f"Both starts ({names}) end at the same cost."
         if agree
         else f"The two starts end at different costs, {low:.4g} and {high:.4g}; the lower is kept."
     )

@@ -1,7 +1,7 @@
-"""What the data fix and what they leave free.
+"""Identifiability: which parameters the data determine.
 
-The singular values of the sensitivities to relative changes tell how many directions the
-outputs show; the null directions tell which changes leave them as they are.
+The singular values of the sensitivities to relative changes show how many directions the outputs
+reveal; the null directions are the others.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from ..identify.unknowns import Unknowns
 from ..results import Identifiability, Valley
 
 RANK_TOLERANCE = 1e-6
-"""Of the largest singular value. Central differences leave about 1e-8 where there is nothing;
-a direction below this is not seen by any rig."""
+"""Share of the largest singular value, below which no rig shows a direction. Central differences
+leave about 1e-8."""
 
 NEARLY_NOTHING = 0.01
-"""Of the typical size: a change relative to less than this means nothing."""
+"""Share of the typical size: relative changes of smaller values mean nothing."""
 
 INVOLVED = 0.02
 """Share of a null direction below which a parameter has no part in it."""
@@ -27,9 +27,9 @@ POORLY_DISTINGUISHABLE = 0.99
 """Correlation above which two estimates are poorly distinguishable."""
 
 INDISTINGUISHABLE = 0.999
-"""Correlation above which neither of two is determined: each deviation is more than twenty times
-what it is with the other known. Effects of one law end there, as differences leave them a
-hundred-thousandth apart, which no rank shows."""
+"""Correlation above which neither of two parameters is determined: each standard deviation is
+twenty times that with the other fixed. Effects of the same law reach it; differences leave them
+1e-5 apart, which no rank shows."""
 
 VALLEY_POINTS = 41
 """Of the drawn curve."""
@@ -80,17 +80,17 @@ def identified(null: np.ndarray, count: int) -> np.ndarray:
 def determined(
     unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, null: np.ndarray
 ) -> np.ndarray:
-    """(P,) bool: parameters with no part in any null direction, whose deviation is below their
-    size, and which no other one imitates."""
-    seen = identified(null, len(vector))
+    """(P,) bool: parameters outside all null directions, with a standard deviation below their
+    size, that no other one imitates."""
+    in_no_null = identified(null, len(vector))
     alike = np.abs(correlation_of(cov)) > INDISTINGUISHABLE
     np.fill_diagonal(alike, False)
-    imitated = (alike & np.outer(seen, seen)).any(axis=1)
-    return np.asarray(seen & ~wider_than_value(unknowns, vector, cov) & ~imitated)
+    imitated = (alike & np.outer(in_no_null, in_no_null)).any(axis=1)
+    return np.asarray(in_no_null & ~wider_than_value(unknowns, vector, cov) & ~imitated)
 
 
 def wider_than_value(unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray) -> np.ndarray:
-    """(P,) bool: parameters whose deviation exceeds their size."""
+    """(P,) bool: parameters whose standard deviation exceeds their size."""
     deviations = np.sqrt(np.maximum(np.diag(cov), 0.0))
     return np.asarray(deviations > relative_scales(unknowns, vector))
 
@@ -104,12 +104,9 @@ def correlation_of(cov: np.ndarray) -> np.ndarray:
 
 
 def valley(
-    unknowns: Unknowns,
-    vector: np.ndarray,
-    null: np.ndarray,
-    cost: Callable[[np.ndarray], float],
+    unknowns: Unknowns, vector: np.ndarray, null: np.ndarray, cost: Callable[[np.ndarray], float]
 ) -> Valley | None:
-    """The curve along which two parameters trade against each other, with the cost on it."""
+    """The curve along which two parameters compensate each other, with its cost."""
     for direction in null:
         involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
         items = [unknowns.items[i].parameter for i in involved]
@@ -139,20 +136,13 @@ def _span(
 
 
 def identifiability_of(
-    unknowns: Unknowns,
-    vector: np.ndarray,
-    jacobian: np.ndarray,
-    cov: np.ndarray,
+    unknowns: Unknowns, vector: np.ndarray, jacobian: np.ndarray, cov: np.ndarray,
     cost: Callable[[np.ndarray], float],
-) -> Identifiability:
+) -> Identifiability:  # fmt: skip
     """All of the above as one record."""
     rank, values, null = analyse(unknowns, vector, jacobian)
     unsure = np.flatnonzero(wider_than_value(unknowns, vector, cov)).tolist()
     return Identifiability(
-        names=unknowns.labels,
-        rank=rank,
-        singular_values=values,
-        null_directions=null,
-        unsure=tuple(unsure),
-        valley=valley(unknowns, vector, null, cost),
-    )
+        names=unknowns.labels, rank=rank, singular_values=values, null_directions=null,
+        unsure=tuple(unsure), valley=valley(unknowns, vector, null, cost),
+    )  # fmt: skip

@@ -1,9 +1,8 @@
-"""Recordings and population members side by side, as compiled code takes them.
+"""Recordings and population members in the lanes of the vector unit.
 
-At working points the lanes of the vector unit hold systems: seven recordings take seven lanes of
-eight, one member at a time; or one recording takes all lanes, with eight members at a time. A
-recording whose posture is followed is a group of its own, with eight members at a time. A pass is
-one run of a group.
+At working points the lanes hold systems: seven recordings take seven of eight lanes, one member at
+a time; or one recording takes all lanes, with eight members at a time. A recording with varying
+posture is a group of its own. A pass is one run of a group.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ T = TypeVar("T")
 _NOTHING = np.zeros(0)
 
 HANDLING = 6000
-"""Samples and steps in the time that a group's numbers take to be laid out: 35 us."""
+"""Samples and steps in the time that laying out a group's numbers takes: 35 us."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +52,8 @@ class System:
     model: Model
     keep: np.ndarray
     """Indices of the states that matter."""
-    held: bool
-    """Whether references are held between samples; else they run straight."""
+    held_references: bool
+    """Whether references are held between samples; else they are linear."""
 
 
 @cache
@@ -116,10 +115,10 @@ class PointGroup(Group):
         return HANDLING + self.passes(size) * (self.samples + self.pieces.count)
 
     def outputs(self, system: System, numbers: Lanes, s: int, count: int) -> np.ndarray:
-        k, one = numbers.C.shape[2], slice(s, s + 1)
+        k, only = numbers.C.shape[2], slice(s, s + 1)
         out = np.empty((1, self.samples * k * LANES))
-        part = Lanes(numbers.p[one], tuple(law[one] for law in numbers.laws), numbers.C[one],
-                     numbers.D[one], numbers.x0[one])  # fmt: skip
+        part = Lanes(numbers.p[only], tuple(law[only] for law in numbers.laws), numbers.C[only],
+                     numbers.D[only], numbers.x0[only])  # fmt: skip
         self.run(system, part, STORE, _NOTHING, _NOTHING, np.empty((1, LANES)), out, (0, 1))
         return out.reshape(self.samples, k, LANES)
 
@@ -130,7 +129,7 @@ class PointGroup(Group):
         """The passes from the first to before the second, see core.simulate.piecewise.piecewise."""
         piecewise(
             system.model.compiled.addresses, numbers.p, numbers.laws, numbers.C, numbers.D,
-            self.postures, self.h, system.keep, system.held, numbers.x0, self.references,
+            self.postures, self.h, system.keep, system.held_references, numbers.x0, self.references,
             self.pieces.lengths, self.pieces.table, mode, measured, weights, costs, out, *passes,
         )  # fmt: skip
 
@@ -151,7 +150,7 @@ class FollowedGroup(Group):
         out = np.empty((self.samples, numbers.C.shape[2], count))
         followed(
             system.model.compiled.addresses, numbers.p[s], tuple(law[s] for law in numbers.laws),
-            numbers.C[s], numbers.D[s], self.nodes, self.h, system.keep, system.held,
+            numbers.C[s], numbers.D[s], self.nodes, self.h, system.keep, system.held_references,
             numbers.x0[s], self.references, self.shares, out, 0, count,
         )  # fmt: skip
         return out
@@ -164,21 +163,18 @@ def point_group(
     chosen = [experiments[i] for i in members]
     samples = max(len(e.task.time) for e in chosen)
     references = [e.task.references for e in chosen]
-    if system.held:
+    if system.held_references:
         inputs = references[0].shape[1]
-        found = pieces(references, samples, len(system.keep), inputs, outputs)
+        parts = pieces(references, samples, len(system.keep), inputs, outputs)
     else:
-        found = cut(np.zeros(0, dtype=np.int64), samples, 1)
+        parts = cut(np.zeros(0, dtype=np.int64), samples, 1)
     empty = np.zeros(0)
-    draft = PointGroup(tuple(members), samples, empty, empty, empty, found)
+    draft = PointGroup(tuple(members), samples, empty, empty, empty, parts)
     return PointGroup(
-        tuple(members),
-        samples,
-        np.array(draft.lanes([e.task.schedule[0] for e in chosen])),
+        tuple(members), samples, np.array(draft.lanes([e.task.schedule[0] for e in chosen])),
         np.array(draft.lanes([e.recording.sample_time for e in chosen])),
-        interleave(draft.lanes(references), samples + 1).ravel(),
-        found,
-    )
+        interleave(draft.lanes(references), samples + 1).ravel(), parts,
+    )  # fmt: skip
 
 
 def followed_group(i: int, experiments: Sequence[Prepared], nodes: Nodes) -> FollowedGroup:
@@ -186,13 +182,10 @@ def followed_group(i: int, experiments: Sequence[Prepared], nodes: Nodes) -> Fol
     e = experiments[i]
     references = np.vstack([e.task.references, e.task.references[-1:]])
     return FollowedGroup(
-        (i,),
-        len(e.task.time),
-        np.ascontiguousarray(nodes.postures),
-        np.ascontiguousarray(nodes.shares).ravel(),
-        e.recording.sample_time,
+        (i,), len(e.task.time), np.ascontiguousarray(nodes.postures),
+        np.ascontiguousarray(nodes.shares).ravel(), e.recording.sample_time,
         np.ascontiguousarray(references, dtype=float).ravel(),
-    )
+    )  # fmt: skip
 
 
 @cache
@@ -206,11 +199,8 @@ if hasattr(os, "register_at_fork"):
 
 
 def share(jobs: Sequence[Callable[[], None]], workers: int | None = None) -> None:
-    """Does the jobs on all cores (or `workers` threads); the caller's thread takes its part.
-
-    Compiled code holds no lock. Somebody may stop the work between two jobs. An exception of a
-    job is raised here.
-    """
+    """Does the jobs on all cores (or `workers` threads, the caller's included). Compiled code holds
+    no lock. The work can be stopped between jobs; a job's exception is raised here."""
     waiting, progress = iter(jobs), current_progress()
 
     def work() -> None:

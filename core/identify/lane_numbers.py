@@ -66,8 +66,8 @@ class LaneNumbers:
 
     def states_that_matter(self) -> np.ndarray:
         """Indices of the states that outputs see, directly or through other states."""
-        seen = [self._seen_states(e) for e in self.experiments]
-        return np.flatnonzero(np.any(seen, axis=0))
+        visible = [self._seen_states(e) for e in self.experiments]
+        return np.flatnonzero(np.any(visible, axis=0))
 
     def _seen_states(self, e: Prepared) -> np.ndarray:
         model, values = self.model, self.values(e, self.generic())
@@ -85,10 +85,10 @@ class LaneNumbers:
         spread = np.tile(feedback.sum(axis=0), (n, 1))
         own = np.hstack([law.Fq, law.Fv, law.Fs])
         A = np.vstack([np.eye(n, states, k=n), spread, own]) != 0.0
-        seen = np.ones(states, dtype=bool) if rows is None else np.any(rows[0] != 0.0, axis=0)
+        visible = np.ones(states, dtype=bool) if rows is None else np.any(rows[0] != 0.0, axis=0)
         for _ in range(states):
-            seen = seen | np.any(A[seen], axis=0)
-        return seen
+            visible = visible | np.any(A[visible], axis=0)
+        return visible
 
     def lanes(self, group: Group, vectors: np.ndarray) -> Lanes:
         """Of all passes that the vectors (S, P) need."""
@@ -108,10 +108,10 @@ class LaneNumbers:
             fixed = {k: v for k, v in self.fixed.items() if k in self.model.parameters}
             names = [*[u.parameter.name for u, c in pairs if c], *fixed]
             self._seen[name] = (names, concerned, np.array([*fixed.values()], dtype=float))
-        names, concerned, held = self._seen[name]
+        names, concerned, fixed_values = self._seen[name]
         own = vectors if concerned.all() else vectors[:, concerned]
-        if held.size:
-            own = np.hstack([own, np.broadcast_to(held, (len(own), held.size))])
+        if fixed_values.size:
+            own = np.hstack([own, np.broadcast_to(fixed_values, (len(own), fixed_values.size))])
         return self.model.arm_vectors(names, own)
 
     def _packed_vectors(self, group: Group, vectors: np.ndarray, packing: np.ndarray) -> np.ndarray:
@@ -153,18 +153,20 @@ class LaneNumbers:
         """Where members change laws, outputs or effects: one by one."""
         chosen = [self.experiments[i] for i in group.members]
         shared = not (self.own_parameters or self.model.effects or self.starts_vary)
-        alone = [[_Member.of(e, self.values(e, v)) for v in vectors]
+        members = [[_Member.of(e, self.values(e, v)) for v in vectors]
                  for e in (chosen[:1] if shared else chosen)]  # fmt: skip
         recording = [0 if shared else r for r in group.lanes(list(range(len(chosen))))]
-        pairs = [[alone[recording[k]][s] for k, s in enumerate(some)] for some in packing]
+        pairs = [[members[recording[k]][s] for k, s in enumerate(some)] for some in packing]
 
         def gather(name: str) -> np.ndarray:
             return np.ascontiguousarray(
-                [[getattr(one, name) for one in some] for some in pairs], dtype=float
+                [[getattr(member, name) for member in some] for some in pairs], dtype=float
             )
 
         laws = tuple(
-            np.ascontiguousarray([[getattr(one.law, k) for one in some] for some in pairs], float)
+            np.ascontiguousarray(
+                [[getattr(member.law, k) for member in some] for some in pairs], float
+            )
             for k in LAW_NAMES
         )
         x0 = self._starts(group, vectors, packing) if shared else gather("start")

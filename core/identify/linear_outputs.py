@@ -1,9 +1,9 @@
 """The outputs of a linear model for many parameter vectors at once.
 
-`LinearOutputs(experiments, unknowns, fixed).blocks(vectors)` is what Predictor.predict gives for
-each vector, in one pass of compiled code over all of them. Where a recording's posture varies the
-matrices are interpolated between a few postures; how much that changes an output is measured
-against one exponential per sample where the object is made, and stated in `errors`.
+`LinearOutputs(experiments, unknowns, fixed).blocks(vectors)` equals Predictor.predict for each
+vector, in one pass of compiled code. If a recording's posture varies, matrices are interpolated
+between a few postures; the error is measured once against one exponential per sample and stated in
+`errors`.
 """
 
 from __future__ import annotations
@@ -35,16 +35,15 @@ from ..simulate.linear import respond
 from ..simulate.posture_interpolation import interpolation, joints_that_matter, midpoints
 
 POSTURE_TOLERANCE = 1e-6
-"""Of a channel's rms: what following the posture may change an output by. A thousandth of the
-noise at 60 dB, so that with a hundred thousand samples no estimate moves by a tenth of its
-deviation."""
+"""Share of a channel's rms: largest error of the interpolation. A thousandth of the noise at 60 dB,
+so that with 100,000 samples no estimate moves by a tenth of its standard deviation."""
 
 MOST_NODES = 40
-"""Of the interpolation; a sweep over most of the elbow's range needs a dozen, and with more than
-these one exponential per sample costs less."""
+"""Most postures of the interpolation: a sweep of the elbow needs a dozen; with more, one
+exponential per sample costs less."""
 
 CHECK = 3
-"""Degrees by which the interpolation that judges another one is higher, at least."""
+"""Least degrees by which the reference interpolation is higher."""
 
 
 def applicable(experiments: Sequence[Prepared]) -> bool:
@@ -53,16 +52,16 @@ def applicable(experiments: Sequence[Prepared]) -> bool:
 
 
 def _has_rows(e: Prepared) -> bool:
-    """Whether all that is compared follows from linear outputs along the recording's posture."""
+    """Whether all compared outputs are linear along the recording's posture."""
     shown = e.model.steering is not None and any(s.kind == TORQUE for s in e.outputs)
-    moves = any(type(one).started is not Effect.started for one in e.model.effects)
+    moves = any(type(effect).started is not Effect.started for effect in e.model.effects)
     return not shown and not moves and output_rows(e, e.model.numbers()) is not None
 
 
 def _is_unprocessed(e: Prepared) -> bool:
-    """Whether what is compared are the linear outputs, recorded as they are."""
+    """Whether the linear outputs are compared unprocessed."""
     arm = e.model.arm
-    sensed = any(type(one).sensed is not Effect.sensed for one in e.model.effects)
+    sensed = any(type(effect).sensed is not Effect.sensed for effect in e.model.effects)
     touched = sensed or bool(e.recording.logger_filters) or bool(e.recording.camera.delay)
     linear = all(s.is_linear(e.recording, arm) for s in e.outputs)
     return linear and e.processing.nothing and not touched
@@ -82,9 +81,9 @@ class LinearOutputs:
         self.numbers = LaneNumbers(experiments, unknowns, fixed)
         self.model = self.numbers.model
         self._simulated = {i for i, e in enumerate(experiments) if not _has_rows(e)}
-        """Recordings that take the exact way, one exponential per sample."""
-        held = not self.model.numbers().law.interpolate
-        self.system = System(self.model, self.numbers.states_that_matter(), held)
+        """Recordings with one exponential per sample."""
+        held_references = not self.model.numbers().law.interpolate
+        self.system = System(self.model, self.numbers.states_that_matter(), held_references)
         self.errors: dict[str, float] = {}
         """Per recording: the largest change of a channel by following the posture, in units of
         its rms; none at a fixed working point."""
@@ -99,13 +98,13 @@ class LinearOutputs:
     def blocks(self, vectors: np.ndarray) -> list[np.ndarray]:
         """Processed outputs: per recording (S, M, k) for vectors (S, P)."""
         vectors = np.ascontiguousarray(np.atleast_2d(vectors), dtype=float)
-        found = [np.empty((len(vectors), *e.measured.shape)) for e in self.experiments]
+        outputs = [np.empty((len(vectors), *e.measured.shape)) for e in self.experiments]
 
         def keep(i: int, s: np.ndarray, y: np.ndarray) -> None:
-            found[i][s] = np.moveaxis(y, 2, 0)
+            outputs[i][s] = np.moveaxis(y, 2, 0)
 
         self.each(vectors, keep)
-        return found
+        return outputs
 
     def sensitivities(
         self, vector: np.ndarray, up: np.ndarray, down: np.ndarray
@@ -144,7 +143,7 @@ class LinearOutputs:
         values = [self.numbers.values(e, vectors[m]) for m in which]
         numbers = [e.model.numbers(v) for v in values]
         motions = respond(e.model, numbers, [e.task_at(v) for v in values])
-        each = [e.predicted(*one) for one in zip(motions, numbers, values, strict=True)]
+        each = [e.predicted(*parts) for parts in zip(motions, numbers, values, strict=True)]
         take(i, which, np.stack(each, axis=2))
 
     def _pass(self, group: Group, numbers: Lanes, s: int, vectors: np.ndarray, take: Take) -> None:
@@ -168,8 +167,8 @@ class LinearOutputs:
             for i in range(len(self.experiments)):
                 if i not in self._followed and i not in self._simulated:
                     kinds.setdefault(self._kind(i), []).append(i)
-            found = [group for some in kinds.values() for group in self._filled(some, size)]
-            self._ways[size] = [*(self._followed[i] for i in sorted(self._followed)), *found]
+            point_groups = [group for some in kinds.values() for group in self._filled(some, size)]
+            self._ways[size] = [*(self._followed[i] for i in sorted(self._followed)), *point_groups]
         return self._ways[size]
 
     def _filled(self, some: Sequence[int], size: int) -> list[PointGroup]:
@@ -209,8 +208,7 @@ class LinearOutputs:
             self._simulated.add(i)
 
     def _follow(self, i: int, points: np.ndarray, joints: list[int]) -> tuple[FollowedGroup, float]:
-        """The lowest degree whose outputs at the start are those of a higher one, and the
-        largest difference."""
+        """The lowest sufficient degree at the start vector, and its largest error."""
         start = self.unknowns.parameters.vector()
 
         def with_degree(degree: int) -> tuple[FollowedGroup, np.ndarray]:
@@ -232,10 +230,10 @@ class LinearOutputs:
 
     def _outputs_at(self, group: FollowedGroup, vector: np.ndarray) -> np.ndarray:
         """(M, k) of a group's recording."""
-        found = []
+        outputs = []
         numbers = self.numbers.lanes(group, vector[None])
-        self._pass(group, numbers, 0, vector[None], lambda i, which, y: found.append(y[:, :, 0]))
-        return np.asarray(found[0])
+        self._pass(group, numbers, 0, vector[None], lambda i, which, y: outputs.append(y[:, :, 0]))
+        return np.asarray(outputs[0])
 
 
 def _largest_relative(change: np.ndarray, y: np.ndarray) -> float:
@@ -265,7 +263,7 @@ def _sensed(
     e: Prepared, linear: np.ndarray, compiled: CompiledArm, p: np.ndarray, values: Values
 ) -> np.ndarray:
     """(N, k, S): what the sensors read."""
-    arm, found, place = e.model.arm, [], 0
+    arm, readings, place = e.model.arm, [], 0
     numbers = e.model.numbers()
     for sensor in e.outputs:
         rows = sensor.linear_rows(e.recording, arm, numbers.p, numbers.law)
@@ -274,12 +272,12 @@ def _sensed(
         part = linear[:, place : place + count]
         place += count
         y = sensor.from_linear(part, e.recording, arm, compiled, p)
-        found.append(_through_effects(e, sensor.kind, y, values))
-    return np.concatenate(found, axis=1)
+        readings.append(_through_effects(e, sensor.kind, y, values))
+    return np.concatenate(readings, axis=1)
 
 
 def _through_effects(e: Prepared, kind: str, y: np.ndarray, values: Values) -> np.ndarray:
-    if all(type(one).sensed is Effect.sensed for one in e.model.effects):
+    if all(type(effect).sensed is Effect.sensed for effect in e.model.effects):
         return y
     dt = e.recording.sample_time
     each = [e.model.sensed(kind, y[:, :, s], dt, v) for s, v in enumerate(values)]

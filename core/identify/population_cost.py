@@ -1,8 +1,8 @@
 """The cost of a whole population at once, for linear models.
 
-The cost (13) of every member over every recording is compiled code that holds no lock. Where the
-outputs are compared as the model gives them, at working points, the squared errors are summed as
-the outputs come, and no output is ever written; everything else takes the way of LinearOutputs.
+The cost (13) of every member over every recording is compiled code that holds no lock. At working
+points, unprocessed outputs are compared as they are computed and never stored; all others go
+through LinearOutputs.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NO_OUTPUTS = np.zeros((1, 0))
 
 
 def applicable(experiments: Sequence[Prepared], unknowns: Unknowns) -> bool:
-    """Whether the fast cost is there: for the linear model, whatever is compared or estimated."""
+    """Whether the fast cost is available: for linear models."""
     return linear_outputs.applicable(experiments)
 
 
@@ -48,13 +48,9 @@ class PopulationCost:
     """costs(vectors (S, P)) -> (S,), the weighted squared error over all recordings."""
 
     def __init__(
-        self,
-        experiments: Sequence[Prepared],
-        weights: Sequence[np.ndarray],
-        unknowns: Unknowns,
-        fixed: Mapping[str, float],
-        outputs: LinearOutputs | None = None,
-    ) -> None:
+        self, experiments: Sequence[Prepared], weights: Sequence[np.ndarray], unknowns: Unknowns,
+        fixed: Mapping[str, float], outputs: LinearOutputs | None = None,
+    ) -> None:  # fmt: skip
         """`outputs` of the same experiments, unknowns and fixed values, where they are there."""
         self.experiments, self.weights = experiments, weights
         self.outputs = LinearOutputs(experiments, unknowns, fixed) if outputs is None else outputs
@@ -82,8 +78,8 @@ class PopulationCost:
     def __call__(self, vectors: np.ndarray) -> np.ndarray:
         vectors = np.ascontiguousarray(np.atleast_2d(vectors), dtype=float)
         untouched = self._untouched(vectors)
-        found = np.zeros((len(self.experiments), len(vectors)))
-        add = partial(self._add, found)
+        sums_by_recording = np.zeros((len(self.experiments), len(vectors)))
+        add = partial(self._add, sums_by_recording)
         jobs: list[Callable[[], None]] = []
         sums: list[Callable[[], None]] = []
         for group in self.outputs.groups(len(vectors)):
@@ -91,13 +87,13 @@ class PopulationCost:
             if untouched and isinstance(group, PointGroup) and self.outputs.plain[group.members[0]]:
                 costs = np.empty((len(numbers.p), LANES))
                 jobs += self._comparisons(group, numbers, costs)
-                sums.append(partial(_unpack, group, costs, found))
+                sums.append(partial(_unpack, group, costs, sums_by_recording))
             else:
                 jobs += self.outputs.jobs(group, numbers, vectors, add)
         share([*jobs, *self.outputs.simulations(vectors, add)], self.workers)
         for each in sums:
             each()
-        return np.asarray(found.sum(axis=0))
+        return np.asarray(sums_by_recording.sum(axis=0))
 
     def _untouched(self, vectors: np.ndarray) -> bool:
         """Whether no gain and no offset changes an output."""
@@ -106,12 +102,12 @@ class PopulationCost:
         gains, offsets = vectors[:, self._gains], vectors[:, self._offsets]
         return not self._fixed_touch and bool(np.all(gains == 1.0)) and not np.any(offsets)
 
-    def _add(self, found: np.ndarray, i: int, which: np.ndarray, y: np.ndarray) -> None:
+    def _add(self, sums_by_recording: np.ndarray, i: int, which: np.ndarray, y: np.ndarray) -> None:
         """Squared errors of the outputs y (M, k, s) of one recording."""
         e = self.experiments[i]
         error = np.where(e.counted[:, :, None], e.measured[:, :, None] - y, 0.0)
         error *= self.weights[i][:, None]
-        found[i, which] = np.einsum("tks,tks->s", error, error)
+        sums_by_recording[i, which] = np.einsum("tks,tks->s", error, error)
 
     def _comparisons(
         self, group: PointGroup, numbers: Lanes, costs: np.ndarray
@@ -156,8 +152,8 @@ class PopulationCost:
         return _Target(WEIGH, lanes.ravel(), weighed.ravel(), None)
 
 
-def _unpack(group: PointGroup, costs: np.ndarray, found: np.ndarray) -> None:
-    """From lanes to found (recordings, S); the last pass holds members that are there already."""
-    count, size = len(group.members), found.shape[1]
+def _unpack(group: PointGroup, costs: np.ndarray, sums_by_recording: np.ndarray) -> None:
+    """From lanes to sums (recordings, S); the last pass repeats members."""
+    count, size = len(group.members), sums_by_recording.shape[1]
     used = costs[:, : group.copies * count].reshape(-1, count)[:size]
-    found[list(group.members)] = used.T
+    sums_by_recording[list(group.members)] = used.T

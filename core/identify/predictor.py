@@ -36,12 +36,12 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 FIT_TOLERANCE = 1e-5
-"""m or rad: what a simulation inside a fit may be wrong by; below a good camera's noise (30 um)
-and an encoder's step. The estimate of the error actually made is stated with the result."""
+"""m or rad: largest simulation error in a fit, below a good camera's noise (30 um) and an encoder's
+step. The estimated error is stated with the result."""
 
 TORQUE_TOLERANCE = 0.005
-"""Share of the torque's rms, where a servo's torque is compared: the best models of real rigs
-miss theirs by several per cent."""
+"""Share of the torque's rms, if a servo's torque is compared: the best models of real rigs miss
+several per cent."""
 
 KEPT_MOTIONS = 3
 """Motions kept per recording: base, and the two sides of a difference."""
@@ -49,7 +49,7 @@ KEPT_MOTIONS = 3
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """For a process that has one core to itself, as others work beside it."""
+    """For a process with one core of its own beside others."""
     global WORKERS
     before, WORKERS = WORKERS, 1
     try:
@@ -59,20 +59,20 @@ def single_threaded() -> Iterator[None]:
 
 
 SWITCH_INTERVAL = 1e-4
-"""s after which a thread that waits for the interpreter gets it. Many short compiled calls run side
-by side here, and each that ended waits for it; with Python's 5 ms two threads were no faster than
-one (EMPS 18.6 s, with this 14.4 s), and shorter ones bring no more."""
+"""s after which a waiting thread gets the interpreter. Short compiled calls wait for it when they
+end: with Python's 5 ms two threads were no faster than one (EMPS 18.6 s, with this 14.4 s); shorter
+brings no more."""
 
 
 _SWITCH_LOCK = threading.Lock()
 _previous_intervals: list[float] = []
-"""What the interval was when each of those began who want it short now."""
+"""The interval before each of those who shortened it."""
 
 
 @contextmanager
 def fast_thread_switching() -> Iterator[None]:
-    """While threads take turns in the interpreter between short pieces of compiled work; the last
-    of several at once restores what the first found."""
+    """Shortens the interval while threads alternate between short compiled calls; the last of
+    several restores it."""
     with _SWITCH_LOCK:
         _previous_intervals.append(
             sys.getswitchinterval() if not _previous_intervals else _previous_intervals[0]
@@ -88,7 +88,7 @@ def fast_thread_switching() -> Iterator[None]:
 
 
 def on_all_cores(work: Callable[[Item], Result], which: Sequence[Item]) -> Iterator[Result]:
-    """What the work gives for each, in their order; most of its time must be compiled code."""
+    """Results of the work in order; most of its time must be compiled code."""
     with ThreadPoolExecutor(WORKERS) as pool:
         yield from pool.map(work, which)
 
@@ -99,12 +99,12 @@ Request = tuple[np.ndarray, Sequence[int]]
 Motion = tuple[Trajectory, Numbers, dict[str, float]]
 
 Key = tuple[int, int | None, bytes]
-"""Of a motion: the identity of its recording, steps per sample, and a digest of all else."""
+"""Key of a motion: identity of its recording, steps per sample, digest of all else."""
 
 
 @dataclass(frozen=True)
 class MotionCache:
-    """Motions that were simulated already, for other models that move in the same way."""
+    """Motions already simulated for other models with the same motion."""
 
     motions: Mapping[Key, Trajectory] = field(default_factory=dict)
     recordings: tuple[Recording, ...] = ()
@@ -112,19 +112,19 @@ class MotionCache:
 
 
 def job_of(model: Model, numbers: Numbers, task: Task) -> Job:
-    """The simulation of an experiment, with the joints given where a servo leads them."""
+    """The simulation of an experiment; a virtual servo prescribes the joints."""
     if is_prescribed(model, numbers):
         return prescribed_job(model, numbers, task)
     return Job(model, numbers, task)
 
 
 FEWEST_EXTRAPOLATED = 4
-"""Steps from which an extrapolation costs no more than a plain pass."""
+"""Steps from which extrapolation costs no more than a plain pass."""
 
 
 def run_extrapolated(jobs: Sequence[Job], steps: int, workers: int) -> list[Trajectory]:
-    """As `run_many`, of motions without edges: passes of a quarter and a half of the steps
-    extrapolated are less work than one of all, and exact by two orders more."""
+    """As `run_many`, for motions without edges: extrapolation from a quarter and half of the steps
+    is less work and two orders more accurate."""
     if steps < FEWEST_EXTRAPOLATED:
         return run_many(jobs, steps, workers)
     return run_many_extrapolated(jobs, steps // 2, workers)
@@ -134,10 +134,10 @@ def motion_of(e: Prepared, numbers: Numbers, values: Mapping[str, float], steps:
     """The motion of one experiment with a fixed number of steps per sample."""
     moving, task = prescribed_joint_forces.simulated_part(e.model, numbers), e.task_at(values)
     if is_fully_prescribed(e.model, moving):
-        found = fully_prescribed_motion(e.model, moving, task)
+        motion = fully_prescribed_motion(e.model, moving, task)
     else:
-        found = run_many([job_of(e.model, moving, task)], steps)[0]
-    return prescribed_joint_forces.with_prescribed_forces(e.model, numbers, found)
+        motion = run_many([job_of(e.model, moving, task)], steps)[0]
+    return prescribed_joint_forces.with_prescribed_forces(e.model, numbers, motion)
 
 
 @dataclass
@@ -150,15 +150,15 @@ class Predictor:
     substeps: dict[str, int] = field(default_factory=dict)
     steps: int | None = None
     """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis fixes
-    them: friction and limits have edges, where extrapolation does harm."""
+    them: friction and limits have edges, where extrapolation fails."""
     errors: dict[str, float] = field(default_factory=dict)
     """Estimated simulation error per recording in m or rad, non-linear level only."""
-    known: MotionCache = field(default_factory=MotionCache)
+    motion_cache: MotionCache = field(default_factory=MotionCache)
     _motions: OrderedDict[Key, Trajectory] = field(default_factory=OrderedDict)
 
     @property
-    def simulation_is_dear(self) -> bool:
-        """Whether one more simulation is dear, so that one-sided differences are worth it."""
+    def simulation_is_expensive(self) -> bool:
+        """Whether simulations are expensive, so that one-sided differences pay."""
         return any(e.model.level == "nonlinear" for e in self.experiments)
 
     def values(self, experiment: Prepared, vector: np.ndarray) -> dict[str, float]:
@@ -176,23 +176,23 @@ class Predictor:
             prescribed_joint_forces.with_prescribed_forces(e.model, n, motion)
             for (e, _), n, (_, motion) in zip(jobs, numbers, motions, strict=True)
         ]
-        found = iter(zip(whole, numbers, values, strict=True))
-        return [[next(found) for _ in which] for _, which in requests]
+        results = iter(zip(whole, numbers, values, strict=True))
+        return [[next(results) for _ in which] for _, which in requests]
 
     def predict_many(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
         """Per request the outputs (M_i, k) of its experiments."""
-        found = self.readings(requests)
+        readings = self.readings(requests)
         return [
             [self.experiments[i].processed(raw) for i, raw in zip(which, each, strict=True)]
-            for (_, which), each in zip(requests, found, strict=True)
+            for (_, which), each in zip(requests, readings, strict=True)
         ]
 
     def readings(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
         """Per request the outputs (N_i, k) of its experiments before they are filtered."""
-        found = self.trajectories(requests)
+        motions_of = self.trajectories(requests)
         return [
             [self.experiments[i].readings(*m) for i, m in zip(which, motions, strict=True)]
-            for (_, which), motions in zip(requests, found, strict=True)
+            for (_, which), motions in zip(requests, motions_of, strict=True)
         ]
 
     def predict(self, vector: np.ndarray) -> list[np.ndarray]:
@@ -200,13 +200,11 @@ class Predictor:
         return self.predict_many([(vector, range(len(self.experiments)))])[0]
 
     def _simulate(
-        self,
-        chosen: Sequence[Prepared],
-        numbers: Sequence[Numbers],
+        self, chosen: Sequence[Prepared], numbers: Sequence[Numbers],
         values: Sequence[Mapping[str, float]],
-    ) -> list[tuple[Key, Trajectory]]:
-        """Motions with their keys, each made once: what a sensor does, or a force at a held joint,
-        moves nothing."""
+    ) -> list[tuple[Key, Trajectory]]:  # fmt: skip
+        """Motions with their keys, each simulated once: sensor effects and forces at prescribed
+        joints change no motion."""
         parts = [
             prescribed_joint_forces.simulated_part(e.model, n)
             for e, n in zip(chosen, numbers, strict=True)
@@ -214,12 +212,12 @@ class Predictor:
         tasks = [e.task_at(v) for e, v in zip(chosen, values, strict=True)]
         keys = [self._key(*each) for each in zip(chosen, parts, tasks, strict=True)]
         first = {key: i for i, key in reversed(list(enumerate(keys)))}
-        known = self.known.motions
-        self._motions |= {key: known[key] for key in first if key in known}
+        cached = self.motion_cache.motions
+        self._motions |= {key: cached[key] for key in first if key in cached}
         new = [i for i, key in enumerate(keys) if key not in self._motions and first[key] == i]
         some = [chosen[i] for i in new]
-        found = self._run(some, [parts[i] for i in new], [tasks[i] for i in new])
-        for i, motion in zip(new, found, strict=True):
+        simulated = self._run(some, [parts[i] for i in new], [tasks[i] for i in new])
+        for i, motion in zip(new, simulated, strict=True):
             self._motions[keys[i]] = motion
         motions = [(key, self._motions[key]) for key in keys]
         while len(self._motions) > len(chosen) + KEPT_MOTIONS * len(self.experiments):
@@ -247,31 +245,33 @@ class Predictor:
         jobs = [job_of(*each) for each in requests]
         if self.steps is not None:
             # Play has edges, and what is extrapolated across them imitated it on a rigid slide.
-            led = all(map(is_prescribed, models, numbers))
-            smooth = led and not any(n.elements for n in numbers)
+            prescribed = all(map(is_prescribed, models, numbers))
+            smooth = prescribed and not any(n.elements for n in numbers)
             return (run_extrapolated if smooth else run_many)(jobs, self.steps, WORKERS)
         names = [e.recording.name for e in chosen]
-        found = self._find_steps(names, chosen, jobs)
+        results = self._find_steps(names, chosen, jobs)
         for steps in {self.substeps[name] for name in names}:
             which = [
-                i for i, name in enumerate(names) if self.substeps[name] == steps and i not in found
+                i
+                for i, name in enumerate(names)
+                if self.substeps[name] == steps and i not in results
             ]
             some = run_many_extrapolated([jobs[i] for i in which], steps, WORKERS)
-            found.update(zip(which, some, strict=True))
-        return [found[i] for i in range(len(jobs))]
+            results.update(zip(which, some, strict=True))
+        return [results[i] for i in range(len(jobs))]
 
     def _find_steps(
         self, names: Sequence[str], chosen: Sequence[Prepared], jobs: Sequence[Job]
     ) -> dict[int, Trajectory]:
-        """How many steps per sample the stated error needs, where that is not known yet; the
-        motions that were made to find it."""
+        """Finds the steps per sample that the stated error needs, where unknown; returns the
+        motions simulated for it."""
         first = {name: i for i, name in reversed(list(enumerate(names)))}
         new = [i for name, i in first.items() if name not in self.substeps]
         if not new:
             return {}
-        led = chosen[0].model.steering is not None
-        shown = led and any(s.kind == TORQUE for s in chosen[0].outputs)
-        share = TORQUE_TOLERANCE if shown else np.inf
+        servo = chosen[0].model.steering is not None
+        torque_compared = servo and any(s.kind == TORQUE for s in chosen[0].outputs)
+        share = TORQUE_TOLERANCE if torque_compared else np.inf
         results = simulate_many([jobs[i] for i in new], FIT_TOLERANCE, share, WORKERS)
         for i, result in zip(new, results, strict=True):
             self.substeps[names[i]], self.errors[names[i]] = result.substeps, result.error
@@ -281,11 +281,11 @@ class Predictor:
         """The motions at a vector (P,)."""
         values = [self.values(e, vector) for e in self.experiments]
         numbers = [e.model.numbers(v) for e, v in zip(self.experiments, values, strict=True)]
-        found = dict(self._simulate(self.experiments, numbers, values))
-        return MotionCache(found, tuple(e.recording for e in self.experiments))
+        motions = dict(self._simulate(self.experiments, numbers, values))
+        return MotionCache(motions, tuple(e.recording for e in self.experiments))
 
     def coarsen(self, vector: np.ndarray) -> None:
-        """Goes on with few steps; what they miss is taken off at the end
+        """Continues with few steps; the step error is corrected at the end
         (core.identify.defect_correction)."""
         spread = [_spread_of(e) for e in self.experiments]
         self.steps = 1
@@ -300,28 +300,25 @@ class Predictor:
             coarse = fine
 
     def _largest_miss(
-        self,
-        fine: Sequence[np.ndarray],
-        coarse: Sequence[np.ndarray],
-        spread: Sequence[np.ndarray],
+        self, fine: Sequence[np.ndarray], coarse: Sequence[np.ndarray], spread: Sequence[np.ndarray]
     ) -> float:
         """Rms of what coarse outputs miss where samples count, over the channel's spread."""
-        apart = [
+        differences = [
             np.where(e.counted, a - b, 0.0)
             for e, a, b in zip(self.experiments, fine, coarse, strict=True)
         ]
-        return max(float(np.max(_rms(x) / s)) for x, s in zip(apart, spread, strict=True))
+        return max(float(np.max(_rms(x) / s)) for x, s in zip(differences, spread, strict=True))
 
 
 def with_steps_per_sample(predictor: Predictor, steps: int) -> Predictor:
     """The same with other steps per sample."""
     parts = predictor.experiments, predictor.unknowns, predictor.fixed
-    return Predictor(*parts, steps=steps, known=predictor.known)
+    return Predictor(*parts, steps=steps, motion_cache=predictor.motion_cache)
 
 
 SEARCH_SHARE = 5e-3
-"""Of a channel's spread, rms: what few steps may miss in a search. An estimate moves by some
-deviations, which the last step takes back."""
+"""Share of a channel's spread, rms: largest step error in a search. An estimate moves by some
+standard deviations, which the last step corrects."""
 
 
 def _rms(block: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A recording made ready for a model: what is simulated, what is compared, and how."""
+"""A recording prepared for a model: simulation task, compared outputs, processing."""
 
 from __future__ import annotations
 
@@ -78,11 +78,11 @@ class Prepared:
         return replace(task, start=start, schedule=schedule)
 
     def _followed_at(self, values: Mapping[str, float]) -> Task:
-        """The task with the motion that the values say the virtual servo must follow."""
+        """The task with the motion that the virtual servo follows at these values."""
         if self.model.steering is None:
             return self.task
-        whole, seen = self._place_at(values)
-        if whole is seen:
+        whole, measured = self._place_at(values)
+        if whole is measured:
             return self.task
         joints, n = self.model.arm.joints, self.model.arm.coordinates
         N = len(self.task.time)
@@ -95,24 +95,24 @@ class Prepared:
         return replace(self.task, references=references, start=start, before=before)
 
     def _place_at(self, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Where the joints were (L + N, joints) at these values, before the recording and in it,
-        and what the encoders say; the same array where the values say nothing else."""
+        """Joint positions (L + N, joints) at these values, before and in the recording, and the
+        encoders' readings; the same array if equal."""
         joints, before = self.model.arm.joints, self.task.before
-        seen = self.task.references[:, -2 * joints : -joints]
-        seen = seen if before is None else np.vstack([before, seen])
-        return self.model.followed(seen, self.recording.sample_time, values), seen
+        measured = self.task.references[:, -2 * joints : -joints]
+        measured = measured if before is None else np.vstack([before, measured])
+        return self.model.followed(measured, self.recording.sample_time, values), measured
 
     def predicted(
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
     ) -> np.ndarray:
-        """(M, k): the model's outputs by the route that the measured ones took."""
+        """(M, k): the model's outputs, processed like the measured ones."""
         raw = self.readings(trajectory, numbers, values)
         return self.processed(raw)
 
     def readings(
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
     ) -> np.ndarray:
-        """(N, k): what is recorded of the model's outputs, before the filters of the comparison."""
+        """(N, k): the model's readings before the filters of the comparison."""
         if not np.all(np.isfinite(trajectory.q)):  # a simulation that went astray
             return np.full((len(self.task.time), len(self.channels)), np.nan)
         columns = [self.sensed(sensor, trajectory, numbers, values) for sensor in self.outputs]
@@ -127,25 +127,23 @@ class Prepared:
         return self.processing.apply(raw, self.recording.sample_time, self.kinds)
 
     def processed_change(self, raw: np.ndarray) -> np.ndarray:
-        """(M, k): what a change (N, k) of the readings becomes in what is compared, as filters are
-        linear; channels that do not change cost nothing."""
-        found = np.zeros((len(self.time), raw.shape[1]))
-        moved = np.any(raw != 0.0, axis=0)
-        if moved.any():
-            kinds = [kind for kind, one in zip(self.kinds, moved, strict=True) if one]
+        """(M, k): processed change (N, k) of the readings, as filters are linear; unchanged
+        channels cost nothing."""
+        change = np.zeros((len(self.time), raw.shape[1]))
+        changed = np.any(raw != 0.0, axis=0)
+        if changed.any():
+            kinds = [
+                kind for kind, is_changed in zip(self.kinds, changed, strict=True) if is_changed
+            ]
             dt = self.recording.sample_time
-            found[:, moved] = self.processing.apply(raw[:, moved], dt, kinds)
-        return found
+            change[:, changed] = self.processing.apply(raw[:, changed], dt, kinds)
+        return change
 
     def sensed(
-        self,
-        sensor: Sensor,
-        trajectory: Trajectory,
-        numbers: Numbers,
-        values: Mapping[str, float],
+        self, sensor: Sensor, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
     ) -> np.ndarray:
-        """(N, k): what a sensor reads along a motion, before any filter; of a virtual servo's
-        torque what the model says that the drive's sensor reads."""
+        """(N, k): a sensor's reading along a motion, before any filter; of a virtual servo's
+        torque, the reading of the drive's sensor by the model."""
         y = np.array(sensor.measure_like(self.recording, trajectory))
         y = self.model.sensed(sensor.kind, y, self.recording.sample_time, values)
         steering = self.model.steering
@@ -157,8 +155,8 @@ class Prepared:
         as_stated, stated = self._stated
         same = as_stated.same_gains(law)
         if is_prescribed(self.model, simulated_part(self.model, numbers)):
-            known = self._recorded_around
-            applied = self._stated_around if same else steering.recorded_torque(known, arm, law)
+            recorded = self._recorded_around
+            applied = self._stated_around if same else steering.recorded_torque(recorded, arm, law)
             missing = steering.response(_with_ends(y - applied, *self._vague_ends), dt)
         else:
             applied = stated if same else steering.recorded_torque(self._recorded, arm, law)
@@ -186,16 +184,17 @@ class Prepared:
     @cached_property
     def _stated_around(self) -> np.ndarray:
         """(N, joints): the torque that the drive as stated applied, averaged around each sample."""
-        known, arm = self._recorded_around, self.model.arm
-        return self.model.servo.recorded_torque(known, arm, self._stated[0])
+        recorded, arm = self._recorded_around, self.model.arm
+        return self.model.servo.recorded_torque(recorded, arm, self._stated[0])
 
     @cached_property
     def _vague_ends(self) -> tuple[int, int]:
-        """Samples at both ends of which a torque along the led joints says nothing."""
+        """Samples at both ends at which the torque along prescribed joints is unknown."""
         return unknown_ends(self.model, self.task)
 
     def through_logger(self, name: str, y: np.ndarray) -> np.ndarray:
-        """y (N, ...) of one channel as its logger writes it: late with the camera, and filtered."""
+        """y (N, ...) of one channel as the logger writes it: delayed with the camera, and
+        filtered."""
         delay = self.recording.camera.delay
         if delay and from_camera(name):
             y = delayed(y, self.task.time, delay)
@@ -204,8 +203,8 @@ class Prepared:
 
 
 def _with_ends(x: np.ndarray, first: int, last: int) -> np.ndarray:
-    """(N, k) with so many samples at both ends as the mean of their neighbours. Filters go on from
-    an end as it is, and of second differences the noise of a mean is small."""
+    """(N, k) with so many samples at both ends replaced by the mean of their neighbours: filters
+    continue from an end, and a mean has little noise."""
     if len(x) <= first + last:
         return x
     x[:first] = x[first : first + AT_ONCE].mean(axis=0)
@@ -214,14 +213,11 @@ def _with_ends(x: np.ndarray, first: int, last: int) -> np.ndarray:
 
 
 def _in_stated_units(missing: np.ndarray, applied: np.ndarray, stated: np.ndarray) -> np.ndarray:
-    """(N, joints) missing torque in the units of the recorded signal at the stated gains.
-
-    Sensors err in the signal that they record. With a smaller torque constant the same signal
-    is a smaller torque, and every error would shrink with it.
-    """
+    """(N, joints) missing torque in units of the recorded signal at the stated gains. Sensors err
+    in the recorded signal: with a smaller torque constant every error would shrink."""
     sizes = np.sqrt(np.mean(applied**2, axis=0)), np.sqrt(np.mean(stated**2, axis=0))
-    known = (sizes[0] > 0.0) & (sizes[1] > 0.0)
-    return missing * np.divide(sizes[1], sizes[0], out=np.ones(len(known)), where=known)
+    nonzero = (sizes[0] > 0.0) & (sizes[1] > 0.0)
+    return missing * np.divide(sizes[1], sizes[0], out=np.ones(len(nonzero)), where=nonzero)
 
 
 def prepare(
@@ -252,7 +248,8 @@ def prepare(
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:
-    """Whether the recording tells an output; a servo knows the torque wherever the drive does."""
+    """Whether a recording shows an output; a virtual servo gives the torque wherever the drive
+    does."""
     servo = model.steering is not None and model.drive.torque_known
     return (servo and sensor.kind == TORQUE) or sensor.available(recording, model.arm)
 
@@ -266,8 +263,8 @@ def measured_outputs(
     names = [c.name for c in sensor.channels(arm)]
     steering = model.steering
     if sensor.kind == TORQUE and steering is not None:
-        known = steering.recorded(recording, arm)
-        y = steering.recorded_torque(known, arm, steering.base.law(arm, model.numbers().p, {}))
+        recorded = steering.recorded(recording, arm)
+        y = steering.recorded_torque(recorded, arm, steering.base.law(arm, model.numbers().p, {}))
     else:
         y = np.array(sensor.measured(recording, arm))
     mask = np.isfinite(y)

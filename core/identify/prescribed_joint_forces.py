@@ -1,8 +1,8 @@
-"""Forces at joints that a virtual servo holds: they change its torque, not the motion.
+"""Forces at joints whose motion a virtual servo prescribes: they change its torque only.
 
-The servo follows the recorded joints whatever rubs in them. So friction, ripples and offsets of
-the torque need no simulation: they are evaluated along the followed motion and added to the torque
-that it takes. What is left to simulate is smooth and never stiff.
+The servo follows the recorded joints whatever friction they have. So friction, ripples and torque
+offsets need no simulation: they are evaluated along the motion and added to the torque. The
+remaining simulation is smooth and never stiff.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
 POINTS = 4
-"""Points per sample at which forces are evaluated: where a speed turns round within a sample."""
+"""Points per sample at which forces are evaluated: a speed may reverse within a sample."""
 
 NEWTON_STEPS = 50
-"""Newton's steps to the torque of a drive that its own losses depend on; they are piecewise
-straight in it, so two or three are needed."""
+"""Most Newton steps to a torque that depends on its own losses; piecewise linear, so two or three
+are needed."""
 
 LEAST_SLOPE = 1e-3
-"""Slope below which a step of Newton's method would lead astray."""
+"""Slope below which a Newton step would diverge."""
 
 TOLERANCE = 1e-9
-"""Of the torque, N m or N: where Newton's method ends."""
+"""N m or N: error of the torque at which Newton's method ends."""
 
 
 def acts_at_prescribed_joint(model: Model, element: Element) -> bool:
-    """Whether the element acts at one joint alone, and a servo holds that joint."""
+    """Whether the element acts at one joint alone, and a servo prescribes that joint."""
     servo = model.steering is not None and model.level == "nonlinear"
     if not servo or element.at_tip or len(element.directions) != 1:
         return False
@@ -53,8 +53,8 @@ def acts_at_prescribed_joint(model: Model, element: Element) -> bool:
 
 
 def simulated_part(model: Model, numbers: Numbers) -> Numbers:
-    """The numbers without the forces at held joints; all of them where the drive has a limit,
-    which those forces count against."""
+    """The numbers without forces at prescribed joints; all of them if the drive has a limit, which
+    those forces count against."""
     if np.any(np.isfinite(numbers.law.limit)):
         return numbers
     moving = tuple(e for e in numbers.elements if not acts_at_prescribed_joint(model, e))
@@ -64,33 +64,32 @@ def simulated_part(model: Model, numbers: Numbers) -> Numbers:
 
 
 def effects_in_steps(model: Model) -> tuple[Effect, ...]:
-    """Effects whose longest step counts: all but those that act at held joints alone."""
+    """Effects that limit the step: all but those that act at prescribed joints alone."""
     numbers = model.numbers()
     if model.steering is None or np.any(np.isfinite(numbers.law.limit)):
         return model.effects
 
-    def moves(one: Effect) -> bool:
-        kind = type(one)
+    def moves(effect: Effect) -> bool:
+        kind = type(effect)
         inside = kind.law is Effect.law and kind.changed_arm is Effect.changed_arm
-        forces = one.elements(model.arm, numbers.p, model.effect_values)
+        forces = effect.elements(model.arm, numbers.p, model.effect_values)
         return not inside or not all(acts_at_prescribed_joint(model, e) for e in forces)
 
-    return tuple(one for one in model.effects if moves(one))
+    return tuple(effect for effect in model.effects if moves(effect))
 
 
 def with_prescribed_forces(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
-    """The motion with the torque that overcomes the forces at held joints as well.
-
-    Where the joints are prescribed, friction sees a smooth motion: the encoders' noise would turn
-    its sign at rest.
-    """
+    """The motion with the torque that overcomes the forces at prescribed joints, too. Friction sees
+    a smoothed motion: encoder noise would reverse its sign at rest."""
     simulated = simulated_part(model, numbers)
     if simulated is numbers:
         return motion
     moving = {id(e) for e in simulated.elements}
     elements = [e for e in numbers.elements if id(e) not in moving]
     torque = motion.torque.copy()
-    for e in sorted(elements, key=lambda one: one.law.loaded):  # losses see all other forces
+    for e in sorted(
+        elements, key=lambda element: element.law.loaded
+    ):  # losses see all other forces
         k = int(np.flatnonzero(e.directions[0])[0])
         if e.law.loaded:
             torque[:, k] = _overcoming_torque(model, simulated, motion, e, k, torque[:, k].copy())
@@ -102,8 +101,8 @@ def with_prescribed_forces(model: Model, numbers: Numbers, motion: Trajectory) -
 def _force_along(
     model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int
 ) -> np.ndarray:
-    """(N,) torque that overcomes one element at joint k (from 0), whatever else the drive does;
-    kept with the motion, since most parameters of a fit change neither."""
+    """(N,) torque that overcomes one element at joint k (from 0); cached with the motion, since
+    most parameters of a fit change neither."""
     key = (e.law, e.values, k, float(e.directions[0][k]), is_prescribed(model, simulated))
     nothing = np.zeros(len(motion.time))
     return motion.cached(key, lambda: _overcoming_torque(model, simulated, motion, e, k, nothing))
@@ -113,7 +112,7 @@ def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.nd
     """(FINER (N - 1) + 1, 2 joints): place and speed of the joints as friction sees them."""
     joints = model.arm.joints
 
-    def made() -> np.ndarray:
+    def compute() -> np.ndarray:
         place, speed = motion.q[:, :joints], motion.v[:, :joints]
         if not is_prescribed(model, simulated):
             return _spline_between(np.hstack([place, speed]))
@@ -123,20 +122,23 @@ def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.nd
             key, lambda: _spline_between(np.hstack(servo.seen_by_friction(place, dt)))
         )
 
-    return motion.cached(("seen", is_prescribed(model, simulated)), made)
+    return motion.cached(("seen", is_prescribed(model, simulated)), compute)
 
 
 _JOINT_MOTIONS = BoundedCache[np.ndarray](32 * 2**20, lambda seen: seen.nbytes)
-"""Bytes. Of the joints' motion alone, which is as recorded whatever else a model tries."""
+"""Bytes; of the joints' motion alone, which is as recorded for every model."""
 
 
 def _overcoming_torque(
     model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int, torque: np.ndarray
 ) -> np.ndarray:
-    """(N,) torque at joint k (from 0) with what overcomes one element, of what it was without."""
+    """(N,) torque at joint k (from 0) that overcomes one element, added to the given torque."""
     law, scale, joints = e.law, float(e.directions[0][k]), model.arm.joints
-    seen, dt = _joint_motion(model, simulated, motion), float(motion.time[1] - motion.time[0])
-    x, v = (np.ascontiguousarray(scale * seen[:, at]) for at in (k, joints + k))
+    motion_seen, dt = (
+        _joint_motion(model, simulated, motion),
+        float(motion.time[1] - motion.time[0]),
+    )
+    x, v = (np.ascontiguousarray(scale * motion_seen[:, at]) for at in (k, joints + k))
     values = np.array([*e.values, 0.0], dtype=float)
     loaded_at = len(e.values) - 1 if law.loaded else -1
     out = np.zeros(law.size)
@@ -201,48 +203,50 @@ def _along(address, states, loaded_at, x, v, step, values, scale, every, torque,
         if t % every:
             continue
         at_x[0], at_v[0] = x[t], v[t]
-        known = torque[t]
-        u = known
+        given_torque = torque[t]
+        u = given_torque
         for _ in range(NEWTON_STEPS):
-            miss = u - known + scale * _force(address, at_x, at_v, w, values, loaded_at, u, out)
+            miss = (
+                u - given_torque + scale * _force(address, at_x, at_v, w, values, loaded_at, u, out)
+            )
             if abs(miss) <= TOLERANCE or loaded_at < 0:
                 break
             h = 1e-6 * (1.0 + abs(u))
             above = _force(address, at_x, at_v, w, values, loaded_at, u + h, out)
-            slope = (u + h - known + scale * above - miss) / h
+            slope = (u + h - given_torque + scale * above - miss) / h
             u -= miss / slope if abs(slope) > LEAST_SLOPE else miss
         torque[t] = u if loaded_at >= 0 else u - miss
 
 
 def motion_digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
-    """Of all that decides a motion beyond the `plain` task of its recording."""
-    found = hashlib.blake2b(digest_size=16)
-    found.update(repr((hash(Structure.of(model.arm)), model.level)).encode())
-    found.update(numbers.p.tobytes())
+    """Digest of all that determines a motion beyond the `plain` task of its recording."""
+    hasher = hashlib.blake2b(digest_size=16)
+    hasher.update(repr((hash(Structure.of(model.arm)), model.level)).encode())
+    hasher.update(numbers.p.tobytes())
     if not is_prescribed(model, numbers):  # then no drive decides where the joints go
         for array in law_arrays(numbers.law):
-            found.update(array.tobytes())
+            hasher.update(array.tobytes())
     for e in numbers.elements:
-        found.update(repr((hash(e.law), e.values, e.at_tip, e.loaded_by)).encode())
+        hasher.update(repr((hash(e.law), e.values, e.at_tip, e.loaded_by)).encode())
         for direction in e.directions:
-            found.update(direction.tobytes())
+            hasher.update(direction.tobytes())
     for name in ("references", "start", "schedule", "before"):
         array = getattr(task, name)
         if array is not getattr(plain, name):  # most tasks share their long arrays with it
-            found.update(name.encode())
-            found.update(b"" if array is None else np.ascontiguousarray(array).tobytes())
-    return found.digest()
+            hasher.update(name.encode())
+            hasher.update(b"" if array is None else np.ascontiguousarray(array).tobytes())
+    return hasher.digest()
 
 
 def needed_steps(model: Model, sample_time: float, fewest: int, times: float) -> int:
-    """As `Model.steps`, where only the effects that move the arm count. `fewest` are those of the
-    bare model; of both between the points along which the joints are led."""
+    """As `Model.steps`, for effects that move the arm. `fewest`: steps of the bare model; both
+    between the points of the prescribed motion."""
     points = servo_points_per_sample(model, sample_time)
-    apart = 1 if model.bare is None else servo_points_per_sample(model.bare, sample_time) // points
-    return model.steps(sample_time / points, fewest * max(apart, 1), times, effects_in_steps(model))
+    ratio = 1 if model.bare is None else servo_points_per_sample(model.bare, sample_time) // points
+    return model.steps(sample_time / points, fewest * max(ratio, 1), times, effects_in_steps(model))
 
 
 def servo_points_per_sample(model: Model, sample_time: float) -> int:
-    """Points per sample along which a servo leads the joints; one where it does not lead them."""
-    led = is_prescribed(model, simulated_part(model, model.numbers()))
-    return points_per_sample(model, sample_time) if led else 1
+    """Points per sample of the joint motion that a servo prescribes; else one."""
+    prescribed = is_prescribed(model, simulated_part(model, model.numbers()))
+    return points_per_sample(model, sample_time) if prescribed else 1

@@ -1,12 +1,11 @@
-"""The motion along which a virtual servo leads the joints: through what the encoders say.
+"""The joint motion that a virtual servo prescribes, through the encoders' readings.
 
-Between the samples the joints move as the drive makes them: it holds a torque u from one sample to
-the next, so their acceleration jumps at the samples by S^-1 times the jump of u, where
-S = M_jj - M_je M_ee^-1 M_ej is what a joint weighs at once. That part is integrated twice, and what
-the encoders say beyond it is smooth: a spline. Without the jumps, a spline through a motion that
-switches in every third period of a vibration drives that vibration by some per cent. Where few
-samples fall on a vibration, straight accelerations between them miss it (1 % at 1.5 rad a sample),
-so the motion is led on a finer grid (`points_per_sample`), along a spline of higher degree.
+The drive holds a torque u between samples, so joint accelerations jump at the samples by S^-1 times
+the jump of u, where S = M_jj - M_je M_ee^-1 M_ej is the instantaneous inertia. That part is
+integrated twice; the rest of the readings is smooth: a spline. A spline alone would excite a
+vibration that switches in every third of its periods by some per cent. With few samples per
+vibration, linear accelerations miss it (1 % at 1.5 rad a sample), so the motion is computed on a
+finer grid (`points_per_sample`) by a spline of higher degree.
 """
 
 from __future__ import annotations
@@ -27,31 +26,30 @@ from ..model import Model, Numbers
 from ..simulate.motion import Task
 
 SWING = 0.5
-"""rad that the arm's fastest vibration may swing on from one point of the finer grid to the next: a
-cubic spline through these misses 1e-4 of its acceleration, and 1 % at 1.5 rad."""
+"""rad per point of the finer grid for the arm's fastest vibration: a cubic spline misses 1e-4 of
+its acceleration, and 1 % at 1.5 rad."""
 
 PRESCRIBED_SWING = 1.0
-"""The same of its vibration with the joints led, where the free one is not compared: the joints
-take little part in it, and a cubic spline misses 0.2 % of its acceleration."""
+"""The same with the joints prescribed: they take little part in it, and a cubic spline misses 0.2
+%."""
 
 FINEST = 8
-"""Points per sample: what swings on by pi, as fast as samples can show, takes 6 of SWING."""
+"""Most points per sample: a phase of pi, the fastest that samples show, takes 6 of SWING."""
 
 FREQUENCY_FACTOR = 2.0
-"""Factor by which a frequency may be wrong at the start, where a stiffness is so four times."""
+"""Factor by which a frequency may be wrong at the start, a stiffness by four."""
 
 MOST_SWING = 2.26
-"""rad that a vibration swings on from one sample to the next, beyond which a spline of seventh
-degree misses a hundredth of it: (x / (2 pi - x))^8."""
+"""rad per sample of a vibration, above which a spline of seventh degree misses a hundredth of it:
+(x / (2 pi - x))^8."""
 
 
 def points_per_sample(model: Model, sample_time: float) -> int:
-    """Points per sample, which lasts `sample_time` s, along which the joints are led.
+    """Points per sample (of `sample_time` s) of the prescribed motion.
 
-    Of the bare model stretched out, at its own values: models that are compared, the two ends of a
-    difference and all recordings are led along the same points. A vibration that no compared
-    output shows needs none; but with its joints led the arm swings more slowly than when they are
-    free, and what it then does shows although the free vibration does not.
+    Taken from the bare model, stretched out, at its own values, so that compared models use the
+    same points. A vibration that no output shows needs none; but with its joints prescribed the arm
+    vibrates more slowly, and that may show.
     """
     bare, servo = model.bare or model, model.steering
     if bare.arm.coordinates == bare.arm.joints:
@@ -61,8 +59,7 @@ def points_per_sample(model: Model, sample_time: float) -> int:
 
 
 _POINTS = BoundedCache[tuple[Model, object, int]](64)
-"""Asked for at each simulation of a fit; both objects are kept, so that their identities stay
-theirs."""
+"""Needed at each simulation of a fit; both objects are kept, so that their ids stay unique."""
 
 
 def _count_points(bare: Model, servo: FollowingServo | None, sample_time: float) -> int:
@@ -75,14 +72,13 @@ def _count_points(bare: Model, servo: FollowingServo | None, sample_time: float)
         swing = _phase_steps(K, M, sample_time)
         return float(np.max(swing[swing < most], initial=0.0))
 
-    free, led = fastest(K, M), fastest(K[joints:, joints:], M[joints:, joints:])
-    points = max(free / SWING, led / PRESCRIBED_SWING, 1.0)
+    free, prescribed = fastest(K, M), fastest(K[joints:, joints:], M[joints:, joints:])
+    points = max(free / SWING, prescribed / PRESCRIBED_SWING, 1.0)
     return int(np.clip(2 ** np.ceil(np.log2(points)), 1, FINEST))
 
 
 def sampling_warning(model: Model, sample_time: float) -> str:
-    """A sentence where even the arm's slowest vibration is too fast for the samples, s apart, along
-    which its joints are led; empty where they show it."""
+    """A warning if even the arm's slowest vibration is too fast for the sampling; else empty."""
     bare = model.bare or model
     K, M = _matrices(bare)
     swings = _phase_steps(K, M, sample_time)
@@ -99,7 +95,7 @@ def sampling_warning(model: Model, sample_time: float) -> str:
 
 
 FREE_JOINT = 1e-3
-"""rad per sample: slower is a joint that turns freely."""
+"""rad per sample: slower is a freely turning joint."""
 
 
 def _matrices(bare: Model) -> tuple[np.ndarray, np.ndarray]:
@@ -111,7 +107,7 @@ def _matrices(bare: Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _phase_steps(K: np.ndarray, M: np.ndarray, sample_time: float) -> np.ndarray:
-    """(n,) rad per sample of the vibrations of a stiffness and a mass (n, n)."""
+    """(n,) rad per sample of the vibrations of a stiffness and a mass matrix (n, n)."""
     if not len(K):
         return np.zeros(0)
     return np.asarray(
@@ -120,24 +116,22 @@ def _phase_steps(K: np.ndarray, M: np.ndarray, sample_time: float) -> np.ndarray
 
 
 AVERAGE = 32
-"""Samples over which a mean is taken off the held acceleration, so that its integral stays small
-beside the places; the mean runs straight between samples and makes no jump."""
+"""Samples of the mean that is subtracted from the held acceleration, so that its integral stays
+small; the mean is linear between samples and does not jump."""
 
 
 DEGREE = 7
-"""Of the spline from which a finer grid is read; at 1.5 rad per sample it misses less of an
-acceleration than the jumps that no spline follows."""
+"""Degree of the spline for a finer grid; at 1.5 rad per sample it misses less than the jumps."""
 
 
 UNKNOWN_END = 4
-"""Samples at an end of a recording where a spline of that degree misses what vibrates: at 1.7 rad
-per sample all of the torque at the last but one, a sixth of that each sample before."""
+"""Samples at an end where a spline of that degree misses vibrations: at 1.7 rad per sample all of
+the torque at the last but one, a sixth of that each sample before."""
 
 
 def unknown_ends(model: Model, task: Task) -> tuple[int, int]:
-    """Samples at the beginning and at the end of a recording of which the torque along the led
-    joints is not known: an end has no second difference, and what the drive held before it nobody
-    knows. What begins at rest has a known end."""
+    """(first, last) samples at which the torque along prescribed joints is unknown: an end has no
+    second difference, and the drive's earlier torque is unknown. A start at rest is known."""
     seldom = points_per_sample(model, task.sample_time) > 1
     return UNKNOWN_END if seldom and task.before is None else 1, UNKNOWN_END if seldom else 1
 
@@ -158,11 +152,11 @@ class PrescribedMotion(NamedTuple):
 
 
 def prescribed_motion(model: Model, numbers: Numbers, task: Task) -> PrescribedMotion:
-    """Through what the encoders say; with the time before the recording where it begins at rest and
-    nothing is known of what the arm does at the first sample."""
+    """The motion through the encoders' readings; with the time before the recording if it begins at
+    rest and nothing is known of the arm's first state."""
     joints, n = model.arm.joints, model.arm.coordinates
-    known = np.any(task.start[joints:n]) or np.any(task.start[n + joints : 2 * n])
-    lead = 0 if task.before is None or known else len(task.before)
+    starts_moving = np.any(task.start[joints:n]) or np.any(task.start[n + joints : 2 * n])
+    lead = 0 if task.before is None or starts_moving else len(task.before)
     finer = points_per_sample(model, task.sample_time)
     law, weight = numbers.law, weighing(numbers.p, joints).tobytes()
     along = law.R.tobytes(), law.references, lead, finer, task.sample_time
@@ -175,14 +169,14 @@ def prescribed_motion(model: Model, numbers: Numbers, task: Task) -> PrescribedM
 def _new_motion(
     model: Model, numbers: Numbers, task: Task, lead: int, finer: int
 ) -> PrescribedMotion:
-    """The same, of recordings that were not led along so before."""
+    """The motion, computed and cached."""
     joints = model.arm.joints
     place = task.references[:, -2 * joints : -joints]
     whole = np.vstack([task.before, place]) if lead and task.before is not None else place
     nothing = np.full((finer * (len(whole) - 1) + 1, joints), np.nan)
-    astray = PrescribedMotion(nothing, nothing, nothing, nothing, lead, finer)
+    not_finite = PrescribedMotion(nothing, nothing, nothing, nothing, lead, finer)
     if not np.isfinite(whole).all():
-        return astray
+        return not_finite
     at_once = _held_acceleration(model, numbers, task, whole, lead)
     dt = task.sample_time
     key = _digest(whole, at_once), lead, finer, dt
@@ -190,26 +184,25 @@ def _new_motion(
 
 
 def _digest(*arrays: np.ndarray) -> bytes:
-    found = hashlib.blake2b(digest_size=16)
+    hasher = hashlib.blake2b(digest_size=16)
     for array in arrays:
-        found.update(np.ascontiguousarray(array).tobytes())
-    return found.digest()
+        hasher.update(np.ascontiguousarray(array).tobytes())
+    return hasher.digest()
 
 
 CAPACITY = 64 * 2**20
 """Bytes: some dozen recordings of ten thousand samples, each at a few values of a parameter. A
-number of motions would be too few for many short recordings, which then push each other out, and
-too many for long ones."""
+number of motions would be wrong for short or long recordings."""
 
 _MOTIONS = BoundedCache[PrescribedMotion](
     CAPACITY, lambda led: sum(part.nbytes for part in led[:4])
 )
-"""Most parameters of a fit leave a motion as it is, and splines cost more than simulating an arm of
-few coordinates along them."""
+"""Most parameters of a fit do not change a motion, and splines cost more than simulating a small
+arm along them."""
 
 
 class _TaskMotion(NamedTuple):
-    """A task, kept so that the identities of its arrays stay theirs, and the motion of it."""
+    """A task, kept so that the ids of its arrays stay unique, and its motion."""
 
     task: Task
     led: PrescribedMotion
@@ -218,19 +211,14 @@ class _TaskMotion(NamedTuple):
 _BY_TASK = BoundedCache[_TaskMotion](
     CAPACITY, lambda one: one.task.references.nbytes + sum(part.nbytes for part in one.led[:4])
 )
-"""By the arrays themselves: to read them through for what they say costs a third of simulating
-along them."""
+"""By array identity: hashing them costs a third of a simulation."""
 
 
 def _motion_through(
-    whole: np.ndarray,
-    at_once: np.ndarray,
-    lead: int,
-    finer: int,
-    sample_time: float,
+    whole: np.ndarray, at_once: np.ndarray, lead: int, finer: int, sample_time: float
 ) -> PrescribedMotion:
-    """The motion through places (L + N, joints); `at_once` (L + N, joints) is the part of its
-    acceleration that is held between samples."""
+    """The motion through positions (L + N, joints); `at_once` (L + N, joints) is the held part of
+    the acceleration."""
     mean = scipy.ndimage.uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
     at_once, mean = _on_finer_grid(at_once, mean, finer)
     dt = sample_time / finer
@@ -244,23 +232,25 @@ def _motion_through(
         np.arange(len(smooth)) * dt, smooth, bc_type=(begin, "not-a-knot")
     )
     straight = spline(spline.x, 2) - mean
-    led = smooth + jumping
-    led[::finer] = whole
-    return PrescribedMotion(led, spline(spline.x, 1) + speed, straight, at_once, lead, finer)
+    positions = smooth + jumping
+    positions[::finer] = whole
+    return PrescribedMotion(positions, spline(spline.x, 1) + speed, straight, at_once, lead, finer)
 
 
-def _on_finer_grid(held: np.ndarray, mean: np.ndarray, finer: int) -> tuple[np.ndarray, np.ndarray]:
-    """Both (N, joints) at `finer` points per sample: what is held stays, a mean runs straight."""
-    at = np.arange(finer * (len(held) - 1) + 1) / finer
+def _on_finer_grid(
+    constant: np.ndarray, mean: np.ndarray, finer: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Both (N, joints) at `finer` points per sample: constant and linear between samples."""
+    at = np.arange(finer * (len(constant) - 1) + 1) / finer
     straight = [np.interp(at, np.arange(len(mean)), column) for column in mean.T]
-    return held[at.astype(int)], np.column_stack(straight)
+    return constant[at.astype(int)], np.column_stack(straight)
 
 
 def _fine_spline(
     x: np.ndarray, finer: int, dt: float, flat: tuple[np.ndarray, np.ndarray] | None
 ) -> np.ndarray:
-    """Smooth x (N, k) at `finer` points per sample, dt s apart; `flat`: it begins without a speed,
-    with this second and third derivative."""
+    """Smooth x (N, k) at `finer` points per sample, dt s apart; `flat`: second and third derivative
+    of a start without speed."""
     if finer == 1:
         return x.copy()
     t, half = np.arange(len(x)) * (finer * dt), (DEGREE - 1) // 2
@@ -276,7 +266,7 @@ def _fine_spline(
 def _held_acceleration(
     model: Model, numbers: Numbers, task: Task, place: np.ndarray, lead: int
 ) -> np.ndarray:
-    """(L + N, joints): what the drive's torque does to the joints at once."""
+    """(L + N, joints): instantaneous joint acceleration by the drive's torque."""
     joints, n = place.shape[1], model.arm.coordinates
     torque = model.servo.jumps(numbers.law, task.references)
     if n == joints or not np.any(np.diff(torque, axis=0)) or not np.isfinite(torque).all():
@@ -284,31 +274,33 @@ def _held_acceleration(
     q = np.zeros((len(torque), n))
     q[:, :joints] = place[lead:]
     key = Structure.of(model.arm), _digest(weighing(numbers.p, joints), torque, place[lead:])
-    found = _ACCELERATIONS.get(
+    acceleration = _ACCELERATIONS.get(
         key,
         lambda: _instant_acceleration(
             model.compiled.dynamics, q, numbers.p, np.ascontiguousarray(torque)
         ),
     )
-    if not np.isfinite(found).all():  # sizes so far off that no mass matrix is left
+    if not np.isfinite(acceleration).all():  # sizes so far off that no mass matrix is left
         return np.zeros_like(place)
     if not lead:
-        return found
+        return acceleration
     # From rest: the first step says how much of the first torque made the joint move.
     first = 2.0 * (place[lead + 1] - place[lead]) / task.sample_time**2
-    moves = np.clip(first, np.minimum(found[0], 0.0), np.maximum(found[0], 0.0))
-    return np.vstack([np.repeat((found[0] - moves)[None], lead, axis=0), found])
+    moves = np.clip(first, np.minimum(acceleration[0], 0.0), np.maximum(acceleration[0], 0.0))
+    return np.vstack([np.repeat((acceleration[0] - moves)[None], lead, axis=0), acceleration])
 
 
 _ACCELERATIONS = BoundedCache[np.ndarray](CAPACITY, lambda found: found.nbytes)
-"""Stiffnesses, friction and sensors leave it as it is."""
+"""Stiffnesses, friction and sensors do not change it."""
 
 
-def _integrated(held: np.ndarray, mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places and speeds (N, joints) of accelerations `held` (N, joints) minus `mean` (N, joints),
-    which runs straight between samples."""
-    a, b = held[:-1] - mean[:-1], held[:-1] - mean[1:]
-    nothing = np.zeros((1, held.shape[1]))
+def _integrated(
+    acceleration: np.ndarray, mean: np.ndarray, dt: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places and speeds (N, joints) of `acceleration` (N, joints) minus `mean` (N, joints), which
+    is linear between samples."""
+    a, b = acceleration[:-1] - mean[:-1], acceleration[:-1] - mean[1:]
+    nothing = np.zeros((1, acceleration.shape[1]))
     speed = np.vstack([nothing, np.cumsum(0.5 * (a + b) * dt, axis=0)])
     steps = speed[:-1] * dt + (2.0 * a + b) * dt**2 / 6.0
     return np.vstack([nothing, np.cumsum(steps, axis=0)]), speed
@@ -316,11 +308,11 @@ def _integrated(held: np.ndarray, mean: np.ndarray, dt: float) -> tuple[np.ndarr
 
 @kernel(matrix(DYNAMICS, matrix, vector, matrix))
 def _instant_acceleration(dynamics, q, p, torque):  # type: ignore[no-untyped-def]
-    """(N, nj) accelerations that torques (N, nj) cause at once at places q (N, n)."""
+    """(N, nj) instantaneous accelerations by torques (N, nj) at positions q (N, n)."""
     N, n = q.shape
     nj = torque.shape[1]
     M, f, still = np.empty(n * n), np.empty(n), np.zeros(n)
-    found = np.empty((N, nj))
+    accelerations = np.empty((N, nj))
     for t in range(N):
         dynamics(q[t], still, p, M, f)
         for i in range(n):
@@ -328,5 +320,5 @@ def _instant_acceleration(dynamics, q, p, torque):  # type: ignore[no-untyped-de
         factor_positive(M, n)
         substitute_positive(M, n, f)
         for i in range(nj):
-            found[t, i] = f[i]
-    return found
+            accelerations[t, i] = f[i]
+    return accelerations

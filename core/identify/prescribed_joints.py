@@ -1,19 +1,17 @@
-"""An arm whose joints are led along a recorded motion: the joints are given, the rest is simulated.
+"""Simulation of an arm with prescribed joint motion: only bending and twist are integrated.
 
-A virtual servo takes the joints along the encoders' signals, whatever the arm is. So the joints
-need no simulation: they move as the encoders say, and only what bends or twists beyond them is
-integrated. The servo's stiffness, which grows as a joint's inertia shrinks, does not enter, and the
-steps need only resolve what the arm does by itself. Its response is a filter of the missing torque
-(core.identify.prepared_recording).
+A virtual servo moves the joints as the encoders measured, whatever the arm is, so the joints need
+no simulation. The servo's stiffness, which grows as a joint's inertia shrinks, does not enter, and
+the steps only resolve the arm's own motion. Its response is a filter of the missing torque
+(core.identify.prepared_recording). The motion between samples is that of
+core.identify.prescribed_joint_motion.
 
-Where the joints are between the samples is found in core.identify.prescribed_joint_motion.
+The torque follows from M q'' - f = u, averaged over the two samples around each with triangular
+weights: a second difference is that average of an acceleration, and the mean of two neighbours that
+of a held torque. Both are exact, also where a torque jumps. With j the joints, e the other
+coordinates and f averaged over the finer grid,
 
-The torque follows from M q'' - f = u, averaged over the two samples around each with the weight of
-a triangle: a second difference is that average of an acceleration, and the mean of two neighbours
-that of a torque that is held between samples. Both are exact, also where a torque jumps. With j
-the joints, e the other coordinates and f averaged over the finer grid by its own curvature,
-
-    M_ee a_e = f_e - M_ej a_j,    u = M_jj a_j + M_je a_e - f_j.
+M_ee a_e = f_e - M_ej a_j,    u = M_jj a_j + M_je a_e - f_j.
 """
 
 from __future__ import annotations
@@ -38,41 +36,38 @@ from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
 HEAVY = 1e6
-"""Times the arm's inertia at a joint: what the joints are given while the rest is simulated, so
-that the arm moves them by a millionth of what it would."""
+"""Factor on the arm's inertia at a joint during the simulation, so that the arm moves the joints by
+a millionth."""
 
 DRIFT_HZ = 0.1
-"""Takes back what the integrated acceleration drifts from the prescribed motion; slow, since there
-is next to nothing to take back, and between samples straight lines lie beside the curved speed: at
-5 Hz that alone made an acceleration of a hundredth."""
+"""Corrects the drift of the integrated acceleration; slow, since there is little to correct, and
+linear interpolation at 5 Hz alone made an acceleration error of a hundredth."""
 
 
 def is_prescribed(model: Model, numbers: Numbers) -> bool:
-    """Whether the joints' motion is known before anything is simulated.
-
-    A drive that has a limit or states of its own answers the servo, and a force with a state, or
-    one that depends on the drive's torque, is known only while it is simulated.
-    """
+    """Whether the joints' motion is known before the simulation. A drive with a limit or states
+    responds to the servo, and a force with a state or one that depends on the drive's torque must
+    be simulated."""
     if model.steering is None or model.level != "nonlinear":
         return False
     law = numbers.law
-    known = not any(e.law.states or e.law.loaded for e in numbers.elements)
-    return known and not law.states and not np.any(np.isfinite(law.limit))
+    motion_only = not any(e.law.states or e.law.loaded for e in numbers.elements)
+    return motion_only and not law.states and not np.any(np.isfinite(law.limit))
 
 
 def is_fully_prescribed(model: Model, numbers: Numbers) -> bool:
-    """Whether nothing is left to simulate: an arm that has no coordinate but its joints."""
+    """Whether nothing is left to simulate: the arm has only joint coordinates."""
     return is_prescribed(model, numbers) and model.arm.coordinates == model.arm.joints
 
 
 def fully_prescribed_motion(model: Model, numbers: Numbers, task: Task) -> Trajectory:
-    """The motion and torque of an arm that has no coordinate but its joints."""
+    """Motion and torque of an arm with only joint coordinates."""
     motion = prescribed_motion(model, numbers, task)
     return _with_torque(model, numbers, task, motion, motion.place, motion.speed)
 
 
 def prescribed_job(model: Model, numbers: Numbers, task: Task) -> Job:
-    """The simulation of what the joints take along; its result has the joints' torque."""
+    """The simulation of the other coordinates; its result has the joints' torque."""
     joints, n = model.arm.joints, model.arm.coordinates
     motion = prescribed_motion(model, numbers, task)
     inertia = HEAVY * np.diag(model.servo.inertia)
@@ -84,19 +79,19 @@ def prescribed_job(model: Model, numbers: Numbers, task: Task) -> Job:
     p[[slot(k, HUB_INERTIA) for k in range(joints)]] += np.diag(inertia)
     start = task.start.copy()
     start[:joints], start[n : n + joints] = motion.place[0], motion.speed[0]
-    led = replace(
+    prescribed_task = replace(
         task, time=np.arange(len(motion.place)) * (task.sample_time / motion.finer), start=start,
         references=np.hstack(motion[:4]), before=None,
     )  # fmt: skip
     law = static_law(R, P, V, interpolate=True, held=joints)
     finish = _result_maker(model, numbers, task, motion)
-    return Job(model, numbers._replace(p=p, law=law), led, finish)
+    return Job(model, numbers._replace(p=p, law=law), prescribed_task, finish)
 
 
 def _result_maker(
     model: Model, numbers: Numbers, task: Task, motion: PrescribedMotion
 ) -> Callable[[Trajectory], Trajectory]:
-    """Puts the joints' own motion and torque into what was simulated."""
+    """Makes a function that puts the prescribed motion and torque into a simulated motion."""
 
     def finish(simulated: Trajectory) -> Trajectory:
         joints = motion.place.shape[1]
@@ -108,14 +103,10 @@ def _result_maker(
 
 
 def _with_torque(
-    model: Model,
-    numbers: Numbers,
-    task: Task,
-    motion: PrescribedMotion,
-    q: np.ndarray,
+    model: Model, numbers: Numbers, task: Task, motion: PrescribedMotion, q: np.ndarray,
     v: np.ndarray,
-) -> Trajectory:
-    """Of q, v (finer (L + N - 1) + 1, n), the recorded samples with the joints' torque."""
+) -> Trajectory:  # fmt: skip
+    """The recorded samples of q, v (finer (L + N - 1) + 1, n), with the joints' torque."""
     joints, compiled, finer = model.arm.joints, model.compiled, motion.finer
     q, v = np.ascontiguousarray(q), np.ascontiguousarray(v)
     a = np.ascontiguousarray(acceleration(q[::finer, :joints], task.sample_time))
@@ -134,14 +125,14 @@ def _with_torque(
 
 
 @kernel(types.Tuple((matrix, matrix))(DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS))
-def _equations(dynamics, tip, q, v, p, given):  # type: ignore[no-untyped-def]
+def _equations(dynamics, tip, q, v, p, packed):  # type: ignore[no-untyped-def]
     """M (N, n n) and f (N, n) with the elements' forces, along q, v (N, n)."""
     N, n = q.shape
     elements = (
-        given[0], given[1], given[2], given[3], given[4].copy(), given[5].copy(), given[6],
-        given[7], given[8],
+        packed[0], packed[1], packed[2], packed[3], packed[4].copy(), packed[5].copy(), packed[6],
+        packed[7], packed[8],
     )  # fmt: skip
-    K = given[1][-1]
+    K = packed[1][-1]
     x, xd, z, J, out = np.empty(K), np.empty(K), np.empty(2), np.empty(2 * n), np.empty(3 * K)
     w, dw = np.zeros(0), np.zeros(0)
     M, f = np.empty((N, n * n)), np.empty((N, n))

@@ -1,9 +1,8 @@
-"""What happens to measurement and model alike before they are compared.
+"""Filters and decimation of measurement and model before they are compared.
 
-A fit filters what the model says some ten thousand times. `scipy.signal.sosfiltfilt` computes the
-states of a constant input each time and goes through the signals one by one (0.3 and 3.4 ms for 24
-signals of 3,000 samples); here they stand side by side, and the interpreter is free for others. The
-same numbers to the last digits.
+`scipy.signal.sosfiltfilt` computes the states of a constant input each time and filters one signal
+after the other (0.3 and 3.4 ms for 24 signals of 3,000 samples). Here all signals are filtered
+together, without the interpreter, with the same result to the last digits.
 """
 
 from __future__ import annotations
@@ -20,25 +19,24 @@ from ..recording.velocity import ZeroPhaseLowPass
 TORQUE = "torque"
 
 NEGLIGIBLE_GAIN = 1e-3
-"""Of a vibration: what a filter may leave of it where it need not be simulated well. Resonance
-makes some tens of times the few per cent that coarse points miss, which is then below what
-sensors show."""
+"""Gain of a filter below which a vibration need not be simulated well. Resonance amplifies the few
+per cent that coarse points miss some tens of times, which is then invisible."""
 
 
 @dataclass(frozen=True)
 class Processing:
-    """What happens to measurement and model alike before they are compared."""
+    """Filters and decimation of measurement and model."""
 
     filter: ZeroPhaseLowPass | None = None
     decimate: int = 1
     output_filter: ZeroPhaseLowPass | None = None
-    """A further low-pass of the outputs alone: a torque may need a narrower band than the motion
-    from which it is computed."""
+    """A further low-pass of the outputs alone: a torque may need a narrower band than its
+    motion."""
     torque_filter: ZeroPhaseLowPass | None = None
-    """A low-pass of the joint torques alone, to the band in which the encoders show a motion."""
+    """A low-pass of the joint torques alone, to the band in which encoders show motion."""
 
     def filters(self, kind: str) -> tuple[ZeroPhaseLowPass, ...]:
-        """What the signals of a sensor pass."""
+        """The filters of a sensor's signals."""
         own = self.torque_filter if kind == TORQUE else None
         return tuple(f for f in (self.filter, self.output_filter, own) if f is not None)
 
@@ -50,7 +48,7 @@ class Processing:
             return self._filtered(y, dt, *next(iter(alike.values())))[:: self.decimate]
         out = np.array(y)
         for kind, (filters, even) in alike.items():
-            columns = [c for c, one in enumerate(kinds) if one == kind]
+            columns = [c for c, k in enumerate(kinds) if k == kind]
             out[:, columns] = self._filtered(y[:, columns], dt, filters, even)
         return out[:: self.decimate]
 
@@ -66,8 +64,8 @@ class Processing:
         return y
 
     def band_hz(self, kinds: Sequence[str]) -> float:
-        """Hz beyond which nothing of these sensors is compared, as the filters leave less than
-        UNSEEN of it."""
+        """Hz above which these sensors are not compared: the filters' gain is below
+        NEGLIGIBLE_GAIN."""
         bands = [
             min((f.reach_hz(NEGLIGIBLE_GAIN) for f in self.filters(kind)), default=np.inf)
             for kind in kinds
@@ -75,13 +73,13 @@ class Processing:
         return max(bands, default=np.inf)
 
     def inside(self, kind: str, N: int, dt: float) -> np.ndarray:
-        """(N,) whether a sample is further from both ends than a filter's answer to them lasts.
+        """(N,) whether a sample is further from both ends than a filter's response to them.
 
-        What a filter must invent beyond the ends of a torque stands beside it there. A Butterworth
-        filter of order n at f answers for about twice its group delay, which is below n / (2 pi f).
-        The noise of a second difference at an end is 1 / (2 pi f dt)^1.5 times that within, where
-        it takes itself away in the sum of neighbours; it counts again once the filter has forgotten
-        as much. Without a filter the first and the last sample have no second difference.
+        A filter must extrapolate beyond the ends of a torque. A Butterworth filter of order n at f
+        responds for about twice its group delay, which is below n / (2 pi f). Noise of a second
+        difference at an end is 1 / (2 pi f dt)^1.5 times that inside; it counts again once the
+        filter has forgotten as much. Without a filter the first and last sample have no second
+        difference.
         """
         filters = self.filters(kind)
         edges = [int(np.ceil(f.order / (np.pi * f.cutoff_hz * dt))) for f in filters]
@@ -100,7 +98,7 @@ class Processing:
 
 
 def delayed(y: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
-    """y (N, ...) at time - delay, straight between samples, constant beyond the ends."""
+    """y (N, ...) at time - delay, linear between samples, constant beyond the ends."""
     at = np.interp(time - delay, time, np.arange(len(time), dtype=float))
     below = np.minimum(at.astype(np.int64), len(time) - 2)
     share = (at - below).reshape(-1, *[1] * (y.ndim - 1))
@@ -155,16 +153,16 @@ def _through(sections, steady, x, back):  # type: ignore[no-untyped-def]
 
 
 @kernel(matrix(matrix, matrix, matrix, types.int64, types.float64))
-def _both_ways(sections, steady, x, padding, around):  # type: ignore[no-untyped-def]
-    """(N, k) of x (N, k), whose ends are extended by as many samples, mirrored `around` / 2 times
+def _both_ways(sections, steady, x, padding, mirror):  # type: ignore[no-untyped-def]
+    """(N, k) of x (N, k), whose ends are extended by as many samples, mirrored `mirror` / 2 times
     the last one and, where it is zero, upright."""
-    sign = -1.0 if around else 1.0
+    sign = -1.0 if mirror else 1.0
     N, k = x.shape
     y = np.empty((N + 2 * padding, k))
     for n in range(padding):
         for c in range(k):
-            y[n, c] = around * x[0, c] + sign * x[padding - n, c]
-            y[padding + N + n, c] = around * x[N - 1, c] + sign * x[N - 2 - n, c]
+            y[n, c] = mirror * x[0, c] + sign * x[padding - n, c]
+            y[padding + N + n, c] = mirror * x[N - 1, c] + sign * x[N - 2 - n, c]
     y[padding : padding + N] = x
     _through(sections, steady, y, False)
     _through(sections, steady, y, True)

@@ -1,10 +1,10 @@
-"""Bounded least-squares refinement, from the beginning of each recording to its whole.
+"""Bounded least-squares refinement over a growing horizon.
 
-A vibration whose frequency is wrong by Df is out of step after 1 / (2 Df). Over a long recording
-the cost therefore has many minima beside the true one, as near together as the recording is long,
-and a descent from a stiffness that is a third off ends in one of them. Over the first few swings
-there is one, and what it gives is near enough for twice the time, and so on. (A growing horizon, as
-in A. Voss, J. Timmer, J. Kurths, Int. J. Bifurcation and Chaos 14, 2004, for multiple shooting.)
+A vibration with a frequency error Df is out of phase after 1 / (2 Df). Over a long recording the
+cost has many minima, and a descent from a stiffness that is a third off ends in a wrong one. Over
+the first few periods the cost has one minimum, whose estimate is good enough for twice the time,
+and so on. (As in A. Voss, J. Timmer, J. Kurths, Int. J. Bifurcation and Chaos 14, 2004, for
+multiple shooting.)
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from ..progress import StoppedError
 from ..recording.decimation import first_part
 
 MOST_ITERATIONS = 60
-"""Of a descent; most end after ten."""
+"""Most iterations of a descent; most end after ten."""
 TOLERANCE = 1e-14
-"""Relative; the cost of noise-free data falls by twenty orders, so this is meant to be small."""
+"""Relative; the cost of noise-free data decreases by twenty orders of magnitude."""
 
 EXPENSIVE_TOLERANCE = 1e-8
-"""Where simulations are dear: still far below any standard deviation of an estimate."""
+"""Where simulations are expensive: far below any standard deviation."""
 
 
 @dataclass(frozen=True)
 class RefinedFit:
-    """Where the descent ended."""
+    """End of a descent."""
 
     vector: np.ndarray
     cost: float
@@ -41,14 +41,14 @@ class RefinedFit:
     gradient: float
     """|J'r| of the scaled problem over |J||r|: the cosine of residual and sensitivities."""
     converged: bool
-    stopped_at_once: bool = False
-    """Whether somebody stopped before the first step was done."""
+    stopped_before_first_step: bool = False
+    """Whether it was stopped before the first step was done."""
     slopes: tuple[np.ndarray, ...] = ()
-    """The residuals' sensitivities (M, k, P) there, where the last step has found them."""
+    """Sensitivities (M, k, P) there, if the last step computed them."""
 
 
 ROUNDS_WITH_PRIOR = 3
-"""The noise level that scales the prior settles in two; the third confirms."""
+"""The noise level that scales the prior converges in two rounds; the third confirms."""
 
 
 OnStep = Callable[[float], bool]
@@ -58,22 +58,24 @@ OnStep = Callable[[float], bool]
 def refine(
     residuals: Residuals, start: np.ndarray, on_step: OnStep, tolerance: float | None = None
 ) -> RefinedFit:
-    """The least-squares minimum reached from `start` within the bounds; `tolerance` is relative
-    and about the cost, and as strict as makes sense where none is given."""
+    """The least-squares minimum from `start` within the bounds; `tolerance`: relative, of the cost;
+    None: as strict as is useful."""
     if tolerance is None:
-        tolerance = EXPENSIVE_TOLERANCE if residuals.predictor.simulation_is_dear else TOLERANCE
+        tolerance = (
+            EXPENSIVE_TOLERANCE if residuals.predictor.simulation_is_expensive else TOLERANCE
+        )
     limits = limits_of(residuals.unknowns.parameters)
     vector, watched = np.asarray(start, dtype=float), _WatchedResiduals(residuals, on_step)
     for _ in range(ROUNDS_WITH_PRIOR if _has_prior(limits) else 1):
         try:
-            found = descend(
+            descended = descend(
                 watched.errors, watched.slopes, vector, scaled_limits(residuals, vector, limits),
                 watched.stopped, MOST_ITERATIONS, 0.0, share=tolerance,
             )  # fmt: skip
         except StoppedError:
             return RefinedFit(watched.vector, watched.cost, np.nan, False, watched.cost == np.inf)
-        vector = found.vector
-    return fit_at(residuals, found)
+        vector = descended.vector
+    return fit_at(residuals, descended)
 
 
 def _has_prior(limits: Limits) -> bool:
@@ -81,24 +83,24 @@ def _has_prior(limits: Limits) -> bool:
 
 
 def scaled_limits(residuals: Residuals, vector: np.ndarray, limits: Limits) -> Limits:
-    """The limits with the deviations of a prior in units of the residuals' own level."""
+    """The limits, with a prior's standard deviations in units of the residuals."""
     if not _has_prior(limits):
         return limits
     level = float(np.sqrt(np.mean(residuals(vector) ** 2)))
     return replace(limits, deviations=limits.deviations / (level or 1.0))
 
 
-def fit_at(residuals: Residuals, found: Descended) -> RefinedFit:
-    """Where a descent of the residuals ended."""
-    r, J = residuals.vector(found.blocks), residuals.vector(found.slopes) * residuals.scales
+def fit_at(residuals: Residuals, descended: Descended) -> RefinedFit:
+    """The fit at the end of a descent."""
+    r, J = residuals.vector(descended.blocks), residuals.vector(descended.slopes) * residuals.scales
     size = np.linalg.norm(J) * np.linalg.norm(r)
     gradient = float(np.linalg.norm(J.T @ r) / size) if size > 0.0 else 0.0
-    return RefinedFit(found.vector, found.cost, gradient, found.ended)
+    return RefinedFit(descended.vector, descended.cost, gradient, descended.ended)
 
 
 @dataclass
 class _WatchedResiduals:
-    """Residuals and slopes for a descent, and the best that it has come to."""
+    """Residuals and slopes for a descent, and its best point so far."""
 
     residuals: Residuals
     on_step: OnStep
@@ -114,26 +116,26 @@ class _WatchedResiduals:
         return blocks
 
     def slopes(self, x: np.ndarray) -> list[np.ndarray]:
-        dear = self.residuals.predictor.simulation_is_dear
-        return self.residuals.sensitivities(x, central=not dear)
+        expensive = self.residuals.predictor.simulation_is_expensive
+        return self.residuals.sensitivities(x, central=not expensive)
 
     def stopped(self) -> bool:
         return self.on_step(self.cost)
 
 
 SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
-"""Of each recording. A stiffness that is wrong by 30 % puts a vibration out of step after three
-swings; benches are recorded over some dozens."""
+"""Shares of each recording. A stiffness error of 30 % puts a vibration out of phase after three
+periods; recordings have some dozens."""
 
 FEWEST_PER_UNKNOWN = 8
-"""Samples that count per unknown, below which a beginning says nothing of all of them."""
+"""Counted samples per unknown, below which a first part is too short."""
 
 HORIZON_TOLERANCE = 1e-2
-"""Relative fall of the cost at which a descent ends: the next one takes more of the recording."""
+"""Relative cost reduction at which a descent ends before the next, longer one."""
 
 
 def start_over_horizon(residuals: Residuals, start: np.ndarray, on_step: OnStep) -> np.ndarray:
-    """From where a descent over whole recordings is to begin; (P,) as `start`."""
+    """The start (P,) of a descent over whole recordings, from descents over growing first parts."""
     if all(e.model.arm.coordinates == e.model.arm.joints for e in residuals.experiments):
         return start  # what does not swing does not run out of step
     vector = start
@@ -142,41 +144,39 @@ def start_over_horizon(residuals: Residuals, start: np.ndarray, on_step: OnStep)
         counted = sum(int(e.counted.sum()) for e in parts)
         if counted < FEWEST_PER_UNKNOWN * len(vector):
             continue
-        found = refine(_with_experiments(residuals, parts), vector, on_step, HORIZON_TOLERANCE)
-        if found.stopped_at_once or not np.isfinite(found.cost):
+        fit = refine(_with_experiments(residuals, parts), vector, on_step, HORIZON_TOLERANCE)
+        if fit.stopped_before_first_step or not np.isfinite(fit.cost):
             break
-        vector = found.vector
+        vector = fit.vector
     return vector
 
 
 SEARCH_SAMPLES = 30_000
-"""Samples of all recordings together, on which a search over a population takes a few seconds; of
-longer ones it takes the beginnings."""
+"""Samples of all recordings together for a population search of a few seconds; longer recordings
+are shortened to their first parts."""
 
 
 def first_samples_of(residuals: Residuals, most: int) -> Residuals:
-    """The same over the beginnings of the recordings, with `most` samples of all together; as it is
-    where there are no more."""
+    """The residuals over the recordings' first parts, with `most` samples of all together."""
     samples = sum(len(e.recording.time) for e in residuals.experiments)
     parts = first_parts(residuals.experiments, most / samples) if samples > most else []
     return _with_experiments(residuals, parts) if parts else residuals
 
 
 def _with_experiments(residuals: Residuals, experiments: Sequence[Prepared]) -> Residuals:
-    """The same of other experiments."""
-    known = residuals.predictor
-    predictor = Predictor(experiments, known.unknowns, known.fixed, steps=known.steps)
+    """The residuals of other experiments."""
+    old = residuals.predictor
+    predictor = Predictor(experiments, old.unknowns, old.fixed, steps=old.steps)
     return Residuals(predictor, residuals.weights, on_better=residuals.on_better)
 
 
 def first_parts(experiments: Sequence[Prepared], share: float) -> list[Prepared]:
-    """The first `share` of each recording, ready for the same model; none where nothing of one
-    counts."""
-    found = []
+    """The first `share` of each recording, prepared; empty if nothing of one counts."""
+    parts = []
     for e in experiments:
         part = first_part(e.recording, int(np.ceil(share * len(e.recording.time))))
         try:
-            found.append(prepare(e.model, part, e.outputs, e.processing))
+            parts.append(prepare(e.model, part, e.outputs, e.processing))
         except InputError:
             return []
-    return found
+    return parts

@@ -1,8 +1,8 @@
-"""Runs of the same experiment: how well each parameter repeats, and which run disagrees.
+"""Repeatability: how well each parameter repeats over runs, and which run disagrees.
 
-Each run has estimates of its own, with deviations that say how well it knows them. Between runs
-they scatter by more where the rig itself changes (a random-effects model; DerSimonian & Laird,
-Controlled Clinical Trials 7, 1986). A run is tested against what all the others say of it.
+The estimates scatter by more than their standard deviations if the rig itself changes (a
+random-effects model; DerSimonian & Laird, Controlled Clinical Trials 7, 1986). Each run is tested
+against all others.
 """
 
 from __future__ import annotations
@@ -15,16 +15,17 @@ import scipy
 from ..results import Disagreement, Estimate, Repeated
 
 FEWEST = 3
-"""Runs: of two that differ nobody knows which one is the odd one."""
+"""Fewest runs: of two that differ, either may be the odd one."""
 SIGNIFICANCE = 0.05
-"""Of a false word on any run and parameter of a set, shared among all that are tested."""
+"""Probability of any false statement, shared among all tests."""
 LEAST_DIFFERENCE = 0.02
-"""Share of the parameter below which a difference is nobody's concern, however sure it is: motors'
-constants change by that from a cold to a warm room."""
+"""Share of the parameter below which a difference is irrelevant: motor constants change by that
+from a cold to a warm room."""
 
 
 def repeatability(runs: Mapping[str, Sequence[Estimate]]) -> tuple[Repeated, ...]:
-    """Of every parameter that each of the runs has estimated; nothing of fewer than FEWEST runs.
+    """Repeatability of every parameter that each run has estimated; empty for fewer than FEWEST
+    runs.
 
     Args:
         runs: Name of the run -> its estimates.
@@ -48,9 +49,9 @@ def _repeated(runs: Sequence[str], estimates: Sequence[Estimate], tests: int) ->
     odd: list[Disagreement] = []
     kept = list(range(len(x)))
     while len(kept) >= FEWEST:  # one odd run makes the others' scatter look large: the worst first
-        found = [_compare_with_others(x, s, i, [k for k in kept if k != i]) for i in kept]
-        worst = int(np.argmin([p for p, _ in found]))
-        p, share = found[worst]
+        tests_of = [_compare_with_others(x, s, i, [k for k in kept if k != i]) for i in kept]
+        worst = int(np.argmin([p for p, _ in tests_of]))
+        p, share = tests_of[worst]
         if p > SIGNIFICANCE / tests or abs(share) < LEAST_DIFFERENCE:
             break
         odd.append(Disagreement(runs[kept[worst]], share, p))
@@ -66,11 +67,8 @@ def _repeated(runs: Sequence[str], estimates: Sequence[Estimate], tests: int) ->
 def _compare_with_others(
     x: np.ndarray, s: np.ndarray, i: int, others: Sequence[int]
 ) -> tuple[float, float]:
-    """(p-value, share) of run i beside the mean of the others.
-
-    Student's distribution throughout: that the others happen to agree within their own deviations
-    does not say that they always do.
-    """
+    """(p-value, relative difference) of run i to the mean of the others. Student's distribution
+    throughout: that the others happen to agree does not say that they always do."""
     o = list(others)
     weights = 1.0 / s[o] ** 2
     mean = float(weights @ x[o] / weights.sum())

@@ -22,12 +22,12 @@ STEP = 1e-4
 """Relative step of central differences: truncation about 1e-8, rounding about 1e-10."""
 
 ONE_SIDED_STEP = 1e-6
-"""Of one-sided differences, inside a descent and at a bound; the uncertainty uses central ones
-elsewhere."""
+"""Relative step of one-sided differences, in a descent and at a bound; the uncertainty uses central
+ones elsewhere."""
 
 
 BATCH = 16
-"""Vectors simulated at once: enough to fill lanes and cores, few enough for the memory."""
+"""Vectors simulated at once: they fill lanes and cores and fit into memory."""
 
 
 def channel_weights(
@@ -38,13 +38,13 @@ def channel_weights(
     units = {unit for e in experiments for _, unit in e.channels}
     spread = _spreads(experiments)
     mixed = len(units) > 1
-    found = []
+    weights = []
     for e in experiments:
         names = [name for name, _ in e.channels]
-        found.append(
+        weights.append(
             np.array([stated.get(n, 1.0 / spread[n] if mixed else 1.0) for n in names], dtype=float)
         )
-    return found
+    return weights
 
 
 def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:
@@ -66,12 +66,12 @@ class Residuals:
     predictor: Predictor
     weights: Sequence[np.ndarray]
     anchor: Anchor | None = None
-    """What few steps per sample miss, as found on one model; None: nothing is taken off."""
+    """Error of few steps per sample, taken from one model; None: no correction."""
     on_better: Callable[[float, Compared], None] | None = None
-    """Hears of each lower cost, a mean square, that a fit comes to."""
+    """Called with each lower cost, a mean square."""
 
     def report(self, vector: np.ndarray, cost: float) -> None:
-        """A fit has come to a lower cost, a sum of squares."""
+        """Reports a lower cost, a sum of squares."""
         if self.on_better is not None:
             self.on_better(cost / max(self.count, 1), partial(self._compared, np.array(vector)))
 
@@ -106,15 +106,15 @@ class Residuals:
 
     def blocks_of(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
         """The blocks at each of several vectors, simulated together."""
-        found = self._blocks([(vector, range(len(self.experiments))) for vector in vectors])
+        errors = self._blocks([(vector, range(len(self.experiments))) for vector in vectors])
         if self.anchor is None or self.predictor.steps is None:
-            return found
+            return errors
         missed = self.anchor.correction(self.predictor.steps)
-        return [[a + b for a, b in zip(one, missed, strict=True)] for one in found]
+        return [[a + b for a, b in zip(blocks, missed, strict=True)] for blocks in errors]
 
     @cached_property
     def linear(self) -> LinearOutputs | None:
-        """The outputs of many vectors in one pass, where all are linear."""
+        """The outputs of many vectors in one pass, if all are linear."""
         if not linear_outputs.applicable(self.experiments):
             return None
         return LinearOutputs(self.experiments, self.unknowns, self.predictor.fixed)
@@ -128,10 +128,10 @@ class Residuals:
         return [[each[i][s] for i in which] for s, (_, which) in enumerate(requests)]
 
     def _blocks(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
-        found = self._predicted(requests)
+        predicted = self._predicted(requests)
         return [
             [self._block(i, y) for i, y in zip(which, outputs, strict=True)]
-            for (_, which), outputs in zip(requests, found, strict=True)
+            for (_, which), outputs in zip(requests, predicted, strict=True)
         ]
 
     def _block(self, i: int, predicted: np.ndarray) -> np.ndarray:
@@ -164,39 +164,39 @@ class Residuals:
         """d(residual)/d(vector) per recording, (M_i, k, P), by differences; zero for entries
         that are not among `only`, where that is given."""
         shapes = [e.measured.shape for e in self.experiments]
-        found = [np.zeros((*shape, len(vector))) for shape in shapes]
-        asked = range(len(vector)) if only is None else only
-        which = {j: self._concerned(j) for j in asked}
+        slopes = [np.zeros((*shape, len(vector))) for shape in shapes]
+        columns = range(len(vector)) if only is None else only
+        which = {j: self._concerned(j) for j in columns}
         for j, i, change in self._changes(vector, which, central):
-            found[i][:, :, j] = change
-        return found
+            slopes[i][:, :, j] = change
+        return slopes
 
     def _changes(
         self, vector: np.ndarray, which: Mapping[int, Sequence[int]], central: bool
     ) -> Iterator[tuple[int, int, np.ndarray]]:
-        """Unknown, recording, and how the residual (M, k) of the recording changes with it;
-        `which` recordings are asked for each unknown."""
+        """(unknown, recording, change (M, k) of its residual); `which` recordings count for each
+        unknown."""
         sides = {j: self._sides(vector, j, central) for j in which}
         up = [(sides[j][0], which[j]) for j in which]
         everything = sorted(set().union(*which.values()))
         down = [(sides[j][1], which[j]) for j in which] if central else [(vector, everything)]
         both = self._readings([*up, *down])  # together they fill the lanes
         for at, (j, (above, below)) in enumerate(sides.items()):
-            row, known = (len(up) + at, which[j]) if central else (len(up), everything)
+            row, rows_of = (len(up) + at, which[j]) if central else (len(up), everything)
             for k, i in enumerate(which[j]):
-                change = both[at][k] - both[row][known.index(i)]
+                change = both[at][k] - both[row][rows_of.index(i)]
                 yield j, i, self._change(i, change / (above[j] - below[j]))
 
     def _readings(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
-        """Outputs as they are before filters, or behind them where all are linear anyway."""
-        seen = self.predictor.readings if self.linear is None else self._predicted
-        return seen(requests)
+        """Outputs before filters, or behind them if all are linear."""
+        read = self.predictor.readings if self.linear is None else self._predicted
+        return read(requests)
 
     def _change(self, i: int, change: np.ndarray) -> np.ndarray:
-        """(M, k) of the residual where the readings change."""
+        """(M, k) change of the residual by a change of the readings."""
         e = self.experiments[i]
-        seen = e.processed_change(change) if self.linear is None else change
-        return np.asarray(np.where(e.counted, -seen, 0.0) * self.weights[i])
+        output_change = e.processed_change(change) if self.linear is None else change
+        return np.asarray(np.where(e.counted, -output_change, 0.0) * self.weights[i])
 
     def _sides(self, vector: np.ndarray, j: int, central: bool) -> tuple[np.ndarray, np.ndarray]:
         """Two vectors that differ in entry j, inside the bounds."""
@@ -214,23 +214,20 @@ class Residuals:
         names = [e.recording.name for e in self.experiments]
         return [i for i, name in enumerate(names) if own in (None, name)]
 
-    def population(self, around: np.ndarray | None = None) -> PopulationCost | None:
-        """The fast cost of many vectors, where it is exact.
-
-        It knows no offsets, gains and initial deviations: they must have no influence at
-        `around` (P,), the start where none is given.
-        """
-        vector = self.unknowns.parameters.vector() if around is None else around
-        seen = [self.predictor.values(e, vector) for e in self.experiments]
-        if not all(map(is_neutral, seen)) or not applicable(self.experiments, self.unknowns):
+    def population(self, at: np.ndarray | None = None) -> PopulationCost | None:
+        """The fast cost of many vectors, where it is exact. It ignores offsets, gains and initial
+        deviations: they must be neutral at `at` (P,), or at the start if none is given."""
+        vector = self.unknowns.parameters.vector() if at is None else at
+        values = [self.predictor.values(e, vector) for e in self.experiments]
+        if not all(map(is_neutral, values)) or not applicable(self.experiments, self.unknowns):
             return None
         return PopulationCost(self.experiments, self.weights, self.unknowns, self.predictor.fixed)
 
     def costs(self, vectors: np.ndarray) -> np.ndarray:
         """(S,) sums of squares by plain simulation, a few vectors at a time."""
         everything = range(len(self.experiments))
-        found = []
+        sums = []
         for first in range(0, len(vectors), BATCH):
             some = self._blocks([(v, everything) for v in vectors[first : first + BATCH]])
-            found += [sum(float(np.sum(b * b)) for b in blocks) for blocks in some]
-        return np.array(found)
+            sums += [sum(float(np.sum(b * b)) for b in blocks) for blocks in some]
+        return np.array(sums)

@@ -1,4 +1,4 @@
-"""How an identification is set up: outputs, servo, filters, and the words that state them."""
+"""The setup of an identification: outputs, servo, filters, and the notes that state them."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from ..simulate.motion import at_rest
 ENCODER = "encoder"
 
 PREFERENCE = ("ydot", "z", "deflection", "encoder")
-"""Default output: the first that all estimation recordings have and that is defined there.
-ydot is the paper's stable output; y integrates, and z is right for any arm."""
+"""Default output: the first that all estimation recordings have and define. ydot is the paper's
+stable output; y integrates, and z is right for any arm."""
 
 
 def primary_sensors() -> tuple[Sensor, ...]:
-    """Compared by default with the full equations: everything that was measured as such."""
-    return tuple(one for one in sensors().values() if one.primary)
+    """Sensors compared by default with the full equations: all direct measurements."""
+    return tuple(s for s in sensors().values() if s.primary)
 
 
 @dataclass(frozen=True)
 class Setup:
-    """A model ready to be fitted, what is compared, and how it is said."""
+    """A model ready to be fitted, its compared outputs, processing, and notes."""
 
     model: Model
     outputs: tuple[Sensor, ...]
@@ -88,56 +88,55 @@ def _outputs(
 def _with_known_torque(
     model: Model, outputs: tuple[Sensor, ...], stated: bool = True
 ) -> tuple[Sensor, ...]:
-    """Without what a drive that knows no torque cannot be compared in."""
+    """The outputs without those that need a known torque."""
     if model.drive.torque_known:
         return outputs
     follows = {TORQUE, ENCODER}
-    left = tuple(s for s in outputs if s.kind not in follows)
-    if len(left) < len(outputs) and stated or not left:
+    allowed = tuple(s for s in outputs if s.kind not in follows)
+    if len(allowed) < len(outputs) and stated or not allowed:
         raise InputError(
-            f"[drive] kind {model.drive.kind!r} knows no torque and leads the joints along the "
-            f"encoders, so these cannot be compared; add columns of a camera, strain gauges or "
+            f"[drive] kind {model.drive.kind!r} knows no torque and prescribes the encoders' "
+            f"motion, so neither can be compared. Add columns of a camera, strain gauges or "
             f"link-side encoders and compare those."
         )
-    return left
+    return allowed
 
 
 BAND_PERIODS = 10.0
-"""Of the highest frequency compared within a recording, at least."""
+"""Least periods of the highest compared frequency within a recording."""
 
 MOST_OF_RATE = 0.4
-"""Of a sampling rate: beyond, a low-pass leaves out next to nothing."""
+"""Share of the sampling rate above which a low-pass removes next to nothing."""
 
 
 def torque_band(
     joints: int, recordings: Sequence[Recording]
 ) -> tuple[ZeroPhaseLowPass | None, str]:
-    """The low-pass of the torques along measured motions, and the sentence that states it; none
-    where the encoders show a motion at nearly all frequencies of the slowest recording, or are too
-    short to say."""
-    found = {}
+    """The low-pass of torques along measured motions, and its sentence; None if the encoders show
+    motion at nearly all frequencies of the slowest recording, or if recordings are too short."""
+    bands = {}
     for k in range(joints):
         name = f"theta{k + 1}"
         band = visible_band([(r[name], r.sample_time) for r in recordings if r.has(name)])
         if band is not None:
-            found[name] = band
-    if not found or any(band.whole for band in found.values()):
+            bands[name] = band
+    if not bands or any(band.whole for band in bands.values()):
         return None, ""
     shortest = min(float(r.time[-1] - r.time[0]) for r in recordings)
-    hz = max(max(band.hz for band in found.values()), BAND_PERIODS / shortest)
-    noises = ", ".join(f"{name} {band.noise:.1e}" for name, band in found.items())
+    hz = max(max(band.hz for band in bands.values()), BAND_PERIODS / shortest)
+    noises = ", ".join(f"{name} {band.noise:.1e}" for name, band in bands.items())
     if hz > MOST_OF_RATE / max(r.sample_time for r in recordings):
         return None, ""
     return ZeroPhaseLowPass(cutoff_hz=float(f"{hz:.3g}")), (
-        f"Torques are compared up to {hz:.3g} Hz: beyond, the encoders show no motion above their "
-        f"noise ({noises} rad or m). [identify] filter = {{ cutoff_hz = ... }} states another "
-        f"band, filter = false none."
+        f"Torques are compared up to {hz:.3g} Hz; above, the encoders show only noise ({noises} "
+        f"rad or m). Set another band with [identify] filter = {{ cutoff_hz = ... }}, or none with "
+        f"filter = false."
     )
 
 
 def _needs_servo(model: Model) -> bool:
-    """Whether the recorded torque moves the arm with nothing fed back: alone it would drift away,
-    so a servo has to hold it on the encoders."""
+    """Whether the recorded torque moves the arm without feedback: the model would drift away, so a
+    virtual servo must follow the encoders."""
     law = model.drive.law(model.arm, model.numbers().p, {})
     return model.steering is None and not model.drive.holds_joints(law)
 
@@ -156,7 +155,7 @@ def _servo(
     model: Model, spec: IdentifySpec, recordings: Sequence[Recording], processing: Processing,
     kinds: Sequence[str],
 ) -> FollowingServo:  # fmt: skip
-    """A servo whose double pole sits on the rigid inertia of each joint at the first posture."""
+    """A servo with a double pole for the rigid inertia of each joint at the first posture."""
     n = model.arm.coordinates
     p = model.numbers().p
     posture = at_rest(start_joints(model, recordings[0]), n)[:n]
@@ -169,19 +168,16 @@ def _servo(
 
 
 IN_MOTION = (
-    "The arm seems to move when the recordings begin, so the state in which each begins is "
-    "estimated too; [identify] initial_state = false says that they begin at rest."
+    "The arm seems to move at the first samples, so each recording's initial state is estimated. "
+    "If all begin at rest, set [identify] initial_state = false."
 )
-ANY_START = "The state in which each recording begins is estimated too."
+ANY_START = "Each recording's initial state is estimated."
 
 
 def _notes(
-    model: Model,
-    spec: IdentifySpec,
-    outputs: Sequence[Sensor],
-    recordings: Sequence[Recording],
+    model: Model, spec: IdentifySpec, outputs: Sequence[Sensor], recordings: Sequence[Recording],
     servo: FollowingServo | None,
-) -> list[str]:
+) -> list[str]:  # fmt: skip
     stated = spec.output is not None
     names = ", ".join(f"{s.kind} ({s.title})" for s in outputs)
     sentences = [
@@ -195,8 +191,7 @@ def _notes(
         sentences.append("Model level: full non-linear simulation.")
     if any(s.kind == "ydot" and not s.direct(r, model.arm) for s in outputs for r in recordings):
         sentences.append(
-            "ydot was obtained from sampled tip places by central differences; the model's output "
-            "went the same way."
+            "ydot comes from tip positions by central differences, for measurement and model alike."
         )
     if spec.filter:
         sentences.append(f"Measurement and model passed the same filter. {spec.filter.sentence()}")
@@ -205,12 +200,12 @@ def _notes(
             f"The compared outputs passed a further filter. {spec.output_filter.sentence()}"
         )
     if spec.decimate > 1:
-        sentences.append(f"Every sample number {spec.decimate} was kept after filtering.")
+        sentences.append(f"One of every {spec.decimate} samples was kept after filtering.")
     if servo is not None:
         torque = "its torque is the missing joint torque"
         unknown = "no torque is known, so none is compared"
         sentences.append(
-            f"A virtual servo of {servo.hz:g} Hz holds the model's joints on the measured ones; "
+            f"A virtual servo of {servo.hz:g} Hz prescribes the measured joint motion; "
             f"{torque if model.drive.torque_known else unknown}."
         )
         seldom = sampling_warning(model, max(r.sample_time for r in recordings))

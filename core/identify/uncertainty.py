@@ -29,15 +29,12 @@ core.identify.identifiability.RANK_TOLERANCE."""
 
 
 def covariance(
-    sensitivities: Sequence[np.ndarray],
-    residuals: Sequence[np.ndarray],
-    free: int,
+    sensitivities: Sequence[np.ndarray], residuals: Sequence[np.ndarray], free: int,
     relative: float = NOTHING,
-) -> np.ndarray:
-    """(P, P) from S_i (M, k, P) and residuals (M, k) per recording, both weighted and zero where
-    a sample does not count. `free` is the number of independent directions estimated; zero along
-    those whose `relative` eigenvalue of the normal equations says that nothing shows them.
-    """
+) -> np.ndarray:  # fmt: skip
+    """(P, P) from S_i (M, k, P) and residuals (M, k) per recording, both weighted and zero where a
+    sample does not count. `free`: number of independent directions estimated; zero along those
+    whose `relative` eigenvalue of the normal equations is too small."""
     P = sensitivities[0].shape[2]
     information, meat = np.zeros((P, P)), np.zeros((P, P))
     counted = 0
@@ -54,7 +51,7 @@ def covariance(
 
 @dataclass(frozen=True)
 class Autocovariance:
-    """How errors hang together in time and among channels.
+    """Autocovariance of errors in time and between channels.
 
     Attributes:
         gamma: (2 width + 1, k, k), the mean of r_a(t) r_b(t + lag) for each lag.
@@ -66,14 +63,14 @@ class Autocovariance:
 
 
 def autocovariance(r: np.ndarray) -> Autocovariance:
-    """Of residuals (M, k), zero where a sample does not count: those are no products of errors."""
+    """The autocovariance of residuals (M, k), zero where a sample does not count."""
     width = bandwidth(r)
     return Autocovariance(_covariances_where_sampled(r, 2 * width)[0], width)
 
 
 def _covariances_where_sampled(r: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray]:
-    """(lags + 1, k, k) each: the covariances of residuals (M, k) as if all samples counted, from
-    the pairs that do, zero where there is none; and how many pairs there are."""
+    """(lags + 1, k, k) each: covariances of residuals (M, k) as if all samples counted, from the
+    existing pairs, zero without any; and the number of pairs."""
     M, counts = len(r), r != 0.0
     gamma = cross_covariances(r, lags)
     complete = (M - np.arange(lags + 1.0))[:, None, None]
@@ -85,16 +82,16 @@ def _covariances_where_sampled(r: np.ndarray, lags: int) -> tuple[np.ndarray, np
 
 
 FEWEST_PAIRS = 0.5
-"""Products from which on a lag has any; the transforms count to the last digits only."""
+"""Least number of pairs of a lag; transforms count to the last digits only."""
 
 
 def score_covariance(S: np.ndarray, errors: Autocovariance) -> np.ndarray:
-    """S' cov(r) S (P, P) for one recording with sensitivities (M, k, P)."""
+    """S' cov(r) S (P, P) of one recording with sensitivities (M, k, P)."""
     total = _tapered(S, errors.gamma, flat_top(errors.width))
     if not np.isfinite(total).all():
         raise InputError(
-            "The slopes of the error are no finite numbers; look for a measured value or a "
-            "reference that is far too large."
+            "The sensitivities are not finite; look for a measured value or a reference that is "
+            "far too large."
         )
     d = np.sqrt(np.maximum(np.abs(np.diag(total)), 1e-300))
     if np.linalg.eigvalsh(total / np.outer(d, d)).min(initial=0.0) >= -ROUNDING:
@@ -125,30 +122,27 @@ def _tapered(S: np.ndarray, gamma: np.ndarray, taper: np.ndarray) -> np.ndarray:
 
 
 FEW_LAGS = 50
-"""Up to which one product per lag costs less than the transforms."""
+"""Lags up to which products cost less than transforms."""
 
 
 def cross_covariances(r: np.ndarray, lags: int) -> np.ndarray:
-    """(lags + 1, k, k): mean of r_a(t) r_b(t + lag).
-
-    Many lags by the Fourier transform, or their number times that of the samples would count.
-    """
+    """(lags + 1, k, k): mean of r_a(t) r_b(t + lag); many lags by the Fourier transform."""
     M, k = r.shape
-    found = np.empty((lags + 1, k, k))
+    covariances = np.empty((lags + 1, k, k))
     if lags <= FEW_LAGS:
         for lag in range(lags + 1):
-            found[lag] = r[: M - lag].T @ r[lag:] / M
-        return found
+            covariances[lag] = r[: M - lag].T @ r[lag:] / M
+        return covariances
     size = scipy.fft.next_fast_len(M + lags, real=True)
     waves = scipy.fft.rfft(r, size, axis=0)
     for a in range(k):
         both = scipy.fft.irfft(waves[:, a, None].conj() * waves, size, axis=0)
-        found[:, a] = both[: lags + 1] / M
-    return found
+        covariances[:, a] = both[: lags + 1] / M
+    return covariances
 
 
 def flat_top(width: int) -> np.ndarray:
-    """(2 width + 1,): one up to the width, then a straight fall to zero at twice the width."""
+    """(2 width + 1,): one up to the width, then linear to zero at twice the width."""
     if width == 0:
         return np.ones(1)
     lags = np.arange(2 * width + 1)
@@ -162,12 +156,12 @@ def triangle(width: int) -> np.ndarray:
 
 def bandwidth(r: np.ndarray) -> int:
     """The first lag after which QUIET_LAGS correlations of every two channels are insignificant; of
-    a slow sensor, lags at which it has samples."""
+    a slow sensor, at the lags of its samples."""
     M, k = r.shape
     longest = max(int(LONGEST_SHARE * M) // 2, 1)
     counts = np.count_nonzero(r, axis=0)
-    apart = int(np.ceil(M / counts[counts > 0].min(initial=M)))  # the slowest sensor's samples
-    gamma, pairs = _covariances_where_sampled(r, min(longest + QUIET_LAGS * apart, M - 1))
+    stride = int(np.ceil(M / counts[counts > 0].min(initial=M)))  # the slowest sensor's samples
+    gamma, pairs = _covariances_where_sampled(r, min(longest + QUIET_LAGS * stride, M - 1))
     scale = np.sqrt(np.maximum(np.diag(gamma[0]), 1e-300))
     rho = np.abs(gamma / np.outer(scale, scale))
     own = np.diag(pairs[0])

@@ -19,10 +19,10 @@ from ..sentences import did_you_mean
 OFFSET, GAIN, START = "offset_", "gain_", "start_"
 
 WIDE = 1e3
-"""Bounds of offsets and initial states in units of their scale: there only to be finite."""
+"""Bounds of offsets and initial states, in units of their scale; only to be finite."""
 
 RECORDING_MARK = "@"
-"""Stands between a parameter's name and its recording's in the vector's names."""
+"""Separates a parameter's name from its recording's."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Unknown:
     parameter: Parameter
     recording: str | None = None
     searched: bool = True
-    """Whether the evolution searches it; offsets, gains and initial states enter linearly and
-    are left to refinement."""
+    """Whether the evolution searches it; offsets, gains and initial states are nearly linear and
+    left to refinement."""
 
     @property
     def label(self) -> str:
@@ -102,8 +102,7 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
 
 
 def check_names(scenario: Scenario) -> None:
-    """InputError for a parameter, an effect or a channel that the arm lacks, before any recording
-    is read."""
+    """InputError for an unknown parameter, effect or channel, before any recording is read."""
     model = base_model(scenario)
     candidate_effects(scenario.diagnose)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
@@ -118,22 +117,22 @@ def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
 
 
 def first_state_names(model: Model) -> tuple[str, ...]:
-    """Names of the numbers of the state in which a recording begins; of an arm whose joints a
-    virtual servo takes where the encoders say, of its other coordinates."""
-    led = 0 if model.steering is None else model.arm.joints
-    free = model.arm.coordinate_names[led:]
+    """Names of the initial state's numbers; with a virtual servo, of the coordinates beside the
+    joints."""
+    prescribed = 0 if model.steering is None else model.arm.joints
+    free = model.arm.coordinate_names[prescribed:]
     return tuple(f"{START}{rate}{q}" for rate in ("", "d") for q in free)
 
 
 def is_neutral(values: Mapping[str, float]) -> bool:
-    """Whether no offset, gain or initial deviation among the values changes an output."""
+    """Whether offsets, gains and initial deviations are neutral."""
     gains = all(value == 1.0 for name, value in values.items() if name.startswith(GAIN))
     shifts = (value for name, value in values.items() if name.startswith((OFFSET, START)))
     return gains and not any(shifts)
 
 
 def _check_mentioned(spec: IdentifySpec, names: Sequence[str]) -> None:
-    """Bounds, priors and starts must be about something that is estimated."""
+    """Bounds and priors must concern estimated parameters."""
     for setting in ("bounds", "prior"):
         for name in getattr(spec, setting):
             if name not in names:
@@ -182,11 +181,11 @@ def _gain(model: Model, channel: str, recordings: Sequence[Recording]) -> Parame
 
 
 def _start(model: Model, coordinate: str) -> Parameter:
-    """Deviation of an initial coordinate or rate from what the encoders say (zero bending)."""
+    """Difference of an initial coordinate or rate from the encoders (zero bending)."""
     bare = coordinate.removeprefix("d") if coordinate.startswith("d") else coordinate
     if bare not in model.arm.coordinate_names:
         raise InputError(
-            f"[identify] {START + coordinate!r} names no coordinate; "
+            f"[identify] {START + coordinate!r} is not a coordinate; "
             f"{did_you_mean(bare, model.arm.coordinate_names)}"
         )
     unit = "1/s" if coordinate.startswith("d") else ""
@@ -217,8 +216,8 @@ def _stated(parameter: Parameter, spec: IdentifySpec) -> Parameter:
 def fixed_values(model: Model, spec: IdentifySpec, unknowns: Unknowns) -> Mapping[str, float]:
     """Starts that the scenario states for parameters it does not estimate: they are held there."""
     estimated = {item.parameter.name for item in unknowns.items}
-    held = {name: value for name, value in spec.start.items() if name not in estimated}
-    for name in held:
+    fixed = {name: value for name, value in spec.start.items() if name not in estimated}
+    for name in fixed:
         if not name.startswith((OFFSET, GAIN, START)):
             model.parameter(name)
-    return held
+    return fixed

@@ -1,8 +1,7 @@
-"""A challenge: recordings of an arm with hidden effects, the truth obfuscated beside them.
+"""A challenge: recordings of an arm with hidden effects, and the obfuscated truth.
 
-The truth cannot be read by opening its file, and a changed one is noticed. That is all: the phrase
-stands in this file, so whoever reads the program can read every such text. It is no cryptography
-and protects nothing but the fun.
+The truth cannot be read by opening its file, and changes are noticed. It is obfuscated, not
+encrypted: the phrase is in this file.
 """
 
 from __future__ import annotations
@@ -51,20 +50,20 @@ SCENARIO, TRUTH_FILE = "scenario.toml", "truth.sealed"
 SECONDS, SWEEP_SECONDS = 2.0, 5.0
 
 LEVELS: Mapping[str, tuple[int, float, float]] = {"easy": (1, 3.0, 10.0), "hard": (2, 2.0, 4.0)}
-"""level -> how many hidden effects, and between what sizes in noise rms per sample."""
+"""level -> number of hidden effects, and their least and largest size in noise rms per sample."""
 
 STIFFNESS = 0.05
-"""Share by which the beams' true stiffness may differ from the nominal one."""
+"""Largest relative difference of the beams' true stiffness from nominal."""
 
 RESOLUTION = 8
-"""Digits after the point, in SI: of a good sensor, and the files stay small."""
+"""Digits after the point, in SI: a good sensor's, for small files."""
 
 ATTEMPTS = 20
 
 
 @dataclass(frozen=True)
 class Challenge:
-    """What somebody gets: a scenario whose files are the recordings, and the obfuscated truth."""
+    """A challenge: a scenario whose files are the recordings, and the obfuscated truth."""
 
     scenario: Scenario
     recordings: tuple[Recording, ...]
@@ -99,7 +98,7 @@ class _Truth:
 def _experiments(rng: np.random.Generator) -> list[Experiment]:
     """Seven working points to estimate on, a sweep through all of them to validate."""
     seeds = rng.integers(1, 2**31, 8)
-    found = [
+    points = [
         Experiment(
             f"th{k}",
             SimulateSpec(theta2=float(k * np.pi / 8), seconds=SECONDS, seed=int(seeds[k - 1])),
@@ -108,7 +107,7 @@ def _experiments(rng: np.random.Generator) -> list[Experiment]:
     ]
     ends = (float(np.pi / 8), float(7 * np.pi / 8))
     sweep = SimulateSpec(sweep=ends, seconds=SWEEP_SECONDS, excitation="prbs", seed=int(seeds[7]))
-    return [*found, Experiment("sweep", sweep)]
+    return [*points, Experiment("sweep", sweep)]
 
 
 def _as_built(rng: np.random.Generator) -> Model:
@@ -125,28 +124,28 @@ def _as_built(rng: np.random.Generator) -> Model:
 def _truth(
     level: str, bare: Model, experiments: Sequence[Experiment], rng: np.random.Generator
 ) -> _Truth:
-    """Draws effects until their sizes can be reached."""
+    """The model with random effects, drawn until their sizes can be reached."""
     count, low, high = LEVELS[level]
-    seen = [e for e in experiments if e.spec.sweep is None][::3]
+    chosen = [e for e in experiments if e.spec.sweep is None][::3]
     for _ in range(ATTEMPTS):
         kinds = _kinds(count, rng)
         sizes = [float(np.exp(rng.uniform(np.log(low), np.log(high)))) for _ in kinds]
         try:
-            found = [
-                hide_effect(effect(kind), bare, seen, size, rng)
+            effects = [
+                hide_effect(effect(kind), bare, chosen, size, rng)
                 for kind, size in zip(kinds, sizes, strict=True)
             ]
         except UnreachableError:
             continue
-        return _together(bare, found)
-    raise InputError("No challenge could be made of this seed; take another.")
+        return _together(bare, effects)
+    raise InputError("No challenge can be made from this seed; try another.")
 
 
 def _kinds(count: int, rng: np.random.Generator) -> list[str]:
-    """Kinds whose parts are as many as asked for; two of them at different locations."""
-    able = sorted(candidates())
-    parts = {kind: 1 + len(prerequisites(effect(kind))) for kind in able}
-    fitting = [kind for kind in able if parts[kind] <= count]
+    """Kinds with `count` parts in all; two of them at different locations."""
+    possible = sorted(candidates())
+    parts = {kind: 1 + len(prerequisites(effect(kind))) for kind in possible}
+    fitting = [kind for kind in possible if parts[kind] <= count]
     chosen = [str(rng.choice(fitting))]
     if parts[chosen[0]] < count:
         location = effect(chosen[0]).location
@@ -155,16 +154,16 @@ def _kinds(count: int, rng: np.random.Generator) -> list[str]:
     return chosen
 
 
-def _together(bare: Model, found: Sequence[HiddenEffect]) -> _Truth:
+def _together(bare: Model, effects: Sequence[HiddenEffect]) -> _Truth:
     values: dict[str, float] = {}
-    for h in found:
+    for h in effects:
         values |= {**h.base.effect_values, **h.values}
-    kinds = [e for h in found for e in h.base.effects] + [effect(h.kind) for h in found]
-    model = with_added(bare, with_included(kinds), values, found[0].sizes)
+    kinds = [e for h in effects for e in h.base.effects] + [effect(h.kind) for h in effects]
+    model = with_added(bare, with_included(kinds), values, effects[0].sizes)
     record = {
         "effects": [e.kind for e in model.effects],
         "values": {name: float(model.effect_values[name]) for name in sorted(model.effect_values)},
-        "shown": {h.kind: h.level for h in found},
+        "shown": {h.kind: h.level for h in effects},
         "EI": float(bare.parameters["EI"].value),
     }
     return _Truth(model, record)
@@ -184,7 +183,7 @@ def _rounded(r: Recording) -> Recording:
 
 
 def _scenario(seed: int, recordings: Sequence[Recording]) -> Scenario:
-    """The scenario that a person begins with: the nominal arm, nothing in it."""
+    """The scenario to start with: the nominal arm without effects."""
     stated = [
         {"file": f"{r.name}.csv", "role": r.role}
         | ({} if r.theta2 is None else {"theta2": float(r.theta2)})
@@ -231,7 +230,7 @@ def _write_zip(challenge: Challenge, out: Path) -> None:
 
 
 def obfuscated_truth(place: Path) -> str:
-    """What lies obfuscated in a challenge's folder or zip; InputError where it is none."""
+    """The obfuscated truth of a challenge's folder or zip; InputError if there is none."""
     path = place / TRUTH_FILE if place.is_dir() else place
     try:
         if path.suffix.lower() == ".zip":
@@ -251,7 +250,7 @@ _SALT, _CODE, _WIDTH = 16, 32, 76
 """Bytes of salt and of the code that shows a change; characters in a line."""
 
 _BLOCK = 2048
-"""Bytes: shorter texts are filled up with blanks, or their length would tell how much is hidden."""
+"""Bytes: shorter texts are padded, so that their length tells nothing."""
 
 
 def obfuscate(text: str, salt: str, head: str = HEAD) -> str:
@@ -265,12 +264,14 @@ def obfuscate(text: str, salt: str, head: str = HEAD) -> str:
 
 
 def reveal(obfuscated: str, source: str, head: str = HEAD) -> str:
-    """What was obfuscated; InputError where it was changed. `source` names the file."""
-    broken = InputError(f"{source}: the seal is broken, so what is in it cannot be trusted.")
-    first, _, rest = obfuscated.replace("\r\n", "\n").partition("\n")
+    """The obfuscated text; InputError if it was changed. `source` names the file."""
+    broken = InputError(
+        f"{source}: the file was changed (the seal is broken), so its content cannot be trusted."
+    )
+    first, _, body_text = obfuscated.replace("\r\n", "\n").partition("\n")
     if first.strip() != head:
         raise broken
-    letters = "".join(rest.split())
+    letters = "".join(body_text.split())
     try:
         whole = base64.b64decode(letters, validate=True)
     except ValueError:
@@ -284,7 +285,7 @@ def reveal(obfuscated: str, source: str, head: str = HEAD) -> str:
 
 
 def _mixed(text: bytes, salt: bytes) -> bytes:
-    """The bytes combined with a stream that phrase and salt decide; twice gives them back."""
+    """The bytes combined with a stream from phrase and salt; applied twice it gives them back."""
     stream = b""
     while len(stream) < len(text):
         count = (len(stream) // 32).to_bytes(8, "big")

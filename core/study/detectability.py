@@ -1,7 +1,7 @@
-"""What a set of experiments shows of whatever is added to a model.
+"""Detectability: what a set of experiments shows of a change of the model.
 
-The measure is |G_perp delta|: the part of a change of the outputs that the nominal parameters
-cannot absorb, per sample and in standard deviations of the noise (root mean square).
+The measure is |G_perp delta|: the part of the output change that the nominal parameters cannot
+absorb, per sample and in standard deviations of the noise (root mean square).
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from ..study.study_rig import (
 )
 
 RANK = 1e-10
-"""Relative singular value below which a direction of the nuisance is not there."""
+"""Relative singular value below which a nuisance direction is absent."""
 
 
 class Detectability:
-    """What a set of experiments shows of whatever is added to a base model."""
+    """What a set of experiments shows of a change of the base model."""
 
     def __init__(self, base: Model, experiments: Sequence[Experiment]) -> None:
         self.base, self.experiments = base, tuple(experiments)
@@ -50,7 +50,8 @@ class Detectability:
 
     @cached_property
     def nuisance(self) -> np.ndarray:
-        """(K, P) orthonormal: what nominal parameters, starts and known effects can absorb."""
+        """(K, P) orthonormal: directions that nominal parameters, starts and known effects can
+        absorb."""
         outputs = [sensor(kind) for kind in KINDS]
         bare = self.base.bare or self.base
         items = list(nuisance_unknowns(bare, IDENTIFY, self.recordings))
@@ -70,32 +71,30 @@ class Detectability:
     def seen(self, shown: Sequence[np.ndarray]) -> float:
         """The size of a change from the base's outputs to `shown` (N, 4) per recording."""
         weights = 1.0 / np.array(list(STDS.values()))
-        apart = [(a - b) * weights for a, b in zip(shown, self.plain, strict=True)]
-        d = np.concatenate([x.ravel() for x in apart])
+        differences = [(a - b) * weights for a, b in zip(shown, self.plain, strict=True)]
+        d = np.concatenate([x.ravel() for x in differences])
         Q = self.nuisance
         return float(np.sqrt(np.mean((d - Q @ (Q.T @ d)) ** 2)))
 
     def of(self, model: Model) -> float:
-        """The size of what tells `model` from the base."""
+        """The size of the difference of `model` from the base."""
         motions = [simulate_roughly(model, e.task(model)) for e in self.experiments]
         return self.seen([readings(model, m) for m in motions])
 
 
 CLOSE = 0.02
-"""Relative accuracy of what is shown: far below what the interval of a size is."""
+"""Relative accuracy of a size: far below the interval of sizes."""
 
 SCAN = 2.0
-"""Factor from one size to the next while a crossing is sought."""
+"""Factor between sizes while a crossing is searched."""
 
 MOST_SCANS, MOST_STEPS = 40, 30
 
 
 def crossing(shown: Callable[[float], float], level: float) -> tuple[float, float]:
-    """The multiplier at which `shown` first reaches `level`, coming from neutral, and its value.
-
-    Scans in octaves, then halves the interval by the rule of false position in logarithms (the
-    Illinois variant), since most effects are straight lines there.
-    """
+    """The multiplier at which `shown` first reaches `level`, from neutral, and its value: octaves
+    first, then false position in logarithms (Illinois variant), since most effects are linear
+    there."""
     low, high, f_low, f_high = _bracket(shown, level)
     for _ in range(MOST_STEPS):
         if high / low < 1.0 + 1e-9:
@@ -116,11 +115,11 @@ LEAST = 1e-3
 """Share of the level below which an effect counts as not seen at all."""
 
 
-def _gap(found: float, level: float) -> float:
-    """log(found / level), bounded where nothing is seen; a motion that went astray is too large."""
-    if not np.isfinite(found):
+def _gap(size: float, level: float) -> float:
+    """log(size / level), bounded below; infinite for a motion that diverged."""
+    if not np.isfinite(size):
         return float(-np.log(LEAST))
-    return float(np.log(max(found / level, LEAST)))
+    return float(np.log(max(size / level, LEAST)))
 
 
 def _bracket(shown: Callable[[float], float], level: float) -> tuple[float, float, float, float]:
@@ -145,4 +144,4 @@ def _bracket(shown: Callable[[float], float], level: float) -> tuple[float, floa
 
 
 class UnreachableError(ValueError):
-    """No size of an effect shows what was asked for."""
+    """No size of an effect shows the required level."""

@@ -1,8 +1,7 @@
 """Hidden effects of a chosen size.
 
-Weak effects show half the noise, strong ones three times the noise; core.study.detectability says
-what showing means. Each joint or segment has a random share of the size, and a random sign where
-signs are free.
+Weak effects show half the noise, strong ones three times the noise (core.study.detectability). Each
+joint or segment has a random share of the size, and a random sign if signs are free.
 """
 
 from __future__ import annotations
@@ -23,71 +22,69 @@ SPLIT = (0.5, 1.5)
 """Each joint's or segment's share of the common size."""
 
 FAR = 1e3
-"""Times the plausible size: from there on a neutral value is no end of a straight line."""
+"""Factor on the plausible size: a neutral value further away is no end of a linear response."""
 
 BEFORE = {"backlash": ("joint_elasticity",)}
-"""kind -> what must be known beside what the effect includes. Teeth with play are elastic teeth: on
-a rigid joint their compliance and the motor's own inertia would be the larger surprise, some five
-times the noise however small the play."""
+"""kind -> prerequisites beside those that the effect includes. Backlash needs elastic joints: on a
+rigid joint, their compliance and the motor's inertia would show some five times the noise however
+small the backlash."""
 
 LEVELS_OF_MODEL = ("large_motion",)
-"""What is no effect of the arm but a level of the model: a diagnosis uses the full equations, so
-it cannot be missing there."""
+"""Levels of the model, which are no effects: a diagnosis uses the full equations, so they cannot be
+missing."""
 
 
 def candidates() -> dict[str, Effect]:
     """All effects that the rig of the studies can show."""
     rig = study_rig(bare_model())
     return {
-        kind: one
-        for kind, one in catalogue().items()
-        if kind not in LEVELS_OF_MODEL and not one.not_applicable(rig)
+        kind: e
+        for kind, e in catalogue().items()
+        if kind not in LEVELS_OF_MODEL and not e.not_applicable(rig)
     }
 
 
-def prerequisites(one: Effect) -> tuple[Effect, ...]:
-    """What must be in a model before `one` is a question of its own, simpler ones first.
-
-    Above all what it includes: Stribeck's bulge stands on Coulomb's level, and on a bare model
-    that level would be the larger surprise.
-    """
-    kinds = (*one.includes, *BEFORE.get(one.kind, ()))
+def prerequisites(e: Effect) -> tuple[Effect, ...]:
+    """Effects that the model must contain first, simpler ones first: above all those that the
+    effect includes. Without Coulomb friction, for example, its level would dominate the Stribeck
+    effect."""
+    kinds = (*e.includes, *BEFORE.get(e.kind, ()))
     return with_included([effect(kind) for kind in kinds])
 
 
 def parameters_on(
-    one: Effect, model: Model, sizes: Sizes | None = None
+    e: Effect, model: Model, sizes: Sizes | None = None
 ) -> tuple[EffectParameter, ...]:
-    """Its parameters on the arm that it makes of the model's, where the studies show them."""
-    arm = one.changed_arm(model.arm, {})
-    quantities, rig = one.parameters(arm, model.drive, sizes or typical(arm)), study_rig(model)
-    return tuple(quantity for quantity in quantities if one.shown(quantity.parameter.name, rig))
+    """The effect's parameters on its arm, where the studies show them."""
+    arm = e.changed_arm(model.arm, {})
+    quantities, rig = e.parameters(arm, model.drive, sizes or typical(arm)), study_rig(model)
+    return tuple(quantity for quantity in quantities if e.shown(quantity.parameter.name, rig))
 
 
 @dataclass(frozen=True)
 class Direction:
-    """In which proportions and with which signs an effect's sizes grow together."""
+    """Shares and signs of an effect's sizes, which grow together."""
 
     effect: Effect
     parameters: tuple[EffectParameter, ...]
     shares: Mapping[str, float]
     """name of a size -> share with sign."""
     fixed: Mapping[str, float]
-    """Values of what shapes the effect."""
+    """Values of the shape parameters."""
 
     def values(self, m: float) -> dict[str, float]:
-        """The values at the common multiplier m of the plausible sizes; neutral towards zero."""
-        found = dict(self.fixed)
+        """The values at multiplier m of the plausible sizes; m = 0 is neutral."""
+        values = dict(self.fixed)
         for quantity in self.parameters:
             p, share = quantity.parameter, self.shares[quantity.parameter.name]
             if abs(quantity.neutral) > FAR * abs(p.value):
-                found[p.name] = min(p.value * abs(share) / m, quantity.neutral)
+                values[p.name] = min(p.value * abs(share) / m, quantity.neutral)
             else:
-                found[p.name] = quantity.neutral + m * share * (p.value - quantity.neutral)
-        return found
+                values[p.name] = quantity.neutral + m * share * (p.value - quantity.neutral)
+        return values
 
     def within(self, m: float) -> bool:
-        """Whether all sizes stay within what a fit believes."""
+        """Whether all sizes are within the bounds of a fit."""
         values = self.values(m)
         return all(
             k.parameter.lower <= values[k.parameter.name] <= k.parameter.upper
@@ -96,12 +93,10 @@ class Direction:
         )
 
 
-def direction(one: Effect, model: Model, sizes: Sizes, rng: np.random.Generator) -> Direction:
-    """A random one: shares within SPLIT, signs where they are free, plausible shapes.
-
-    What shapes it and is in the model already stays as it is there.
-    """
-    quantities = parameters_on(one, model, sizes)
+def direction(e: Effect, model: Model, sizes: Sizes, rng: np.random.Generator) -> Direction:
+    """A random direction: shares within SPLIT, free signs, plausible shapes; shapes already in the
+    model stay."""
+    quantities = parameters_on(e, model, sizes)
     primary = tuple(k for k in quantities if not k.secondary)
     shares = {}
     for quantity in primary:
@@ -110,11 +105,11 @@ def direction(one: Effect, model: Model, sizes: Sizes, rng: np.random.Generator)
         shares[quantity.parameter.name] = float(sign * rng.uniform(*SPLIT))
     fixed = {k.parameter.name: _shape(k, rng) for k in quantities if k.secondary}
     fixed = {name: model.effect_values.get(name, value) for name, value in fixed.items()}
-    return Direction(one, primary, shares, fixed)
+    return Direction(e, primary, shares, fixed)
 
 
 def _shape(quantity: EffectParameter, rng: np.random.Generator) -> float:
-    """Somewhere on the parameter's grid, else near its plausible value."""
+    """A random value on the parameter's grid, or near its plausible value."""
     if quantity.grid:
         low, high = np.log(min(quantity.grid)), np.log(max(quantity.grid))
         return float(np.exp(rng.uniform(low, high)))
@@ -123,14 +118,14 @@ def _shape(quantity: EffectParameter, rng: np.random.Generator) -> float:
 
 @dataclass(frozen=True)
 class HiddenEffect:
-    """An effect at a size, on top of a model that lacks it."""
+    """An effect at a size, added to a model that lacks it."""
 
     kind: str
     base: Model
-    """With what is known before, at its true values."""
+    """The model with the prerequisites at their true values."""
     values: Mapping[str, float]
     level: float
-    """What it shows, in noise rms per sample."""
+    """Size of its response, in noise rms per sample."""
     sizes: Sizes
 
     @property
@@ -140,46 +135,43 @@ class HiddenEffect:
 
 
 def hide_effect(
-    one: Effect,
-    bare: Model,
-    experiments: Sequence[Experiment],
-    level: float,
+    e: Effect, bare: Model, experiments: Sequence[Experiment], level: float,
     rng: np.random.Generator,
-) -> HiddenEffect:
-    """The effect at the size that shows `level` in the experiments; as it is if it has no size.
-
-    Unreachable where no size shows that.
-    """
-    known, detectability = prerequisites(one), Detectability(bare, experiments)
+) -> HiddenEffect:  # fmt: skip
+    """The effect at the size that shows `level` in the experiments, or as it is without a size.
+    UnreachableError if no size shows that."""
+    needed, detectability = prerequisites(e), Detectability(bare, experiments)
     sizes = detectability.sizes
-    if not parameters_on(one, bare, sizes):
+    if not parameters_on(e, bare, sizes):
         return HiddenEffect(
-            one.kind, bare, {}, detectability.of(with_added(bare, [one], {}, sizes)), sizes
+            e.kind, bare, {}, detectability.of(with_added(bare, [e], {}, sizes)), sizes
         )
-    carriers = _directions(known, bare, sizes, rng)
-    if known and _has_no_own_force(one, carriers, detectability):
-        return _hide_with_prerequisites(one, carriers, detectability, level, rng)
+    carriers = _directions(needed, bare, sizes, rng)
+    if needed and _has_no_own_force(e, carriers, detectability):
+        return _hide_with_prerequisites(e, carriers, detectability, level, rng)
     base = _with_prerequisites(bare, carriers, PREREQUISITE_SIZE, sizes)
-    detectability = Detectability(base, experiments) if known else detectability
-    towards = direction(one, base, sizes, rng)
+    detectability = Detectability(base, experiments) if needed else detectability
+    towards = direction(e, base, sizes, rng)
 
     def shown(m: float) -> float:
-        return detectability.of(with_added(base, [one], towards.values(m), sizes))
+        return detectability.of(with_added(base, [e], towards.values(m), sizes))
 
-    m, found = crossing(shown, level)
-    return HiddenEffect(one.kind, base, towards.values(m), found, sizes)
+    m, level_reached = crossing(shown, level)
+    return HiddenEffect(e.kind, base, towards.values(m), level_reached, sizes)
 
 
 def _directions(
     effects: Sequence[Effect], bare: Model, sizes: Sizes, rng: np.random.Generator
 ) -> list[Direction]:
-    """One after the other, so that what shapes two of them is the same in both."""
-    found: list[Direction] = []
+    """The directions of some effects; shared shape parameters are equal."""
+    directions: list[Direction] = []
     for each in effects:
-        found.append(
-            direction(each, _with_prerequisites(bare, found, PREREQUISITE_SIZE, sizes), sizes, rng)
+        directions.append(
+            direction(
+                each, _with_prerequisites(bare, directions, PREREQUISITE_SIZE, sizes), sizes, rng
+            )
         )
-    return found
+    return directions
 
 
 def _with_prerequisites(
@@ -190,50 +182,47 @@ def _with_prerequisites(
 
 
 NEARLY = 1e-6
-"""Of a plausible size: as good as neutral."""
+"""Share of a plausible size that is as good as neutral."""
 
 UNSEEN = 0.02
-"""In noise rms: what two simulations with different steps differ by."""
+"""In noise rms: difference of simulations with different steps."""
 
 PREREQUISITE_SIZE = 0.3
-"""Of the plausible size: of what is known before, so that it does not drown what is sought."""
+"""Share of the plausible size for prerequisites, so that they do not dominate."""
 
 
 def _has_no_own_force(
-    one: Effect, carriers: Sequence[Direction], detectability: Detectability
+    e: Effect, carriers: Sequence[Direction], detectability: Detectability
 ) -> bool:
-    """Whether the effect vanishes with what it includes: presliding has no force of its own."""
+    """Whether the effect vanishes with its prerequisites: presliding has no force of its own."""
     base = _with_prerequisites(detectability.base, carriers, NEARLY, detectability.sizes)
     plausible = {
-        k.parameter.name: k.parameter.value for k in parameters_on(one, base, detectability.sizes)
+        k.parameter.name: k.parameter.value for k in parameters_on(e, base, detectability.sizes)
     }
-    return detectability.of(with_added(base, [one], plausible, detectability.sizes)) < UNSEEN
+    return detectability.of(with_added(base, [e], plausible, detectability.sizes)) < UNSEEN
 
 
 def _hide_with_prerequisites(
-    one: Effect,
-    carriers: Sequence[Direction],
-    detectability: Detectability,
-    level: float,
+    e: Effect, carriers: Sequence[Direction], detectability: Detectability, level: float,
     rng: np.random.Generator,
-) -> HiddenEffect:
-    """Sized by what it includes; its own parameters lie anywhere on their grids."""
+) -> HiddenEffect:  # fmt: skip
+    """The effect, sized by its prerequisites; its own parameters are random on their grids."""
     bare, sizes = detectability.base, detectability.sizes
-    values = {k.parameter.name: _shape(k, rng) for k in parameters_on(one, bare, sizes)}
+    values = {k.parameter.name: _shape(k, rng) for k in parameters_on(e, bare, sizes)}
 
     def shown(m: float) -> float:
         base = _with_prerequisites(bare, carriers, m, sizes)
         own = Detectability(base, detectability.experiments)
-        return own.of(with_added(base, [one], values, sizes))
+        return own.of(with_added(base, [e], values, sizes))
 
-    m, found = crossing(shown, level)
+    m, level_reached = crossing(shown, level)
     return HiddenEffect(
-        one.kind, _with_prerequisites(bare, carriers, m, sizes), values, found, sizes
+        e.kind, _with_prerequisites(bare, carriers, m, sizes), values, level_reached, sizes
     )
 
 
 def with_added(
     base: Model, effects: Sequence[Effect], values: Mapping[str, float], sizes: Sizes
 ) -> Model:
-    """The base with more effects on top of those that it has."""
+    """The base with more effects."""
     return base.with_effects([*base.effects, *effects], values, sizes)

@@ -1,4 +1,4 @@
-"""The rig of the studies: the paper's arm in its velocity loop, seen by encoders and camera."""
+"""The rig of the studies: the paper's arm in its velocity loop, with encoders and camera."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ IDENTIFY = IdentifySpec(parameters=("EI",), output=("z",))
 """The nominal parameter; a diagnosis adds the starts of each recording."""
 
 STEPS = 8
-"""Per sample, where only the size of an effect is sought; times the effect's edges."""
+"""Steps per sample to find an effect's size; more for effects with edges."""
 
 
 @cache
@@ -55,13 +55,13 @@ def study_rig(model: Model) -> Rig:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What one recording's references do."""
+    """The references of one recording."""
 
     name: str
     spec: SimulateSpec
 
     def task(self, model: Model) -> Task:
-        """What is simulated of it with a model."""
+        """The simulation task of a model."""
         return make_task(model, self.spec, self.name)[0]
 
 
@@ -72,7 +72,7 @@ def readings(model: Model, motion: Trajectory) -> np.ndarray:
 
 
 def simulate_roughly(model: Model, task: Task) -> Trajectory:
-    """The motion with a fixed number of steps, or by the linear model where it is one."""
+    """The motion with a fixed number of steps, or by the linear model."""
     numbers = model.numbers()
     if model.level == "lpv":
         return respond(model, [numbers], [task])[0]
@@ -80,7 +80,7 @@ def simulate_roughly(model: Model, task: Task) -> Trajectory:
 
 
 def simulate_exactly(model: Model, task: Task) -> Trajectory:
-    """The motion with a controlled error, as a recording needs it."""
+    """The motion with a controlled error, for a recording."""
     if model.level == "lpv":
         return simulate_roughly(model, task)
     return simulate_within(model, model.numbers(), task).trajectory
@@ -103,15 +103,15 @@ def with_noise(
 ) -> tuple[list[Recording], float]:
     """The recordings with noise, and its mean square in units of the stated deviations."""
     rng = np.random.default_rng([*seed, sum(map(ord, kind))])
-    found, squares = [], []
+    recordings_noisy, squares = [], []
     for r in recordings:
         draws = {
             name: noise(rng, len(r.time), std, AR_COEFFICIENTS[kind], r.sample_time)
             for name, std in STDS.items()
         }
-        found.append(_with(r, {name: r[name] + x for name, x in draws.items()}))
+        recordings_noisy.append(_with(r, {name: r[name] + x for name, x in draws.items()}))
         squares += [np.mean((x / STDS[name]) ** 2) for name, x in draws.items()]
-    return found, float(np.mean(squares))
+    return recordings_noisy, float(np.mean(squares))
 
 
 def _with(r: Recording, channels: Mapping[str, np.ndarray]) -> Recording:
@@ -130,16 +130,16 @@ AR_COEFFICIENTS = {"white": 0.0, "coloured": AR_COEFFICIENT}
 
 
 def noise(
-    rng: np.random.Generator, samples: int, std: float, colour: float, dt: float = SAMPLE_TIME
+    rng: np.random.Generator, samples: int, std: float, coefficient: float, dt: float = SAMPLE_TIME
 ) -> np.ndarray:
     """(samples,) of x(t) = a x(t - dt) + e(t), stationary from the first sample on.
 
-    `colour` is a at SAMPLE_TIME; `std` is that of x whatever the colour.
+    `coefficient` is a at SAMPLE_TIME; `std` is that of x whatever the colour.
     """
     e = rng.standard_normal(samples)
-    if not colour:
+    if not coefficient:
         return std * e
-    a = colour ** (dt / SAMPLE_TIME)
+    a = coefficient ** (dt / SAMPLE_TIME)
     own = np.sqrt(1.0 - a * a) * e[1:]
     x, _ = scipy.signal.lfilter([1.0], [1.0, -a], own, zi=[a * e[0]])
     return np.asarray(std * np.concatenate([e[:1], x]))

@@ -111,7 +111,7 @@ def _as_document(design: Design) -> dict[str, Any]:
 
 def _tightest(c: Candidate, design: Design) -> float:
     """Share of the tightest limit that an experiment uses, by the fitted model."""
-    own, tip = design.limits.used(c.trial.motion(design.fitted))
+    own, tip = design.limits.usage(c.trial.motion(design.fitted))
     return float(max(np.max(own), tip))
 
 

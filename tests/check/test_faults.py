@@ -116,7 +116,7 @@ def test_a_cycle_is_found_in_references_that_were_measured(noise: float) -> None
     cycle = np.convolve(np.tile(targets, 2), lag / lag.sum())[1000:2000]
     given = np.tile(cycle, 3) + noise * rng.standard_normal(3000)
     found = MeasuredRecording("steps", "estimate", 2e-3 * np.arange(3000), {"theta1_ref": given})
-    (said,) = checks()["repeated_cycles"].look(Case(found))
+    (said,) = checks()["repeated_cycles"].find(Case(found))
     assert not said.is_fault
     assert said.size == pytest.approx(2.0, abs=2e-3)  # one sample
 
@@ -125,7 +125,7 @@ def test_cycles_of_which_one_differs_are_no_repetition() -> None:
     given = np.tile(np.sin(np.linspace(0.0, 2 * np.pi, 500, endpoint=False)), 4)
     given[1500:] *= 0.8
     found = MeasuredRecording("sines", "estimate", 2e-3 * np.arange(2000), {"theta1_ref": given})
-    assert not list(checks()["repeated_cycles"].look(Case(found)))
+    assert not list(checks()["repeated_cycles"].find(Case(found)))
 
 
 def assert_named(outcomes: Iterable[tuple[str, bool | None]]) -> None:

@@ -22,5 +22,5 @@ def test_the_speed_at_the_start_is_that_before_the_next_step_of_a_reference(left
     place = np.r_[0.0, np.cumsum(SPEED * sides[:-1] * STEP)]
     channels = {"theta1": place, "dtheta1_ref": 0.3 * sides}
     found = MeasuredRecording("cut", "estimate", STEP * np.arange(len(sides)), channels)
-    (one,) = StartsMoving().look(Case(found))
+    (one,) = StartsMoving().find(Case(found))
     assert one.channel == "theta1" and one.size == pytest.approx(-SPEED, rel=SIZE)

@@ -113,7 +113,7 @@ def test_a_held_torque_between_two_levels_is_no_limit_and_a_cut_off_wave_is() ->
     wave = np.clip(5.0 * np.sin(7.0 * time), -4.0, 4.0)
     for torque, count in ((levels, 0), (wave, 1)):
         found = MeasuredRecording("torque", "estimate", time, {"u1": torque})
-        assert len(list(DriveSaturated().look(Case(found)))) == count
+        assert len(list(DriveSaturated().find(Case(found)))) == count
 
 
 def test_noise_is_told_from_a_lively_motion() -> None:
@@ -128,4 +128,4 @@ def test_a_joint_that_sticks_is_no_dead_channel(jump: float, dead: int) -> None:
     """It leaves by a count of its encoder; a frozen channel jumps to where the joint is."""
     counts = np.r_[np.arange(400) // 2, np.full(60, 199.0), 199.0 + jump + np.arange(400) // 2]
     found = MeasuredRecording("stick", "estimate", 1e-3 * np.arange(860), {"theta1": 1e-4 * counts})
-    assert len(list(Dead().look(Case(found)))) == dead
+    assert len(list(Dead().find(Case(found)))) == dead

@@ -56,8 +56,8 @@ def test_all_columns_with_a_fault_are_one_finding_with_one_line(
 ) -> None:
     """On an arm whose joints twist, of which the model knows nothing."""
     (one,) = alone(spoilt(elastic().cases[1].recording, change, *names))
-    assert one.fault == fault and one.mend is not None
-    assert all(f"{name} = " in one.mend for name in names)
+    assert one.fault == fault and one.fix is not None
+    assert all(f"{name} = " in one.fix for name in names)
 
 
 def test_a_model_that_is_off_is_no_fault_of_its_recordings() -> None:

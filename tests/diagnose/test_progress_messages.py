@@ -75,7 +75,7 @@ def test_only_effects_that_change_the_arm_are_said_to_be_compiled() -> None:
     tried = planned("coulomb_friction", "extra_bending_mode", "base_compliance")
     ProgressSteps(heard, PAPER, tried).begin("Trying", 3)
     (text,) = heard.texts
-    assert text.startswith("(still to be compiled")
+    assert text.startswith("(to be compiled once")
     assert "Extra bending mode and Soft base" in text
     assert "Coulomb" not in text
     assert heard.titles == ["Trying"]

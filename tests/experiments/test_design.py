@@ -42,7 +42,7 @@ def used_by_the_machine(limits: RigLimits, drive: str, wish: ExperimentRequest) 
     shares = []
     for c in planned(wish, drive).chosen:
         task, _ = c.trial.task(machine)
-        own, tip = limits.used(simulate_within(machine, machine.numbers(), task).trajectory)
+        own, tip = limits.usage(simulate_within(machine, machine.numbers(), task).trajectory)
         shares.append(max(float(own.max()), tip))
     return shares
 

@@ -92,7 +92,7 @@ def test_a_search_on_the_beginnings_leads_to_the_answer_of_all_samples(
 ) -> None:
     linear = model.at_level("lpv")
     whole = _identify(linear, recording, Silent())
-    monkeypatch.setattr(fit, "SEARCHED", SAMPLES // 4)
+    monkeypatch.setattr(fit, "SEARCH_SAMPLES", SAMPLES // 4)
     found = _identify(linear, recording, Silent())
     deviations = np.array([e.std for e in whole.fit.estimates])
     assert len(found.fit.convergence) == len(whole.fit.convergence) > 1

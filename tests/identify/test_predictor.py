@@ -89,8 +89,8 @@ def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
     counting: Residuals,
 ) -> None:
     predictor, here = counting.predictor, counting.unknowns.parameters.vector()
-    known = replace(predictor, known=predictor.simulated_at(here), _motions=OrderedDict())
-    given = {id(motion) for motion in known.known.motions.values()}
+    known = replace(predictor, motion_cache=predictor.simulated_at(here), _motions=OrderedDict())
+    given = {id(motion) for motion in known.motion_cache.motions.values()}
     everything = range(len(known.experiments))
     for vector, same in ((here, True), (1.01 * here, False)):
         motions = known.trajectories([(vector, everything)])[0]

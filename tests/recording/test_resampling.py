@@ -201,7 +201,7 @@ kind = "velocity_loop"
 gains = [60.0]
 [[recordings]]
 file = "rig.csv"
-{said.mend}
+{said.fix}
 """
     after = check_scenario(parse_scenario(text, "a.toml"), tmp_path)
     assert not [f for f in after if f.channel == "t"]

@@ -75,7 +75,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "nominal start of a minimum": [("core.diagnose.cost_minimum.start_from_nominal", _none)],
     "nominal start of a refit": [("core.diagnose.refit_starts.differs_from_nominal", _no)],
     "progressive horizon, identification": [
-        ("core.identify.fit.grown", _start),
+        ("core.identify.fit.start_over_horizon", _start),
     ],
     "shape refinement": [("core.diagnose.acceptance.refine_shape", _fit)],
     "successive halving": [("core.diagnose.search_round.still_competitive", _all_go_on)],

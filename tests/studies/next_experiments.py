@@ -113,7 +113,7 @@ def _played(rig: Rig, machine: Model, design: Design, c: Candidate) -> tuple[Rec
     """What the true machine does, as the rig would write it; the share of the tightest limit."""
     task, _ = c.trial.task(machine)
     motion = simulate_within(machine, machine.numbers(), task, 1e-8).trajectory
-    own, tip = design.limits.used(motion)
+    own, tip = design.limits.usage(motion)
     names = machine.drive.reference_channels(machine.arm)
     channels = {name: task.references[:, k] for k, name in enumerate(names)}
     for kind in ("encoder", *rig.kinds):

@@ -34,7 +34,7 @@ def test_a_changed_character_breaks_the_seal(place: int) -> None:
     head, _, body = obfuscate(TEXT, "1").partition("\n")
     at = place % len(body)
     other = "A" if body[at] != "A" else "B"
-    with pytest.raises(InputError, match="truth.sealed: the seal is broken"):
+    with pytest.raises(InputError, match="truth.sealed: the file was changed"):
         reveal(f"{head}\n{body[:at]}{other}{body[at + 1 :]}", "truth.sealed")
 
 

@@ -15,12 +15,12 @@ class Clipped(Check):
 
     kind = "clipped"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        for name in found.channels:
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        for name in recording.channels:
             if is_reference(name) or role_of(name) in DRIVES:
                 continue
-            limit = limit_of(found.counted(name))
+            limit = limit_of(recording.counted(name))
             if limit is not None:
                 level, share = limit
                 sentence = f"{name} stops at {level:.6g} in {share:.1%} of its samples"

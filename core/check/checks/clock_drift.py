@@ -13,13 +13,12 @@ class ClockDrift(Check):
 
     kind = "clock_drift"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        for one in case.suspects:
-            if one.drift == 0.0:
+    def find(self, case: Case) -> Iterable[Finding]:
+        for suspect in case.suspects:
+            if suspect.drift == 0.0:
                 continue
-            sentence = (
-                f"{one.channel} falls behind {one.against} by {1e3 * one.drift:.3g} ms per second"
-            )
+            size = f"{1e3 * suspect.drift:.3g} ms per second"
+            sentence = f"{suspect.channel} lags {suspect.against} by a growing delay: {size}"
             yield case.finding(
-                self.kind, one.channel, one.drift, "s/s", sentence, None, one.expected
+                self.kind, suspect.channel, suspect.drift, "s/s", sentence, None, suspect.expected
             )

@@ -22,17 +22,17 @@ class Dead(Check):
 
     kind = "dead"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        for name in found.channels:
-            values = found.counted(name)
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        for name in recording.channels:
+            values = recording.counted(name)
             good = np.flatnonzero(np.isfinite(values))
             if len(good) < LONGEST:
                 continue
             x = values[good]
             if np.ptp(x) == 0.0:
-                span = float(found.time[good[-1]] - found.time[good[0]])
-                sentence = f"{name} is {x[0]:g} all the time"
+                span = float(recording.time[good[-1]] - recording.time[good[0]])
+                sentence = f"{name} is constant at {x[0]:g}"
                 yield case.finding(self.kind, name, span, "s", sentence)
             elif not is_reference(name):  # a reference may stand still
                 yield from self._frozen(case, name, good, x)

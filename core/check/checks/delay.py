@@ -14,12 +14,14 @@ class Delay(Check):
 
     kind = "delay"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        for one in case.suspects:
-            if one.delay == 0.0:
+    def find(self, case: Case) -> Iterable[Finding]:
+        for suspect in case.suspects:
+            if suspect.delay == 0.0:
                 continue
-            sentence = f"{one.channel} is {1e3 * one.delay:.3g} ms late against {one.against}"
+            sentence = f"{suspect.channel} lags {suspect.against} by {1e3 * suspect.delay:.3g} ms"
             # Camera columns alone have a clock of their own that a scenario can move.
-            camera = from_camera(one.channel)
-            mend = f"time_shift = {one.delay:.6g}" if camera else None
-            yield case.finding(self.kind, one.channel, one.delay, "s", sentence, mend, one.expected)
+            camera = from_camera(suspect.channel)
+            fix = f"time_shift = {suspect.delay:.6g}" if camera else None
+            yield case.finding(
+                self.kind, suspect.channel, suspect.delay, "s", sentence, fix, suspect.expected
+            )

@@ -20,25 +20,25 @@ class DifferentRig(Check):
 
     kind = "different_rig"
 
-    def look(self, case: Case) -> Iterable[Finding]:
+    def find(self, case: Case) -> Iterable[Finding]:
         if case.recording.role != "validate" or case.suspects or case.causes:
             return
         judged = [o for o in case.others if o.recording.role == "estimate"]
         if not judged:
             return
-        apart: dict[str, float] = {}
-        for one in case.dynamics.relations:
+        changes: dict[str, float] = {}
+        for relation in case.dynamics.relations:
             usual = [
                 np.log(abs(r.gain)) for o in judged for r in o.dynamics.relations
-                if r.key == one.key and r.explained > 0.9
+                if r.key == relation.key and r.explained > 0.9
             ]  # fmt: skip
-            if len(usual) and one.explained > 0.7:
+            if len(usual) and relation.explained > 0.7:
                 spread = float(np.ptp(usual)) if len(usual) > 1 else 0.0
-                change = float(np.log(abs(one.gain)) - np.median(usual))
+                change = float(np.log(abs(relation.gain)) - np.median(usual))
                 if abs(change) > APART + spread:
-                    apart[one.output] = change
-        if len(apart) >= FEWEST:
-            size = max(np.exp(abs(c)) for c in apart.values())
-            names = ", ".join(sorted(apart))
+                    changes[relation.output] = change
+        if len(changes) >= FEWEST:
+            size = max(np.exp(abs(c)) for c in changes.values())
+            names = ", ".join(sorted(changes))
             sentence = f"{names} respond up to {size:.3g} times as strongly as for estimation"
             yield case.finding(self.kind, names.split(",")[0], size, "", sentence)

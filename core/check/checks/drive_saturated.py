@@ -20,11 +20,11 @@ class DriveSaturated(Check):
 
     kind = "drive_saturated"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        for name in found.names("u#", "i#"):
-            limit = limit_of(found.counted(name))
-            if limit is not None and not _steps(found.counted(name), limit[0]):
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        for name in recording.names("u#", "i#"):
+            limit = limit_of(recording.counted(name))
+            if limit is not None and not _steps(recording.counted(name), limit[0]):
                 level, share = limit
                 sentence = (
                     f"{name} stays at {level:.6g} in {share:.1%} of its samples: the drive's limit"

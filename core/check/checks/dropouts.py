@@ -17,23 +17,24 @@ class Dropouts(Check):
 
     kind = "dropouts"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        steps = np.diff(found.time[np.isfinite(found.time)])
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        steps = np.diff(recording.time[np.isfinite(recording.time)])
         stuck = np.r_[False, steps[:-1] <= 0]  # a stamp that repeats makes the next step longer
-        gaps = steps[(steps > GAP * found.step) & ~stuck]
+        gaps = steps[(steps > GAP * recording.step) & ~stuck]
         if gaps.size and gaps.size < 0.1 * len(steps):
-            lost = int(np.sum(np.round(gaps / found.step) - 1))
+            missing = int(np.sum(np.round(gaps / recording.step) - 1))
+            longest = f"{gaps.max():.4g} s"
             sentence = (
-                f"{lost} rows are missing in {gaps.size} gaps of t, the longest {gaps.max():.4g} s"
+                f"{missing} rows are missing in {gaps.size} gaps of t; the longest is {longest}"
             )
-            mend = _fix_lines(float(gaps.max()))
-            yield case.finding(self.kind, "t", lost, "samples", sentence, mend)
-        for name, values in found.channels.items():
-            lost = _missing(found.counted(name), name in found.masks) + _zeros(values)
-            if lost:
-                sentence = f"{name} has no sample in {lost} rows between others"
-                yield case.finding(self.kind, name, lost, "samples", sentence)
+            fix = _fix_lines(float(gaps.max()))
+            yield case.finding(self.kind, "t", missing, "samples", sentence, fix)
+        for name, values in recording.channels.items():
+            missing = _missing(recording.counted(name), name in recording.masks) + _zeros(values)
+            if missing:
+                sentence = f"{name} has {missing} inner rows without a sample"
+                yield case.finding(self.kind, name, missing, "samples", sentence)
 
 
 def _fix_lines(longest: float) -> str:
@@ -63,11 +64,11 @@ def _zeros(values: np.ndarray) -> int:
     steps = np.abs(np.diff(x[x != 0.0]))
     moves = steps[steps > 0]
     usual = max(np.percentile(steps, 99), np.median(moves)) if moves.size else 0.0
-    lost = 0
+    count = 0
     for run in np.split(zero, np.flatnonzero(np.diff(zero) > 1) + 1):
         if run[0] == 0 or run[-1] == len(x) - 1:
             continue
         before, after = abs(x[run[0] - 1]), abs(x[run[-1] + 1])
         jumps = min(before, after) > 5.0 * max(usual, 1e-12)
-        lost += len(run) if jumps and before * after > 0 else 0
-    return lost
+        count += len(run) if jumps and before * after > 0 else 0
+    return count

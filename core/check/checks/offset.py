@@ -18,16 +18,16 @@ class Offset(Check):
 
     kind = "offset"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        wrong = {name for one in case.causes for name in one.channels}
-        for name in found.names("i#", "theta#"):
-            given = f"{name}_ref"
-            if not found.has(given) or name in wrong or given in wrong:
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        wrong = {name for fault in case.causes for name in fault.channels}
+        for name in recording.names("i#", "theta#"):
+            reference = f"{name}_ref"
+            if not recording.has(reference) or name in wrong or reference in wrong:
                 continue
-            a, b = found.even(given), found.even(name)
+            a, b = recording.even(reference), recording.even(name)
             # A lag behind a reference cancels in it over forward and back.
             shift = float(np.median(b - a))
             if abs(shift) > SHARE * float(np.std(b)) and abs(float(np.corrcoef(a, b)[0, 1])) > 0.5:
-                sentence = f"{name} is {shift:.4g} above {given} on average"
+                sentence = f"{name} is {shift:.4g} above {reference} on average"
                 yield case.finding(self.kind, name, shift, "SI", sentence)

@@ -28,25 +28,25 @@ class Outliers(Check):
 
     kind = "outliers"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        for name in found.channels:
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        for name in recording.channels:
             if is_reference(name):
                 continue
-            values = found.counted(name)
+            values = recording.counted(name)
             good = np.flatnonzero(np.isfinite(values))
             if len(good) < 50:
                 continue
             bad = far_out(values[good], MOST if role_of(name) in PLACES else JUMPING)
             if 0 < bad.sum() <= MOST * len(good):
-                times = found.time[good][bad]
+                times = recording.time[good][bad]
                 count = int(bad.sum())
                 first = ", ".join(f"{t:.4g}" for t in times[:3])
                 sentence = f"{name} has {count} samples far from their neighbours, at {first} s"
-                h = found.step / 2
+                h = recording.step / 2
                 spans = ", ".join(f"[{t - h:.9g}, {t + h:.9g}]" for t in times)
-                mend = f"mask = {{ {name} = [{spans}] }}" if count <= 20 else None
-                yield case.finding(self.kind, name, count, "samples", sentence, mend)
+                fix = f"mask = {{ {name} = [{spans}] }}" if count <= 20 else None
+                yield case.finding(self.kind, name, count, "samples", sentence, fix)
 
 
 def far_out(x: np.ndarray, share: float = MOST) -> np.ndarray:

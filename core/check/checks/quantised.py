@@ -20,12 +20,12 @@ class Quantised(Check):
 
     kind = "quantised"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        for name in found.channels:
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        for name in recording.channels:
             if is_reference(name):
                 continue
-            x = found.counted(name)
+            x = recording.counted(name)
             x = x[np.isfinite(x)]
             step = lattice_step(x)
             if step > COARSE * float(np.std(x)):

@@ -28,20 +28,20 @@ class RepeatedCycles(Check):
 
     kind = "repeated_cycles"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        names = found.names("theta#_ref", "dtheta#_ref")
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        names = recording.names("theta#_ref", "dtheta#_ref")
         if not names:
             return
-        signals = np.column_stack([found.even(n) for n in names])
+        signals = np.column_stack([recording.even(n) for n in names])
         period = _period(signals)
         if period:
-            span, count = period * found.step, len(signals) // period
+            span, count = period * recording.step, len(signals) // period
             sentence = (
                 f"the references repeat every {span:.4g} s, {count} times: their scatter is noise"
             )
-            found_cycles = case.finding(self.kind, names[0], span, "s", sentence)
-            yield replace(found_cycles, is_fault=False)
+            cycles = case.finding(self.kind, names[0], span, "s", sentence)
+            yield replace(cycles, is_fault=False)
 
 
 def _period(x: np.ndarray) -> int:
@@ -50,16 +50,16 @@ def _period(x: np.ndarray) -> int:
     if x.shape[1] == 0 or len(x) < 40:
         return 0
     spread = np.std(x, axis=0)
-    apart = _apart(x)[: len(x) // FEWEST + 1] / spread
+    difference = _apart(x)[: len(x) // FEWEST + 1] / spread
     tolerance = np.array([_tolerance(each) for each in x.T]) / spread
-    left = np.flatnonzero(np.any(apart > APART, axis=1))
-    back = np.flatnonzero(np.all(apart <= tolerance, axis=1))
-    back = back[back > left[0]] if left.size else left
-    if not back.size:
+    departed = np.flatnonzero(np.any(difference > APART, axis=1))
+    returned = np.flatnonzero(np.all(difference <= tolerance, axis=1))
+    returned = returned[returned > departed[0]] if departed.size else departed
+    if not returned.size:
         return 0
     # The first lags that are as good as each other: noise decides which of them is the first.
-    near = back[: int(np.argmax(np.diff(back, append=len(x)) > 1)) + 1]
-    return int(near[np.argmin(np.sum(apart[near] ** 2, axis=1))])
+    near = returned[: int(np.argmax(np.diff(returned, append=len(x)) > 1)) + 1]
+    return int(near[np.argmin(np.sum(difference[near] ** 2, axis=1))])
 
 
 def _apart(x: np.ndarray) -> np.ndarray:

@@ -15,11 +15,11 @@ class RepeatedTimes(Check):
 
     kind = "repeated_times"
 
-    def look(self, case: Case) -> Iterable[Finding]:
+    def find(self, case: Case) -> Iterable[Finding]:
         time = case.recording.time
         steps = np.diff(time[np.isfinite(time)])
         count = int(np.sum(steps <= 0))
         if count:
             back = int(np.sum(steps < 0))
-            sentence = f"t repeats in {count - back} rows and falls back in {back}"
+            sentence = f"non-increasing timestamps: {count - back} repeat and {back} decrease"
             yield case.finding(self.kind, "t", count, "samples", sentence, RESAMPLE_LINE)

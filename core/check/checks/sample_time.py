@@ -34,17 +34,17 @@ joints leave 0.78 with the right one (scenarios/mujoco)."""
 
 def clock_speed(case: Case) -> tuple[float, float, float] | None:
     """(stated over true sample time, share explained with the true one, and as stated)."""
-    found = case.recording
-    if found.model is None:
+    recording = case.recording
+    if recording.model is None:
         return None
-    if case.dynamics.shape is not None and loop_gains(found, case.dynamics.shape):
+    if case.dynamics.shape is not None and loop_gains(recording, case.dynamics.shape):
         return _by_speeds(case)
-    before = _explained(found)
+    before = _explained(recording)
     if before is None or before > BAD:
         return None
     best = (0.0, 1.0)
     for factor in FACTORS:
-        score = _explained(replace(found, time=found.time / factor))
+        score = _explained(replace(recording, time=recording.time / factor))
         if score is not None and score > best[0]:
             best = (score, factor)
     return (best[1], best[0], before) if best[0] > max(GOOD, before + 0.1) else None
@@ -55,19 +55,19 @@ def _by_speeds(case: Case) -> tuple[float, float, float] | None:
     clock is wrong by what all joints' speeds are wrong by, and the torques by its square."""
     assert case.dynamics.shape is not None
     stated = loop_gains(case.recording, case.dynamics.shape)
-    seen = float(np.median([abs(one[0]) for one in stated]))
-    if abs(np.log(max(seen, 1e-3))) < np.log(VISCOUS):
+    speed_gain = float(np.median([abs(gain[0]) for gain in stated]))
+    if abs(np.log(max(speed_gain, 1e-3))) < np.log(VISCOUS):
         return None
     best: tuple[float, float, float] | None = None
     for factor in FACTORS:
-        if abs(np.log(factor / max(seen, 1e-3))) > np.log(NEAR):
+        if abs(np.log(factor / max(speed_gain, 1e-3))) > np.log(NEAR):
             continue
         other = Dynamics(replace(case.recording, time=case.recording.time / factor))
-        made = [] if other.shape is None else loop_gains(other.recording, other.shape)
-        right = [_off(speed) + 0.5 * abs(np.log(max(torque, 1e-3))) for speed, torque, _ in made]
-        apart, share = float(np.median(right)), float(np.median([e for *_, e in made]))
-        if apart < RIGHT and share > BAD and (best is None or apart < best[0]):
-            best = apart, factor, share
+        gains = [] if other.shape is None else loop_gains(other.recording, other.shape)
+        right = [_off(speed) + 0.5 * abs(np.log(max(torque, 1e-3))) for speed, torque, _ in gains]
+        deviation, share = float(np.median(right)), float(np.median([e for *_, e in gains]))
+        if deviation < RIGHT and share > BAD and (best is None or deviation < best[0]):
+            best = deviation, factor, share
     return None if best is None else (best[1], best[2], float(np.median([e for *_, e in stated])))
 
 
@@ -76,10 +76,10 @@ def _off(speed: float) -> float:
     return 0.0 if 1.0 <= speed <= VISCOUS else abs(float(np.log(max(speed, 1e-3))))
 
 
-def _explained(found: MeasuredRecording) -> float | None:
+def _explained(recording: MeasuredRecording) -> float | None:
     """The mean over the encoders, at gains near one; a gain far from one explains nothing."""
-    made = [r for r in relations(found, quick=True) if role_of(r.output) is Role.PLACE]
-    loops = [r for r in made if len(r.inputs) == len(found.names("theta#"))]
+    encoders = [r for r in relations(recording, quick=True) if role_of(r.output) is Role.PLACE]
+    loops = [r for r in encoders if len(r.inputs) == len(recording.names("theta#"))]
     loops = [r for r in loops if role_of(r.inputs[0]) is Role.SPEED]
     if not loops:
         return None
@@ -91,18 +91,18 @@ class SampleTime(Check):
 
     kind = "sample_time"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = clock_speed(case)
-        if found is None:
+    def find(self, case: Case) -> Iterable[Finding]:
+        result = clock_speed(case)
+        if result is None:
             return
-        clock = ColumnFault(self.kind, ("t",), found[0]).mends(case.recording)
-        if clock < max([TIE, *(one.mends(case.recording) for one in case.causes[:1])]):
+        clock = ColumnFault(self.kind, ("t",), result[0]).improvement(case.recording)
+        if clock < max([TIE, *(fault.improvement(case.recording) for fault in case.causes[:1])]):
             return
-        factor, explained, before = found
+        factor, explained, before = result
         step = case.recording.step / factor
         sentence = (
             f"the motion fits the references with {step:.4g} s per row ({explained:.1%} explained) "
             f"instead of {case.recording.step:.4g} s ({max(before, 0.0):.1%})"
         )
-        mend = case.columns({"t": ("t", {"gain": f"{1.0 / factor:.6g}"})})
-        yield case.finding(self.kind, "t", factor, "", sentence, mend)
+        fix = case.columns({"t": ("t", {"gain": f"{1.0 / factor:.6g}"})})
+        yield case.finding(self.kind, "t", factor, "", sentence, fix)

@@ -39,31 +39,39 @@ class StartsMoving(Check):
 
     kind = "starts_moving"
 
-    def look(self, case: Case) -> Iterable[Finding]:
+    def find(self, case: Case) -> Iterable[Finding]:
         if any(one.factor != 1.0 or one.delay for one in case.suspects):
             return  # the speed of a channel that is wrong says nothing
-        if any(True for _ in MissingReference().look(case)):
+        if any(True for _ in MissingReference().find(case)):
             return
-        found = case.mended
+        recording = case.corrected
         wrong = _first_error_ratio(case)
         # What others begin with too is the model's (too few modes), not this recording's.
         unsettled = wrong > WRONG_FIRST and wrong > WRONG_FIRST * max(
             (_first_error_ratio(one) for one in case.others), default=SETTLED
         )
-        for name in found.names("theta#"):
-            q = found.even(name)
+        for name in recording.names("theta#"):
+            q = recording.even(name)
             if len(q) < 10 * FIRST:
                 continue
-            usual = float(np.sqrt(np.mean(np.gradient(_block_means(q), found.step * FIRST) ** 2)))
-            count = _undisturbed(found)
-            speed, noise = _first_speed(q, found.step, count)
+            usual = float(
+                np.sqrt(np.mean(np.gradient(_block_means(q), recording.step * FIRST) ** 2))
+            )
+            count = _undisturbed(recording)
+            speed, noise = _first_speed(q, recording.step, count)
             expected = _from_rest(case, name)
-            asked = 0.0 if expected is None else _first_speed(expected, found.step, count)[0]
+            expected_speed = (
+                0.0 if expected is None else _first_speed(expected, recording.step, count)[0]
+            )
             # Slower than asked is a heavier or softer joint, and no motion before.
-            beyond = 0.0 if 0.0 <= speed / (asked or np.inf) <= 1.0 and asked else speed - asked
+            beyond = (
+                0.0
+                if 0.0 <= speed / (expected_speed or np.inf) <= 1.0 and expected_speed
+                else speed - expected_speed
+            )
             clear = max(SHARE * usual, SURE * noise)
             # A model with too few modes asks for up to half the speed (plain one-mode scenarios).
-            before = abs(beyond) > max(clear, abs(asked))
+            before = abs(beyond) > max(clear, abs(expected_speed))
             if usual > 0 and (before or (unsettled and abs(speed) > clear)):
                 sentence = f"{name} moves at {speed:.4g}/s when the recording begins"
                 yield case.finding(self.kind, name, speed, "SI/s", sentence)
@@ -77,13 +85,13 @@ def _first_speed(q: np.ndarray, step: float, count: int) -> tuple[float, float]:
     return float(pinv[-2] @ q[:count]), noise_of(q) * float(np.linalg.norm(pinv[-2]))
 
 
-def _undisturbed(found: MeasuredRecording) -> int:
+def _undisturbed(recording: MeasuredRecording) -> int:
     """Samples from which the speed at the start is taken: up to the next step of a reference, as a
     fast loop turns a joint around within the sample after it."""
-    count = int(np.clip(round(SPAN / found.step), 3, 8))
-    for name in found.names("dtheta#_ref", "theta#_ref"):
-        changes = np.flatnonzero(np.diff(found.even(name)))
-        held = len(changes) < HELD * len(found.grid)
+    count = int(np.clip(round(SPAN / recording.step), 3, 8))
+    for name in recording.names("dtheta#_ref", "theta#_ref"):
+        changes = np.flatnonzero(np.diff(recording.even(name)))
+        held = len(changes) < HELD * len(recording.grid)
         if held and len(changes):
             # What is given from sample c + 1 on moves no joint up to that sample.
             count = min(count, int(changes[0]) + 2)
@@ -93,54 +101,62 @@ def _undisturbed(found: MeasuredRecording) -> int:
 def _first_error_ratio(case: Case) -> float:
     """How many times larger the error of the model at rest is at the beginning than later: a fast
     loop brings the joints to their speeds within a sample, but not the links."""
-    found, ratios = case.mended, []
+    recording, ratios = case.corrected, []
     early = slice(0, _early_samples(case))
-    for one in case.dynamics.relations:
-        if one.expected is None or len(one.inputs) < 2 or one.explained < 0.5:
+    for relation in case.dynamics.relations:
+        if relation.expected is None or len(relation.inputs) < 2 or relation.explained < 0.5:
             continue
-        rest = np.gradient(found.even(one.output), found.step) - _rate_from_rest(case, one)
-        later = float(np.sqrt(np.mean(rest[early.stop :] ** 2)))
-        ratios.append(float(np.sqrt(np.mean(rest[early] ** 2))) / later if later > 0 else 0.0)
+        error = np.gradient(recording.even(relation.output), recording.step) - _rate_from_rest(
+            case, relation
+        )
+        later = float(np.sqrt(np.mean(error[early.stop :] ** 2)))
+        ratios.append(float(np.sqrt(np.mean(error[early] ** 2))) / later if later > 0 else 0.0)
     return max(ratios, default=0.0)
 
 
 def _early_samples(case: Case) -> int:
-    found = case.mended
-    return min(max(int(EARLY / found.step), FIRST), len(found.grid) // 2)
+    recording = case.corrected
+    return min(max(int(EARLY / recording.step), FIRST), len(recording.grid) // 2)
 
 
-def _rate_from_rest(case: Case, one: Relation) -> np.ndarray:
+def _rate_from_rest(case: Case, relation: Relation) -> np.ndarray:
     """The speed (M,) of a channel from a start at rest: the model's, and what the model misses
     after every step of the references, learned from the steps after the first moments."""
-    found, early, known = case.mended, _early_samples(case), ("rate from rest", one.key, one.gain)
-    assert one.expected is not None
-    if known in found.derived:
-        return np.asarray(found.derived[known])
-    model = one.gain * np.gradient(one.expected, found.step)
-    missed = np.gradient(found.even(one.output), found.step) - model
-    steps = _reference_steps(case, one, early)
+    recording, early, key = (
+        case.corrected,
+        _early_samples(case),
+        ("rate from rest", relation.key, relation.gain),
+    )
+    assert relation.expected is not None
+    if key in recording.cache:
+        return np.asarray(recording.cache[key])
+    model = relation.gain * np.gradient(relation.expected, recording.step)
+    missed = np.gradient(recording.even(relation.output), recording.step) - model
+    steps = _reference_steps(case, relation, early)
     # What the start excites more than all later steps together cannot be learned from them.
     strongest = float(np.max(np.sum(steps[:early] ** 2, axis=1)))
     powers, directions = np.linalg.eigh(steps[early:].T @ steps[early:])
     learned = directions[:, powers > strongest]
     answer = (learned.T @ (steps[early:].T @ missed[early:])) / powers[powers > strongest]
-    found.derived[known] = model + steps @ (learned @ answer)
-    return np.asarray(found.derived[known])
+    recording.cache[key] = model + steps @ (learned @ answer)
+    return np.asarray(recording.cache[key])
 
 
-def _reference_steps(case: Case, one: Relation, early: int) -> np.ndarray:
+def _reference_steps(case: Case, relation: Relation, early: int) -> np.ndarray:
     """(M, references * lags): each reference's changes over the last `early` samples; before
     the first sample a drive at rest asks for no speed, and for the place where it stands."""
     width = -(-early // LAGS)
     columns = []
-    for name in one.inputs:
-        given = case.mended.even(name)
+    for name in relation.inputs:
+        reference = case.corrected.even(name)
         before = (
-            0.0 if role_of(name) is Role.SPEED else case.mended.even(name.removesuffix("_ref"))[0]
+            0.0
+            if role_of(name) is Role.SPEED
+            else case.corrected.even(name.removesuffix("_ref"))[0]
         )
         for late in range(0, early, width):
-            then = np.r_[np.full(late + width, before), given]
-            columns.append(then[width : width + len(given)] - then[: len(given)])
+            then = np.r_[np.full(late + width, before), reference]
+            columns.append(then[width : width + len(reference)] - then[: len(reference)])
     return np.column_stack(columns)
 
 
@@ -157,5 +173,5 @@ def _from_rest(case: Case, name: str) -> np.ndarray | None:
     if not loops or loops[0].expected is None:
         return None
     return scipy.integrate.cumulative_trapezoid(
-        _rate_from_rest(case, loops[0]), dx=case.mended.step, initial=0
+        _rate_from_rest(case, loops[0]), dx=case.corrected.step, initial=0
     )

@@ -17,11 +17,11 @@ class TimeUnit(Check):
 
     kind = "time_unit"
 
-    def look(self, case: Case) -> Iterable[Finding]:
+    def find(self, case: Case) -> Iterable[Finding]:
         step = case.recording.stated_step
         if step <= SLOWEST:
             return
         factor, unit = next((u for u in UNITS if step / u[0] <= SLOWEST), UNITS[-1])
         sentence = f"t steps by {step:g}; as seconds that is {1 / step:.3g} Hz, so it is in {unit}"
-        mend = case.columns({"t": ("t", {"unit": unit})})
-        yield case.finding(self.kind, "t", factor, "", sentence, mend)
+        fix = case.columns({"t": ("t", {"unit": unit})})
+        yield case.finding(self.kind, "t", factor, "", sentence, fix)

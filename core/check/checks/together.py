@@ -16,12 +16,12 @@ class MissingReference(Check):
 
     kind = "missing_reference"
 
-    def look(self, case: Case) -> Iterable[Finding]:
+    def find(self, case: Case) -> Iterable[Finding]:
         model = case.recording.model
         needed = () if model is None else model.drive.needed_channels(model.arm)
         for name in needed:
             if name not in case.recording.channels:
-                sentence = f"no column {name}, without which the drive cannot be simulated"
+                sentence = f"column {name} is missing, so the drive cannot be simulated"
                 yield case.finding(self.kind, name, 1.0, "", sentence)
 
 
@@ -30,7 +30,7 @@ class UnequalRates(Check):
 
     kind = "unequal_rates"
 
-    def look(self, case: Case) -> Iterable[Finding]:
+    def find(self, case: Case) -> Iterable[Finding]:
         own, steps = case.recording.step, [o.recording.step for o in case.others]
         usual = float(np.median(steps)) if steps else own
         if abs(own / usual - 1.0) > JITTER:
@@ -43,12 +43,12 @@ class SameData(Check):
 
     kind = "same_data"
 
-    def look(self, case: Case) -> Iterable[Finding]:
+    def find(self, case: Case) -> Iterable[Finding]:
         own = case.recording
         for other in (o.recording for o in case.others if own.role == "validate"):
             shared = [n for n in own.names("theta#", "z#") if n in other.channels]
             pairs = [(own.channels[n], other.channels[n]) for n in shared]
             same = all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
             if other.role == "estimate" and pairs and same:
-                sentence = f"the same data as {other.name}, which is fitted: it validates nothing"
+                sentence = f"same data as {other.name}, which is used for estimation: no validation"
                 yield case.finding(self.kind, shared[0], 1.0, "", sentence)

@@ -25,10 +25,10 @@ class WeakExcitation(Check):
 
     kind = "weak_excitation"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        found = case.recording
-        for name in found.names("theta#"):
-            q = found.counted(name)
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        for name in recording.names("theta#"):
+            q = recording.counted(name)
             q = q[np.isfinite(q)]
             q = q[~far_out(q)]  # outliers are another fault, and look like noise
             noise = quiet_noise(q)

@@ -27,21 +27,21 @@ class WrongColumns(Check):
 
     kind = "wrong_columns"
 
-    def look(self, case: Case) -> Iterable[Finding]:
-        for one in case.causes:
-            fit = "fit" if len(one.channels) > 1 else "fits"
-            names = _listed(one.channels, "and")
-            sentence = SENTENCES[one.fault].format(names, one.factor, one.shift, fit=fit)
-            if one.alternatives:
-                sentence += f"; so would {_listed(one.alternatives, 'or')}"
-            mend = None if one.alternatives else _fix_line(case, one)
-            size = one.shift or one.factor
-            unit = "SI" if one.shift else ""
-            yield case.finding(one.fault, one.channels[0], size, unit, sentence, mend)
+    def find(self, case: Case) -> Iterable[Finding]:
+        for fault in case.causes:
+            fit = "fit" if len(fault.channels) > 1 else "fits"
+            names = _listed(fault.channels, "and")
+            sentence = SENTENCES[fault.fault].format(names, fault.factor, fault.shift, fit=fit)
+            if fault.alternatives:
+                sentence += f"; so would {_listed(fault.alternatives, 'or')}"
+            fix = None if fault.alternatives else _fix_line(case, fault)
+            size = fault.shift or fault.factor
+            unit = "SI" if fault.shift else ""
+            yield case.finding(fault.fault, fault.channels[0], size, unit, sentence, fix)
         tip = case.tip_off
         if tip:
-            sentence = f"the camera sees the tip {tip[0]:.3g} m from where the encoders put it"
-            sentence += f", on an arm of {tip[1]:.3g} m"
+            sentence = f"camera and encoders disagree by {tip[0]:.3g} m on the tip"
+            sentence += f"; the arm's reach is {tip[1]:.3g} m"
             yield case.finding("tip", "z1", tip[0], "m", sentence)
 
 
@@ -50,17 +50,19 @@ def _listed(names: tuple[str, ...], last: str) -> str:
     return f"{', '.join(first)} {last} {end}" if first else end
 
 
-def _fix_line(case: Case, one: ColumnFault) -> str | None:
+def _fix_line(case: Case, fault: ColumnFault) -> str | None:
     """The line that takes a cause back; None where none can."""
-    if one.shift:
+    if fault.shift:
         return None
-    other = str.maketrans(one.exchanged, one.exchanged[::-1])
-    return case.columns({n: (n.translate(other), _settings(case, one, n)) for n in one.channels})
+    other = str.maketrans(fault.swapped, fault.swapped[::-1])
+    return case.columns(
+        {n: (n.translate(other), _settings(case, fault, n)) for n in fault.channels}
+    )
 
 
-def _settings(case: Case, one: ColumnFault, name: str) -> Mapping[str, Any]:
-    if one.fault in UNITS:
-        return {"unit": unit_of(case.recording, name).replace(*UNITS[one.fault])}
-    if one.fault == "sign":
+def _settings(case: Case, fault: ColumnFault, name: str) -> Mapping[str, Any]:
+    if fault.fault in UNITS:
+        return {"unit": unit_of(case.recording, name).replace(*UNITS[fault.fault])}
+    if fault.fault == "sign":
         return {"sign": -1}
-    return {} if one.exchanged else {"gain": f"{1.0 / one.factor:.9g}"}
+    return {} if fault.swapped else {"gain": f"{1.0 / fault.factor:.9g}"}

@@ -68,17 +68,17 @@ class Check:
     def mend(self, finding: Finding) -> bool:
         """Applies the fix of a finding to the scenario, and checks again."""
         names = [spec.name for spec in self._session.document.scenario.recordings]
-        if finding.mend is None or finding.recording not in names:
+        if finding.fix is None or finding.recording not in names:
             return False
         try:
-            line = tomllib.loads(finding.mend)
+            line = tomllib.loads(finding.fix)
         except tomllib.TOMLDecodeError:
             return self._session.refuse(f"{finding.recording}: no button can fix this.")
         if not self._session.document.change(_merged(names.index(finding.recording), line)):
             return False
         with self._session.lock:
             mends = self.mended.get(finding.recording, ())
-            self.mended = {**self.mended, finding.recording: (*mends, finding.mend)}
+            self.mended = {**self.mended, finding.recording: (*mends, finding.fix)}
         self.start()
         return True
 

@@ -237,10 +237,10 @@ def _checked(
     columns, taken_in = _in_plausible_units(file, columns, numbers)
     columns, findings = _least_contradicted(file, columns, taken_in)
     for _ in range(ROUNDS):
-        finding = next((f for f in findings if f.fault in TAKEN_IN and f.mend is not None), None)
+        finding = next((f for f in findings if f.fault in TAKEN_IN and f.fix is not None), None)
         if finding is None:
             break
-        line = tomllib.loads(finding.mend or "").get("columns", {})
+        line = tomllib.loads(finding.fix or "").get("columns", {})
         tried = fixed_columns(columns, line)
         after = file.findings(tried)
         if _contradictions(after) >= _contradictions(findings):

@@ -189,7 +189,7 @@ class FindingList(PageElement):
         for k, (words, mend) in enumerate(self._places):
             finding = self._found[k] if k < len(self._found) else None
             words.show(finding_html(finding) if finding is not None else "")
-            mend.visible = finding is not None and finding.mend is not None
+            mend.visible = finding is not None and finding.fix is not None
             if finding is not None:
                 mend.label = f"Mend {finding.channel}"
         lines = lines_applied(check.mended.get(recording, ()))
