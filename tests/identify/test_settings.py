@@ -106,7 +106,7 @@ def test_settings_of_what_is_not_estimated_are_refused(setting):
         ({"parameters": ("epsilom",)}, "did you mean 'epsilon'"),
         ({"parameters": ("gain_z3",)}, "did you mean"),
         ({"parameters": ("start_v9",)}, "is not a coordinate"),
-        ({"start": {"EJ": 3.0}}, "'EJ' is not one of"),
+        ({"start": {"EJ": 3.0}}, "'EJ' is not a parameter"),
     ],
 )
 def test_an_unknown_parameter_is_named_with_the_nearest(settings, words):
