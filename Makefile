@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study docs test sample long load fuzz bench evidence matrix mujoco lint format clean chromium axe
+.PHONY: help run report study docs test coverage sample long load fuzz bench evidence matrix mujoco lint format clean chromium axe
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -80,6 +80,10 @@ test: $(VENV)/.installed-test chromium
 	$(BIN)/python -m pytest $(SHARED) --durations 25 --junit-xml $(DURATIONS) -o cache_dir=$(CACHE)/pytest; \
 	tests=$$?; wait $$lint; linted=$$?; cat $$said; rm $$said; \
 	echo "Seconds of every test: $(DURATIONS)"; exit $$((tests + linted))
+
+# How many lines of core and flexgui the short tests run; compiled code counts as not run.
+coverage: $(VENV)/.installed-test
+	@$(BIN)/python -m pytest $(SHARED) -q --cov=flexgui --cov-report=html:build/coverage --cov-report=term:skip-covered
 
 sample: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.sample $(CASES)

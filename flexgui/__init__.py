@@ -8,6 +8,16 @@
     found.plot("convergence").show()
     rig.diagnose().export("reports/rig")
 
+Projects     load, project, scenarios, Project
+Results      Identification, Diagnosis, Comparison, Simulation, Plan, LinearModel
+The rig      Arm, Segment, Drive, DriveLaw, Sensor, Channel, Excitation, Parameter, Recording
+Effects      Effect, EffectParameter, formula, static_law
+Catalogues   drives, effects, excitations, presets, sensors; register, unregister
+Messages     Update (progress), InputError, StoppedError
+
+All numbers are in SI units. Results are frozen; they print as text, are tables by `to_dataframe()`
+and figures by `plot()`. `help(fg.Project)` explains each step.
+
 Names are imported when they are first used: `import flexgui` itself loads nothing.
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,19 +39,34 @@ def simulate_recording(
     name: str,
     role: str = "estimate",
     noise: NoiseLevels = NO_NOISE,
+    references: np.ndarray | None = None,
+    values: Mapping[str, float] | None = None,
 ) -> Recording:
     """A recording of the model's motion, as a rig would have written it.
 
     Noise of `spec.snr_db` is white with SNR = 10 log10(cov y / cov noise) per channel, added
     after sampling.
+
+    Args:
+        model: Its drive must state a control law.
+        spec: The experiment.
+        name: Of the recording.
+        role: 'estimate' or 'validate'.
+        noise: Of the sensors.
+        references: (N, references of the drive), in SI units, instead of the excitation.
+        values: Parameter -> value in SI units; the model's own where not named.
+
+    Raises:
+        InputError: Where the drive or the experiment does not allow it.
     """
     if not model.drive.torque_known:
         raise InputError(
             f"Recording {name}: [drive] kind {model.drive.kind!r} needs recorded joints to follow; "
             f"simulate with the control loop of the rig, such as velocity_loop."
         )
-    task, theta2 = make_task(model, spec, name)
-    numbers = model.numbers()
+    values = values or {}
+    task, theta2 = make_task(model, spec, name, references, values)
+    numbers = model.numbers(values)
     remarks: tuple[str, ...] = ()
     if spec.level == "lpv":
         trajectory = respond(model, [numbers], [task])[0]
@@ -61,9 +77,8 @@ def simulate_recording(
             f"Simulated non-linearly with {result.substeps} steps per sample; "
             f"estimated error below {result.error:.1e} m or rad.",
         )
-    channels = read_sensors(model, trajectory, spec, noise)
-    references = model.drive.reference_channels(model.arm)
-    for k, channel in enumerate(references):
+    channels = read_sensors(model, trajectory, spec, noise, values)
+    for k, channel in enumerate(model.drive.reference_channels(model.arm)):
         channels[channel] = task.references[:, k]
     return Recording(
         name=name, time=task.time, channels=channels, role=role, source="simulation",
@@ -89,31 +104,47 @@ def start_joints(model: Model, spec: SimulateSpec, name: str) -> np.ndarray:
     return joints
 
 
-def make_task(model: Model, spec: SimulateSpec, name: str) -> tuple[Task, float | None]:
-    """The references and the start of an experiment, and its working point theta2 if it has one."""
-    arm = model.arm
-    dt = spec.sample_time
-    samples = spec.samples
+def make_task(
+    model: Model,
+    spec: SimulateSpec,
+    name: str,
+    references: np.ndarray | None = None,
+    values: Mapping[str, float] | None = None,
+) -> tuple[Task, float | None]:
+    """The references and the start of an experiment, and its working point theta2 if it has one.
+
+    Arguments as those of `simulate_recording`.
+    """
+    arm, values = model.arm, values or {}
     joints = start_joints(model, spec, name)
-    options = {"amplitude": spec.amplitude, "hold": spec.hold, **spec.options}
-    rng = np.random.default_rng([spec.seed, 0])
-    signal = build_excitation(spec.excitation, options).signal(samples, arm.joints, dt, rng)
     channels = model.drive.reference_channels(arm)
-    # Known torques come after the references of the joints; nobody pulls here.
-    signal = np.hstack([signal, np.zeros((samples, max(len(channels) - arm.joints, 0)))])
-    for k, channel in enumerate(channels):
-        if channel == f"theta{k + 1}_ref":
-            signal[:, k] += joints[k]
-    time = np.arange(samples) * dt
+    signal = _excited(model, spec, joints) if references is None else references
+    time = np.arange(len(signal)) * spec.sample_time
     schedule = at_rest(joints, arm.coordinates)[None, : arm.coordinates]
     if spec.sweep is not None:
         signal, schedule = _add_sweep(signal, channels, spec, time, schedule, name)
-    law = model.numbers().law
-    start = at_rest(model.started(joints, {}), arm.coordinates, law.states)
+    law = model.numbers(values).law
+    start = at_rest(model.started(joints, values), arm.coordinates, law.states)
     schedule[:, : arm.joints] += start[: arm.joints] - joints
     moving = spec.sweep is not None
     theta2 = float(joints[1]) if arm.joints > 1 and not moving else None
     return Task(time, signal, start, schedule), theta2
+
+
+def _excited(model: Model, spec: SimulateSpec, joints: np.ndarray) -> np.ndarray:
+    """(N, references of the drive): the excitation of the experiment about `joints`."""
+    nj = model.arm.joints
+    options = {"amplitude": spec.amplitude, "hold": spec.hold, **spec.options}
+    rng = np.random.default_rng([spec.seed, 0])
+    excitation = build_excitation(spec.excitation, options)
+    signal = excitation.signal(spec.samples, nj, spec.sample_time, rng)
+    channels = model.drive.reference_channels(model.arm)
+    # Known torques come after the references of the joints; nobody pulls here.
+    signal = np.hstack([signal, np.zeros((spec.samples, max(len(channels) - nj, 0)))])
+    for k, channel in enumerate(channels):
+        if channel == f"theta{k + 1}_ref":
+            signal[:, k] += joints[k]
+    return signal
 
 
 def _add_sweep(signal, channels, spec, time, schedule, name):  # type: ignore[no-untyped-def]
@@ -145,7 +176,11 @@ def half_cosine_rate(start: float, stop: float, samples: int, dt: float) -> np.n
 
 
 def read_sensors(
-    model: Model, trajectory: Trajectory, spec: SimulateSpec, noise: NoiseLevels
+    model: Model,
+    trajectory: Trajectory,
+    spec: SimulateSpec,
+    noise: NoiseLevels,
+    effect_values: Mapping[str, float] | None = None,
 ) -> dict[str, np.ndarray]:
     """All channels that the arm's sensors give, with their noise."""
     channels: dict[str, np.ndarray] = {}
@@ -155,7 +190,7 @@ def read_sensors(
         if sensor.optional and kind not in noise.by_output:
             continue
         values = np.array(sensor.measure(trajectory))
-        values = np.array(model.sensed(kind, values, spec.sample_time, {}))
+        values = np.array(model.sensed(kind, values, spec.sample_time, effect_values or {}))
         draws = noise_stream(spec.seed, kind).standard_normal(values.shape)
         values += draws * _deviation(sensor, values, spec, noise)
         if sensor.at_camera_rate and noise.camera_rate is not None:

@@ -24,7 +24,7 @@ from flexgui.export.report import report_html
 from flexgui.export.report_motion import Motion
 from flexgui.export.result import result
 from flexgui.export.tables import tables
-from flexgui.views.summary import result_lines
+from flexgui.views.summary import result_lines, warning_lines
 
 DIGITS = 10
 """More than any sensor resolves, at two thirds of the size of all 17."""
@@ -136,7 +136,11 @@ def export_scenario(
     motion = report_motion(scenario, outcome, path.parent, data)
     diagnosed = diagnosed_text(scenario, outcome, seen_by(out, path.parent, data))
     export_outcome(outcome, text, out, motion, diagnosed)
-    return (*result_lines(outcome), f"The report is {out / 'report.html'}.")
+    return (
+        *warning_lines(outcome),
+        *result_lines(outcome),
+        f"The report is {out / 'report.html'}.",
+    )
 
 
 def diagnosed_text(scenario: Scenario, outcome: Outcome, locate: Callable[[str], str] = str) -> str:

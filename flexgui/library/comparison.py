@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from flexgui.core.errors import InputError
+from flexgui.core.recording.clock import JITTER
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.save import recording_frame
 from flexgui.core.results import (
@@ -54,6 +58,36 @@ class Simulation:
         return str(paragraphs([repr(self)]))
 
 
+def reference_signals(
+    table: pd.DataFrame, channels: Sequence[str]
+) -> tuple[np.ndarray, dict[str, float]]:
+    """References of one's own, and the clock on which they are played.
+
+    Args:
+        table: With `t` in s, at even times, and `channels` in SI units.
+        channels: References of the drive.
+
+    Returns:
+        (N, channels), and the settings `seconds` and `sample_time` of an experiment.
+
+    Raises:
+        InputError: Where a column is missing, a value is no number, or times are not even.
+    """
+    missing = [name for name in ("t", *channels) if name not in table.columns]
+    if missing:
+        raise InputError(
+            f"references has no column {', '.join(missing)}; it needs t and {', '.join(channels)}."
+        )
+    numbers = table[["t", *channels]].to_numpy(dtype=float)
+    steps = np.diff(numbers[:, 0])
+    if not np.isfinite(numbers).all() or len(numbers) < 2:
+        raise InputError("references has an empty cell or fewer than two rows; fill every cell.")
+    step = float(np.mean(steps))
+    if step <= 0.0 or np.abs(steps - step).max() > JITTER * step:
+        raise InputError("references: the times t are not even and increasing; resample the table.")
+    return numbers[:, 1:], {"seconds": len(numbers) * step, "sample_time": step}
+
+
 @dataclass(frozen=True, repr=False)
 class Comparison:
     """Measured against modelled, recording by recording."""
@@ -96,6 +130,29 @@ class Comparison:
         if recording is not None:
             return recording_table(self[recording])
         return error_table(self.recordings)
+
+    def residuals(self, recording: str | None = None) -> pd.DataFrame:
+        """Tabulate what the model misses: measured minus modelled, in SI units.
+
+        Args:
+            recording: Its name; None: all recordings below each other.
+
+        Returns:
+            Columns `recording`, `t` in s, and one per channel; NaN where nothing was measured.
+
+        Raises:
+            InputError: Where there is no such recording.
+        """
+        import pandas as pd
+
+        comparisons = self.recordings if recording is None else (self[recording],)
+        tables = {
+            each.recording: pd.DataFrame(
+                {c.channel: pd.Series(c.residual, index=c.time) for c in each.channels}
+            )
+            for each in comparisons
+        }
+        return pd.concat(tables, names=["recording", "t"]).reset_index()
 
     def plot(self, view: str = "signals", recording: str | None = None) -> go.Figure:
         """Draw the comparison.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,13 +18,15 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import arms_to_compile, base_model, with_hidden_effects
 from flexgui.core.validation import validated
 from flexgui.library.catalogues import OneEffect, model_with
-from flexgui.library.comparison import Comparison, Simulation
+from flexgui.library.comparison import Comparison, Simulation, reference_signals
 from flexgui.library.linear_model import LinearModel, linear_model
 from flexgui.library.progress_callback import Callback, at_work
 from flexgui.library.results import Diagnosis, Identification, StoppedError
 from flexgui.views.table import Column, Row, Table, html_table
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from flexgui.core.results import Outcome
     from flexgui.library.plan import Plan
 
@@ -125,9 +128,11 @@ class Project:
         hidden: Mapping[str, Mapping[str, float]] | None = None,
         role: str = "estimate",
         noise: bool = True,
+        references: pd.DataFrame | None = None,
+        values: Mapping[str, float] | None = None,
         **settings: Any,
     ) -> Simulation:
-        """Make one experiment in simulation, with the model as stated.
+        """Simulate one experiment with the model as stated.
 
         Args:
             name: Of the recording.
@@ -135,6 +140,9 @@ class Project:
                 then the bare model with these alone, as in a scenario.
             role: 'estimate' or 'validate'.
             noise: Whether sensors have the noise that the scenario states.
+            references: Table with `t` in s and the references of the drive in SI units, such as
+                dtheta1_ref and dtheta2_ref; instead of an excitation. Times are even.
+            values: Parameter -> value in SI units; the scenario's own where not named.
             **settings: As `simulate` of a recording: theta2 [rad], seconds, seed, snr_db, ...
 
         Returns:
@@ -143,15 +151,20 @@ class Project:
         Raises:
             InputError: Where a setting is wrong.
         """
+        bare, played = self.model, None
+        if references is not None:
+            played, clock = reference_signals(references, bare.drive.reference_channels(bare.arm))
+            settings = {**settings, **clock}
         spec = validated(SimulateSpec, settings, "simulate")
-        bare = self.model
+        for parameter in values or {}:
+            bare.parameter(parameter)
         model = bare if hidden is None else with_hidden_effects(bare, hidden, name)
         with at_work(None):
             from flexgui.core.loading import joint_units, noise_levels
             from flexgui.core.simulate.experiment import NO_NOISE, simulate_recording
 
             levels = noise_levels(self.scenario.sensors) if noise else NO_NOISE
-            made = simulate_recording(model, spec, name, role, levels)
+            made = simulate_recording(model, spec, name, role, levels, played, values)
         return Simulation(made, joint_units(model.arm))
 
     def identify(self, progress: Callback | None = None) -> Identification:
@@ -332,13 +345,13 @@ class Project:
     def _settings(self) -> dict[str, str]:
         """What it consists of, a line each."""
         s = self.scenario
+        arm = s.arm.name or s.arm.preset or f"{len(s.arm.segments)} segments"
+        roles = Counter(r.role for r in s.recordings)
         return {
-            "Title": s.title,
-            "Arm": s.arm.name or s.arm.preset or f"{len(s.arm.segments)} segments",
-            "Drive": s.drive.kind,
-            "Level": s.model.level,
-            "Effects": ", ".join(e.id for e in s.model.effects) or "none",
-            "Recordings": ", ".join(f"{r.name} ({r.role})" for r in s.recordings) or "none",
+            "Project": s.title,
+            "Rig": f"{arm}, {s.drive.kind}",
+            "Model": ", ".join((s.model.level, *(e.id for e in s.model.effects))),
+            "Recordings": ", ".join(f"{n} to {role}" for role, n in roles.items()) or "none",
             "Estimated": ", ".join(s.identify.parameters) or "none",
         }
 

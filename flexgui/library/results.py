@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from markupsafe import Markup
 
 from flexgui.core.diagnosed_scenario import diagnosed_scenario
@@ -15,7 +16,7 @@ from flexgui.core.results import (
     Outcome,
     RankedEffect,
 )
-from flexgui.library.comparison import Comparison
+from flexgui.library.comparison import Comparison, Simulation
 from flexgui.library.shown import chosen, looked_up, paragraphs
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
@@ -93,9 +94,10 @@ class _Found:
         return self.project._write(self.outcome, Path(folder))
 
     def __repr__(self) -> str:
-        return "\n".join(
-            (f"{type(self).__name__}: {self.outcome.title}", *result_lines(self.outcome))
-        )
+        warnings = len(tuple(alarms(self.outcome)))
+        noted = f" ({warnings} warnings, see `sentences`)" if warnings else ""
+        head = f"{type(self).__name__}: {self.outcome.title}{noted}"
+        return "\n".join((head, *result_lines(self.outcome)))
 
     def _summary_html(self) -> Markup:
         above = paragraphs(alarms(self.outcome), "color:firebrick; font-weight:bold")
@@ -117,6 +119,42 @@ class Identification(_Found):
         """What the measurements leave free, in words, a sentence each."""
         return sentences_of_fits(self.outcome.fits)
 
+    def covariance(self) -> pd.DataFrame:
+        """Tabulate the covariance of the estimates, in their SI units.
+
+        It holds for coloured residuals, and only if the model is complete. What the measurements
+        leave free has NaN. Of local fits there is a block per recording.
+
+        Returns:
+            Square, parameters (`name`, or `name, recording` of local fits) by parameters.
+        """
+        import pandas as pd
+
+        local = len(self.outcome.fits) > 1
+        blocks = []
+        for fit in self.outcome.fits:
+            names = [f"{e.name}, {fit.label}" if local else e.name for e in fit.estimates]
+            std = np.array([np.nan if e.std is None else e.std for e in fit.estimates])
+            blocks.append(pd.DataFrame(fit.correlation * np.outer(std, std), names, names))
+        return pd.concat(blocks)
+
+    def simulate(self, **settings: Any) -> Simulation:
+        """Predict an experiment with the identified model; without noise unless stated.
+
+        Args:
+            **settings: As for `Project.simulate`: references, theta2, seconds, noise, ...
+
+        Returns:
+            The predicted recording.
+        """
+        return self.project.simulate(**{"noise": False, "values": self._known_values, **settings})
+
+    @property
+    def _known_values(self) -> dict[str, float]:
+        """The estimates of parameters that the model itself has."""
+        known = self.project.model.parameters
+        return {name: value for name, value in self.values.items() if name in known}
+
     def linear(self, **where: Any) -> LinearModel:
         """Linearise the identified model.
 
@@ -126,9 +164,8 @@ class Identification(_Found):
         Returns:
             The linear model with the estimated values.
         """
-        known = self.project.model.parameters
-        values = {name: value for name, value in self.values.items() if name in known}
-        return self.project.linear(values={**values, **where.pop("values", {})}, **where)
+        values = {**self._known_values, **where.pop("values", {})}
+        return self.project.linear(values=values, **where)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Tabulate the parameters: value, std, unit, bounds, identifiable."""

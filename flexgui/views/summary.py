@@ -51,18 +51,22 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
 
 
 def result_lines(outcome: Outcome) -> tuple[str, ...]:
-    """A result in plain lines: warnings, verdict or basis, parameters, quality, seconds."""
+    """A result in plain lines: verdict or basis, parameters, quality, seconds."""
     diagnosis = outcome.diagnosis
     estimates = [e for e in final_estimates(outcome) if e.recording is None]
     reached = quality(with_role(final_comparisons(outcome), ESTIMATE))
     lines = (
-        *(Markup("Warning: {}").format(text) for text in alarms(outcome)),
         f"{_basis(outcome)}." if diagnosis is None else current_verdict(diagnosis),
         Markup("{}.").format(_listed(estimates)) if estimates else "",
         f"Estimation recordings: {reached}." if reached else "",
         f"Time: {sum(outcome.seconds.values()):.1f} s.",
     )
     return plain(line for line in lines if line)
+
+
+def warning_lines(outcome: Outcome) -> tuple[str, ...]:
+    """What is to be read before any number, a line each."""
+    return plain(Markup("Warning: {}").format(text) for text in alarms(outcome))
 
 
 def lead_sentences(outcome: Outcome) -> tuple[str, ...]:
