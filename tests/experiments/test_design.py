@@ -155,7 +155,7 @@ def test_where_nothing_is_estimated_nothing_is_planned() -> None:
     asked = scenario()
     nothing = asked.identify.model_copy(update={"parameters": (), "start": {}})
     begun = fit_for_planning(asked.model_copy(update={"identify": nothing}), recordings(), Silent())
-    with pytest.raises(InputError, match="choose some to identify"):
+    with pytest.raises(InputError, match="improve no estimated parameter"):
         design(begun, ExperimentRequest(seconds=3.0), Silent())
 
 
