@@ -111,7 +111,7 @@ def test_a_stop_leaves_what_was_found_by_then(model: Model, recording: Recording
 
 
 def test_a_stop_before_any_estimate_leaves_the_start(model: Model, recording: Recording) -> None:
-    found = _identify(model, recording, Told("first swings"))
+    found = _identify(model, recording, Told("first vibrations"))
     assert found.fit.stopped
     assert found.vector == pytest.approx([e.start for e in found.fit.estimates])
 
