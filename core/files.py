@@ -23,5 +23,5 @@ def replacing(path: Path) -> Iterator[Path]:
         with suppress(OSError):  # its folder is none: nothing was written
             temporary.unlink()
         if isinstance(error, OSError):
-            raise InputError(f"{path} cannot be written: {error.strerror or error}.") from error
+            raise InputError(f"{path} cannot be written: {error.strerror or error}.") from None
         raise

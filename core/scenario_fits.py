@@ -88,7 +88,7 @@ def compare_all(
         progress.advance(text=recording.name)
         return comparison
 
-    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+    with ThreadPoolExecutor(predictor.workers()) as pool:
         return tuple(pool.map(compare_recording, recordings))
 
 

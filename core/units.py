@@ -71,10 +71,10 @@ def _root(unit: str) -> tuple[float, str]:
     try:
         # pint raises a dozen kinds of errors on text that is not a unit, tokenizer's included.
         factor, root = _registry().get_root_units(_registry().parse_units(text))
-    except Exception as error:
+    except Exception:
         raise InputError(
             f"the unit [{unit}] is not known, write it like [deg], [mm] or [N m]"
-        ) from error
+        ) from None
     return float(factor), str(root)  # type: ignore[arg-type]
 
 

@@ -23,5 +23,5 @@ def test_the_processors_of_this_process_are_counted(
 
 
 def test_one_setting_serves_all() -> None:
-    assert predictor.WORKERS == loading.WORKERS == processors.WORKERS == processors.usable()
+    assert predictor.workers() == loading.WORKERS == processors.WORKERS == processors.usable()
     assert executor.Processes().count == processors.usable()

@@ -137,7 +137,7 @@ def _segment(table: Mapping[str, Any], index: int, label: str) -> Segment:
     except ValidationError as error:
         faults: list[Any] = list(error.errors(include_url=False))
         fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
-        raise InputError(one_line(f"{label} {_segment_fault(fault, index)}")) from error
+        raise InputError(one_line(f"{label} {_segment_fault(fault, index)}")) from None
 
 
 def _segment_fault(fault: Mapping[str, Any], index: int) -> str:

@@ -6,7 +6,7 @@ a reference and its response; Newton's law between a joint's torque and motion.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -98,7 +98,15 @@ def _loop(recording: MeasuredRecording, model: Model, quick: bool) -> list[Relat
     return _compared(recording, model, references, signals, predicted, together, quick)
 
 
-def _compared(recording, model, references, signals, predicted, together, quick):  # type: ignore[no-untyped-def]
+def _compared(
+    recording: MeasuredRecording,
+    model: Model,
+    references: tuple[str, ...],
+    signals: np.ndarray,
+    predicted: Callable[[np.ndarray], Mapping[str, np.ndarray] | None],
+    together: Mapping[str, np.ndarray],
+    quick: bool,
+) -> list[Relation]:
     names = [n for n in together if recording.has(n)]
     joints = model.arm.joints
     moved = max((np.ptp(together[f"theta{k + 1}"]) for k in range(joints)), default=0.0)
@@ -108,7 +116,7 @@ def _compared(recording, model, references, signals, predicted, together, quick)
         and joints > 1
         and all(role_of(r) is Role.SPEED for r in references)
     )
-    singles: list[dict[str, np.ndarray]] = []
+    singles: list[Mapping[str, np.ndarray]] = []
     if small:
         for j in range(len(references)):
             single = np.zeros_like(signals)

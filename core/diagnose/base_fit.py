@@ -40,7 +40,7 @@ from ..least_squares import MOST_ITERATIONS
 from ..model import Model
 from ..recording.recording import Recording
 from ..scenario.schema import IdentifySpec
-from ..sensors import Sensor
+from ..sensors.sensor import Sensor
 
 START_BOUND = 0.05
 """rad (m): largest error of an encoder's first sample."""

@@ -3,7 +3,7 @@ motion."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -182,7 +182,7 @@ FEWEST = 20
 TAILS = 0.5
 """Per cent on each side in the outermost bins: a few fast samples must not stretch the axis."""
 
-QUANTITIES = {
+QUANTITIES: dict[str, Callable[[str], str]] = {
     "position": lambda unit: unit,
     "velocity": lambda unit: f"{unit}/s",
     "acceleration": lambda unit: f"{unit}/s²",

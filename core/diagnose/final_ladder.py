@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from ..diagnose.acceptance import Round
 from ..diagnose.base_fit import BaseFit
@@ -168,7 +169,7 @@ def _strongest_effect(
 
 def _ladder_round(
     screened: ScreenedCandidate, round_screen: Screen, before: Refit, after: Refit, data: Data,
-    other_ranks: Sequence,
+    other_ranks: Sequence[Any],
 ) -> DiagnosisRound:  # fmt: skip
     """The effect ranked against the step before, with the other ranks there."""
     weighed = assess_refit(screened, before, after, data.count, len(round_screen.candidates))

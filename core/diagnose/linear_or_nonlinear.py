@@ -15,7 +15,7 @@ from ..identify.unknowns import Unknowns
 from ..model import Model
 from ..recording.recording import Recording
 from ..results import LevelChoice
-from ..sensors import Sensor
+from ..sensors.sensor import Sensor
 
 AUTO = "auto"
 

@@ -82,7 +82,7 @@ class Screen:
 
 def columns_on_threads(work: Callable[[int], Column], which: Sequence[int]) -> Generator[Column]:
     """The columns in their order, computed on all cores; closing it cancels what has not begun."""
-    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+    with ThreadPoolExecutor(predictor.workers()) as pool:
         waiting = [pool.submit(work, i) for i in which]
         try:
             for task in waiting:

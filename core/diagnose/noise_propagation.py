@@ -23,7 +23,8 @@ from ..model import Numbers
 from ..recording.channels import DRIVES, Role, role_of
 from ..recording.recording import Recording, apply_logger_filter
 from ..recording.velocity import ZeroPhaseLowPass
-from ..sensors import Sensor, sensor, sensors
+from ..sensors import sensor, sensors
+from ..sensors.sensor import Sensor
 from ..trajectory import Trajectory
 
 ENCODER = "encoder"

@@ -87,7 +87,7 @@ def _refitted(
         start = hypothesis(data, effects, refit.hypothesis.values())
         return RevisedModel(fit(start, None, stopped, ROUGH_ITERATIONS), effects)
 
-    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+    with ThreadPoolExecutor(predictor.workers()) as pool:
         return list(pool.map(tried, options))
 
 
@@ -167,7 +167,7 @@ def best_exchange(
         )  # fmt: skip
 
     tried = list(_exchanges(data, refit, present, stated_count, screened))
-    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+    with ThreadPoolExecutor(predictor.workers()) as pool:
         refits = list(pool.map(refitted, tried))
     if stopped():
         return None

@@ -26,7 +26,6 @@ from ..diagnose.fit_problem import Data, Hypothesis, with_shared_motions
 from ..diagnose.linear_screen import Screen, ScreenedCandidate, screen
 from ..diagnose.output_changes import nearer_to_neutral
 from ..diagnose.refit import (
-    ROUGH_ITERATIONS,
     TRIAL_ITERATIONS,
     KnownSlopes,
     Refit,
@@ -36,6 +35,7 @@ from ..diagnose.refit import (
     whitened_cost,
     with_fine_errors,
 )
+from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.remaining_error import within_noise
 from ..diagnose.whitening import Whitener
 from ..effects import catalogue
@@ -185,7 +185,7 @@ def _refit_candidates(
             partial = begin_refit(data, base, effects, values, screened.slopes, s.scanned, stopped)
         return partial
 
-    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+    with ThreadPoolExecutor(predictor.workers()) as pool:
         runners = list(pool.map(begin, chosen))
         continuing = still_competitive(runners, before, data.count)
         waiting = {

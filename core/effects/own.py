@@ -15,9 +15,10 @@ from ..arm.arm import Arm
 from ..arm.chord import deflection_rows
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Values
-from ..effects.formula import FUNCTIONS, LONGEST_NAME, parse_formula
+from ..effects.formula import LONGEST_NAME, parse_formula
 from ..effects.per_joint import joint_direction
 from ..effects.per_segment import bending
+from ..effects.real_functions import FUNCTIONS
 from ..effects.sizes import Sizes
 from ..errors import InputError
 from ..forces.compiled import compile_law

@@ -17,7 +17,8 @@ from ..model import Model
 from ..recording.channels import Role, role_of
 from ..recording.recording import Recording
 from ..results import ChannelComparison, JointMotion, MissingTorque, RecordingComparison
-from ..sensors import Sensor, sensors
+from ..sensors import sensors
+from ..sensors.sensor import Sensor
 from ..trajectory import Trajectory
 
 

@@ -191,7 +191,7 @@ def followed_group(i: int, experiments: Sequence[Prepared], nodes: Nodes) -> Fol
 @cache
 def _pool() -> ThreadPoolExecutor:
     """Made once: starting threads takes longer than a small cost."""
-    return ThreadPoolExecutor(predictor.WORKERS, thread_name_prefix="linear")
+    return ThreadPoolExecutor(predictor.workers(), thread_name_prefix="linear")
 
 
 if hasattr(os, "register_at_fork"):
@@ -209,7 +209,7 @@ def share(jobs: Sequence[Callable[[], None]], workers: int | None = None) -> Non
                 check_stopped()
                 job()
 
-    others = min(workers or predictor.WORKERS, len(jobs)) - 1
+    others = min(workers or predictor.workers(), len(jobs)) - 1
     helpers = [_pool().submit(work) for _ in range(others)]
     work()
     for helper in helpers:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -123,7 +124,7 @@ class LaneNumbers:
         recording = np.array(group.lanes(list(range(len(each)))))
         return np.ascontiguousarray(np.array(each)[recording[None, :], packing])
 
-    def _constant(self, group: Group, passes: int) -> tuple:
+    def _constant(self, group: Group, passes: int) -> tuple[Any, ...]:
         """Laws and outputs that no member changes; made once per number of passes."""
         key = ("rows", group.members, passes)
         if key not in self._kept:

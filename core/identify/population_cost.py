@@ -69,7 +69,7 @@ class PopulationCost:
     @property
     def workers(self) -> int:
         """Threads; as many as all predictions take, unless they were set."""
-        return predictor.WORKERS if self._workers is None else self._workers
+        return predictor.workers() if self._workers is None else self._workers
 
     @workers.setter
     def workers(self, number: int) -> None:

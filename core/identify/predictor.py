@@ -50,12 +50,20 @@ KEPT_MOTIONS = 3
 @contextmanager
 def single_threaded() -> Iterator[None]:
     """For a process with one core of its own beside others."""
-    global WORKERS
-    before, WORKERS = WORKERS, 1
+    global _workers
+    before, _workers = _workers, 1
     try:
         yield
     finally:
-        WORKERS = before
+        _workers = before
+
+
+def workers() -> int:
+    """Threads that a computation may use."""
+    return _workers
+
+
+_workers = WORKERS
 
 
 SWITCH_INTERVAL = 1e-4
@@ -89,7 +97,7 @@ def fast_thread_switching() -> Iterator[None]:
 
 def on_all_cores(work: Callable[[Item], Result], which: Sequence[Item]) -> Iterator[Result]:
     """Results of the work in order; most of its time must be compiled code."""
-    with ThreadPoolExecutor(WORKERS) as pool:
+    with ThreadPoolExecutor(_workers) as pool:
         yield from pool.map(work, which)
 
 
@@ -247,7 +255,7 @@ class Predictor:
             # Play has edges, and what is extrapolated across them imitated it on a rigid slide.
             prescribed = all(map(is_prescribed, models, numbers))
             smooth = prescribed and not any(n.elements for n in numbers)
-            return (run_extrapolated if smooth else run_many)(jobs, self.steps, WORKERS)
+            return (run_extrapolated if smooth else run_many)(jobs, self.steps, _workers)
         names = [e.recording.name for e in chosen]
         results = self._find_steps(names, chosen, jobs)
         for steps in {self.substeps[name] for name in names}:
@@ -256,7 +264,7 @@ class Predictor:
                 for i, name in enumerate(names)
                 if self.substeps[name] == steps and i not in results
             ]
-            some = run_many_extrapolated([jobs[i] for i in which], steps, WORKERS)
+            some = run_many_extrapolated([jobs[i] for i in which], steps, _workers)
             results.update(zip(which, some, strict=True))
         return [results[i] for i in range(len(jobs))]
 
@@ -272,7 +280,7 @@ class Predictor:
         servo = chosen[0].model.steering is not None
         torque_compared = servo and any(s.kind == TORQUE for s in chosen[0].outputs)
         share = TORQUE_TOLERANCE if torque_compared else np.inf
-        results = simulate_many([jobs[i] for i in new], FIT_TOLERANCE, share, WORKERS)
+        results = simulate_many([jobs[i] for i in new], FIT_TOLERANCE, share, _workers)
         for i, result in zip(new, results, strict=True):
             self.substeps[names[i]], self.errors[names[i]] = result.substeps, result.error
         return {i: result.trajectory for i, result in zip(new, results, strict=True)}

@@ -20,7 +20,7 @@ from ..model import Model, Numbers
 from ..recording.channels import from_camera
 from ..recording.initial_motion import AT_ONCE
 from ..recording.recording import Recording, apply_logger_filter
-from ..sensors import Sensor
+from ..sensors.sensor import Sensor
 from ..simulate.motion import Task, at_rest
 from ..trajectory import Trajectory
 

@@ -18,7 +18,8 @@ from ..recording.recording import Recording
 from ..recording.velocity import ZeroPhaseLowPass
 from ..recording.visible_band import visible_band
 from ..scenario.schema import IdentifySpec
-from ..sensors import Sensor, sensor, sensors
+from ..sensors import sensor, sensors
+from ..sensors.sensor import Sensor
 from ..simulate.motion import at_rest
 
 ENCODER = "encoder"

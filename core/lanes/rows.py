@@ -77,7 +77,7 @@ def _squares(typingctx, values, measured, weights, at):  # type: ignore[no-untyp
     """sum_r weights[at + r] (measured[at + r] - values[r])^2; weights None are one."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        def row(which, r):  # type: ignore[no-untyped-def]
+        def row(which: int, r: int) -> Any:
             start = row_pointer(context, builder, sig.args[which], args[which], args[3])
             return builder.load(builder.gep(start, [ir.Constant(args[3].type, r)]), align=8)
 

@@ -285,7 +285,7 @@ def _power_of_two(typingctx, exponent):  # type: ignore[no-untyped-def]
 def _elementary(name: str, count: int) -> Any:
     """An LLVM function of `count` numbers, doubles or wide."""
 
-    def typing(typingctx, *values):  # type: ignore[no-untyped-def]
+    def typing(typingctx: Any, *values: Any) -> Any:
         result = _of(*values)
         number_type, suffix = (
             (VECTOR, f"v{LANES}f64") if result is wide else (ir.DoubleType(), "f64")

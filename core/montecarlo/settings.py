@@ -112,7 +112,7 @@ def make_settings(scenario: Scenario, **settings: object) -> StudySettings:
         return StudySettings.model_validate({"scenario": scenario, **settings})
     except ValidationError as error:
         sentence = validation_sentence(error, StudySettings)
-        raise InputError(f"The study {sentence.removeprefix('The document ')}") from error
+        raise InputError(f"The study {sentence.removeprefix('The document ')}") from None
 
 
 def settings_of(text: str) -> StudySettings:

@@ -47,7 +47,7 @@ def load_recording(
         with np.errstate(over="ignore", invalid="ignore"):
             return _load(read_table(path, progress), spec, required, units or {})
     except InputError as error:
-        raise InputError(brief(str(error))) from error
+        raise InputError(brief(str(error))) from None
 
 
 def _load(

@@ -31,7 +31,7 @@ def read_table(path: Path, progress: Watching | None = None) -> Table:
         with path.open("rb") as file:
             start = file.read(START)
     except OSError as error:
-        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
+        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from None
     if not start:
         raise InputError(f"{path.name} is empty; give a file with a header and samples.")
     reader = _reader(path, start)

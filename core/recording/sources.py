@@ -106,7 +106,7 @@ def _unit_factor(
     try:
         return factor_to_si(unit, si_units)
     except InputError as error:
-        raise InputError(f"{table.source}: column {header}: {error}.") from error
+        raise InputError(f"{table.source}: column {header}: {error}.") from None
 
 
 def nearest(table: Table, name: str) -> str:

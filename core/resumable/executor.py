@@ -249,20 +249,20 @@ class Cluster(Executor):
     def _client(self, distributed: Any) -> Any:
         try:
             return distributed.Client(self.address, timeout=PATIENCE, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
+        except (OSError, TimeoutError, ValueError):
             raise InputError(
                 f"No Dask scheduler answers at {self.address}; check --cluster and that "
                 f"`dask scheduler` runs there."
-            ) from error
+            ) from None
 
 
 def _distributed() -> Any:
     try:
         import distributed
-    except ImportError as error:
+    except ImportError:
         raise InputError(
             "--cluster needs Dask; install it with pip install 'flexgui[cluster]'."
-        ) from error
+        ) from None
     return distributed
 
 
@@ -280,4 +280,4 @@ def _result(future: Any) -> str:
     if isinstance(error, InputError):
         raise error
     kind = type(error).__name__
-    raise InputError(f"The cluster gave up a task ({kind}: {error}).") from error
+    raise InputError(f"The cluster gave up a task ({kind}: {error}).") from None

@@ -53,7 +53,7 @@ class Journal:
             text = self.path.read_text(encoding="utf-8", errors="replace")
         except OSError as error:
             reason = error.strerror or str(error)
-            raise InputError(f"{self.path} cannot be read: {reason}.") from error
+            raise InputError(f"{self.path} cannot be read: {reason}.") from None
         records = [r for r in map(_parsed, text.splitlines()) if r is not None]
         head = next((r["study"] for r in records if "study" in r), None)
         if text and (head != self.identity or not text.startswith("{")):
@@ -84,7 +84,7 @@ def _refusing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         reason = error.strerror or str(error)
-        raise InputError(f"{path} cannot be written: {reason}.") from error
+        raise InputError(f"{path} cannot be written: {reason}.") from None
 
 
 def _parsed(line: str) -> Record | None:

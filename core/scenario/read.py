@@ -46,10 +46,10 @@ def read_scenario(path: Path) -> Scenario:
     try:
         with path.open(encoding="utf-8-sig") as file:
             text = file.read(LONGEST + 1)
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path.name} is not UTF-8 text; save it as UTF-8.") from error
+    except UnicodeDecodeError:
+        raise InputError(f"{path.name} is not UTF-8 text; save it as UTF-8.") from None
     except OSError as error:
-        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
+        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from None
     return parse_scenario(text, path.name)
 
 
@@ -64,11 +64,11 @@ def parse_scenario(text: str, source: str) -> Scenario:
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(one_line(f"{source} is not valid TOML: {error}.")) from error
-    except (RecursionError, ValueError) as error:
+        raise InputError(one_line(f"{source} is not valid TOML: {error}.")) from None
+    except (RecursionError, ValueError):
         raise InputError(
             f"{source} is not valid TOML; it is nested too deeply or is too long."
-        ) from error
+        ) from None
     return check_scenario(document, source)
 
 
@@ -96,14 +96,14 @@ def check_scenario(document: Mapping[str, Any], source: str) -> Scenario:
     try:
         scenario = Scenario.model_validate(dict(document))
     except ValidationError as error:
-        raise InputError(f"{source}: {validation_sentence(error, Scenario)}") from error
+        raise InputError(f"{source}: {validation_sentence(error, Scenario)}") from None
     try:
         arm = build_arm(scenario.arm)
         for k, variant in enumerate(scenario.compare):
             if variant.arm is not None:
                 build_arm(variant.arm, arm, f"[[compare]] {k + 1} arm")
     except InputError as error:
-        raise InputError(one_line(f"{source}: {error}")) from error
+        raise InputError(one_line(f"{source}: {error}")) from None
     return scenario
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -147,7 +147,15 @@ def _excited(model: Model, spec: SimulateSpec, joints: np.ndarray) -> np.ndarray
     return signal
 
 
-def _add_sweep(signal, channels, spec, time, schedule, name):  # type: ignore[no-untyped-def]
+def _add_sweep(
+    signal: np.ndarray,
+    channels: Sequence[str],
+    spec: SimulateSpec,
+    time: np.ndarray,
+    schedule: np.ndarray,
+    name: str,
+) -> tuple[np.ndarray, np.ndarray]:
+    assert spec.sweep is not None
     if "dtheta2_ref" not in channels:
         raise InputError(
             f"Recording {name}: simulate.sweep needs velocity references; "

@@ -237,10 +237,10 @@ def obfuscated_truth(place: Path) -> str:
             with zipfile.ZipFile(path) as archive:
                 return archive.read(TRUTH_FILE).decode("utf-8", "replace")
         return path.read_text(encoding="utf-8", errors="replace")
-    except (OSError, KeyError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile) as error:
+    except (OSError, KeyError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile):
         raise InputError(
             f"{place} holds no challenge; give what `flexgui challenge` wrote, a folder or a zip."
-        ) from error
+        ) from None
 
 
 HEAD = "FlexGUI challenge, sealed. `flexgui reveal` opens it."

@@ -64,11 +64,11 @@ def read_hand_in(path: Path) -> HandIn:
             raise InputError(f"{path.name} is too large for a hand-in.")
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
-        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
+        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from None
     try:
         read = msgspec.json.decode(reveal(text, path.name, HEAD), type=_Content)
-    except msgspec.DecodeError as error:
-        raise InputError(f"{path.name} is not a hand-in of FlexGUI.") from error
+    except msgspec.DecodeError:
+        raise InputError(f"{path.name} is not a hand-in of FlexGUI.") from None
     guesses = tuple(Guess(kind, size) for kind, size in read.guesses)
     return HandIn(plain_name(read.name), guesses, read.obfuscated, read.asked, read.changed)
 

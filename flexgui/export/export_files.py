@@ -51,7 +51,7 @@ def export_outcome(
         raise InputError(
             f"The export into {out} failed ({place}{reason}). The earlier files there are "
             f"unchanged. Free some space, or choose another folder with --out."
-        ) from error
+        ) from None
 
 
 SMALLEST = 1e-280

@@ -32,7 +32,7 @@ def check_writable(out: Path) -> None:
         with work_folder(out):
             pass
     except OSError as error:
-        raise InputError(_refusal(out, error)) from error
+        raise InputError(_refusal(out, error)) from None
 
 
 @contextmanager

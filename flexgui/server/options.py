@@ -150,7 +150,7 @@ def bind(host: str, port: int, tries: int) -> socket.socket:
             return socket.create_server((host, candidate), family=family, backlog=WAITING)
         except OSError as error:
             if error.errno not in _BUSY:
-                raise InputError(_sentence(host, candidate, error)) from error
+                raise InputError(_sentence(host, candidate, error)) from None
     raise InputError(f"Ports {port} to {last} are all busy; choose another with --port.")
 
 

@@ -58,8 +58,8 @@ def deserialize(content: bytes, kind: type[T]) -> T:
     try:
         envelope = msgspec.msgpack.decode(content[8:], type=Envelope)
         arrays = [np.load(io.BytesIO(each), allow_pickle=False) for each in envelope.arrays]
-    except (msgspec.DecodeError, ValueError, EOFError) as error:
-        raise InputError(DAMAGED) from error
+    except (msgspec.DecodeError, ValueError, EOFError):
+        raise InputError(DAMAGED) from None
     if envelope.schema != SCHEMA_VERSION:
         raise InputError("another version of FlexGUI wrote it.")
 
@@ -75,7 +75,7 @@ def deserialize(content: bytes, kind: type[T]) -> T:
     except (msgspec.ValidationError, TypeError, IndexError) as error:
         cause = error.__cause__  # a setting that this version does not know
         is_sentence = isinstance(cause, InputError)
-        raise InputError(str(cause) if is_sentence else "parts of it are missing.") from error
+        raise InputError(str(cause) if is_sentence else "parts of it are missing.") from None
 
 
 def _bytes_of(array: np.ndarray) -> bytes:

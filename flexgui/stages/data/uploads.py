@@ -115,9 +115,9 @@ def unpacked(path: Path, folder: Path, limit: int) -> Path:
                 (unpacking / name).replace(temporary)
     except InputError:
         raise
-    except BROKEN as error:
+    except BROKEN:
         sentence = f"{path.name} is not a zip that can be read; make it again."
-        raise InputError(sentence) from error
+        raise InputError(sentence) from None
     finally:
         shutil.rmtree(unpacking, ignore_errors=True)
     return folder / scenarios[0]

@@ -73,7 +73,7 @@ def write_study(summary: Summary, out: Path) -> None:
             swap_in(folder, out)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise InputError(f"The output folder {out} cannot be written: {reason}.") from error
+        raise InputError(f"The output folder {out} cannot be written: {reason}.") from None
 
 
 def _write(summary: Summary, folder: Path) -> list[str]:
