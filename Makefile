@@ -15,6 +15,7 @@ TRIES ?=
 # Each process takes its part of the tests in their order, then some of the others': what the tests
 # of a file share is made once.
 SHARED := -n 2 --dist worksteal
+TEXTS := README.md CHANGELOG.md docs core flexgui scenarios
 # Kept from checkout to checkout, as compiled kernels are; a cold run only takes longer.
 CACHE := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/flexgui/tools
 export MYPY_CACHE_DIR := $(CACHE)/mypy
@@ -103,7 +104,9 @@ lint: $(VENV)/.installed-test
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
-	@$(BIN)/codespell README.md CHANGELOG.md docs core flexgui scenarios --skip "*.csv,*.png,*.svg,*.js"
+	@$(BIN)/codespell $(TEXTS) --skip "*.csv,*.png,*.svg,*.js"
+	@$(BIN)/codespell $(TEXTS) --skip "*.csv,*.gz,*.png,*.svg,*.ipynb,glossary.md" \
+	  -D tests/habits/retired_words.txt --regex "[A-Za-z][a-z]+"
 	@$(BIN)/python -m tests.habits.dead_code
 	@$(BIN)/python -m tests.habits.duplicates
 

@@ -57,7 +57,7 @@ def diagnosed(scenario: Scenario, diagnosis: Diagnosis) -> Document:
 
 
 def _put_effects(model: Document, diagnosis: Diagnosis) -> None:
-    """What was added, after what was there; a whole way already tells of both."""
+    """What was added, after what was there; a whole way already holds both."""
     entries = model.setdefault("effects", [])
     stated = [entry["id"] for entry in entries]
     for entry in diagnosis.effects:

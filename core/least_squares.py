@@ -43,7 +43,7 @@ class Descended:
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds and typical sizes (P,), and what is known beforehand: values and deviations, infinite
+    """Bounds and typical sizes (P,), and what is known a priori: values and deviations, infinite
     where nothing is."""
 
     lower: np.ndarray
@@ -58,7 +58,7 @@ class Limits:
         return np.asarray((x > self.lower + margin) & (x < self.upper - margin))
 
     def prior_cost(self, x: np.ndarray) -> np.ndarray:
-        """(...) squared deviations of x (..., P) from what is known beforehand."""
+        """(...) squared deviations of x (..., P) from what is known a priori."""
         return np.asarray(np.sum(((x - self.prior_means) / self.deviations) ** 2, axis=-1))
 
 
@@ -129,12 +129,13 @@ def descend(
     Where rough `slopes` lead nowhere downhill, the descent goes on with the `exact` ones: of a fast
     vibration with half the steps they pointed uphill, and left a tenth of the error.
 
-    `keep` is for a start near its minimum: slopes, which hardly change there and are the dear part,
-    are taken anew only where a step with those at hand fell by less than KEPT or more than FLAT of
-    its promise (such a step is doubled as long as that goes down), and what is uphill is tried
-    shorter only while that promises enough. Farther away short steps were seen to gain what
-    straight lines do not promise, and with it the noise model of all evidence; and doubled ones to
-    leave a limit of torque so far from its minimum that a soft base seemed to be missing.
+    `keep` is for a start near its minimum. Slopes hardly change there and are the expensive part. So
+    they are computed again only where a step with those at hand reduced the cost by less than KEPT
+    or more than FLAT of the predicted reduction. Such a step is doubled as long as the cost falls.
+    A step that raises the cost is shortened only while the predicted reduction is large enough.
+    Not for starts farther away: short steps were seen to gain more than the linear prediction there,
+    and doubled ones to leave a limit of torque so far from its minimum that a soft base seemed to
+    be missing.
     """
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
@@ -261,7 +262,7 @@ def _longer(errors, x, x_new, blocks, cost: float, limits: Limits):  # type: ign
 
 SEEN = 1e-10
 """Of the largest eigenvalue of the scaled normal equations: directions with less of it do not
-move, since differences cannot tell their slopes from rounding."""
+move, since differences cannot separate their slopes from rounding."""
 
 
 def pseudo_inverse(A: np.ndarray, relative: float = SEEN) -> np.ndarray:

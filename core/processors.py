@@ -6,7 +6,7 @@ import os
 
 
 def usable() -> int:
-    """Those that this process may run on, where the system tells; at least one."""
+    """Those that this process may run on, where the system states them; at least one."""
     counted = getattr(os, "process_cpu_count", None)  # from Python 3.13 on
     if counted is not None:
         return counted() or 1

@@ -71,7 +71,7 @@ def run_scenario(
     with clock.timed("load"):
         progress.stage("Reading the recordings", len(scenario.recordings))
         model = base_model(scenario)
-        candidate_effects(scenario.diagnose)  # a slip there is told before the long work
+        candidate_effects(scenario.diagnose)  # a slip there is reported before the long work
         spec = with_effect_parameters(scenario.identify, model, scenario.model)
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
         if scenario.model.level == AUTO:

@@ -22,7 +22,7 @@ EVERY = 10.0
 
 @contextmanager
 def shown_progress(quiet: bool = False) -> Iterator[Listener]:
-    """What a long computation tells, on stderr; `quiet`: nothing."""
+    """What a long computation reports, on stderr; `quiet`: nothing."""
     if quiet:
         yield Silent()
     elif sys.stderr.isatty():

@@ -23,7 +23,7 @@ class CompiledArm:
 
     `dynamics(q, v, p, M, f)`, `tip(q, p, z, J)`, `linear(q, p, K, D)` fill their last two
     arguments. They are C functions: other compiled code takes them as arguments without being
-    compiled anew.
+    compiled again.
     """
 
     structure: Structure

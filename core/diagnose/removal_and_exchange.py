@@ -47,7 +47,8 @@ def needed_effects(
     """Removes effects without which the error hardly grows or stays within noise, or replaces them
     by the simpler ones that they include; each time the option with the best BIC.
 
-    The last effect may go, too: without size it can still have led the others to a better minimum.
+    The last effect may go, too: without size it can still have brought the others to a better
+    minimum.
     The first `stated_count` effects are the user's and stay.
     """
     model, most = RevisedModel(refit, tuple(present)), refit.cost + RELEVANT * data.count

@@ -135,7 +135,7 @@ class FollowingServo:
     inertia: tuple[float, ...]
     """Diagonal of M at the joints, kg m^2; fixed, so that it does not move with the estimates."""
     band_hz: float = np.inf
-    """Hz beyond which nothing is compared, so that no vibration need be led there."""
+    """Hz beyond which nothing is compared, so that no vibration need be followed there."""
     torque_hz: float = np.inf
     """Hz beyond which no torque is compared, of which friction along the joints is a part."""
 

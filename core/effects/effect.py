@@ -38,7 +38,7 @@ class Rig:
     servo: bool = False
     """Whether a virtual servo holds the joints on the encoders (torque rigs)."""
     stated: Mapping[str, str] = field(default_factory=dict)
-    """What is known of it beforehand: key of a statement in `[rig]` -> the statement in words."""
+    """What is known of it a priori: key of a statement in `[rig]` -> the statement in words."""
 
     @property
     def camera(self) -> bool:

@@ -17,7 +17,7 @@ SHARE = 0.05
 
 LEAST = 0.01
 """Of what the joint moves: an elastic joint's motor without inertia would have no motion of its
-own, and one far lighter than this shows nothing that its size could be told from."""
+own, and one far lighter than this shows nothing of its size."""
 
 
 def joint_load(arm: Arm, k: int) -> float:

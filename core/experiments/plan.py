@@ -31,13 +31,13 @@ def plan(
     """Fit the scenario's model, and choose what to record next.
 
     Args:
-        scenario: its model is fitted as the diagnosis fits it; `[limits]` are in the wish.
+        scenario: its model is fitted as the diagnosis fits it; `[limits]` are in the request.
         request: the time there is, and what is to be known.
         folder, data_folder: where the recordings' files are sought.
         progress: hears what is done.
 
     Raises:
-        InputError: where the scenario, a recording or the wish is wrong.
+        InputError: where the scenario, a recording or the request is wrong.
     """
     progress = progress or Silent()
     progress.stage("Reading the recordings", len(scenario.recordings))

@@ -47,7 +47,7 @@ def _pointer_type():  # type: ignore[no-untyped-def]
 
 
 KNOWN = 128
-"""Formulas that are at hand; a model has a few, and they are soon compiled anew."""
+"""Formulas that are at hand; a model has a few, and they are soon compiled again."""
 
 
 def compile_law(law: ForceLaw) -> CompiledLaw | InterpretedLaw:

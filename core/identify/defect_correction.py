@@ -106,7 +106,7 @@ def corrected_minimum(
         residuals: with a number of steps per sample to begin with.
         vector: a minimum with few steps.
         slopes: (M, k, P) per recording of the residuals near there.
-        limits: bounds, and what is known beforehand, in units of the residuals.
+        limits: bounds, and what is known a priori, in units of the residuals.
 
     Returns:
         The residuals with what the steps miss taken off, and where the descent ended.

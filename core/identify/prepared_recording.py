@@ -113,7 +113,7 @@ class Prepared:
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
     ) -> np.ndarray:
         """(N, k): the model's readings before the filters of the comparison."""
-        if not np.all(np.isfinite(trajectory.q)):  # a simulation that went astray
+        if not np.all(np.isfinite(trajectory.q)):  # a simulation that diverged
             return np.full((len(self.task.time), len(self.channels)), np.nan)
         columns = [self.sensed(sensor, trajectory, numbers, values) for sensor in self.outputs]
         raw = np.hstack(columns)

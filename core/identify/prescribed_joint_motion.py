@@ -163,7 +163,7 @@ def prescribed_motion(model: Model, numbers: Numbers, task: Task) -> PrescribedM
     key = id(task.references), id(task.before), Structure.of(model.arm), weight, along
     return _BY_TASK.get(
         key, lambda: _TaskMotion(task, _new_motion(model, numbers, task, lead, finer))
-    ).led
+    ).motion
 
 
 def _new_motion(
@@ -195,7 +195,7 @@ CAPACITY = 64 * 2**20
 number of motions would be wrong for short or long recordings."""
 
 _MOTIONS = BoundedCache[PrescribedMotion](
-    CAPACITY, lambda led: sum(part.nbytes for part in led[:4])
+    CAPACITY, lambda motion: sum(part.nbytes for part in motion[:4])
 )
 """Most parameters of a fit do not change a motion, and splines cost more than simulating a small
 arm along them."""
@@ -205,11 +205,11 @@ class _TaskMotion(NamedTuple):
     """A task, kept so that the ids of its arrays stay unique, and its motion."""
 
     task: Task
-    led: PrescribedMotion
+    motion: PrescribedMotion
 
 
 _BY_TASK = BoundedCache[_TaskMotion](
-    CAPACITY, lambda one: one.task.references.nbytes + sum(part.nbytes for part in one.led[:4])
+    CAPACITY, lambda one: one.task.references.nbytes + sum(part.nbytes for part in one.motion[:4])
 )
 """By array identity: hashing them costs a third of a simulation."""
 

@@ -26,7 +26,7 @@ LENGTHS = (0.5, 1.0, 2.0, 3.0, 6.0, 12.0)
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment and what it tells."""
+    """One experiment and what it determines."""
 
     name: str
     theta2: float

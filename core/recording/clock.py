@@ -11,7 +11,7 @@ from ..recording.recording import CameraPose
 from ..recording.table import Table
 
 MIN_SAMPLES = 10
-"""Fewer rows than this cannot tell a motion from a mistake in the file."""
+"""Fewer rows than this cannot distinguish a motion from a mistake in the file."""
 JITTER = 0.01
 """Of the sample time: rounding of the time column and a real logger's jitter stay below it."""
 DRIFT = 0.5

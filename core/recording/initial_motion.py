@@ -39,21 +39,21 @@ def begins_at_rest(place: np.ndarray) -> bool:
 
 
 LAGS = 16
-"""Samples of all signals that foretell the next place of a joint: an arm of three joints with two
-modes each has 18 states, and the other joints' samples tell of them as well."""
+"""Samples of all signals that predict the next place of a joint: an arm of three joints with two
+modes each has 18 states, and the other joints' samples hold them as well."""
 
 FIRST = 4
-"""Samples that are foretold from rest: a motion before them shows in the first ones most. With 16
+"""Samples that are predicted from rest: a motion before them shows in the first ones most. With 16
 a campaign of coarse encoders that was cut seemed to begin at rest (1.95; with four 3.3)."""
 
 FEWEST_PER_COLUMN = 4
-"""Rows per column of the samples side by side, below which noise seems foretold by chance."""
+"""Rows per column of the samples side by side, below which noise seems predicted by chance."""
 
 MOST_SAMPLES = 20_000
 """Of all recordings together."""
 
 WORSE = 2.5
-"""Times the usual error, of the first samples foretold from rest, beyond which a campaign is in
+"""Times the usual error, of the first samples predicted from rest, beyond which a campaign is in
 motion, by the median of its recordings: a logger that is cut, or started late, is so for all of
 them. Of 66 random rigs with three recordings each 98 % lay below 1.8 from rest and one at 2.7; cut
 anywhere all lay above 5.5."""
@@ -72,7 +72,7 @@ def with_beginnings(
     """The recordings of one campaign, marked where its arm moves when they begin.
 
     From rest all that a joint does comes from what drives it. So the next place of each joint is
-    foretold from the samples before by a linear equation fitted to all recordings, and the first
+    predicted from the samples before by a linear equation fitted to all recordings, and the first
     places from rest before the first sample: in a motion that goes on these are much worse. Where
     nobody knows what leads the joints, their first steps decide. Where the joints or `references`
     (channels that drive them) were not recorded nothing is known.
@@ -85,7 +85,7 @@ def with_beginnings(
     places = [_columns(r, names, share) for r in able]
     driving = [_columns(r, references, share) for r in able]
     worse = _first_errors(places, driving, LAGS) if references else None
-    if worse is None:  # nothing foretells it
+    if worse is None:  # nothing predicts it
         worse = np.array([0.0 if begins_at_rest(place) else np.inf for place in places])
     moving = {
         r.name for r, x in zip(able, worse, strict=True)
@@ -108,8 +108,10 @@ def _columns(recording: Recording, names: Sequence[str], most: int) -> np.ndarra
 def _first_errors(
     places: Sequence[np.ndarray], driving: Sequence[np.ndarray], lags: int
 ) -> np.ndarray | None:
-    """Per recording the rms error of the first samples foretold from rest, of the joint where it is
-    largest, in units of what is usual; None where later samples tell nothing of the first."""
+    """Per recording the rms error of the first samples predicted from rest, relative to the usual.
+
+    Of the joint where it is largest; None where later samples say nothing of the first.
+    """
     windows = [_side_by_side(y, u, lags) for y, u in zip(places, driving, strict=True)]
     A, B = (np.vstack([part[lags:] for part in parts]) for parts in zip(*windows, strict=True))
     if len(A) < FEWEST_PER_COLUMN * A.shape[1]:

@@ -11,7 +11,7 @@ from ..recording.table import Reading, Table, TableReader, Watching, damaged
 from ..sentences import few
 
 START = 4096
-"""Bytes that tell what a file is: every signature stands there, and some lines of text."""
+"""Bytes that show what a file is: every signature stands there, and some lines of text."""
 INSTALL = "pip install 'flexgui[lab]'"
 
 

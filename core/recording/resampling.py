@@ -34,7 +34,7 @@ begins."""
 HALF = 0.5
 """Of a step: as near as a grid point may lie to a row to be that row's."""
 SAME_RATE = 1e-6
-"""Of a rate: as near as a time column written with seven digits tells it."""
+"""Of a rate: as near as a time column written with seven digits states it."""
 INPUTS = ("dtheta#_ref", "theta#_ref", "i#_ref", "u#", "i#", "voltage#", "known_torque#")
 """Families of channels that a drive holds from one row to the next."""
 
@@ -66,7 +66,7 @@ def even_table(
         window: s, rows outside it are left out.
 
     Raises:
-        InputError: The times tell no clock, or the new table would be too large.
+        InputError: The times have no clock, or the new table would be too large.
     """
     count = spec.how == "count"
     times = unit * table.numbers(headers["t"])

@@ -178,7 +178,7 @@ MEANS: dict[str, tuple[str, ...]] = {
 
 JOINT = {"first": 1, "one": 1, "shoulder": 1, "base": 1, "second": 2, "two": 2, "elbow": 2,
          "x": 1, "y": 2}  # fmt: skip
-"""Words that tell the number of a joint or an axis."""
+"""Words that state the number of a joint or an axis."""
 
 UNITS = {"deg": "deg", "degree": "deg", "degrees": "deg", "mm": "mm", "cm": "cm", "ms": "ms",
          "us": "us", "rpm": "rpm", "mnm": "mN m", "ma": "mA", "mv": "mV", "mrad": "mrad",

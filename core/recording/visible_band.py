@@ -31,7 +31,7 @@ FEWEST = 6
 """Ordinates of a periodogram in a band, whose mean is then good to two fifths."""
 
 SHORTEST = 256
-"""Samples of which a spectrum tells the motion from the noise."""
+"""Samples of which a spectrum separates the motion from the noise."""
 
 
 class VisibleBand(NamedTuple):

@@ -114,15 +114,16 @@ class RankedEffect:
     confused_with: tuple[str, ...] = ()
     parameters: tuple[Estimate, ...] = ()
     tied_to: tuple[Estimate, ...] = ()
-    """What the model had before and these recordings do not tell it from, where it explains too
-    little to be accepted: as it would stand with it, with `start` as it stands without."""
+    """Parameters of the model that it cannot be distinguished from, where it explains too little.
+
+    Values with the effect; `start` has those without."""
     predicted: tuple[np.ndarray, ...] = ()
     """(M, k) per recording in floors: the residual that the effect predicts."""
 
 
 @dataclass(frozen=True)
 class PlannedExperiment:
-    """An experiment that was not made yet, and how well it would tell two effects apart."""
+    """An experiment that was not made yet, and how well it would distinguish two effects."""
 
     simulate: Mapping[str, object]
     """Its settings, as `simulate` of a scenario's recording."""
@@ -172,7 +173,7 @@ class DiagnosisRound:
     diverged: tuple[str, ...] = ()
     """Titles of effects that could not be simulated at any size that was tried."""
     experiments: tuple[PlannedExperiment, ...] = ()
-    """Where two effects could not be told apart: what to do next, best first."""
+    """Where two effects could not be distinguished: what to do next, best first."""
 
 
 @dataclass(frozen=True)
@@ -220,7 +221,7 @@ class Diagnosis:
     error_left: Remains = Remains()
     """After the last step."""
     words: tuple[str, ...] = ()
-    """Paragraphs of who tells more than these facts; empty: the verdict as they have it."""
+    """Paragraphs of the verdict in place of those made of these facts; empty: none."""
     given: tuple[RecordingComparison, ...] = ()
     """Measured against the model as given, as the ladder counts: where it failed."""
     left: tuple[RecordingComparison, ...] = ()

@@ -114,7 +114,7 @@ class Repeated:
     within: float
     """Root mean square of the runs' own deviations."""
     interval: tuple[float, float]
-    """95 %, of the mean; Student's, since few runs tell the scatter between them."""
+    """95 %, of the mean; Student's, since few runs show the scatter between them."""
     disagreeing: tuple[Disagreement, ...]
 
 

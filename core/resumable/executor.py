@@ -31,7 +31,7 @@ Stop = Callable[[], bool]
 MOST_LOSSES = 3
 """An order that so many workers died over is not given to another."""
 
-CALM = 0.2
+POLL_INTERVAL = 0.2
 """s between two looks whether somebody wants to stop."""
 
 
@@ -126,7 +126,7 @@ class Processes(Executor):
                 for worker in self._workers:
                     if waiting and worker.order is None:
                         _give(worker, waiting.popleft(), orders)
-                wait([w.connection for w in self._workers], CALM)
+                wait([w.connection for w in self._workers], POLL_INTERVAL)
                 yield from self._collect(waiting, losses)
                 if stop():
                     return
@@ -269,7 +269,7 @@ def _distributed() -> Any:
 def _next(done: Queue[Any]) -> Any:
     """A future that is done; None where none was in a little while."""
     with suppress(Empty):
-        return done.get(timeout=CALM)
+        return done.get(timeout=POLL_INTERVAL)
     return None
 
 

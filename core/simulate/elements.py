@@ -33,7 +33,7 @@ OUT_PER_STATE = 4
 def elements_of(numbers: types.Array) -> types.Tuple:
     """Of arrays of that type, in the order of core.forces.element.ElementArrays: addresses (E,),
     first port, state and parameter (E + 1,), directions (K n,), parameters, first ports at the tip,
-    which elements are bristles, and (joint, parameter) of those that are told a drive's torque."""
+    which elements are bristles, and (joint, parameter) of those that depend on a drive's torque."""
     places = types.int64[::1]
     pairs = types.int64[:, ::1]
     return types.Tuple((*[places] * 4, numbers, numbers, places, places, pairs))
@@ -81,7 +81,7 @@ def see(tip, elements, q, v, p, x, xd, z, J):  # type: ignore[no-untyped-def]
 
 @njit(**INLINE)
 def load(elements, u):  # type: ignore[no-untyped-def]
-    """Tells loaded elements the drives' torques u (nj,)."""
+    """Passes loaded elements the drives' torques u (nj,)."""
     values, loads = elements[5], elements[8]
     for i in range(loads.shape[0]):
         put(values, loads[i, 1], get(u, loads[i, 0]))

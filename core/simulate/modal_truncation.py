@@ -39,7 +39,7 @@ EXTRA = 1
 """Modes added to each segment that bends; a second one moved the estimate by 1 to 6 %."""
 
 FAR = 0.1
-"""rad or m: how far a joint goes before the linear model is made anew. On a sweep of the whole
+"""rad or m: how far a joint goes before the linear model is made again. On a sweep of the whole
 range the estimate is then 2 to 11 % off; with 0.25 it was up to 42 %."""
 
 GAUSS = np.polynomial.legendre.leggauss(8)

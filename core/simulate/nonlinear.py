@@ -126,7 +126,7 @@ def _rms(distance: np.ndarray) -> float:
 
 
 def _rms_distance(a: Trajectory, b: Trajectory) -> float:
-    """Of the tips, m; infinite where one motion went astray."""
+    """Of the tips, m; infinite where one motion diverged."""
     distance = _rms(a.tip()[0] - b.tip()[0])
     return distance if np.isfinite(distance) else np.inf
 

@@ -250,7 +250,7 @@ _SALT, _CODE, _WIDTH = 16, 32, 76
 """Bytes of salt and of the code that shows a change; characters in a line."""
 
 _BLOCK = 2048
-"""Bytes: shorter texts are padded, so that their length tells nothing."""
+"""Bytes: shorter texts are padded, so that their length reveals nothing."""
 
 
 def obfuscate(text: str, salt: str, head: str = HEAD) -> str:

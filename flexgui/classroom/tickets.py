@@ -160,7 +160,7 @@ class Tickets:
 
     def _too_many(self, address: str) -> bool:
         """One more wrong word or ticket; whether so many came from there within a minute that who
-        brings it is told to wait."""
+        brings it has to wait."""
         place = address_group(address)
         times = self._wrong.setdefault(place, deque(maxlen=self._most))
         before = self._within_a_minute(times)
@@ -224,7 +224,7 @@ def server_key() -> bytes:
         key = path.read_bytes()
         if len(key) == KEY_BYTES:
             return key
-        path.unlink()  # cut short by a crash: the next start makes it anew
+        path.unlink()  # cut short by a crash: the next start makes it again
     return fresh
 
 

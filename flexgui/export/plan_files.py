@@ -48,8 +48,8 @@ def plan_scenario(
         raise InputError("--between takes two ids of effects, such as tip_payload,link_mass_error.")
     scenario = read_scenario(path)
     check_writable(out)
-    wish = ExperimentRequest(seconds, tuple(parameters), tuple(between), scenario.limits)
-    design = plan(scenario, wish, folder=path.parent, data_folder=data, progress=progress)
+    request = ExperimentRequest(seconds, tuple(parameters), tuple(between), scenario.limits)
+    design = plan(scenario, request, folder=path.parent, data_folder=data, progress=progress)
     write_plan(scenario, design, out, seen_by(out, path.parent, data))
     files = [Names(n).recorded for n, _ in enumerate(design.chosen, start=1)]
     closing = f"Save what is recorded beside them as {files[0]}" if files else ""

@@ -29,7 +29,7 @@ class Plan:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What to play and what it tells, a paragraph each."""
+        """What to play and what it shows, a paragraph each."""
         return plan_paragraphs(self._design)
 
     @property
@@ -39,7 +39,7 @@ class Plan:
 
     @property
     def decides(self) -> bool:
-        """Whether the two effects that were asked about will be told apart."""
+        """Whether the two effects that were asked about will be distinguished."""
         return self._design.decides
 
     @property

@@ -218,7 +218,7 @@ class Project:
         Args:
             seconds: Time that there is, all experiments together.
             parameters: Names of those to know better; all that are estimated where none is named.
-            between: Ids of two effects to tell apart.
+            between: Ids of two effects to distinguish.
             progress: Called after each experiment that was simulated.
 
         Returns:
@@ -232,10 +232,10 @@ class Project:
             from flexgui.core.experiments.plan import plan
             from flexgui.library.plan import Plan
 
-            wish = ExperimentRequest(
+            request = ExperimentRequest(
                 seconds, tuple(parameters), tuple(between), self.scenario.limits
             )
-            return Plan(self, plan(self.scenario, wish, **self._places, progress=heard))
+            return Plan(self, plan(self.scenario, request, **self._places, progress=heard))
 
     def compare(
         self, values: Mapping[str, float] | None = None, progress: Callback | None = None

@@ -110,7 +110,7 @@ class ArmScene:
 
     def rebuild(self, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
         """Another arm or other numbers, at posture q (n,), without ghost and paths; nodes are made
-        anew only for another kind of arm."""
+        again only for another kind of arm."""
         with self._lock, self._owner.atomic():
             # The same arm at another posture, as a slider of a joint asks for all the time.
             same = self.body.arm is arm and np.array_equal(self.body.p, p)

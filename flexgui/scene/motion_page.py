@@ -23,7 +23,7 @@ def playback_html(
 ) -> str:
     """A page that plays the motion, with the measured postures ghost (N, n) where given.
 
-    It is recorded by a server of its own on a free port of this machine, which nobody is told
+    It is recorded by a server of its own on a free port of this machine, which is stated nowhere
     and which ends with the recording: writing a page ends recordings of the same server.
     """
     index = frame_indices(motion.time)

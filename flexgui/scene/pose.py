@@ -139,7 +139,7 @@ def _spot(place: np.ndarray, angle: np.ndarray, level: float) -> Spot:
 
 def _arc(start: Spot, value: float, length: float, top: float) -> tuple[np.ndarray, np.ndarray]:
     """A ring from the zero direction over the joint's angle, one turn at most, and a base line."""
-    # Drawn is what is left of whole turns; the text tells all.
+    # Drawn is what is left of whole turns; the text states all.
     drawn = float(np.fmod(value, 2.0 * np.pi))
     direction = start.angle + drawn * np.linspace(0.0, 1.0, ARC_POINTS)
     c, s = np.cos(direction), np.sin(direction)

@@ -188,7 +188,7 @@ not touched, since each step takes the share that the one before has left."""
 
 
 def measured_postures(recording: Recording, model: Model, numbers: Numbers) -> np.ndarray | None:
-    """q (N, n) of a recording; None without encoders. Straight where nothing tells the bending.
+    """q (N, n) of a recording; None without encoders. Straight where nothing shows the bending.
 
     Between samples of a slow camera the bending runs straight in time.
     """

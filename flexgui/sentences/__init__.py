@@ -1,1 +1,1 @@
-"""What a reader is told, word for word, from the facts that `core` returns."""
+"""Sentences for readers, from the facts that `core` returns."""

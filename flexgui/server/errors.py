@@ -78,7 +78,7 @@ def show_note(client: viser.ClientHandle, title: str, text: str, *, bad: bool = 
 
 
 def explain_following(client: viser.ClientHandle) -> None:
-    """Tells a follower why an input has no effect."""
+    """Shows a follower why an input has no effect."""
     show_note(
         client,
         "You follow the teacher",

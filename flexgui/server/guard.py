@@ -95,7 +95,7 @@ class Guard:
     def _answer(
         self, client: viser.ClientHandle, message: Message, allowed: bool, refusal: Exception
     ) -> None:
-        """Tells the page about a refusal, where it would not notice it by itself."""
+        """Informs the page about a refusal, where it would not notice it by itself."""
         match message:
             case FileTransferStartUpload():
                 shown = isinstance(refusal, RefusedError) and refusal.shown

@@ -50,7 +50,7 @@ class Limits:
     and the page would not offer the earlier work."""
     asked_longer: int = 4
     wrong_codes: int = 10
-    """Wrong codes and tickets per minute and address, before it is told to wait."""
+    """Wrong codes and tickets per minute and address, before it has to wait."""
     ports: int = 20
     """Ports that are tried, from the given one upwards."""
 

@@ -157,7 +157,7 @@ class SessionStore:
         if self._saved_folders is not None:
             folder = self._saved_folders.begin(key)
         else:
-            folder = self.root / secrets.token_hex(8)  # lists of files tell no keys
+            folder = self.root / secrets.token_hex(8)  # lists of files reveal no keys
             folder.mkdir(mode=0o700)
         try:
             entry = _Entry(self._make(key, folder), address)

@@ -225,7 +225,7 @@ def _client_of(arguments: tuple[Any, ...]) -> viser.ClientHandle | None:
 
 
 def cache_type_hints() -> None:
-    """viser writes `NDArray[np.float16]` and the like anew for each property that is set, which
+    """viser writes `NDArray[np.float16]` and the like again for each property that is set, which
     takes a tenth of the time of a drawing; here each is made once. Elsewhere nothing changes."""
     kinds = (np.float16, np.float32, np.float64, np.uint8)
     cached = SimpleNamespace(NDArray={kind: npt.NDArray[kind] for kind in kinds})  # type: ignore[valid-type]

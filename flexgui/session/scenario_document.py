@@ -22,7 +22,7 @@ COMPILING = "Another kind of arm: its equations are derived and compiled, which 
 
 
 class ScenarioDocument:
-    """Checks every edit of the scenario, then computes the live model anew."""
+    """Checks every edit of the scenario, then computes the live model again."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -76,7 +76,7 @@ class ScenarioDocument:
         return True
 
     def refresh(self) -> None:
-        """Computes the live model anew, on another thread."""
+        """Computes the live model again, on another thread."""
         self._worker.request(self._compute)
 
     def wait_idle(self, timeout: float) -> bool:

@@ -65,7 +65,7 @@ class Topic(Enum):
 
     SCENARIO = "scenario"
     LIVE = "live"
-    """The model of the sliders was computed anew."""
+    """The model of the sliders was computed again."""
     STAGE = "stage"
     """Another stage of the work is shown."""
     RECORDINGS = "recordings"

@@ -1,4 +1,4 @@
-"""The guided tour: which card it shows, from the work done so far and the stage that is shown."""
+"""The tour: which card it shows, from the work done so far and the stage that is shown."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ FLAT = 0.35
 def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
     """References and measurements over time in s; stretches that do not count are grey.
 
-    `slides` tells for each joint whether it slides: its positions are in m then.
+    `slides` states for each joint whether it slides: its positions are in m then.
     """
     kinds, parts = _kinds(recording), []
     for names in kinds:

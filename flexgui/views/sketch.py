@@ -12,7 +12,7 @@ from flexgui.views import colours
 from flexgui.views.layout import trace
 
 POINTS = 170
-"""As many as the eye tells apart in a picture that is hardly wider."""
+"""As many as the eye distinguishes in a picture that is hardly wider."""
 MARGIN = 2.0
 """px above and below, so that a line at an end is seen whole."""
 

@@ -112,7 +112,7 @@ def mathml(latex: str, block: bool = True) -> Markup:
 
 
 def _clean(element: ET.Element) -> None:
-    """Keep known elements and attributes only; texts become characters, to be escaped anew."""
+    """Keep known elements and attributes only; texts become characters, to be escaped again."""
     if element.tag not in ALLOWED:
         raise ValueError(f"no element of a formula: {element.tag}")
     element.attrib = {k: v for k, v in element.attrib.items() if k in ATTRIBUTES}

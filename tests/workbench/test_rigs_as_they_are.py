@@ -377,7 +377,7 @@ def test_a_run_with_another_friction_is_named(tmp_path: Path) -> None:
     said = notes(run_scenario(scenario(text), folder=tmp_path))
     accused = [note for note in said if note.startswith("Run ")]
     assert len(accused) == 1 and accused[0].startswith("Run third differs in fc1 by +20 %")
-    assert any(note.startswith("m1 repeats to") for note in said)
+    assert any(note.startswith("m1: standard deviation") for note in said)
 
 
 REPEATED = """

@@ -34,7 +34,7 @@ SEED = 4001
 OWN = "own"
 
 RELATIVE_STEP = 1e-4
-"""Of the differences that tell how a stiffness follows from the parameters."""
+"""Of the differences that show how a stiffness follows from the parameters."""
 
 
 class Advice(Part):

@@ -95,7 +95,7 @@ def estimate(rig: Rig, fitted: Fitted) -> Answer:
 
 
 def glocal_values(rig: Rig, snr_db: float | None, run: int) -> dict[str, float]:
-    """The glocal estimate of a run, computed anew wherever it is needed."""
+    """The glocal estimate of a run, computed again wherever it is needed."""
     recordings = run_data(rig, snr_db, run)
     seed = population_seed(rig.settings, snr_db, run, len(recordings))
     return shared(evolve_fit(rig, GLOCAL, recordings, seed))

@@ -16,7 +16,7 @@ AXIS_SIZE = {"x": 28, "y": 44}
 LABEL_SIZE = 17
 DASHES = {"solid": [], "dash": [8, 5], "dot": [2, 4]}
 STROKES = {"solid": "━", "dash": "╍", "dot": "┉"}
-"""Beside the name: the mark of uPlot's legend tells the colour only."""
+"""Beside the name: the mark of uPlot's legend shows the colour only."""
 LARGEST = 1e30
 """More has no axis: uPlot would look for its numbers for ever."""
 NO_LINE = [0, 100_000]

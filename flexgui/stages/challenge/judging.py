@@ -56,7 +56,7 @@ class SizeField:
     name: str
     title: str
     unit: str
-    """Of a size that is typical of the parameter: it tells nothing of the hidden one."""
+    """Of a size that is typical of the parameter: it reveals nothing of the hidden one."""
 
     @property
     def label(self) -> str:

@@ -70,12 +70,12 @@ def rig_of(scenario: Scenario) -> RigKind | None:
 
 
 def rig_edit(scenario: Scenario, rig: RigKind) -> Edit:
-    """Changes the rig: removes simulated recordings and chooses the compared outputs anew."""
+    """Changes the rig: removes simulated recordings and chooses the compared outputs again."""
     was_slide = _is_slide(build_arm(scenario.arm))
     arm = "single_axis" if rig.slide else "paper" if was_slide else ""
 
     def edit(document: ScenarioDict) -> None:
-        _begin_anew(document)
+        _begin_again(document)
         if arm:
             _put_arm(document, arm)
         joints = presets()[arm].joints if arm else build_arm(scenario.arm).joints
@@ -93,13 +93,13 @@ def arm_edit(scenario: Scenario, preset: str) -> Edit:
     """Uses a supplied arm; keeps the drive if it has as many joints."""
     before, after = build_arm(scenario.arm), presets()[preset]
     rig = next((r for r in RIGS if r.slide), RIGS[0]) if _is_slide(after) else rig_of(scenario)
-    anew = before.joints != after.joints or _is_slide(before) != _is_slide(after)
+    is_other_kind = before.joints != after.joints or _is_slide(before) != _is_slide(after)
     rig = RIGS[0] if rig is None or (rig.slide and not _is_slide(after)) else rig
 
     def edit(document: ScenarioDict) -> None:
-        _begin_anew(document)
+        _begin_again(document)
         _put_arm(document, preset)
-        if anew:
+        if is_other_kind:
             document["drive"] = {"kind": rig.kind, **rig.start(after.joints)}
 
     return edit
@@ -109,8 +109,8 @@ def _is_slide(arm: Arm) -> bool:
     return arm.joints == 1 and arm.segments[0].joint == "prismatic"
 
 
-def _begin_anew(document: ScenarioDict) -> None:
-    """Removes simulated recordings and chooses the compared outputs anew."""
+def _begin_again(document: ScenarioDict) -> None:
+    """Removes simulated recordings and chooses the compared outputs again."""
     measured = [e for e in document.get("recordings", ()) if "simulate" not in e]
     document["recordings"] = with_lists(measured)
     identify = document.setdefault("identify", {})

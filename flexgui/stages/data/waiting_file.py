@@ -60,7 +60,7 @@ class WaitingFile:
     theta2: float | None = None
     """rad (m): where joint 2 stood, in a file without a column of it."""
     recording: str = ""
-    """The recording that is read anew; a new one where empty."""
+    """The recording that is read again; a new one where empty."""
     inspection: Inspection | None = None
     """What a first look into the file has found; None before it."""
     gaps: str = ""

@@ -115,7 +115,7 @@ PRICE = 0.05
 """Of a parameter, in logarithms of what is left: as the listed ones are ranked (design, 6)."""
 
 LEAST_LEFT = 1e-4
-"""Share of the error; below it nothing is told apart by it."""
+"""Share of the error; below it nothing is distinguished by it."""
 
 
 def ranked_with_own(before: ModelVersion, after: ModelVersion) -> ModelVersion:

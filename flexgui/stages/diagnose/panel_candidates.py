@@ -72,8 +72,11 @@ class Candidates(PageElement):
     def show(
         self, findings: ModelFindings | None, titles: dict[str, str], best: bool, able: bool
     ) -> None:
-        """The best of a ranking; `titles` of what each cannot be told from; `best`: whether adding
-        the first is the next sensible thing; `able`: whether anything can be added now."""
+        """Show the best of a ranking.
+
+        `titles`: of what each cannot be distinguished from; `best`: whether to suggest the first;
+        `able`: whether anything can be added now.
+        """
         if findings is None:
             self._words.show()
             return

@@ -1,4 +1,4 @@
-"""What is known of the rig beforehand: a diagnosis does not offer what cannot be by it."""
+"""What is known of the rig a priori: a diagnosis does not offer what cannot be by it."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class Diagnosis:
 
     @property
     def shown_versions(self) -> tuple[ModelVersion, ...]:
-        """The way with what the worker has told so far."""
+        """The way with what the worker has reported so far."""
         if self.pending is None or self.pending.found is None:
             return self.versions
         return (*versions_before(self.versions, self.pending), self.pending)
@@ -77,7 +77,7 @@ class Diagnosis:
 
     @property
     def whole(self) -> Outcome | None:
-        """The last result with what was found missing and added, as the report tells it."""
+        """The last result with what was found missing and added, as the report states it."""
         outcome, of = self._session.identification.outcome, self._session.identification.outcome_of
         last = self.versions[-1] if self.versions else None
         if outcome is None or last is None or last.scenario != of:

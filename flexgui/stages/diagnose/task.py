@@ -56,7 +56,7 @@ def diagnose(
     """The ranking on the scenario's model, with nothing added to it.
 
     `fit`: also identify, from where the parameters start, "before" or "after" the ranking. The step
-    of the error ladder is told first; then the ranking, again and again as it gets finer.
+    of the error ladder is reported first; then the ranking, again and again as it gets finer.
     """
     from flexgui.core.diagnose.diagnose import diagnose as search
     from flexgui.core.results import MISSING
@@ -104,7 +104,7 @@ def _search_inputs(
     from flexgui.core.scenario.stated_effects import candidate_effects
 
     settings = scenario.diagnose
-    candidate_effects(settings)  # a slip there is told before the long work
+    candidate_effects(settings)  # a slip there is reported before the long work
     if settings.output is not None:
         spec = spec.model_copy(update={"output": settings.output})
     progress.stage("Reading the recordings", len(scenario.recordings))
@@ -125,8 +125,8 @@ def _search_inputs(
 
 
 class FindingsReporter:
-    """The model fitted as it is: its step of the ladder and what it leaves of the recordings, told
-    at once; what else is found is told with them."""
+    """The model fitted as it is: its step of the ladder and what it leaves of the recordings, sent
+    at once; what else is found comes with them."""
 
     def __init__(self, inputs: SearchInputs, progress: PartialProgress) -> None:
         from flexgui.core.diagnose.diagnose import fit_base_to_recordings
@@ -174,7 +174,7 @@ class FindingsReporter:
         self.check()
 
     def _add_laws(self) -> None:
-        """Of the first of the list, anew where that or its sizes have changed."""
+        """Of the first of the list, again where that or its sizes have changed."""
 
         first = next(iter(self.seen.ranking), None)
         if first is None or not self._shown:

@@ -61,7 +61,7 @@ def plan_next(
     from flexgui.export.plan_files import write_plan
     from flexgui.sentences.experiments import plan_paragraphs
 
-    wish = ExperimentRequest(seconds, limits=scenario.limits)
-    design = plan(scenario, wish, folder=ConfinedFolder(Path(folder)), progress=progress)
+    request = ExperimentRequest(seconds, limits=scenario.limits)
+    design = plan(scenario, request, folder=ConfinedFolder(Path(folder)), progress=progress)
     write_plan(scenario, design, Path(out))
     return plan_paragraphs(design)

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from flexgui.core.montecarlo.study import Case
     from flexgui.session.session import Session
 
-CALM = 1.0
+SHORTEST_PAUSE = 1.0
 """s between two drawings of the results."""
 
 SHARE = 5.0
@@ -179,7 +179,7 @@ class Study:
     def _show(self, run: StudyRun) -> bool:
         """False where another one, or none, is shown."""
         if self._session.closed and not has_saved_work(self._session.folder):
-            # A run that was just beginning has made its folder anew.
+            # A run that was just beginning has made its folder again.
             shutil.rmtree(self._session.folder, ignore_errors=True)
         if run is not self.run:
             return False
@@ -202,7 +202,7 @@ class Study:
                 return
             self._sections = sections
         self._session.notify(Topic.STUDY)
-        self._over.wait(max(CALM, SHARE * took))
+        self._over.wait(max(SHORTEST_PAUSE, SHARE * took))
 
 
 log = logging.getLogger(__name__)

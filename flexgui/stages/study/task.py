@@ -9,7 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
-from flexgui.core.resumable.executor import CALM, Answers, Executor, Stop, Work, never, requeue
+from flexgui.core.resumable.executor import (
+    POLL_INTERVAL,
+    Answers,
+    Executor,
+    Stop,
+    Work,
+    never,
+    requeue,
+)
 from flexgui.jobs.job import QUEUED, Job
 from flexgui.jobs.messages import Failed, Stopped, Task, WorkerLost
 from flexgui.jobs.pool import JobPool
@@ -65,7 +73,7 @@ class QueueExecutor(Executor):
                     waiting.clear()
                     _stop(running)
                 self._submit(waiting, running, tasks)
-                self._news.wait(CALM)
+                self._news.wait(POLL_INTERVAL)
                 self._news.clear()
                 yield from _collect(waiting, running, losses)
         finally:
