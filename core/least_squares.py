@@ -130,12 +130,12 @@ def descend(
     vibration with half the steps they pointed uphill, and left a tenth of the error.
 
     `keep` is for a start near its minimum. Slopes hardly change there and are the expensive part.
-    So they are computed again only where a step with those at hand reduced the cost by less than KEPT
-    or more than FLAT of the predicted reduction. Such a step is doubled as long as the cost falls.
-    A step that raises the cost is shortened only while the predicted reduction is large enough.
-    Not for starts farther away: short steps were seen to gain more than the linear prediction
-    there, and doubled ones to leave a limit of torque so far from its minimum that a soft base seemed to
-    be missing.
+    So they are computed again only where a step with those at hand reduced the cost by less than
+    KEPT or more than FLAT of the predicted reduction. Such a step is doubled as long as the cost
+    falls. A step that raises the cost is shortened only while the predicted reduction is large
+    enough. Not for starts farther away: short steps were seen to gain more than the linear
+    prediction there, and doubled ones to leave a limit of torque so far from its minimum that a
+    soft base seemed to be missing.
     """
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
