@@ -61,7 +61,7 @@ class EffectParameter:
     grid: tuple[float, ...] = ()
     """Sizes to try where the response has no slope at neutral; empty: it has one."""
     secondary: bool = False
-    """Freed in refits only: it shapes the effect and is no size of its own."""
+    """Freed in refits only: it changes the shape of the effect, not its size."""
     fine_grid: tuple[float, ...] = ()
     """Shapes for a second look, so close that a descent finds what lies between."""
     separate: bool = False

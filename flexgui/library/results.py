@@ -197,7 +197,7 @@ class Identification(_Found):
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis(_Found):
-    """What the model lacks, how sure that is, and how the error fell."""
+    """The missing effects, the evidence for them, and the error after each step."""
 
     @property
     def verdict(self) -> str:

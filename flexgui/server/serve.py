@@ -156,7 +156,7 @@ def _saved_folders() -> SavedWorkFolders | None:
     try:
         return SavedWorkFolders(state_folder() / "sessions")
     except OSError as error:
-        log.warning("Work cannot be saved on disk: it ends with this server. %s", error)
+        log.warning("Work cannot be saved on disk; export it before this server stops. %s", error)
         return None
 
 

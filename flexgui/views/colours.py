@@ -7,7 +7,7 @@ MODEL = "#d9730d"
 RESIDUAL = "#3572c6"
 """Residual: a blue that differs from the orange of predictions for colour-blind eyes too."""
 MISSING = RESIDUAL
-"""What the model lacks is the residual again, seen as a torque."""
+"""The missing torque is the residual again, seen as a torque."""
 BACKWARDS = "#3f8f86"
 """The same while the joint moves backwards."""
 ADDED = "#d9730d"

@@ -11,7 +11,7 @@ from ...check.finding import RESAMPLE_LINE, Check, Finding
 
 
 class RepeatedTimes(Check):
-    """Time stamps that repeat or fall back."""
+    """Time stamps that do not increase."""
 
     kind = "repeated_times"
 
