@@ -31,7 +31,7 @@ CYCLES = 4.0
 WORST = 10
 """Worst places that are listed."""
 
-FEWEST = 8
+FEWEST_FOR_RMS = 8
 """Samples in a cell; fewer give no rms."""
 
 
@@ -102,7 +102,7 @@ def _evenly_sampled(c: ChannelComparison) -> EvenlySampled:
     good = c.counted & np.isfinite(c.residual)
     index = np.flatnonzero(good)
     dt = float(c.time[1] - c.time[0]) if len(c.time) > 1 else 1.0
-    if index.size < FEWEST:
+    if index.size < FEWEST_FOR_RMS:
         return EvenlySampled(dt, np.zeros(0), 0)
     stride = max(int(np.median(np.diff(index))), 1)
     rows = slice(index[0], index[-1] + 1, stride)
@@ -135,7 +135,7 @@ def _in_windows(c: ChannelComparison, edges: np.ndarray, floor: float) -> Cells:
     many = np.bincount(place, minlength=len(edges) - 1)
     total = np.bincount(place, c.residual[counted] ** 2, minlength=len(edges) - 1)
     rms = np.sqrt(total / np.maximum(many, 1))
-    return np.where(many >= FEWEST, rms, np.nan), np.full(len(edges) - 1, floor)
+    return np.where(many >= FEWEST_FOR_RMS, rms, np.nan), np.full(len(edges) - 1, floor)
 
 
 def _frequency_map(parts: Parts, floor: float) -> ErrorMap:
@@ -161,7 +161,7 @@ def in_bands(samples: EvenlySampled, edges: np.ndarray, floor: float) -> Cells:
     error, n, top = samples.error, len(samples.error), 0.5 / samples.dt
     width = np.clip(np.minimum(edges[1:], top) - edges[:-1], 0.0, None)
     white = floor * np.sqrt(width / top)
-    if n < FEWEST:
+    if n < FEWEST_FOR_RMS:
         return np.full(len(width), np.nan), np.where(width > 0.0, white, np.nan)
     power = np.abs(np.fft.rfft(error * np.hanning(n))) ** 2
     power[1 : (n + 1) // 2] *= 2.0  # both signs of a frequency
@@ -176,7 +176,7 @@ def in_bands(samples: EvenlySampled, edges: np.ndarray, floor: float) -> Cells:
 BINS = 16
 """Bins along the axis."""
 
-FEWEST = 20
+FEWEST_FOR_MEAN = 20
 """Samples in a cell; the mean of fewer is noise."""
 
 TAILS = 0.5
@@ -246,7 +246,7 @@ def _error_over(
     x = getattr(samples.motion, quantity)[:, k]
     finite = np.isfinite(x)
     x, error = x[finite], samples.error[finite]
-    if x.size < 2 * FEWEST or np.ptp(x) == 0.0:
+    if x.size < 2 * FEWEST_FOR_MEAN or np.ptp(x) == 0.0:
         return None
     low, high = np.percentile(x, [TAILS, 100.0 - TAILS])
     edges = np.linspace(low, high, BINS + 1) if high > low else np.linspace(x.min(), x.max(), 2)
@@ -256,7 +256,7 @@ def _error_over(
     count = np.bincount(place, minlength=2 * bins)
     mean = np.bincount(place, error, minlength=2 * bins) / np.maximum(count, 1)
     square = np.bincount(place, error**2, minlength=2 * bins) / np.maximum(count, 1)
-    few = count < FEWEST
+    few = count < FEWEST_FOR_MEAN
     return ErrorOver(
         channel=channel, unit=samples.unit, quantity=quantity, joint=k + 1,
         quantity_unit=QUANTITIES[quantity](samples.motion.units[k]), edges=edges,

@@ -21,10 +21,10 @@ from ..diagnose.evidence import assess_refit
 from ..diagnose.fit_problem import Data, hypothesis
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.ranking import ranking_of
-from ..diagnose.refit import Refit, fit, whitened_cost
+from ..diagnose.refit import Refit, fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.search_state import Options, State, base_step, step_of
-from ..diagnose.whitening import Whitener, fit_whitener, whitened_rows
+from ..diagnose.whitening import fit_whitener, whitened_rows
 from ..effects.effect import Effect
 from ..progress import Progress
 from ..results import DiagnosisRound
@@ -34,10 +34,7 @@ def final_ladder(
     state: State, base_fit: BaseFit, options: Options, progress: Progress
 ) -> tuple[State, BaseFit]:
     """The search with all steps compared alike, and its base model. If stopped on the way, the
-    search in the first floors.
-
-    What is stopped on the way goes back to where all was weighed in the first floors.
-    """
+    search in the first floors."""
     first_fit, before = base_fit, state.copied()
     better = bool(state.removed) and not state.added and state.refit.cost < base_fit.base.cost
     if (state.out_of_date or better) and not progress.stopped():
@@ -138,16 +135,11 @@ def ladder_to_final_model(
         remaining.remove(strongest)
         other_ranks = rounds[0].ranking if rounds and not steps else ()
         whitener = noise if steps else screened.whitener
-        both = _with_white_cost(before, whitener), _with_white_cost(after, whitener)
+        both = with_whitened_cost(before, whitener), with_whitened_cost(after, whitener)
         repeated = _ladder_round(by_kind[strongest.kind], screened, *both, anchored, other_ranks)
         steps.append(RebuiltStep(strongest, anchored, after, repeated))
         before = after
     return steps
-
-
-def _with_white_cost(refit: Refit, whitener: Whitener) -> Refit:
-    white, _ = whitened_cost(refit.hypothesis, refit.descended, whitener)
-    return replace(refit, white_cost=white)
 
 
 def _strongest_effect(

@@ -15,9 +15,9 @@ from ..diagnose.cost_minimum import converge, converge_precisely
 from ..diagnose.evidence import RELEVANT, TIE, assess_refit
 from ..diagnose.fit_problem import Data, hypothesis, with_shared_motions
 from ..diagnose.linear_screen import Screen, screen
-from ..diagnose.refit import Refit, whitened_cost
+from ..diagnose.refit import Refit, with_whitened_cost
 from ..diagnose.refit_starts import nominal_values
-from ..diagnose.whitening import Whitener, fit_whitener, whitened_rows
+from ..diagnose.whitening import fit_whitener, whitened_rows
 from ..effects.effect import Effect
 from ..least_squares import cost_of
 
@@ -43,7 +43,7 @@ def finer_round(
     finer_data, after = _fit_with_shape(data, before, [*present, finer], stopped)
     data, before = converge_precisely(data, before, stopped)
     whitener = fit_whitener(after.errors, whitened_rows(data.experiments))
-    before, after = (_with_white_cost(r, whitener) for r in (before, after))
+    before, after = (with_whitened_cost(r, whitener) for r in (before, after))
     weighed = assess_refit(screened.candidates[0], before, after, data.count, 1)
     if stopped() or not weighed.white_drop > TIE or gate(finer_data, after):
         return None
@@ -64,7 +64,3 @@ def _fit_with_shape(
     starts = [hypothesis(bare, effects, {**at, **v}) for v in ({}, nominal_values(data))]
     best = min(starts, key=lambda h: cost_of(h.errors(h.vector)))
     return converge_precisely(*converge(bare, best, None, stopped), stopped)
-
-
-def _with_white_cost(refit: Refit, whitener: Whitener) -> Refit:
-    return replace(refit, white_cost=whitened_cost(refit.hypothesis, refit.descended, whitener)[0])

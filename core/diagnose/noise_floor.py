@@ -51,11 +51,6 @@ def channel_floors(
     deviations by column, as the sensor writes them; `fidelity`: relative modelling tolerance, as a
     share of a channel's spread. A residual refutes estimated noise that is more than WITHIN times
     as large.
-
-    `errors` (M, k) per recording, measured minus model, of the fitted `motions`; `stated` standard
-    deviations by column of a recording, as the sensor writes it; `fidelity` the share of a
-    channel's spread that no model of this kind is asked to explain. What the model leaves
-    refutes an estimated noise that is more than WITHIN times as large.
     """
     repeated_noise = unrepeated_rms(repeated_groups(experiments), experiments, errors)
     drawn = output_noise(experiments, motions, stated, excluded=repeated_noise)

@@ -102,10 +102,7 @@ def _shapes(secondary: Sequence[EffectParameter]) -> list[tuple[tuple[str, float
 @dataclass
 class BaseErrors:
     """Errors (M, k) per recording of the base model by steps per sample; columns are differences
-    from them. Both are simulated equally coarsely, so that the error of the steps cancels.
-
-    Simulated as coarsely as the trial, so that the steps' own error cancels.
-    """
+    from them. Both are simulated equally coarsely, so that the error of the steps cancels."""
 
     base: Hypothesis
     found: dict[int | None, list[np.ndarray]] = field(default_factory=dict)
@@ -144,10 +141,6 @@ def simulate_column(
     A sensitivity is taken at a size that changes the outputs by less than the error of the base. A
     larger size can put a vibration out of phase. Diverging simulations are repeated at smaller
     sizes.
-
-    A slope is asked for at a size that moves the outputs by less than they are off: where a
-    vibration falls out of step, a line through a larger size says nothing of the smaller ones. A
-    simulation that comes apart is tried at smaller sizes, too.
     """
     for _ in range(SMALLER_TRIES):
         blocks, zero = _output_change(data, base, accepted, trial, zeros)

@@ -76,10 +76,7 @@ def whitened_cost(
     at: Hypothesis, descended: Descended, whitener: Whitener
 ) -> tuple[float, np.ndarray]:
     """Least whitened squared error near a minimum, and the covariance there. Parameters at a bound
-    stay there.
-
-    Parameters at a bound stay there.
-    """
+    stay there."""
     slopes = [whitener(i, s) for i, s in enumerate(descended.slopes)]
     blocks = [whitener(i, b) for i, b in enumerate(descended.blocks)]
     A, b = normal_equations(blocks, slopes)
@@ -91,6 +88,11 @@ def whitened_cost(
     return cost - float(b[which] @ inverse @ b[which]), covariance
 
 
+def with_whitened_cost(refit: Refit, whitener: Whitener) -> Refit:
+    """The refit with the whitened cost of this whitener."""
+    return replace(refit, white_cost=whitened_cost(refit.hypothesis, refit.descended, whitener)[0])
+
+
 def refit_with(
     data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
     whitener: Whitener, slopes: Sequence[np.ndarray], scanned: Sequence[str],
@@ -98,8 +100,6 @@ def refit_with(
 ) -> Refit:  # fmt: skip
     """Fits the model with `effects` from the best of several starts, which are compared coarsely
     after a few iterations.
-
-    They race coarsely: which is ahead shows without the last digit, and there are several.
 
     `slopes` are the base's, (M, k, P) per recording; the parameters `scanned` have no slope at
     neutral.

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -22,7 +21,7 @@ from ..diagnose.fit_problem import Data, hypothesis, parameter_names
 from ..diagnose.gram_matrix import gram_matrix
 from ..diagnose.linear_screen import Screen
 from ..diagnose.output_changes import Column
-from ..diagnose.refit import Refit, fit, refit_with, whitened_cost, with_robust_covariance
+from ..diagnose.refit import Refit, fit, refit_with, with_robust_covariance, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.remaining_error import within_noise
 from ..diagnose.shape_refinement import best_shape, joint_shape
@@ -118,9 +117,7 @@ def _coarser_and_less_likely(data: Data, candidate: Refit, refit: Refit) -> bool
     if shapes == before:
         return False
     whitener = fit_whitener(refit.errors, whitened_rows(data.experiments))
-    without, with_them = (
-        whitened_cost(r.hypothesis, r.descended, whitener)[0] for r in (candidate, refit)
-    )
+    without, with_them = (with_whitened_cost(r, whitener).white_cost for r in (candidate, refit))
     return without - with_them > TIE
 
 
@@ -157,8 +154,7 @@ def best_exchange(
     Returns:
         None where every effect is the best in its place.
     """
-    white, _ = whitened_cost(refit.hypothesis, refit.descended, screened.whitener)
-    refit = replace(refit, white_cost=white)
+    refit = with_whitened_cost(refit, screened.whitener)
 
     def refitted(exchange: _Exchange) -> Refit:
         start = {**refit.hypothesis.values(), **exchange.values}

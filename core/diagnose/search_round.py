@@ -32,8 +32,8 @@ from ..diagnose.refit import (
     best_start,
     columns_of,
     fit,
-    whitened_cost,
     with_fine_errors,
+    with_whitened_cost,
 )
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.remaining_error import within_noise
@@ -108,8 +108,7 @@ def search_round(
     screened = screen(data, before.hypothesis, present, candidates, on_progress, on_screen)
     if on_screen is not None:
         on_screen(screened)
-    white, _ = whitened_cost(before.hypothesis, before.descended, screened.whitener)
-    before = replace(before, white_cost=white)
+    before = with_whitened_cost(before, screened.whitener)
     refitted: list[RefittedCandidate] = []
     # Within the noise nothing can be missing, whatever is explained below the floor.
     chosen = [] if within_noise(data, before.errors) else most_promising(screened, data.count)

@@ -102,6 +102,11 @@ def test_what_does_not_count_is_in_no_cell() -> None:
     assert np.nanmax(one.ratio) < 1.0 + SPREAD
 
 
+def test_a_time_window_of_ten_samples_has_an_rms_and_one_of_seven_has_none() -> None:
+    assert np.isfinite(mapped(compared(white(5, 12 * 10 * DT))).by_time[0].rms).all()
+    assert np.isnan(mapped(compared(white(5, 12 * 7 * DT))).by_time[0].rms).all()
+
+
 def test_a_slow_camera_is_mapped_up_to_its_own_half_rate() -> None:
     counted = np.zeros(3000, dtype=bool)
     counted[::10] = True
