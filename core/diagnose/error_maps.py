@@ -78,14 +78,11 @@ def noise_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, float]
 def worst_cells(maps: Sequence[ErrorMap], count: int = WORST) -> tuple[WorstCell, ...]:
     """The cells furthest above their noise floor, worst first."""
     cells = [
-        WorstCell(
-            name, m.channel, m.unit, m.axis, m.axis_unit, float(m.edges[j]),
-            float(m.edges[j + 1]), float(m.rms[i, j]), float(m.ratio[i, j]),
-        )
+        m.cell(i, int(j))
         for m in maps
-        for i, name in enumerate(m.recordings)
+        for i in range(len(m.recordings))
         for j in np.flatnonzero(np.isfinite(m.ratio[i]))
-    ]  # fmt: skip
+    ]
     return tuple(sorted(cells, key=lambda cell: -cell.ratio)[:count])
 
 

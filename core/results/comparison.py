@@ -122,6 +122,22 @@ class Variant:
 
 
 @dataclass(frozen=True)
+class WorstCell:
+    """One place where the model fails."""
+
+    recording: str
+    channel: str
+    unit: str
+    axis: str
+    axis_unit: str
+    low: float
+    high: float
+    rms: float
+    ratio: float
+    """Times the floor."""
+
+
+@dataclass(frozen=True)
 class ErrorMap:
     """How large the error of one channel is, by recording and along time or frequency."""
 
@@ -146,21 +162,14 @@ class ErrorMap:
         """(recordings, n): times the floor."""
         return self.rms / self.floor
 
-
-@dataclass(frozen=True)
-class WorstCell:
-    """One place where the model fails."""
-
-    recording: str
-    channel: str
-    unit: str
-    axis: str
-    axis_unit: str
-    low: float
-    high: float
-    rms: float
-    ratio: float
-    """Times the floor."""
+    def cell(self, row: int, column: int) -> WorstCell:
+        """One cell of the map."""
+        low, high = self.edges[column : column + 2]
+        rms, ratio = float(self.rms[row, column]), float(self.ratio[row, column])
+        return WorstCell(
+            self.recordings[row], self.channel, self.unit, self.axis, self.axis_unit, float(low),
+            float(high), rms, ratio,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

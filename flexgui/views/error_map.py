@@ -93,7 +93,8 @@ def _heat(m: ErrorMap, top: float, legend: bool, dark: bool) -> Figure:
     return heat(
         np.log10(np.maximum(m.ratio, 1e-3)), scale, "× noise floor", **place,
         zmin=0.0, zmax=float(np.log10(top)), showscale=legend, colorbar={**named, "len": 1.0},
-        xgap=1, ygap=1, customdata=np.stack([m.ratio, m.rms], axis=-1),
+        xgap=1, ygap=1, meta={"cells": [m.axis, m.channel]},
+        customdata=np.stack([m.ratio, m.rms], axis=-1),
         hovertemplate="%{customdata[0]:.3g} times the noise floor, rms %{customdata[1]:.3g} "
         f"{m.unit or '–'}<extra></extra>",
     )  # fmt: skip

@@ -12,7 +12,8 @@ from flexgui.core.errors import InputError
 from flexgui.library.shipped import demo_scenario
 from flexgui.session import playback
 from flexgui.session.session import Session
-from tests.page.helpers import press, sees
+from tests.page.helpers import LOOK, press, sees
+from tests.page.test_diagnose import few
 from tests.session.helpers import until
 
 pytestmark = pytest.mark.long
@@ -93,3 +94,29 @@ def test_a_recording_that_is_not_read_yet_is_told_and_read_at_the_next_stage(
         sees(page, "The recording is not read yet")
     press(page, "Data")
     sees(page, "model as stated")
+
+
+CELL = """([row, column]) => {
+  const node = [...document.querySelectorAll('.js-plotly-plot')]
+    .find(node => node.offsetParent && node.data.some(trace => trace.type === 'heatmap'));
+  const {xaxis, yaxis} = node._fullLayout, box = node.getBoundingClientRect();
+  const {x} = node._fullData[0], time = 0.5 * (x[column] + x[column + 1]);
+  const across = xaxis._offset + xaxis.l2p(time), down = yaxis._offset + yaxis.l2p(row);
+  return [box.left + across, box.top + down, time];
+}"""
+"""Where on the screen the middle of a cell of the error map is, and its time in s."""
+
+
+def test_a_click_on_a_cell_of_the_error_map_leads_there(page: Any, session: Session) -> None:
+    few(session)
+    assert session.identification.start()
+    until(lambda: not session.run.busy)
+    press(page, "Compare")
+    page.locator(".heatmaplayer image").first.wait_for()
+    page.wait_for_timeout(LOOK)
+    x, y, time = page.evaluate(CELL, [1, 4])
+    page.mouse.click(x, y)
+    names = [r.recording for r in session.comparison.shown]
+    until(lambda: session.playback.cursor.recording == names[1])
+    assert session.playback.cursor.time == pytest.approx(time)
+    assert not page.evaluate("document.querySelectorAll('.fx-at:is(.A, .B)').length")

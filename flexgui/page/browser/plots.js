@@ -176,7 +176,7 @@
   // The first click sets A, the second one (or any with shift) B, the third sets A again.
   document.addEventListener("click", event => {
     const node = event.target.closest?.(".draglayer")?.closest(".js-plotly-plot");
-    if (!node || !timed(node)) return;
+    if (!node || !timed(node) || node.data.some(trace => trace.meta?.cells)) return;
     const axis = node._fullLayout.xaxis, unit = timed(node);
     const time = axis.p2l(event.clientX - node.getBoundingClientRect().left - axis._offset);
     const hasFirst = marks.unit === unit && "A" in marks;
@@ -213,6 +213,10 @@
           node.fxLinked = true;
           node.on("plotly_relayout", change => follow(node, change));
           for (const event of REDRAWN) node.on(event, () => overlay(node));
+          node.on("plotly_click", ({points: [point]}) => {  // a cell of an error map leads there
+            const cells = point?.data.meta?.cells;
+            if (cells) window.fxAct("map cell", JSON.stringify([...cells, ...point.pointNumber]));
+          });
         }
         overlay(node);
       };

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 
 from flexgui.core.results import (
@@ -86,6 +87,7 @@ class ComparePanel(Panel):
         )  # fmt: skip
         self._worst, self._table = HtmlBlock(self.gui), HtmlBlock(self.gui)
         context.actions.register("worst place", self._go_to)
+        context.actions.register("map cell", self._go_to_cell)
 
     def build_plots(self) -> None:
         self._about = HtmlBlock(self.gui)
@@ -179,12 +181,27 @@ class ComparePanel(Panel):
         failing = self.session.comparison.failing
         worst = () if failing is None else failing.maps.worst
         cell = dict(zip(map(str, range(len(worst))), worst, strict=True)).get(place)
-        if failing is None or cell is None:
+        if failing is not None and cell is not None:
+            self._show_cell(failing.maps, cell)
+
+    def _go_to_cell(self, place: str) -> None:
+        """Moves there as well; `place`: axis and channel of a map, row and column, as JSON."""
+        failing = self.session.comparison.failing
+        if failing is None:
             return
+        maps = {(m.axis, m.channel): m for m in (*failing.maps.by_time, *failing.maps.by_frequency)}
+        try:
+            axis, channel, row, column = msgspec.json.decode(place, type=tuple[str, str, int, int])
+            cell = maps[axis, channel].cell(abs(row), abs(column))
+        except (msgspec.MsgspecError, LookupError, ValueError):
+            return  # not of these maps
+        self._show_cell(failing.maps, cell)
+
+    def _show_cell(self, maps: ErrorMaps, cell: WorstCell) -> None:
         self._signals.chosen = cell
         self._wanted_output = cell.channel
         in_time = cell.axis == "time"
-        at = 0.5 * (cell.low + cell.high) if in_time else worst_time(failing.maps, cell)
+        at = 0.5 * (cell.low + cell.high) if in_time else worst_time(maps, cell)
         self.session.playback.move(recording=cell.recording, time=at, playing=False)
         self._choose(SIGNALS)
 
