@@ -61,7 +61,7 @@ class Round:
     """The effects that lead from `before` to `after`, in the order of what each explains."""
     refusals: Sequence[Refusal] = ()
     """Effects that explained enough and were rejected, best first."""
-    unfitted: tuple[str, ...] = ()
+    failed_refits: tuple[str, ...] = ()
     """Titles of effects whose refits could not be simulated."""
 
     @property
@@ -92,32 +92,32 @@ class Acceptance:
     before: Refit
     present: Sequence[Effect]
     seen: Screen
-    tried: int
+    candidate_count: int
     stopped: Callable[[], bool]
     gate: Gate
 
     def try_sets(
-        self, refitted: list[RefittedCandidate], most: int, tried: bool
+        self, refitted: list[RefittedCandidate], most: int, allowed: bool
     ) -> tuple[Round | None, EffectSet]:
-        """(round that adds a set of effects, or None; the best set that was not refuted). `tried`:
-        whether a set may be added."""
+        """(round that adds a set of effects, or None; the best set that was not refuted).
+        `allowed`: whether a set may be added."""
         refuted_kinds: set[str] = set()
         while True:
             together = best_effect_set(self.seen, max(most, 1), self.data.count, refuted_kinds)
-            predicted_share = self._share(together.plain_drop)
-            if not tried or len(together.members) < 2 or predicted_share < PROMISING_SHARE:
+            predicted_share = self._share(together.unwhitened_reduction)
+            if not allowed or len(together.members) < 2 or predicted_share < PROMISING_SHARE:
                 return None, together
             accepted, refuted = self.try_jointly(together, refitted)
             if accepted is not None or not refuted:
                 return accepted, together
-            refuted_kinds |= refuted  # to be a part of it is no merit any more
+            refuted_kinds |= refuted  # a candidate of this set has no advantage any more
 
     def try_single(
         self, refitted: list[RefittedCandidate], together: EffectSet, most: int
     ) -> Round:
         """The round that adds the best acceptable single effect."""
         still = Round(self.seen, tuple(refitted), None, self.before, self.before, self.data)
-        promising = self._share(together.plain_drop) >= PROMISING_SHARE
+        promising = self._share(together.unwhitened_reduction) >= PROMISING_SHARE
         members = {s.effect.kind for s in together.members if promising}
         refusals = list[Refusal]()
         for best in refitted[:MOST_TRIED]:
@@ -126,15 +126,15 @@ class Acceptance:
                 continue
             if not most:
                 return replace(still, accepted=best)
-            weighed, data, after = self._converge(best)
-            refusal = self._refusal(weighed, data, after)
+            assessed, data, after = self._converge(best)
+            refusal = self._refusal(assessed, data, after)
             if refusal is None:
-                return replace(self._round_with(weighed, data, after, refitted), refusals=refusals)
+                return replace(self._round_with(assessed, data, after, refitted), refusals=refusals)
             refusals.append(refusal)
             at_bound = refusal.objection.reason is Reason.AT_BOUND
             if at_bound and best.reduction >= WHOLE_SHARE:
                 # What is missing acts as it does: a weaker effect by itself would stand in too.
-                joint, _ = self.try_sets(refitted, most, tried=most > 1)
+                joint, _ = self.try_sets(refitted, most, allowed=most > 1)
                 return replace(joint or still, refusals=refusals)
         return replace(still, refusals=refusals)
 
@@ -156,9 +156,9 @@ class Acceptance:
         order = (candidate, *[w for w in refitted if w.screened is not candidate.screened])
         return Round(self.seen, order, candidate, self.before, after, data, (candidate,))
 
-    def _share(self, drop: float) -> float:
-        """`drop` as a share of the squared error above the noise floor."""
-        return drop / max(self.before.cost - self.data.count, 1.0)
+    def _share(self, reduction: float) -> float:
+        """`cost_reduction` as a share of the squared error above the noise floor."""
+        return reduction / max(self.before.cost - self.data.count, 1.0)
 
     def _cost_objection(self, after: Refit) -> Objection | None:
         """An objection if the larger model has a higher cost: it contains the smaller one."""
@@ -175,7 +175,9 @@ class Acceptance:
     ) -> RefittedCandidate:
         """The candidate with the share of the error that a ladder step shows. Its evidence stays
         that of the round, in which all candidates were refitted alike."""
-        step = assess_refit(candidate.screened, before, after, self.data.count, self.tried)
+        step = assess_refit(
+            candidate.screened, before, after, self.data.count, self.candidate_count
+        )
         return replace(candidate, reduction=step.reduction, explained=step.explained)
 
     def _with_best_shapes(
@@ -233,7 +235,7 @@ class Acceptance:
         singles = {w.screened.effect.kind: w for w in refitted}
         added = tuple(
             singles.get(s.effect.kind)
-            or assess_refit(s, self.before, after, self.data.count, self.tried)
+            or assess_refit(s, self.before, after, self.data.count, self.candidate_count)
             for s in members
         )
         order = (*added, *[w for w in refitted if w not in added])

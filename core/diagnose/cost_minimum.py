@@ -131,10 +131,10 @@ def _refit_at(
 ) -> Refit:
     descended = replace(refit.descended, blocks=tuple(errors), cost=cost_of(errors))
     h = with_values(data, refit.hypothesis, finer=1)
-    white, _ = (
+    whitened, _ = (
         whitened_cost(h, descended, whitener) if whitener is not None else (descended.cost, None)
     )
-    return with_robust_covariance(Refit(h, descended, white, refit.covariance))
+    return with_robust_covariance(Refit(h, descended, whitened, refit.covariance))
 
 
 def converge_precisely(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data, Refit]:

@@ -96,8 +96,10 @@ def fit_base_to_recordings(
     chosen = [r for r in recordings if r.role == "estimate"]
     if not chosen:
         raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
-    tried = [e for kind, e in catalogue().items() if kind in (options.candidates or catalogue())]
-    precompile_arms(candidate_structures(setup.model.arm, tried))
+    candidates = [
+        e for kind, e in catalogue().items() if kind in (options.candidates or catalogue())
+    ]
+    precompile_arms(candidate_structures(setup.model.arm, candidates))
     base_fit = fit_base(
         setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
         options.fidelity, progress.stopped, options.identified, options.stated_rig,

@@ -25,7 +25,7 @@ from ..diagnose.refit import Refit
 from ..diagnose.remaining_error import remaining_error, within_noise
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects
 from ..diagnose.search_round import REFITTED, applicable, search_round
-from ..diagnose.search_state import Options, RankingCallback, State, Untried, step_of
+from ..diagnose.search_state import Options, RankingCallback, RemainingTrials, State, step_of
 from ..effects.effect import Effect
 from ..least_squares import cost_of
 from ..progress import Progress
@@ -126,7 +126,7 @@ def add_round(
     new_round = _run_round(state, candidates, most, steps, on_ranking)
     ranking = ranking_of(new_round, state.data)
     experiments = deciding_experiments(new_round, ranking, state.data, progress)
-    not_simulated = tuple(dict.fromkeys((*new_round.screen.diverged, *new_round.unfitted)))
+    not_simulated = tuple(dict.fromkeys((*new_round.screen.diverged, *new_round.failed_refits)))
     kinds: list[str | None] = [a.screened.effect.kind for a in new_round.added]
     kinds = kinds or [None]
     for k, kind in enumerate(kinds):
@@ -262,9 +262,12 @@ def _run_round(
 
     def refitted(partial: Round) -> None:
         assert on_ranking is not None
-        tried, sizes = {c.effect.kind for c in partial.screen.columns}, partial.screen.untried
-        untried = tuple(c.title for c in candidates if sizes and c.kind not in tried)
-        on_ranking(ranking_of(partial, state.data), Untried(sizes, untried))
+        tested, remaining = (
+            {c.effect.kind for c in partial.screen.columns},
+            partial.screen.remaining_trials,
+        )
+        untested = tuple(c.title for c in candidates if remaining and c.kind not in tested)
+        on_ranking(ranking_of(partial, state.data), RemainingTrials(remaining, untested))
 
     callbacks = {} if on_ranking is None else {"on_screen": screened, "on_refit": refitted}
     return search_round(

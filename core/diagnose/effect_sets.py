@@ -31,7 +31,7 @@ class EffectSet:
 
     members: tuple[ScreenedCandidate, ...]
     """Each adds most to those before it."""
-    plain_drop: float
+    unwhitened_reduction: float
     """Reduction of the squared error, in floors squared."""
 
 
@@ -48,32 +48,40 @@ def best_effect_set(
             break
         chosen = search.exchanged([*chosen, best])
     chosen = search.ordered(chosen)
-    return EffectSet(tuple(chosen), search.plain_drop(chosen))
+    return EffectSet(tuple(chosen), search.unwhitened_reduction(chosen))
 
 
 class _Search:
     def __init__(self, screened: Screen, count: int, excluded: Collection[str]) -> None:
-        self._white, self._plain = screened.white.projected(), screened.plain.projected()
+        self._whitened, self._unwhitened = (
+            screened.whitened.projected(),
+            screened.unwhitened.projected(),
+        )
         self._sided = [c.one_sided for c in screened.columns]
         self._price = float(np.log(max(count, 2)))
         self._choice = 2.0 * float(np.log(max(len(screened.candidates), 1)))
         allowed = [s for s in screened.candidates if s.effect.kind not in excluded]
         by_score = sorted(allowed, key=lambda s: -s.score)
-        by_drop = sorted(allowed, key=lambda s: -s.drop)
-        listed = {s.effect.kind: s for pair in zip(by_score, by_drop, strict=True) for s in pair}
+        by_reduction = sorted(allowed, key=lambda s: -s.cost_reduction)
+        listed = {
+            s.effect.kind: s for pair in zip(by_score, by_reduction, strict=True) for s in pair
+        }
         self._candidates = list(listed.values())[:SHORTLIST]
 
     def _value(self, chosen: Sequence[ScreenedCandidate]) -> float:
         """Reduction of the whitened squared error minus the price of free parameters and of the
         choice among many (extended BIC, Chen and Chen, Biometrika 95, 2008)."""
         at = [i for s in chosen for i in s.columns]
-        each = (s.freedom * self._price + 2.0 * np.log(max(s.tried, 1.0)) for s in chosen)
+        each = (
+            s.degrees_of_freedom * self._price + 2.0 * np.log(max(s.trial_count, 1.0))
+            for s in chosen
+        )
         price = sum(each) + len(chosen) * self._choice
-        return explained_by(self._white, at, [self._sided[i] for i in at]).drop - price
+        return explained_by(self._whitened, at, [self._sided[i] for i in at]).cost_reduction - price
 
-    def plain_drop(self, chosen: Sequence[ScreenedCandidate]) -> float:
+    def unwhitened_reduction(self, chosen: Sequence[ScreenedCandidate]) -> float:
         at = [i for s in chosen for i in s.columns]
-        return explained_by(self._plain, at, [self._sided[i] for i in at]).drop
+        return explained_by(self._unwhitened, at, [self._sided[i] for i in at]).cost_reduction
 
     def _compatible(self, chosen: Sequence[ScreenedCandidate]) -> list[ScreenedCandidate]:
         """Candidates that may join a set: neither members, nor effects that contain or are part of
@@ -98,8 +106,8 @@ class _Search:
             before = chosen
             for place in range(len(chosen)):
                 others = [*chosen[:place], *chosen[place + 1 :]]
-                tried = [chosen[place], *self._compatible(chosen)]
-                best = max(tried, key=lambda s: self._value([*others, s]))  # noqa: B023
+                options = [chosen[place], *self._compatible(chosen)]
+                best = max(options, key=lambda s: self._value([*others, s]))  # noqa: B023
                 chosen = [*chosen[:place], best, *chosen[place + 1 :]]
             if chosen == before:
                 break
@@ -108,7 +116,7 @@ class _Search:
     def ordered(self, chosen: Sequence[ScreenedCandidate]) -> list[ScreenedCandidate]:
         remaining, order = list(chosen), list[ScreenedCandidate]()
         while remaining:
-            best = max(remaining, key=lambda s: self.plain_drop([*order, s]))
+            best = max(remaining, key=lambda s: self.unwhitened_reduction([*order, s]))
             order.append(best)
             remaining.remove(best)
         return order

@@ -36,7 +36,7 @@ ranks first."""
 
 
 CLOSE = 0.3
-"""In merit: refits within this distance are ranked by their whitened evidence."""
+"""In penalised error: refits within this distance are ranked by their whitened evidence."""
 
 AT_BOUND = 0.05
 """Of a plausible size: this close to the bound next to neutral an effect has vanished."""
@@ -60,50 +60,50 @@ class RefittedCandidate:
     """Share of the squared error above the floor that it explains, at most 1."""
     explained: float
     """Squared error explained per sample, in floors squared."""
-    white_drop: float
+    whitened_reduction: float
     """Reduction of the whitened squared error."""
     delta_bic: float
-    """`white_drop` minus the price of the parameters; above 10 is very strong."""
+    """`whitened_reduction` minus the price of the parameters; above 10 is very strong."""
     p_value: float
 
     @property
-    def merit(self) -> float:
+    def penalised_error(self) -> float:
         """log(1 - reduction) plus the price of the parameters; the smallest is best."""
-        return _merit(self.reduction, self.parameters)
+        return _penalised_error(self.reduction, self.parameters)
 
 
-def _merit(reduction: float, parameters: int) -> float:
+def _penalised_error(reduction: float, parameters: int) -> float:
     return float(np.log(max(1.0 - reduction, NEGLIGIBLE))) + PARAMETER_PRICE * parameters
 
 
-def _above(base: float, drop: float, count: int) -> float:
+def _above(base: float, reduction: float, count: int) -> float:
     """The squared error that a reduction is a share of."""
-    return max(base - count, drop, RELEVANT * count)
+    return max(base - count, reduction, RELEVANT * count)
 
 
-def merit(base: float, cost: float, count: int, parameters: int) -> float:
-    """Merit of a refit that reduced the squared error `base` to `cost` over `count` samples."""
-    drop = base - cost
-    if not np.isfinite(drop):
+def penalised_error(base: float, cost: float, count: int, parameters: int) -> float:
+    """Penalised error of a refit with squared error `cost` over `count` samples; `base` before."""
+    reduction = base - cost
+    if not np.isfinite(reduction):
         return np.inf
-    return _merit(max(drop, 0.0) / _above(base, drop, count), parameters)
+    return _penalised_error(max(reduction, 0.0) / _above(base, reduction, count), parameters)
 
 
 def assess_refit(
-    screened: ScreenedCandidate, base: Refit, refit: Refit, count: int, tried: int
+    screened: ScreenedCandidate, base: Refit, refit: Refit, count: int, candidate_count: int
 ) -> RefittedCandidate:
-    """A refit assessed against the base: `count` samples, `tried` candidates in the round
+    """A refit assessed against the base: `count` samples, `candidate_count` candidates in the round
     (Bonferroni, an upper bound of Holm)."""
     own = len(refit.hypothesis.unknowns) - len(base.hypothesis.unknowns)
-    own = max(own, screened.freedom)
-    drop = base.cost - refit.cost
-    above = _above(base.cost, drop, count)
-    white = max(base.white_cost - refit.white_cost, 0.0)
-    p = float(scipy.stats.chi2.sf(white, own)) * tried * screened.tried
+    own = max(own, screened.degrees_of_freedom)
+    reduction = base.cost - refit.cost
+    above = _above(base.cost, reduction, count)
+    whitened = max(base.whitened_cost - refit.whitened_cost, 0.0)
+    p = float(scipy.stats.chi2.sf(whitened, own)) * candidate_count * screened.trial_count
     return RefittedCandidate(
-        screened=screened, refit=refit, parameters=own, reduction=max(drop, 0.0) / above,
-        explained=drop / count, white_drop=white, delta_bic=white - own * float(np.log(count)),
-        p_value=min(p, 1.0),
+        screened=screened, refit=refit, parameters=own, reduction=max(reduction, 0.0) / above,
+        explained=reduction / count, whitened_reduction=whitened, p_value=min(p, 1.0),
+        delta_bic=whitened - own * float(np.log(count)),
     )  # fmt: skip
 
 
@@ -115,30 +115,30 @@ def acceptable(w: RefittedCandidate, part: bool = False) -> bool:
 
 
 def ranked_candidates(candidates: list[RefittedCandidate]) -> list[RefittedCandidate]:
-    """Best first. Merit decides; among close merits the whitened evidence; among ties of that the
-    fewest parameters. A part of the best comes before it if its merit is no worse."""
-    best = min((w.merit for w in candidates), default=0.0)
-    close = [w for w in candidates if w.merit <= best + CLOSE]
-    others = [w for w in candidates if w.merit > best + CLOSE]
+    """Best first. The penalised error decides; among close ones the whitened evidence; among ties
+    of that the fewest parameters. A part of the best comes before it if it is no worse."""
+    best = min((w.penalised_error for w in candidates), default=0.0)
+    close = [w for w in candidates if w.penalised_error <= best + CLOSE]
+    others = [w for w in candidates if w.penalised_error > best + CLOSE]
     most = max((w.delta_bic for w in close), default=0.0)
     level = [w for w in close if w.delta_bic > most - TIE]
     below = [w for w in close if w.delta_bic <= most - TIE]
     return _parts_first(
         sorted(level, key=lambda w: (w.parameters, -w.delta_bic))
         + sorted(below, key=lambda w: -w.delta_bic)
-        + sorted(others, key=lambda w: w.merit)
+        + sorted(others, key=lambda w: w.penalised_error)
     )
 
 
 def _parts_first(candidates: list[RefittedCandidate]) -> list[RefittedCandidate]:
-    """Parts of the best effect first, if their merit is no worse. While a second effect is missing,
+    """Parts of the best effect first, if they are no worse. While a second effect is missing,
     the extra sizes of the larger effect take up some of it; they have their turn in the next
     round."""
     parts = [
         w
         for w in candidates[1:]
         if w.screened.effect.kind in candidates[0].screened.effect.includes
-        and w.merit <= candidates[0].merit
+        and w.penalised_error <= candidates[0].penalised_error
         and acceptable(w)
     ]
     kinds = {w.screened.effect.kind for w in parts}

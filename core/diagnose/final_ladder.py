@@ -150,11 +150,11 @@ def _strongest_effect(
     if len(remaining) == 1:
         return remaining[0], data, last
     values = last.hypothesis.values()
-    tried = [
+    refits = [
         (fit(hypothesis(data, [*present, e], values), None, stopped, ROUGH_ITERATIONS), e)
         for e in remaining
     ]
-    rough, best = min(tried, key=lambda pair: pair[0].cost)
+    rough, best = min(refits, key=lambda pair: pair[0].cost)
     at, after = converge(data, rough.hypothesis, None, stopped)
     return best, at, after
 
@@ -164,7 +164,7 @@ def _ladder_round(
     other_ranks: Sequence[Any],
 ) -> DiagnosisRound:  # fmt: skip
     """The effect ranked against the step before, with the other ranks there."""
-    weighed = assess_refit(screened, before, after, data.count, len(round_screen.candidates))
-    first = ranking_of(Round(round_screen, (weighed,), weighed, before, after, data), data)[:1]
+    assessed = assess_refit(screened, before, after, data.count, len(round_screen.candidates))
+    first = ranking_of(Round(round_screen, (assessed,), assessed, before, after, data), data)[:1]
     kind = screened.effect.kind
     return DiagnosisRound((*first, *(r for r in other_ranks if r.effect != kind)), kind)

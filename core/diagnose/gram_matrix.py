@@ -72,7 +72,7 @@ def gram_matrix(
 class Explained:
     """What some columns explain of the residual."""
 
-    drop: float
+    cost_reduction: float
     """Reduction of the squared error."""
     coefficients: np.ndarray
     """(m,) by which the columns are multiplied."""
@@ -93,8 +93,8 @@ def explained_by(
     roots = np.sqrt(np.maximum(values, 0.0) + 1e-9)
     right = (vectors / roots).T @ (b / d)
     x = _signed_least_squares(roots[:, None] * vectors.T, right, one_sided)
-    drop = float(2.0 * x @ (b / d) - x @ normal @ x)
-    return Explained(max(drop, 0.0), x / d)
+    reduction = float(2.0 * x @ (b / d) - x @ normal @ x)
+    return Explained(max(reduction, 0.0), x / d)
 
 
 def _signed_least_squares(

@@ -32,15 +32,15 @@ class ScreenedCandidate:
 
     effect: Effect
     score: float
-    """Whitened score LM: chi-squared with `freedom` degrees if the effect is absent."""
-    freedom: int
-    tried: float
+    """Whitened score LM: chi-squared with `degrees_of_freedom` degrees if the effect is absent."""
+    degrees_of_freedom: int
+    trial_count: float
     """Sizes and shapes that were tried for each parameter."""
     p_value: float
     """Corrected for the number of trials."""
-    drop: float
+    cost_reduction: float
     """Expected reduction of the squared error, in squared noise floors."""
-    reach: float
+    largest_reduction: float
     """The largest expected reduction; its sizes need not be those of the best score."""
     values: Mapping[str, float]
     """Start values of a refit."""
@@ -60,8 +60,8 @@ class Screen:
 
     candidates: tuple[ScreenedCandidate, ...]
     """Best first."""
-    white: GramMatrix
-    plain: GramMatrix
+    whitened: GramMatrix
+    unwhitened: GramMatrix
     whitener: Whitener
     errors: tuple[np.ndarray, ...]
     """The base's errors (M, k) per recording, in floors."""
@@ -69,7 +69,7 @@ class Screen:
     columns: tuple[Column, ...]
     remainders: tuple[np.ndarray, ...]
     """(M, k) per recording: errors that neither the base's unknowns nor all candidates explain."""
-    untried: int = 0
+    remaining_trials: int = 0
     """Sizes that are still to be tried."""
 
     @property
@@ -122,13 +122,13 @@ def screen(
         )
 
     for number, which in enumerate(rounds, start=1):
-        tried = columns_on_threads(
+        running = columns_on_threads(
             lambda i: simulate_column(data, base, accepted, planned[i], zeros), which
         )  # noqa: B023
-        for i, column in zip(which, tried, strict=True):
+        for i, column in zip(which, running, strict=True):
             columns[i] = column
             if on_progress(_finished_title(i, planned, columns)):
-                tried.close()
+                running.close()
                 return scored()
         if on_interim is not None and number in INTERIM_ROUNDS and number < len(rounds):
             on_interim(scored())
@@ -159,27 +159,27 @@ def _finished_title(i: int, planned: Sequence[Trial], columns: Mapping[int, Colu
 
 def _score_columns(
     errors: list[np.ndarray], slopes: list[np.ndarray], columns: list[Column],
-    candidates: Sequence[Effect], to_come: int, rows: Sequence[Sequence[np.ndarray]],
+    candidates: Sequence[Effect], remaining_trials: int, rows: Sequence[Sequence[np.ndarray]],
 ) -> Screen:  # fmt: skip
     blocks = [c.blocks for c in columns]
-    plain = gram_matrix(errors, slopes, blocks, no_whitening)
-    remainders = _remainders(plain, errors, slopes, blocks)
+    unwhitened = gram_matrix(errors, slopes, blocks, no_whitening)
+    remainders = _remainders(unwhitened, errors, slopes, blocks)
     whitener = fit_whitener(remainders, rows)
-    white = gram_matrix(errors, slopes, blocks, whitener)
-    w, u = white.projected(), plain.projected()
+    whitened = gram_matrix(errors, slopes, blocks, whitener)
+    w, u = whitened.projected(), unwhitened.projected()
     scores = [_score(c, columns, w, u) for c in candidates]
     kept = sorted((s for s in scores if s is not None), key=lambda s: -s.score)
     return Screen(
-        tuple(kept), white, plain, whitener, tuple(errors), tuple(slopes), tuple(columns),
-        tuple(remainders), to_come,
+        tuple(kept), whitened, unwhitened, whitener, tuple(errors), tuple(slopes), tuple(columns),
+        tuple(remainders), remaining_trials,
     )  # fmt: skip
 
 
 def _remainders(  # type: ignore[no-untyped-def]
-    plain: GramMatrix, errors, slopes, blocks
+    unwhitened: GramMatrix, errors, slopes, blocks
 ) -> list[np.ndarray]:
     """The residual with nuisance and all candidates projected out, (M, k) per recording."""
-    C = plain.total
+    C = unwhitened.total
     A, b = C[:-1, :-1], C[:-1, -1]
     d = np.where(np.diag(A) > NO_OUTPUT, np.sqrt(np.maximum(np.diag(A), NO_OUTPUT)), np.inf)
     x = np.linalg.lstsq(A / np.outer(d, d), b / d, rcond=1e-9)[0] / d
@@ -193,18 +193,19 @@ def _remainders(  # type: ignore[no-untyped-def]
 def _score(
     candidate: Effect, columns: Sequence[Column], w: np.ndarray, u: np.ndarray
 ) -> ScreenedCandidate | None:
-    """`w`, `u`: projected Gram matrices, whitened and plain."""
+    """`w`, `u`: projected Gram matrices, whitened and unwhitened."""
     mine = [i for i, c in enumerate(columns) if c.effect is candidate]
     if not mine:
         return None
     best = best_shape(mine, columns, w)
     chosen, explained = best.chosen, best.explained
-    p = min(float(scipy.stats.chi2.sf(explained.drop, len(chosen))) * best.tried, 1.0)
+    score, parameters = explained.cost_reduction, len(chosen)
     fixed = [columns[i].one_sided for i in chosen]
     return ScreenedCandidate(
-        effect=candidate, score=explained.drop, freedom=len(chosen), tried=best.tried, p_value=p,
-        drop=(drop := explained_by(u, chosen, fixed).drop),
-        reach=max(drop, best_shape(mine, columns, u).explained.drop),
+        effect=candidate, score=score, degrees_of_freedom=parameters, trial_count=best.trial_count,
+        p_value=min(float(scipy.stats.chi2.sf(score, parameters)) * best.trial_count, 1.0),
+        cost_reduction=(reduction := explained_by(u, chosen, fixed).cost_reduction),
+        largest_reduction=max(reduction, best_shape(mine, columns, u).explained.cost_reduction),
         values=_values(columns, chosen, explained.coefficients, w), columns=tuple(chosen),
         parameters=tuple(columns[i].parameter for i in chosen), scanned=_scanned(columns, chosen),
         prediction=_prediction(columns, chosen, explained.coefficients),

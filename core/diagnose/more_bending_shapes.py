@@ -44,10 +44,10 @@ def finer_round(
     data, before = converge_precisely(data, before, stopped)
     whitener = fit_whitener(after.errors, whitened_rows(data.experiments))
     before, after = (with_whitened_cost(r, whitener) for r in (before, after))
-    weighed = assess_refit(screened.candidates[0], before, after, data.count, 1)
-    if stopped() or not weighed.white_drop > TIE or gate(finer_data, after):
+    assessed = assess_refit(screened.candidates[0], before, after, data.count, 1)
+    if stopped() or not assessed.whitened_reduction > TIE or gate(finer_data, after):
         return None
-    return Round(screened, (weighed,), weighed, before, after, finer_data, (weighed,))
+    return Round(screened, (assessed,), assessed, before, after, finer_data, (assessed,))
 
 
 def _changes_outputs(screened: Screen, data: Data) -> bool:

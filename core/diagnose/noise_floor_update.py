@@ -80,7 +80,7 @@ def lower_floors(state: State, options: Options) -> dict[str, Floor] | None:
 
 def _rms_unexplained(state: State) -> dict[str, float]:
     """channel -> rms, SI, of the base model's error that no effect explains, per independent sample
-    beside the tried columns; empty once another model is current, for which `_current_floors` is
+    beside the screened columns; empty once another model is current, for which `_current_floors` is
     better."""
     data, screened = state.data, state.first_screen
     if screened is None or state.added or state.removed:

@@ -162,13 +162,13 @@ def _output_change(
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
     values = {**base.model.effect_values, **base.values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
-    hypothesis_tried = hypothesis(
+    trial_hypothesis = hypothesis(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
         finer=COARSE,
     )  # fmt: skip
     # As coarse as the zero, so that steps cancel.
-    errors = replace(hypothesis_tried.residuals, anchor=None).blocks(hypothesis_tried.vector)
-    zero = zeros.at(hypothesis_tried.residuals.predictor.steps)
+    errors = replace(trial_hypothesis.residuals, anchor=None).blocks(trial_hypothesis.vector)
+    zero = zeros.at(trial_hypothesis.residuals.predictor.steps)
     return [a - b for a, b in zip(zero, errors, strict=True)], zero
 
 

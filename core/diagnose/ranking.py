@@ -46,7 +46,7 @@ def confused_with(
 
 def largest_cosine(screened: Screen, a: ScreenedCandidate, b: ScreenedCandidate) -> float:
     """Cosine of the smallest principal angle between two candidates' whitened directions."""
-    W = screened.white.projected()
+    W = screened.whitened.projected()
     A, B = list(a.columns), list(b.columns)
     if not A or not B:
         return 0.0
@@ -69,19 +69,19 @@ def ranking_of(result: Round, data: Data) -> tuple[RankedEffect, ...]:
     refitted = [_refitted_record(w, result, data, above) for w in result.refitted]
     have = {r.effect for r in refitted}
     others = [s for s in result.screen.candidates if s.effect.kind not in have]
-    others.sort(key=lambda s: -s.drop)
+    others.sort(key=lambda s: -s.cost_reduction)
     return (*refitted, *[_screened_record(s, above) for s in others])
 
 
-def _percent(drop: float, above: float) -> float:
-    return 100.0 * min(max(drop / max(above, drop, 1e-300), 0.0), 1.0)
+def _percent(reduction: float, above: float) -> float:
+    return 100.0 * min(max(reduction / max(above, reduction, 1e-300), 0.0), 1.0)
 
 
 def _screened_record(s: ScreenedCandidate, above: float) -> RankedEffect:
     return RankedEffect(
         effect=s.effect.kind, title=s.effect.title, score=s.score, p_value=s.p_value,
-        expected_drop_percent=_percent(s.drop, above), refit_drop_percent=None, delta_bic=None,
-        predicted=s.prediction,
+        expected_drop_percent=_percent(s.cost_reduction, above), refit_drop_percent=None,
+        delta_bic=None, predicted=s.prediction,
     )  # fmt: skip
 
 
@@ -92,8 +92,8 @@ def _refitted_record(w: RefittedCandidate, result: Round, data: Data, above: flo
     predicted = tuple(a - b for a, b in zip(result.before.errors, w.refit.errors, strict=True))
     return RankedEffect(
         effect=s.effect.kind, title=s.effect.title, score=s.score, p_value=w.p_value,
-        expected_drop_percent=_percent(s.drop, above), refit_drop_percent=100.0 * w.reduction,
-        delta_bic=w.delta_bic,
+        expected_drop_percent=_percent(s.cost_reduction, above),
+        refit_drop_percent=100.0 * w.reduction, delta_bic=w.delta_bic,
         tied_to=() if acceptable(w) else _tied_to(w.refit, names, result.before),
         confused_with=confused_with(w, result.refitted, result.screen, s.effect.includes),
         parameters=tuple(e for e in estimates(w.refit) if e.name in names), predicted=predicted,

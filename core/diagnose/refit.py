@@ -29,7 +29,7 @@ class Refit:
     hypothesis: Hypothesis
     """Hypothesis at the fitted vector."""
     descended: Descended
-    white_cost: float
+    whitened_cost: float
     """Whitened squared error at its own minimum."""
     covariance: np.ndarray
     """(P, P) from the whitened information; robust after `with_robust_covariance`."""
@@ -68,8 +68,8 @@ def fit(
     if whitener is None or not len(descended.vector):
         P = len(descended.vector)
         return Refit(at, descended, descended.cost, np.full((P, P), np.nan))
-    white, covariance = whitened_cost(at, descended, whitener)
-    return Refit(at, descended, white, covariance)
+    whitened, covariance = whitened_cost(at, descended, whitener)
+    return Refit(at, descended, whitened, covariance)
 
 
 def whitened_cost(
@@ -90,7 +90,9 @@ def whitened_cost(
 
 def with_whitened_cost(refit: Refit, whitener: Whitener) -> Refit:
     """The refit with the whitened cost of this whitener."""
-    return replace(refit, white_cost=whitened_cost(refit.hypothesis, refit.descended, whitener)[0])
+    return replace(
+        refit, whitened_cost=whitened_cost(refit.hypothesis, refit.descended, whitener)[0]
+    )
 
 
 def refit_with(
@@ -137,8 +139,8 @@ def with_fine_errors(data: Data, rough: Refit, whitener: Whitener) -> Refit:
     descended = replace(rough.descended, blocks=blocks, cost=cost)
     if not np.isfinite(cost):
         return replace(rough, descended=descended)
-    white, covariance = whitened_cost(h, descended, whitener)
-    return Refit(h, descended, white, covariance)
+    whitened, covariance = whitened_cost(h, descended, whitener)
+    return Refit(h, descended, whitened, covariance)
 
 
 def columns_of(base: Hypothesis, slopes: Sequence[np.ndarray]) -> KnownSlopes:

@@ -83,12 +83,12 @@ def _refitted(
 ) -> list[RevisedModel]:
     """Each set of effects, fitted from a model's current values."""
 
-    def tried(effects: tuple[Effect, ...]) -> RevisedModel:
+    def fitted(effects: tuple[Effect, ...]) -> RevisedModel:
         start = hypothesis(data, effects, refit.hypothesis.values())
         return RevisedModel(fit(start, None, stopped, ROUGH_ITERATIONS), effects)
 
     with ThreadPoolExecutor(predictor.workers()) as pool:
-        return list(pool.map(tried, options))
+        return list(pool.map(fitted, options))
 
 
 def _reduced_sets(effects: Sequence[Effect], place: int) -> Iterator[tuple[Effect, ...]]:
@@ -117,7 +117,7 @@ def _coarser_and_less_likely(data: Data, candidate: Refit, refit: Refit) -> bool
     if shapes == before:
         return False
     whitener = fit_whitener(refit.errors, whitened_rows(data.experiments))
-    without, with_them = (with_whitened_cost(r, whitener).white_cost for r in (candidate, refit))
+    without, with_them = (with_whitened_cost(r, whitener).whitened_cost for r in (candidate, refit))
     return without - with_them > TIE
 
 
@@ -163,14 +163,14 @@ def best_exchange(
             exchange.scanned, stopped,
         )  # fmt: skip
 
-    tried = list(_exchanges(data, refit, present, stated_count, screened))
+    exchanges = list(_exchanges(data, refit, present, stated_count, screened))
     with ThreadPoolExecutor(predictor.workers()) as pool:
-        refits = list(pool.map(refitted, tried))
+        refits = list(pool.map(refitted, exchanges))
     if stopped():
         return None
-    before, best, best_gain = _white_bic(refit, data), None, 0.0
-    for exchange, candidate in zip(tried, refits, strict=True):
-        gained = before - _white_bic(candidate, data) if np.isfinite(candidate.cost) else -np.inf
+    before, best, best_gain = _whitened_bic(refit, data), None, 0.0
+    for exchange, candidate in zip(exchanges, refits, strict=True):
+        gained = before - _whitened_bic(candidate, data) if np.isfinite(candidate.cost) else -np.inf
         least_gain = 0.0 if len(exchange.effects) < len(present) else TIE
         if gained > max(least_gain, best_gain):
             best, best_gain = RevisedModel(candidate, exchange.effects), gained
@@ -213,8 +213,8 @@ def _replacements(
     ]
 
 
-def _white_bic(refit: Refit, data: Data) -> float:
-    return refit.white_cost + len(refit.hypothesis.unknowns) * float(np.log(data.count))
+def _whitened_bic(refit: Refit, data: Data) -> float:
+    return refit.whitened_cost + len(refit.hypothesis.unknowns) * float(np.log(data.count))
 
 
 def _best_competitors(
@@ -234,18 +234,18 @@ def _best_competitors(
     slopes = [S[:, :, columns_kept] for S in screened.slopes]
     blocks = [c.blocks for c in screened.columns]
     products = gram_matrix(errors, slopes, blocks, screened.whitener).projected()
-    explained = products[-1, -1] - refit.white_cost
+    explained = products[-1, -1] - refit.whitened_cost
     competitors = []
     for s in screened.candidates:
         if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in removed):
-            continue  # an effect and its part are weighed by the fit of their sizes
+            continue  # an effect and its part are compared by the fit of their sizes
         mine = [i for i, c in enumerate(screened.columns) if c.effect is s.effect]
         shaped = best_shape(mine, screened.columns, products)
-        if shaped.explained.drop > SHARE * explained:
+        if shaped.explained.cost_reduction > SHARE * explained:
             chosen = [screened.columns[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
             scanned = tuple(c.parameter for c in chosen if c.scanned and c.parameter)
-            share = shaped.explained.drop / max(explained, 1e-300)
+            share = shaped.explained.cost_reduction / max(explained, 1e-300)
             competitors.append((share, s.effect, values, scanned))
     return sorted(competitors, key=lambda f: -f[0])
 

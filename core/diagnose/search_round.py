@@ -19,7 +19,7 @@ from ..diagnose.evidence import (
     RefittedCandidate,
     acceptable,
     assess_refit,
-    merit,
+    penalised_error,
     ranked_candidates,
 )
 from ..diagnose.fit_problem import Data, Hypothesis, with_shared_motions
@@ -123,15 +123,15 @@ def search_round(
     if on_progress(""):
         return partial
     fitted = {w.screened.effect.kind for w in refitted}
-    unfitted = tuple(s.effect.title for s in chosen if s.effect.kind not in fitted)
+    failed_refits = tuple(s.effect.title for s in chosen if s.effect.kind not in fitted)
     if refitted:
         partial = _accept(partial, present, len(candidates), on_progress, most, gate)
-    return replace(partial, unfitted=unfitted)
+    return replace(partial, failed_refits=failed_refits)
 
 
 def _accept(
-    partial: Round, present: Sequence[Effect], tried: int, on_progress: OnProgress, most: int,
-    gate: Gate,
+    partial: Round, present: Sequence[Effect], candidate_count: int, on_progress: OnProgress,
+    most: int, gate: Gate,
 ) -> Round:  # fmt: skip
     """The round with the acceptable effects among the refitted ones."""
     screened, before, data, refitted = (
@@ -140,7 +140,9 @@ def _accept(
         partial.data,
         list(partial.refitted),
     )
-    acceptance = Acceptance(data, before, present, screened, tried, lambda: on_progress(""), gate)
+    acceptance = Acceptance(
+        data, before, present, screened, candidate_count, lambda: on_progress(""), gate
+    )
     finer = finer_arm_model(refitted, data)
     if finer is not None:
         single = acceptance.try_single([finer], EffectSet((), 0.0), most)
@@ -149,7 +151,7 @@ def _accept(
             return replace(single, refitted=(*single.refitted, *others))
     reduction = (refitted[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
     joint, together = acceptance.try_sets(
-        refitted, most, tried=most > 1 and reduction > 1.0 - WHOLE_SHARE
+        refitted, most, allowed=most > 1 and reduction > 1.0 - WHOLE_SHARE
     )
     return joint or acceptance.try_single(refitted, together, most)
 
@@ -170,7 +172,7 @@ def finer_arm_model(refitted: Sequence[RefittedCandidate], data: Data) -> Refitt
 
 def _refit_candidates(
     data: Data, before: Refit, present: Sequence[Effect], screened: Screen,
-    chosen: Sequence[ScreenedCandidate], tried: int, on_progress: OnProgress,
+    chosen: Sequence[ScreenedCandidate], candidate_count: int, on_progress: OnProgress,
 ) -> Iterator[RefittedCandidate]:  # fmt: skip
     """The chosen candidates as their refits end, on all cores; without those that could not be
     simulated."""
@@ -194,17 +196,17 @@ def _refit_candidates(
         for done in as_completed(waiting):
             refit = done.result()
             if np.isfinite(refit.cost):
-                yield assess_refit(waiting[done], before, refit, data.count, tried)
+                yield assess_refit(waiting[done], before, refit, data.count, candidate_count)
 
 
 def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
     """Half of the best by whitened score, the rest by largest reduction; and one more bending
     shape, which the screen hardly shows once a stiffness imitates it."""
-    within = [s for s in screened.candidates if s.reach > LEAST_REACH * count]
+    within = [s for s in screened.candidates if s.largest_reduction > LEAST_REACH * count]
     by_score = sorted(within, key=lambda s: -s.score)
-    by_drop = sorted(within, key=lambda s: -s.reach)
+    by_reduction = sorted(within, key=lambda s: -s.largest_reduction)
     chosen: dict[str, ScreenedCandidate] = {}
-    for pair in zip(by_score, by_drop, strict=True):
+    for pair in zip(by_score, by_reduction, strict=True):
         for s in pair:
             if len(chosen) < REFITTED:
                 chosen.setdefault(s.effect.kind, s)
@@ -214,7 +216,7 @@ def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
 
 OPTIMISM = 2.0
 """Factor on the predicted reduction of the next step. A descent whose steps halve the remainder
-ends there; a slower one cannot catch up a lead of CLOSE in merit."""
+ends there; a slower one cannot catch up a lead of CLOSE."""
 
 
 @dataclass(frozen=True)
@@ -261,11 +263,13 @@ def finish_refit(
 
 
 def still_competitive(runners: Sequence[PartialRefit], base: Refit, count: int) -> list[bool]:
-    """Whether each refit may still come within CLOSE of the best, by merit over `count` samples."""
+    """Whether each refit's penalised error may still come within CLOSE of the best one."""
     own = [len(r.refit.hypothesis.unknowns) - len(base.hypothesis.unknowns) for r in runners]
 
-    def merit_at(cost: float, parameters: int) -> float:
-        return merit(base.cost, cost, count, parameters)
+    def penalised_at(cost: float, parameters: int) -> float:
+        return penalised_error(base.cost, cost, count, parameters)
 
-    best = min((merit_at(r.refit.cost, n) for r, n in zip(runners, own, strict=True)), default=0.0)
-    return [merit_at(r.bound, n) <= best + CLOSE for r, n in zip(runners, own, strict=True)]
+    best = min(
+        (penalised_at(r.refit.cost, n) for r, n in zip(runners, own, strict=True)), default=0.0
+    )
+    return [penalised_at(r.bound, n) <= best + CLOSE for r, n in zip(runners, own, strict=True)]

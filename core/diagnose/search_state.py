@@ -41,8 +41,8 @@ class Options:
     """Whether measured and modelled signals of the first and the last model are kept."""
 
 
-class Untried(NamedTuple):
-    """What has not been tried yet."""
+class RemainingTrials(NamedTuple):
+    """Trials that the screen has not made yet."""
 
     sizes: int
     """Number of sizes still to be tried."""
@@ -50,7 +50,7 @@ class Untried(NamedTuple):
     """Titles of effects of which no size was tried."""
 
 
-RankingCallback = Callable[[tuple[RankedEffect, ...], Untried], None]
+RankingCallback = Callable[[tuple[RankedEffect, ...], RemainingTrials], None]
 """Called with the current ranking: during the screen, after it, after each refit."""
 
 

@@ -40,7 +40,7 @@ class ShapedColumns:
     chosen: list[int]
     """One column per parameter, in the shape of its joint."""
     explained: Explained
-    tried: float
+    trial_count: float
     """Sizes and shapes that were tried for each parameter."""
 
 
@@ -74,25 +74,25 @@ def best_shape(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) ->
     best, at = None, {}
     for shape in shapes:
         candidate = taken(dict.fromkeys(places, shape))
-        if best is None or candidate[1].drop > best[1].drop:
+        if best is None or candidate[1].cost_reduction > best[1].cost_reduction:
             best, at = candidate, dict.fromkeys(places, shape)
     assert best is not None
     for joint in places if len(places) > 1 else ():
         for shape in shapes:
             candidate = taken({**at, joint: shape})
-            if candidate[1].drop > best[1].drop:
+            if candidate[1].cost_reduction > best[1].cost_reduction:
                 best, at = candidate, {**at, joint: shape}
     sizes = len(mine) / max(len(best[0]) * len(shapes), 1)
-    return ShapedColumns(*best, tried=sizes * float(len(shapes)) ** len(places))
+    return ShapedColumns(*best, trial_count=sizes * float(len(shapes)) ** len(places))
 
 
 def _best_per_parameter(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) -> list[int]:
     """The best size of each parameter on its own."""
     best: dict[str, tuple[float, int]] = {}
     for i in mine:
-        drop = explained_by(w, [i], [columns[i].one_sided]).drop
-        if columns[i].parameter not in best or drop > best[columns[i].parameter][0]:
-            best[columns[i].parameter] = (drop, i)
+        reduction = explained_by(w, [i], [columns[i].one_sided]).cost_reduction
+        if columns[i].parameter not in best or reduction > best[columns[i].parameter][0]:
+            best[columns[i].parameter] = (reduction, i)
     return [i for _, i in best.values()]
 
 
@@ -117,8 +117,8 @@ def refine_shape(data: Data, refit: Refit, effect: Effect, stopped: Stopped) -> 
         ]
         for start in _starts(data, best.hypothesis, effect, sizes, shape):
             if not stopped():
-                tried = fit(start, None, stopped, most=ROUGH_ITERATIONS)
-                best = tried if tried.cost < best.cost else best
+                other = fit(start, None, stopped, most=ROUGH_ITERATIONS)
+                best = other if other.cost < best.cost else best
     return best
 
 
@@ -152,12 +152,12 @@ def _starts(
     motions = _error_responses(without, data)
     if not motions:
         return []
-    tried = JointForce(
+    force = JointForce(
         effect, h.model, {**h.model.effect_values, **h.values()}, tuple(sizes), shape
     )
     return [
         with_values(data, h, values, finer=1)
-        for values in best_force_shapes(tried, motions, MOST_STARTS)
+        for values in best_force_shapes(force, motions, MOST_STARTS)
     ]
 
 
@@ -219,24 +219,26 @@ class JointForce:
 
 
 def best_force_shapes(
-    tried: JointForce, motions: Sequence[ErrorResponse], most: int
+    force: JointForce, motions: Sequence[ErrorResponse], most: int
 ) -> list[dict[str, float]]:
     """Values of shape and sizes that explain more of the error than their neighbours, best first;
     none if the effect is no force of position and speed."""
-    shapes = tried.shape.fine_grid
-    if any(tried.element(size, shapes[0]) is None for size in tried.sizes):
+    shapes = force.shape.fine_grid
+    if any(force.element(size, shapes[0]) is None for size in force.sizes):
         return []
     errors = np.concatenate([spectrum_of_error(m.error).ravel() for m in motions])
 
     def at(shape: float) -> Fit:
-        return shape, *_least_squares(_columns(tried, motions, shape), errors)
+        return shape, *_least_squares(_columns(force, motions, shape), errors)
 
     fits = [at(shape) for shape in shapes]
-    drops = np.array([-np.inf, *(drop for _, drop, _ in fits), -np.inf])
-    peaks = [i for i in range(len(fits)) if drops[i + 1] >= max(drops[i], drops[i + 2])]
-    highest = sorted(peaks, key=lambda i: -drops[i + 1])[: CLOSER * most]
+    reductions = np.array([-np.inf, *(reduction for _, reduction, _ in fits), -np.inf])
+    peaks = [
+        i for i in range(len(fits)) if reductions[i + 1] >= max(reductions[i], reductions[i + 2])
+    ]
+    highest = sorted(peaks, key=lambda i: -reductions[i + 1])[: CLOSER * most]
     peak_fits = sorted((_refine_peak(fits, i, at) for i in highest), key=lambda f: -f[1])
-    return [_values(tried, shape, sizes) for shape, _, sizes in peak_fits[:most]]
+    return [_values(force, shape, sizes) for shape, _, sizes in peak_fits[:most]]
 
 
 Fit = tuple[float, float, np.ndarray]
@@ -253,22 +255,22 @@ BETWEEN = 9
 def _refine_peak(fits: Sequence[Fit], i: int, at: Callable[[float], Fit]) -> Fit:
     """The best fit around the i-th shape."""
     near = fits[max(i - 1, 0)][0], fits[min(i + 1, len(fits) - 1)][0]
-    tried = [at(float(shape)) for shape in np.linspace(*near, BETWEEN)]
-    return max([fits[i], *tried], key=lambda f: f[1])
+    between = [at(float(shape)) for shape in np.linspace(*near, BETWEEN)]
+    return max([fits[i], *between], key=lambda f: f[1])
 
 
-def _values(tried: JointForce, shape: float, coefficients: np.ndarray) -> dict[str, float]:
-    values = {tried.shape.parameter.name: shape}
-    for size, coefficient in zip(tried.sizes, coefficients, strict=True):
+def _values(force: JointForce, shape: float, coefficients: np.ndarray) -> dict[str, float]:
+    values = {force.shape.parameter.name: shape}
+    for size, coefficient in zip(force.sizes, coefficients, strict=True):
         p = size.parameter
         values[p.name] = float(np.clip(coefficient * p.value, p.lower, p.upper))
     return values
 
 
-def _columns(tried: JointForce, motions: Sequence[ErrorResponse], shape: float) -> np.ndarray:
+def _columns(force: JointForce, motions: Sequence[ErrorResponse], shape: float) -> np.ndarray:
     """(N, sizes), complex: response of the errors to the forces at the sizes' own values."""
-    elements = [tried.element(size, shape) for size in tried.sizes]
-    j, parts = tried.joint, []
+    elements = [force.element(size, shape) for size in force.sizes]
+    j, parts = force.joint, []
     for m in motions:
         x, v = m.place[:, j], m.speed[:, j]
         forces = [_force_function(e.law)(x, v, *e.values) + np.zeros(len(x)) for e in elements if e]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexgui.core.diagnose.evidence import merit
+from flexgui.core.diagnose.evidence import penalised_error
 from flexgui.core.diagnose.search_round import still_competitive
 
 COUNT = 1000
@@ -47,4 +47,4 @@ def test_many_parameters_count_against_a_hope() -> None:
 
 
 def test_the_merit_of_a_cost_is_the_log_of_what_it_leaves() -> None:
-    assert merit(101.0 * COUNT, 51.0 * COUNT, COUNT, 0) == np.log(0.5)
+    assert penalised_error(101.0 * COUNT, 51.0 * COUNT, COUNT, 0) == np.log(0.5)

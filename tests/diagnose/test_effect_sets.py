@@ -114,8 +114,8 @@ class Scripted(Acceptance):
         joint = replace(self._still(found), accepted=found[0])
         return (joint if self.seen.asked[-1] == self.good else None), set()
 
-    def try_sets(self, found, most, tried):
-        self.seen.asked.append("sets") if tried else None
+    def try_sets(self, found, most, allowed):
+        self.seen.asked.append("sets") if allowed else None
         return None, EffectSet((), 0.0)
 
     def _still(self, found):

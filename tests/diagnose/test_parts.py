@@ -51,7 +51,7 @@ def test_the_explained_drop_is_that_of_least_squares_with_the_nuisance_beside(se
     found = gram_matrix(residuals, slopes, columns, no_whitening).projected()
     both = explained_by(found, [0, 2], [False, False])
     expected = left(S) - left(np.column_stack([S, G[:, [0, 2]]]))
-    assert both.drop == pytest.approx(expected, rel=ROUNDING, abs=1e-7)
+    assert both.cost_reduction == pytest.approx(expected, rel=ROUNDING, abs=1e-7)
 
 
 @given(st.integers(0, 10**6))
@@ -61,7 +61,7 @@ def test_a_one_sided_size_is_never_negative_and_explains_no_more_than_a_free_one
     free = explained_by(found, [0, 1, 3], [False] * 3)
     fixed = explained_by(found, [0, 1, 3], [True, False, True])
     assert fixed.coefficients[0] >= 0.0 and fixed.coefficients[2] >= 0.0
-    assert fixed.drop <= free.drop * (1.0 + ROUNDING) + 1e-9
+    assert fixed.cost_reduction <= free.cost_reduction * (1.0 + ROUNDING) + 1e-9
 
 
 def test_a_column_that_moves_nothing_explains_nothing() -> None:
@@ -70,7 +70,7 @@ def test_a_column_that_moves_nothing_explains_nothing() -> None:
     found = explained_by(
         gram_matrix(residuals, slopes, columns, no_whitening).projected(), [0], [True]
     )
-    assert found.drop == pytest.approx(0.0, abs=1e-9)
+    assert found.cost_reduction == pytest.approx(0.0, abs=1e-9)
     assert np.all(np.isfinite(found.coefficients))
 
 

@@ -28,7 +28,7 @@ def weighed(
         parameters=parameters,
         reduction=reduction,
         explained=30.0 * reduction,
-        white_drop=bic,
+        whitened_reduction=bic,
         delta_bic=bic,
         p_value=p_value,
     )

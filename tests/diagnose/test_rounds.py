@@ -111,9 +111,9 @@ def test_the_first_ranking_knows_every_candidate_and_says_what_it_lacks() -> Non
     assert sorted(told) == sorted(c.title for c in candidates)
     assert len(sketches) >= 2
     assert all(kinds(s) == kinds(found) == {c.kind for c in candidates} for s in sketches)
-    left = [s.untried for s in (*sketches, found)]
+    left = [s.remaining_trials for s in (*sketches, found)]
     assert left == sorted(left, reverse=True) and left[-2] > left[-1] == 0
-    assert all(len(s.columns) + s.untried == len(found.columns) for s in sketches)
+    assert all(len(s.columns) + s.remaining_trials == len(found.columns) for s in sketches)
 
 
 def test_who_follows_changes_no_figure() -> None:
@@ -124,14 +124,14 @@ def test_who_follows_changes_no_figure() -> None:
 
 
 def _figures(seen: Screen) -> Sequence[object]:
-    scores = [(s.effect.kind, s.score, s.drop, dict(s.values)) for s in seen.candidates]
+    scores = [(s.effect.kind, s.score, s.cost_reduction, dict(s.values)) for s in seen.candidates]
     return (*scores, [(c.parameter, float(np.sum(c.blocks[0]))) for c in seen.columns])
 
 
 def test_a_screen_stops_after_any_size_and_ranks_what_it_has() -> None:
     for after in (1, 7, 40):
         found, _, _ = followed(after)
-        assert len(found.columns) == after and found.untried > 0
+        assert len(found.columns) == after and found.remaining_trials > 0
         assert kinds(found) == {c.effect.kind for c in found.columns}
 
 
@@ -152,4 +152,4 @@ def test_an_effect_whose_refit_diverges_is_named_although_another_one_is_added(
     candidates = [effect("coulomb_friction"), lost]
     found = search_round.search_round(data, base, [], candidates, lambda _: False)
     assert [w.screened.effect.kind for w in found.refitted] == ["coulomb_friction"]
-    assert found.accepted is not None and found.unfitted == (lost.title,)
+    assert found.accepted is not None and found.failed_refits == (lost.title,)

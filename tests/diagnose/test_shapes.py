@@ -49,5 +49,5 @@ def test_each_joint_has_its_own_shape() -> None:
     for i in found.chosen:
         shape |= joint_shape(tried[i])
     assert shape == {"nr1": 3.0, "nr2": 8.0}
-    assert found.explained.drop >= (1.0 - LEFT) * float(np.sum(errors[0] ** 2))
-    assert found.tried == len(ORDERS) ** 2
+    assert found.explained.cost_reduction >= (1.0 - LEFT) * float(np.sum(errors[0] ** 2))
+    assert found.trial_count == len(ORDERS) ** 2

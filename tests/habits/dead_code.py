@@ -56,7 +56,7 @@ FOR_TESTS = {
     "line_of": "flexgui.core.diagnose",
     "pids": "the processes of an executor, to end one",
     "state_count": "states of all elements",
-    "white_drop": "flexgui.core.diagnose",
+    "whitened_reduction": "flexgui.core.diagnose",
     "workers_free": "the pool's idle workers",
 }
 """Name -> what tests look at there. It must only shrink."""

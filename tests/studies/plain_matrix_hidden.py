@@ -331,7 +331,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
             mine = [i for i, column in enumerate(columns) if column.effect is c]
             best = best_shape(mine, columns, products)
             taken[c.kind] = _values_of(best, columns)
-            lefts[c.kind] = max(products[-1, -1] - best.explained.drop, 0.0) / data.count
+            lefts[c.kind] = max(products[-1, -1] - best.explained.cost_reduction, 0.0) / data.count
         close = sorted(lefts, key=lefts.__getitem__)[:FITTED]
         parts = [kind for kind in one.includes if kind not in truth.kinds]
         for kind in dict.fromkeys(("", *close, *parts)):

@@ -13,7 +13,7 @@ from flexgui.core.progress import Progress, Silent
 
 if TYPE_CHECKING:
     from flexgui.core.diagnose.base_fit import BaseFit
-    from flexgui.core.diagnose.search_state import Options, Untried
+    from flexgui.core.diagnose.search_state import Options, RemainingTrials
     from flexgui.core.identify.setup import Setup
     from flexgui.core.model import Model
     from flexgui.core.recording.recording import Recording
@@ -72,7 +72,7 @@ def diagnose(
         reporter.check()
         reporter.report(outcome=refined(scenario, where, inputs, progress))
 
-    def on_ranking(ranking: tuple[RankedEffect, ...], to_come: Untried) -> None:
+    def on_ranking(ranking: tuple[RankedEffect, ...], to_come: RemainingTrials) -> None:
         sizes, effects = to_come
         reporter.report(ranking=thinned(ranking), to_come=sizes, untried=effects)
         if not sizes:
