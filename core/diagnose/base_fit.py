@@ -12,10 +12,10 @@ import numpy as np
 from ..diagnose.cost_minimum import converge, idealisation_error
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
-    MOST_STEPS,
+    MOST_SUBSTEPS,
     Data,
-    NeededSteps,
-    enough_steps,
+    SubstepsByModes,
+    enough_substeps,
     hypothesis,
 )
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
@@ -132,7 +132,7 @@ def fit_base(
     weights = tuple(_spread_weights(e) for e in experiments)
     effects, bare = model.effects, model.bare or model
     dt = max(e.recording.sample_time for e in experiments)
-    steps = max(int(np.ceil(dt / servo_points_per_sample(model, dt) / FIRST_STEP)), 1)
+    steps = max(int(np.ceil(dt / servo_points_per_sample(model, dt) / FIRST_TIME_STEP)), 1)
     data = Data(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), steps)
     limited = _fixed_and_limited(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **limited)
@@ -145,10 +145,10 @@ def fit_base(
     data = replace(data, sizes=sizes, noise_ratios=_noise_ratios(floors, experiments))
     data = data.in_floors(floors)
     values = {**model.effect_values, **rough.hypothesis.values()}
-    few = enough_steps(data, effects, values, ANCHORED_ERROR)
-    few = steps_for_directions(data, effects, values, few)
-    steps = enough_steps(data, effects, values, least=few)
-    data = replace(data, steps=steps, anchored_steps=few, mode_steps=NeededSteps())
+    few = enough_substeps(data, effects, values, ANCHORED_ERROR)
+    few = substeps_for_directions(data, effects, values, few)
+    steps = enough_substeps(data, effects, values, least=few)
+    data = replace(data, substeps=steps, anchored_substeps=few, substeps_by_modes=SubstepsByModes())
     data, base = converge(data, hypothesis(data, effects, values), None, stopped)
     return BaseFit(replace(data, idealised=idealisation_error(data, base)), base)
 
@@ -201,14 +201,14 @@ a link at half the sampling rate, one step per sample and a cosine of -0.2, a st
 per cent off and a soft base was named."""
 
 
-def steps_for_directions(
+def substeps_for_directions(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float], least: int
 ) -> int:
     """Steps per sample, from `least` on, for reliable descent directions: twice as many change the
     shared sensitivities little."""
     half = max(least // 2, 1)  # of the steps are what directions are taken with
     slopes = _slopes(data, effects, values, half)
-    while 2 * half < MOST_STEPS:
+    while 2 * half < MOST_SUBSTEPS:
         finer = _slopes(data, effects, values, 2 * half)
         if _least_cosine(slopes, finer) > ALIGNED:
             break
@@ -220,7 +220,7 @@ def _slopes(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float], steps: int
 ) -> list[np.ndarray]:
     """Sensitivity (N,) to each shared unknown, with so many steps per sample."""
-    h = hypothesis(replace(data, steps=steps), effects, values)
+    h = hypothesis(replace(data, substeps=steps), effects, values)
     shared = [k for k, u in enumerate(h.unknowns.items) if u.recording is None]
     if not shared:
         return []
@@ -235,10 +235,10 @@ def _least_cosine(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> 
     return float(min(cosines, default=1.0))
 
 
-FIRST_STEP = 5e-4
+FIRST_TIME_STEP = 5e-4
 """s: step of the very first fit, before the noise floors are known."""
 
-LOOK = 4
+TRIAL_ITERATIONS = 4
 """Iterations from each start before only the best continues."""
 
 
@@ -251,7 +251,7 @@ def _fit_from_better_start(
     labels = {u.label: u.parameter.value for u in data.nuisance}
     if any(labels.get(k, v) != v for k, v in identified.items()):
         starts.append({**values, **identified})
-    trials = [fit(hypothesis(data, effects, s), None, stopped, LOOK) for s in starts]
+    trials = [fit(hypothesis(data, effects, s), None, stopped, TRIAL_ITERATIONS) for s in starts]
     best = min(trials, key=lambda trial: trial.cost)
     return fit(best.hypothesis, None, stopped, MOST_ITERATIONS)
 

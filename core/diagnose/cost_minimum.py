@@ -32,7 +32,7 @@ from ..least_squares import MOST_ITERATIONS, cost_of, pseudo_inverse
 SAME = 0.05
 """In noise floors, rms: a smaller change by more steps is negligible."""
 
-MOST_FINE = 256
+MOST_RESULT_SUBSTEPS = 256
 """Steps per sample."""
 
 
@@ -44,16 +44,16 @@ def anchor_at(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
     of a noise floor is significant: it gave a complete model p-values of 1e-9.
     """
     dt = max(e.recording.sample_time for e in data.experiments)
-    assert data.steps is not None
-    steps = max(data.fine or 0, needed_steps(h.model, dt, 2 * data.steps, 1.0))
+    assert data.substeps is not None
+    steps = max(data.result_substeps or 0, needed_steps(h.model, dt, 2 * data.substeps, 1.0))
     errors, finer = errors_with_each(h.residuals, h.vector, (steps, 2 * steps))
-    while steps < MOST_FINE:
+    while steps < MOST_RESULT_SUBSTEPS:
         change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])
         if change < SAME**2 * data.count:
             break
-        steps, errors, finer = 2 * steps, finer, errors_with(h.residuals, h.vector, 4 * steps)
+        steps, errors, finer = (2 * steps, finer, errors_with(h.residuals, h.vector, 4 * steps))
     anchor = Anchor(replace(h.residuals, anchor=None), h.vector, extrapolated(errors, finer))
-    return replace(data, anchor=anchor, fine=steps), errors
+    return replace(data, anchor=anchor, result_substeps=steps), errors
 
 
 MOST_DESCENTS = 4
@@ -88,7 +88,7 @@ def _start_in_other_minimum(
     if values is None:
         return None
     bare = replace(data, anchor=None)
-    current, other = with_values(bare, h, finer=1), with_values(bare, h, values, finer=1)
+    current, other = (with_values(bare, h, refine=1), with_values(bare, h, values, refine=1))
     lower = cost_of(other.errors(other.vector)) < cost_of(current.errors(current.vector))
     return other if lower else None
 
@@ -107,7 +107,7 @@ def _start_off_bounds(data: Data, h: Hypothesis, stopped: Callable[[], bool]) ->
         near = x > (1.0 - NEAR) * p.upper or x < (1.0 + NEAR) * p.lower
         if u.recording is None and p.positive and near:
             moved[u.label] = p.value
-    return with_values(data, h, moved, finer=1) if moved else None
+    return with_values(data, h, moved, refine=1) if moved else None
 
 
 def _descend(
@@ -115,7 +115,7 @@ def _descend(
 ) -> tuple[Data, Refit]:
     data, before = anchor_at(data, h)
     for _ in range(MOST_DESCENTS):
-        start = with_values(data, h, finer=1)
+        start = with_values(data, h, refine=1)
         refit = fit(start, whitener, stopped, MOST_ITERATIONS, exact_directions=True)
         data, errors = anchor_at(data, refit.hypothesis)
         h = refit.hypothesis
@@ -130,7 +130,7 @@ def _refit_at(
     data: Data, refit: Refit, errors: Sequence[np.ndarray], whitener: Whitener | None
 ) -> Refit:
     descended = replace(refit.descended, blocks=tuple(errors), cost=cost_of(errors))
-    h = with_values(data, refit.hypothesis, finer=1)
+    h = with_values(data, refit.hypothesis, refine=1)
     whitened, _ = (
         whitened_cost(h, descended, whitener) if whitener is not None else (descended.cost, None)
     )
@@ -143,7 +143,9 @@ def converge_precisely(data: Data, refit: Refit, stopped: Callable[[], bool]) ->
     For a ranking, a descent may use half the steps and end early; over thousands of samples that
     can be many standard deviations. So can the step error, which is extrapolated here.
     """
-    h = with_values(replace(data, anchor=None, steps=data.fine or 1), refit.hypothesis, finer=1)
+    h = with_values(
+        replace(data, anchor=None, substeps=data.result_substeps or 1), refit.hypothesis, refine=1
+    )
     slopes = refit.descended.slopes
     _, descended = corrected_minimum(h.residuals, h.vector, slopes, h.limits, stopped)
     if not np.isfinite(descended.cost) or descended.cost > refit.cost + RELEVANT * data.count:

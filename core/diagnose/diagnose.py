@@ -68,7 +68,7 @@ def diagnose(
     reasons = not_applicable(state.data, options.candidates)
     applies = {kind: reason for kind, reason in reasons.items() if kind not in have}
     return Diagnosis(
-        verdict=verdict, final_verdict=final, rounds=tuple(state.rounds), steps=tuple(state.steps),
+        verdict=verdict, final_verdict=final, rounds=tuple(state.rounds), steps=tuple(state.ladder),
         not_applicable=applies, ruled_out=ruled_out(state.data, options.candidates),
         effects=tuple(added_effect_settings(state)), floors=state.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted}, stopped=stopped,

@@ -16,16 +16,16 @@ from ..diagnose.cost_minimum import (
 from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import Data, with_shared_motions
 from ..diagnose.linear_screen import Screen, screen
-from ..diagnose.more_bending_shapes import finer_round
+from ..diagnose.more_bending_shapes import bending_shape_round
 from ..diagnose.next_experiment import deciding_experiments
 from ..diagnose.output_changes import trials
-from ..diagnose.progress_messages import ProgressSteps, round_title
+from ..diagnose.progress_messages import RoundProgress, round_title
 from ..diagnose.ranking import ranking_of
 from ..diagnose.refit import Refit
 from ..diagnose.remaining_error import remaining_error, within_noise
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects
 from ..diagnose.search_round import REFITTED, applicable, search_round
-from ..diagnose.search_state import Options, RankingCallback, RemainingTrials, State, step_of
+from ..diagnose.search_state import Options, RankingCallback, RemainingTrials, State, ladder_step_of
 from ..effects.effect import Effect
 from ..least_squares import cost_of
 from ..progress import Progress
@@ -79,18 +79,18 @@ def _add_bending_shapes(state: State, options: Options, progress: Progress) -> N
     likely; removes effects that become needless."""
     while len(state.added) < options.max_effects and not progress.stopped():
         candidates = applicable(state.data, state.present, options.candidates)
-        finer = next((e for e in candidates if e.resolution), None)
-        if finer is None or not within_noise(state.data, state.refit.errors):
+        extra_shape = next((e for e in candidates if e.resolution), None)
+        if extra_shape is None or not within_noise(state.data, state.refit.errors):
             return
         progress.stage("Trying more bending shapes")
-        new_round = finer_round(
-            state.data, state.refit, state.present, finer, _gate(state), progress.stopped
+        new_round = bending_shape_round(
+            state.data, state.refit, state.present, extra_shape, _gate(state), progress.stopped
         )
         if new_round is None:
             return
         if state.rounds and state.rounds[-1].accepted is None:
             state.rounds.pop()
-        state.rounds.append(DiagnosisRound(ranking_of(new_round, state.data), finer.kind))
+        state.rounds.append(DiagnosisRound(ranking_of(new_round, state.data), extra_shape.kind))
         _use_data(state, new_round.data)
         _add(state, new_round)
         remove_needless(state, progress)
@@ -101,7 +101,7 @@ def _add(state: State, new_round: Round) -> None:
     effects = [candidate.screened.effect for candidate in new_round.added]
     state.present += effects
     state.refit = new_round.after
-    state.steps.append(step_of(state, effects[-1], listed([e.title for e in effects])))
+    state.ladder.append(ladder_step_of(state, effects[-1], listed([e.title for e in effects])))
     update_idealisation_error(state)
 
 
@@ -120,7 +120,7 @@ def add_round(
     candidates, refit = applicable(state.data, state.present, options.candidates), state.refit
     candidates += [e for e in extra if e.kind not in {c.kind for c in candidates}]
     planned = [t for c in candidates for t in trials(refit.hypothesis, c, state.data)]
-    steps = ProgressSteps(progress, refit.hypothesis.model.arm, planned)
+    steps = RoundProgress(progress, refit.hypothesis.model.arm, planned)
     total = len(candidates) + REFITTED + any(e.resolution for e in candidates)  # see promising
     steps.begin(round_title(state.present, bool(options.candidates)), total)
     new_round = _run_round(state, candidates, most, steps, on_ranking)
@@ -146,7 +146,7 @@ def _use_data(state: State, data: Data) -> None:
     """Uses the data of a round, and its number of steps for validation recordings."""
     state.data = data
     if state.validation is not None:
-        state.validation = replace(state.validation, fine=data.fine)
+        state.validation = replace(state.validation, result_substeps=data.result_substeps)
 
 
 def remove_needless(state: State, progress: Progress) -> None:
@@ -165,7 +165,7 @@ def remove_needless(state: State, progress: Progress) -> None:
         update_idealisation_error(state)
         state.removed += [e.title for e in removed]
         names = ", ".join(e.title for e in removed)
-        state.steps.append(step_of(state, None, f"Without: {names}"))
+        state.ladder.append(ladder_step_of(state, None, f"Without: {names}"))
 
 
 MOST_EXCHANGES = 3
@@ -213,7 +213,7 @@ def _replace_effects(state: State, data: Data, refit: Refit, effects: Sequence[E
     titles = [e.title for e in removed]
     state.data, state.refit, state.present = data, refit, list(effects)
     update_idealisation_error(state)
-    state.steps.append(step_of(state, added, f"{added.title} for {', '.join(titles)}"))
+    state.ladder.append(ladder_step_of(state, added, f"{added.title} for {', '.join(titles)}"))
     state.removed += titles
 
 
@@ -225,9 +225,9 @@ def converge_final_model(state: State, options: Options, progress: Progress) -> 
     update_idealisation_error(state)
     if state.data.rig.servo:
         state.refit = with_drawn_deviations(state.data, state.refit, options.stated_noise)
-    last = state.steps[-1]
+    last = state.ladder[-1]
     added = next((e for e in state.present if e.kind == last.added), None)
-    state.steps[-1] = step_of(state, added, last.title)
+    state.ladder[-1] = ladder_step_of(state, added, last.title)
 
 
 WORSE = 1.1
@@ -240,7 +240,8 @@ def _gate(state: State) -> Gate:
     before = state.refit
 
     def refuse(data: Data, refit: Refit) -> Objection | None:
-        before_fit, after_fit = state.validation_fit(before), state.validation_fit(refit, data.fine)
+        before_fit = state.validation_fit(before)
+        after_fit = state.validation_fit(refit, data.result_substeps)
         if before_fit is None or after_fit is None:
             return None
         error_before, error_after = (
@@ -254,7 +255,7 @@ def _gate(state: State) -> Gate:
 
 
 def _run_round(
-    state: State, candidates: Sequence[Effect], most: int, steps: ProgressSteps,
+    state: State, candidates: Sequence[Effect], most: int, steps: RoundProgress,
     on_ranking: RankingCallback | None,
 ) -> Round:  # fmt: skip
     def screened(screened_so_far: Screen) -> None:

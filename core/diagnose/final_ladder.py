@@ -23,7 +23,7 @@ from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.ranking import ranking_of
 from ..diagnose.refit import Refit, fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
-from ..diagnose.search_state import Options, State, base_step, step_of
+from ..diagnose.search_state import Options, State, base_ladder_step, ladder_step_of
 from ..diagnose.whitening import fit_whitener, whitened_rows
 from ..effects.effect import Effect
 from ..progress import Progress
@@ -39,7 +39,7 @@ def final_ladder(
     better = bool(state.removed) and not state.added and state.refit.cost < base_fit.base.cost
     if (state.out_of_date or better) and not progress.stopped():
         base_fit = _refit_base(state, base_fit, options, progress)
-    detour = state.removed or state.out_of_date or len(state.steps) != 1 + len(state.added)
+    detour = state.removed or state.out_of_date or len(state.ladder) != 1 + len(state.added)
     if detour and state.added:
         rebuilt = _rebuild_ladder(state, base_fit.base, progress)
         if not rebuilt and not progress.stopped():
@@ -61,11 +61,11 @@ def _refit_base(state: State, base_fit: BaseFit, options: Options, progress: Pro
     last = [r for r in state.rounds[-1:] if r.accepted is None and state.added]
     stated = state.present[: state.stated_count]
     again = State(
-        data, base, stated, len(stated), [], [base_step(new_fit)], state.validation,
+        data, base, stated, len(stated), [], [base_ladder_step(new_fit)], state.validation,
         validation_cache=state.validation_cache,
     )  # fmt: skip
     add_round(again, options, 0, progress, extra=state.added)
-    state.first_screen, state.steps = again.first_screen, again.steps
+    state.first_screen, state.ladder = again.first_screen, again.ladder
     state.rounds = [*again.rounds, *last]
     if not state.added:
         state.removed.clear()
@@ -85,15 +85,15 @@ def _rebuild_ladder(state: State, base: Refit, progress: Progress) -> bool:
         return False
     unaccepted = [r for r in state.rounds[-1:] if r.accepted is None and len(state.rounds) > 1]
     state.rounds = [*(c.round for c in steps), *unaccepted]
-    del state.steps[1:]
+    del state.ladder[1:]
     for step in steps:
         state.data, state.refit = step.data, step.refit
-        state.steps.append(step_of(state, step.effect, step.effect.title))
+        state.ladder.append(ladder_step_of(state, step.effect, step.effect.title))
     return True
 
 
 @dataclass(frozen=True)
-class RebuiltStep:
+class RebuiltLadderStep:
     """One step of the rebuilt ladder."""
 
     effect: Effect
@@ -107,7 +107,7 @@ class RebuiltStep:
 def ladder_to_final_model(
     data: Data, base: Refit, last: Refit, stated: Sequence[Effect], added: Sequence[Effect],
     screened: Screen, rounds: Sequence[DiagnosisRound], stopped: Callable[[], bool],
-) -> list[RebuiltStep]:  # fmt: skip
+) -> list[RebuiltLadderStep]:  # fmt: skip
     """The steps from the base model to the last one, in the order of what each effect explains.
 
     Args:
@@ -122,7 +122,7 @@ def ladder_to_final_model(
     by_kind = {s.effect.kind: s for s in screened.candidates}
     if not {e.kind for e in added} <= set(by_kind):
         return []
-    steps: list[RebuiltStep] = []
+    steps: list[RebuiltLadderStep] = []
     before, remaining = base, list(added)
     # The first step stands beside what was tried then; later ones are held against the noise as
     # the last model shows it: beside all that the first one lacks they would seem to be nothing.
@@ -137,7 +137,7 @@ def ladder_to_final_model(
         whitener = noise if steps else screened.whitener
         both = with_whitened_cost(before, whitener), with_whitened_cost(after, whitener)
         repeated = _ladder_round(by_kind[strongest.kind], screened, *both, anchored, other_ranks)
-        steps.append(RebuiltStep(strongest, anchored, after, repeated))
+        steps.append(RebuiltLadderStep(strongest, anchored, after, repeated))
         before = after
     return steps
 

@@ -86,7 +86,8 @@ def _compare_each(h: Hypothesis, data: Data) -> tuple[RecordingComparison, ...]:
         own = h.unknowns.values_for(e.recording.name, h.vector)
         values = {**predictor.fixed, **own}
         return compare(
-            h.model, e.recording, e.outputs, e.processing, values, DIAGNOSIS_FIT, steps=data.fine
-        )
+            h.model, e.recording, e.outputs, e.processing, values, DIAGNOSIS_FIT,
+            steps=data.result_substeps,
+        )  # fmt: skip
 
     return tuple(on_all_cores(comparison, data.experiments))

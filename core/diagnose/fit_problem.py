@@ -24,23 +24,23 @@ from ..least_squares import Limits, limits_of
 from ..model import Model
 
 
-class NeededSteps:
-    """Steps per sample that an arm with more bending modes needs; found once per number of modes.
+class SubstepsByModes:
+    """Steps per sample that arms need, by their numbers of modes; computed once for each.
 
     A further mode is several times as fast, and the `Anchor` of a model without it does not know
     its error.
     """
 
     def __init__(self) -> None:
-        self._found: dict[tuple[int, ...], int] = {}
+        self._substeps: dict[tuple[int, ...], int] = {}
         self._lock = threading.Lock()
 
-    def steps_for(self, modes: tuple[int, ...], find: Callable[[], int]) -> int:
+    def substeps_for(self, modes: tuple[int, ...], find: Callable[[], int]) -> int:
         """Steps of an arm with so many modes per segment; `find` computes them the first time."""
         with self._lock:
-            if modes not in self._found:
-                self._found[modes] = find()
-            return self._found[modes]
+            if modes not in self._substeps:
+                self._substeps[modes] = find()
+            return self._substeps[modes]
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,11 @@ class Data:
     floors: Mapping[str, float]
     fixed: Mapping[str, float]
     sizes: Sizes
-    steps: int | None
-    """Steps per sample of the search; None: not known yet."""
-    anchored_steps: int | None = None
+    substeps: int | None
+    """Integration steps per sample in the search; None: not known yet."""
+    anchored_substeps: int | None = None
     """The same for arms whose step error the anchor corrects; None: as many."""
-    fine: int | None = None
+    result_substeps: int | None = None
     """Steps per sample beyond which nothing changes: for results that are stated."""
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes belong to these recordings alone."""
@@ -81,8 +81,8 @@ class Data:
     motion_cache: MotionCache = field(default_factory=MotionCache)
     """Motions of the base model. Sensor effects and forces at prescribed joints do not change
     them."""
-    mode_steps: NeededSteps | None = None
-    """Steps for arms with other modes; None: as many as `steps`."""
+    substeps_by_modes: SubstepsByModes | None = None
+    """Steps for arms with other modes; None: as many as `substeps`."""
     limited: frozenset[str] = frozenset()
     """Parameters of stated effects with bounds, a prior or recordings of their own; they stay in
     `nuisance`."""
@@ -135,8 +135,8 @@ class Hypothesis:
         return limits_of(self.unknowns.parameters)
 
     @property
-    def steps(self) -> int | None:
-        """Steps per sample; None: not known yet."""
+    def substeps(self) -> int | None:
+        """Integration steps per sample; None: not known yet."""
         return self.residuals.predictor.steps
 
     def errors(self, vector: np.ndarray) -> list[np.ndarray]:
@@ -150,7 +150,7 @@ class Hypothesis:
     def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
         """Derivatives (M, k, P) of the errors per recording, with half the steps: directions need
         less accuracy than errors."""
-        return self.coarse.residuals.sensitivities(vector, central=False)
+        return self.half_substeps.residuals.sensitivities(vector, central=False)
 
     def exact_slopes(self, vector: np.ndarray) -> list[np.ndarray]:
         """The same derivatives with all steps."""
@@ -163,19 +163,19 @@ class Hypothesis:
         unknowns."""
         labels = self.unknowns.labels
         computed = [j for j, label in enumerate(labels) if label not in reused]
-        slopes = self.coarse.residuals.sensitivities(vector, central=False, only=computed)
+        slopes = self.half_substeps.residuals.sensitivities(vector, central=False, only=computed)
         for j, label in enumerate(labels):
             for S, column in zip(slopes, reused.get(label, ()), strict=False):
                 S[:, :, j] = column
         return slopes
 
     @cached_property
-    def coarse(self) -> Hypothesis:
+    def half_substeps(self) -> Hypothesis:
         """The hypothesis with half the steps per sample."""
-        fine = self.residuals.predictor
-        if fine.steps is None:
+        predictor = self.residuals.predictor
+        if predictor.steps is None:
             return self
-        predictor = with_steps_per_sample(fine, max(fine.steps // 2, 1))
+        predictor = with_steps_per_sample(predictor, max(predictor.steps // 2, 1))
         return replace(self, residuals=replace(self.residuals, predictor=predictor))
 
     def values(self) -> dict[str, float]:
@@ -192,19 +192,19 @@ class Hypothesis:
         return replace(self, vector=np.asarray(vector, dtype=float))
 
 
-LONGER_STEPS = 2.0
+LONGEST_STEP_FACTOR = 2.0
 """Factor on an effect's longest step while models are compared. With the step error of the base
 corrected, friction at 0.5 ms is within 0.01 mm of steps of 16 us."""
 
 
 def hypothesis(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float], *,
-    freed: Sequence[Unknown] | None = None, secondary: bool = True, finer: float = 1,
+    freed: Sequence[Unknown] | None = None, secondary: bool = True, refine: float = 1,
 ) -> Hypothesis:  # fmt: skip
     """The bare model with `effects`, its nuisance unknowns and the parameters of the effects.
 
     `values`: label -> start. `freed` replaces the unknowns of the effects. Without `secondary`,
-    shape parameters are not unknown. `finer`: factor on the number of steps.
+    shape parameters are not unknown. `refine`: factor on the number of steps.
     """
     plain = {k: v for k, v in values.items() if "@" not in k} | dict(data.fixed_effect_values)
     undetectable = undetectable_parameters(data, effects)
@@ -224,10 +224,10 @@ def hypothesis(
     unknowns = Unknowns(items)
     experiments = [for_model(e, model) for e in data.experiments]
     steps = None
-    if data.steps is not None:
+    if data.substeps is not None:
         dt = max(e.recording.sample_time for e in data.experiments)
-        loose = 1.0 if data.anchor is None else LONGER_STEPS
-        steps = max(int(needed_steps(model, dt, _search_steps(data, model), loose) * finer), 1)
+        loose = 1.0 if data.anchor is None else LONGEST_STEP_FACTOR
+        steps = max(int(needed_steps(model, dt, _search_substeps(data, model), loose) * refine), 1)
     predictor = Predictor(
         experiments, unknowns, data.fixed, steps=steps, motion_cache=data.motion_cache
     )
@@ -235,19 +235,19 @@ def hypothesis(
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
 
 
-def _search_steps(data: Data, model: Model) -> int:
+def _search_substeps(data: Data, model: Model) -> int:
     """Steps per sample of the search for a model's arm."""
-    assert data.steps is not None
-    if data.mode_steps is None or model.arm.modes == data.bare.arm.modes:
+    assert data.substeps is not None
+    if data.substeps_by_modes is None or model.arm.modes == data.bare.arm.modes:
         anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
-        return data.anchored_steps if anchored and data.anchored_steps else data.steps
+        return data.anchored_substeps if anchored and data.anchored_substeps else data.substeps
     # Whoever asks first, the answer is that of the nominal values and the modes alone.
     shape_effects = [e for e in model.effects if e.resolution]
-    unanchored = replace(data, mode_steps=None, anchor=None)
-    steps = data.mode_steps.steps_for(
-        model.arm.modes, lambda: enough_steps(unanchored, shape_effects, {}, UNANCHORED_ERROR)
+    unanchored = replace(data, substeps_by_modes=None, anchor=None)
+    steps = data.substeps_by_modes.substeps_for(
+        model.arm.modes, lambda: enough_substeps(unanchored, shape_effects, {}, UNANCHORED_ERROR)
     )
-    return max(steps, data.steps)
+    return max(steps, data.substeps)
 
 
 SEARCH_ERROR = 0.6
@@ -256,19 +256,19 @@ tenth (measured with friction, elastic joints, lag and damping)."""
 
 ANCHORED_ERROR = 2.4
 """The same if the anchor is of the same arm. Compared errors use twice as many steps
-(core.diagnose.refit.FINER_STEPS), which miss a quarter. The anchor does not know the step error of
-an arm with other vibrations."""
+(core.diagnose.refit.COMPARED_SUBSTEPS), which miss a quarter. The anchor does not know the step
+error of an arm with other vibrations."""
 
 UNANCHORED_ERROR = 0.2
 """The same for arms with other bending shapes, which no anchor corrects: squared, it is no relevant
 part of the noise. With three times as much, the step error hid all that a further shape
 explained."""
 
-MOST_STEPS = 64
+MOST_SUBSTEPS = 64
 """Steps per sample: more would take minutes."""
 
 
-def enough_steps(
+def enough_substeps(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float],
     tolerance: float = SEARCH_ERROR, least: int = 1,
 ) -> int:  # fmt: skip
@@ -276,11 +276,11 @@ def enough_steps(
     `close` noise floors."""
 
     def errors_with(steps: int) -> list[np.ndarray]:
-        h = hypothesis(replace(data, steps=steps), effects, values)
+        h = hypothesis(replace(data, substeps=steps), effects, values)
         return h.errors(h.vector)
 
     steps, coarse = least, errors_with(least)
-    while steps < MOST_STEPS:
+    while steps < MOST_SUBSTEPS:
         fine = errors_with(2 * steps)
         difference = [a - b for a, b in zip(coarse, fine, strict=True)]
         change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in difference]) ** 2)))
@@ -291,22 +291,22 @@ def enough_steps(
 
 
 def with_values(
-    data: Data, h: Hypothesis, values: Mapping[str, float] | None = None, *, finer: float
+    data: Data, h: Hypothesis, values: Mapping[str, float] | None = None, *, refine: float
 ) -> Hypothesis:
-    """The same model and unknowns, with some other `values` and `finer` times the steps."""
+    """The same model and unknowns, with some other `values` and `refine` times the steps."""
     # Not by the model's effects: one that ended at neutral has left it, its unknowns have not.
     nominal = {u.parameter.name for u in data.nuisance}
     own = tuple(u for u in h.unknowns.items if u.parameter.name not in nominal)
     start = {**h.model.effect_values, **h.values(), **(values or {})}
-    return hypothesis(data, h.model.effects, start, freed=own, finer=finer)
+    return hypothesis(data, h.model.effects, start, freed=own, refine=refine)
 
 
 def with_shared_motions(data: Data, h: Hypothesis) -> Data:
     """The data with the motions of a hypothesis, with its steps and half of them, for models
     compared with it."""
-    if h.steps is None:
+    if h.substeps is None:
         return data
-    fine, coarse = (x.residuals.predictor.simulated_at(h.vector) for x in (h, h.coarse))
+    fine, coarse = (x.residuals.predictor.simulated_at(h.vector) for x in (h, h.half_substeps))
     return replace(
         data, motion_cache=MotionCache({**fine.motions, **coarse.motions}, fine.recordings)
     )

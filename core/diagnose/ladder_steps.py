@@ -126,7 +126,7 @@ def fit_validation(validation: Data | None, refit: Refit) -> ValidationFit | Non
     shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in refitted}}
     own = tuple(u for u in validation.nuisance if u.recording is not None)
     fixed = {**validation.fixed, **shared}
-    fixed_data = replace(validation, nuisance=own, fixed=fixed, steps=validation.fine)
+    fixed_data = replace(validation, nuisance=own, fixed=fixed, substeps=validation.result_substeps)
     values = {**h.model.effect_values, **h.values()}
     start = hypothesis(fixed_data, h.model.effects, values, freed=refitted)
     descended = descend(

@@ -22,8 +22,8 @@ from ..effects.effect import Effect
 from ..least_squares import cost_of
 
 
-def finer_round(
-    data: Data, before: Refit, present: Sequence[Effect], finer: Effect, gate: Gate,
+def bending_shape_round(
+    data: Data, before: Refit, present: Sequence[Effect], extra_shape: Effect, gate: Gate,
     stopped: Callable[[], bool],
 ) -> Round | None:  # fmt: skip
     """The round that adds one more bending shape; None if that is not far more likely.
@@ -37,17 +37,17 @@ def finer_round(
         stopped: whether to give up.
     """
     shared = with_shared_motions(data, before.hypothesis)
-    screened = screen(shared, before.hypothesis, present, [finer], lambda _: stopped())
+    screened = screen(shared, before.hypothesis, present, [extra_shape], lambda _: stopped())
     if not _changes_outputs(screened, data) or stopped():
         return None
-    finer_data, after = _fit_with_shape(data, before, [*present, finer], stopped)
+    extended_data, after = _fit_with_shape(data, before, [*present, extra_shape], stopped)
     data, before = converge_precisely(data, before, stopped)
     whitener = fit_whitener(after.errors, whitened_rows(data.experiments))
     before, after = (with_whitened_cost(r, whitener) for r in (before, after))
     assessed = assess_refit(screened.candidates[0], before, after, data.count, 1)
-    if stopped() or not assessed.whitened_reduction > TIE or gate(finer_data, after):
+    if stopped() or not assessed.whitened_reduction > TIE or gate(extended_data, after):
         return None
-    return Round(screened, (assessed,), assessed, before, after, finer_data, (assessed,))
+    return Round(screened, (assessed,), assessed, before, after, extended_data, (assessed,))
 
 
 def _changes_outputs(screened: Screen, data: Data) -> bool:

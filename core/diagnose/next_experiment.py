@@ -83,10 +83,10 @@ def data_for_recording(data: Data, recording: Recording) -> Data:
     shared = [u for u in data.nuisance if u.recording is None]
     own = {u.parameter.name: u for u in data.nuisance if u.recording is not None}
     nuisance = (*shared, *[Unknown(u.parameter, NAME, u.searched) for u in own.values()])
-    # Nothing takes the error of few steps off here, so there are as many as a statement needs.
+    # No anchor corrects the step error here, so as many substeps as results need.
     return replace(
-        data, steps=data.fine, experiments=(prepared,), weights=(weights,), nuisance=nuisance,
-        anchor=None,
+        data, substeps=data.result_substeps, experiments=(prepared,), weights=(weights,),
+        nuisance=nuisance, anchor=None,
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..diagnose.cost_minimum import converge
 from ..diagnose.effect_search import remove_needless, search_effects, update_idealisation_error
-from ..diagnose.fit_problem import ANCHORED_ERROR, NeededSteps, enough_steps, hypothesis
+from ..diagnose.fit_problem import ANCHORED_ERROR, SubstepsByModes, enough_substeps, hypothesis
 from ..diagnose.noise_floor import Floor, channel_floors
 from ..diagnose.remaining_error import channel_rms, within_noise
 from ..diagnose.search_state import Options, RankingCallback, State
@@ -146,9 +146,9 @@ def apply_floors(state: State, floors: Mapping[str, Floor], stopped: Callable[[]
         state.rounds[-1] = replace(state.rounds[-1], ranking=())
     values = {**state.refit.hypothesis.model.effect_values, **state.refit.hypothesis.values()}
     data = state.data.in_floors(floors)
-    few = enough_steps(data, state.present, values, ANCHORED_ERROR)
-    steps = enough_steps(data, state.present, values, least=few)
-    data = replace(data, steps=steps, anchored_steps=few, mode_steps=NeededSteps())
+    few = enough_substeps(data, state.present, values, ANCHORED_ERROR)
+    steps = enough_substeps(data, state.present, values, least=few)
+    data = replace(data, substeps=steps, anchored_substeps=few, substeps_by_modes=SubstepsByModes())
     if state.validation is not None:
         state.validation = state.validation.in_floors(floors)
     state.validation_cache.clear()

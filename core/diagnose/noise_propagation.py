@@ -40,7 +40,7 @@ damped links; single draws scatter by a quarter."""
 MOST_REDRAWS = 20
 """Redraws until a draw begins at rest or in motion as the recording does; most do at once."""
 
-SERVO_STEPS = 2
+SERVO_SUBSTEPS = 2
 """Steps per sample: both passes are alike, and only their difference counts."""
 
 SERVO_NOISE_BAND = 4.0
@@ -277,7 +277,7 @@ class NoisePath:
         if not self.servo_driven:
             return measured
         again = replace(e, recording=recording, task=make_task(e.model, recording))
-        steps = max(SERVO_STEPS // servo_points_per_sample(e.model, recording.sample_time), 1)
+        steps = max(SERVO_SUBSTEPS // servo_points_per_sample(e.model, recording.sample_time), 1)
         motion = motion_of(again, self.numbers, self.values, steps)
         return measured - again.predicted(motion, self.numbers, self.values)
 

@@ -20,7 +20,7 @@ SLOPE_SHARE = 0.1
 """Of a plausible size: small enough for a linear response, large enough to stand above rounding."""
 
 
-COARSE = 0.5
+TRIAL_SUBSTEPS = 0.5
 """Share of the steps per sample for columns: only their direction matters."""
 
 
@@ -136,7 +136,7 @@ SMALLEST_SHARE = 1e-2
 def simulate_column(
     data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zeros: BaseErrors
 ) -> Column:
-    """The column of one trial, with COARSE of the steps.
+    """The column of one trial, with TRIAL_SUBSTEPS of the steps.
 
     A sensitivity is taken at a size that changes the outputs by less than the error of the base. A
     larger size can put a vibration out of phase. Diverging simulations are repeated at smaller
@@ -164,7 +164,7 @@ def _output_change(
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
     trial_hypothesis = hypothesis(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
-        finer=COARSE,
+        refine=TRIAL_SUBSTEPS,
     )  # fmt: skip
     # As coarse as the zero, so that steps cancel.
     errors = replace(trial_hypothesis.residuals, anchor=None).blocks(trial_hypothesis.vector)

@@ -139,25 +139,25 @@ def _column_noise(
         recorded = [r for r in routes if r.recording.has(name)]
         limit = min((r.logger_band(name) for r in recorded), default=np.pi)
         is_narrow = limit < NARROW_BAND
-        step = common_quantisation_step([r.recording[name] for r in recorded])
+        quantum = common_quantisation_step([r.recording[name] for r in recorded])
         stretches = [r.residual_stretches(name, undo=not is_narrow) for r in recorded]
         level = _level(recorded, name, stated)
-        if level is None and not step and not any(r.servo_driven for r in recorded):
+        if level is None and not quantum and not any(r.servo_driven for r in recorded):
             times = noise_ratios(stretches)
             ratios[name] = {id(r): x for r, x in zip(recorded, times, strict=True)}
             stretches = [[x / t for x in own] for own, t in zip(stretches, times, strict=True)]
-        pieces = quietest_stretches([piece for own in stretches for piece in own], step)
+        pieces = quietest_stretches([piece for own in stretches for piece in own], quantum)
         if any(r.is_commanded(name) for r in recorded):
             noises[name] = ColumnNoise(0.0, source=ESTIMATED)
             continue
         if level is not None:
-            plain = ColumnNoise(level, step=step)
+            plain = ColumnNoise(level, quantum=quantum)
             noises[name] = plain if is_narrow else with_ar_coefficient(plain, pieces, limit)
             continue
         estimate = estimate_noise(pieces, np.pi if is_narrow else limit) or ColumnNoise(
             0.0, source=ESTIMATED
         )
-        noises[name] = replace(_without_quantisation(estimate, step), after_logger=is_narrow)
+        noises[name] = replace(_without_quantisation(estimate, quantum), after_logger=is_narrow)
     noises = {name: _limited_by_prediction(routes, name, noise) for name, noise in noises.items()}
     return [
         {
@@ -180,7 +180,7 @@ def _limited_by_prediction(
     fed_back = any(r.servo_driven for r in recorded)
     if (
         noise.source != ESTIMATED
-        or not noise.step
+        or not noise.quantum
         or noise.ar_coefficient
         or not recorded
         or fed_back
@@ -188,20 +188,20 @@ def _limited_by_prediction(
         return noise
     others = [n for n in (*recorded[0].places, *recorded[0].references) if n != name]
     most = unpredicted_noise([r.recording for r in recorded], name, others)
-    counts = noise.step / np.sqrt(12.0)
+    counts = noise.quantum / np.sqrt(12.0)
     if (
         most is None
         or most > MOST_OVER_QUANTISATION * counts
         or most >= np.hypot(noise.std, counts)
     ):
         return noise
-    return _without_quantisation(replace(noise, std=most), noise.step)
+    return _without_quantisation(replace(noise, std=most), noise.quantum)
 
 
-def _without_quantisation(noise: ColumnNoise, step: float) -> ColumnNoise:
+def _without_quantisation(noise: ColumnNoise, quantum: float) -> ColumnNoise:
     """The estimate without quantisation noise, if the sensor moves through many steps."""
-    variance = max(noise.std**2 - step**2 / 12.0, 0.0)
-    return replace(noise, std=float(np.sqrt(variance)), step=step)
+    variance = max(noise.std**2 - quantum**2 / 12.0, 0.0)
+    return replace(noise, std=float(np.sqrt(variance)), quantum=quantum)
 
 
 def _level(routes: Sequence[NoisePath], name: str, stated: Mapping[str, float]) -> float | None:
@@ -220,18 +220,18 @@ def _servo_encoder_noise(
         filtered = any(r.recording.logger_filters.get(name) for r in recorded)
         if filtered or _level(recorded, name, stated) is not None:
             continue
-        step = common_quantisation_step([r.recording[name] for r in recorded])
+        quantum = common_quantisation_step([r.recording[name] for r in recorded])
         band = visible_band([(r.recording[name], r.recording.sample_time) for r in recorded])
-        own_level = _noise_by_column_alone(recorded, name, step)
+        own_level = _noise_by_column_alone(recorded, name, quantum)
         level = own_level if band is None or band.whole else min(band.noise, own_level)
-        noises[name] = _without_quantisation(ColumnNoise(level, source=ESTIMATED), step)
+        noises[name] = _without_quantisation(ColumnNoise(level, source=ESTIMATED), quantum)
     return noises
 
 
-def _noise_by_column_alone(routes: Sequence[NoisePath], name: str, step: float) -> float:
+def _noise_by_column_alone(routes: Sequence[NoisePath], name: str, quantum: float) -> float:
     """Upper bound of a column's noise, from the column alone."""
     columns = [r.recording[name] for r in routes]
-    estimate = estimate_noise(quietest_stretches([x[np.isfinite(x)] for x in columns], step))
+    estimate = estimate_noise(quietest_stretches([x[np.isfinite(x)] for x in columns], quantum))
     return np.inf if estimate is None else estimate.std
 
 

@@ -37,7 +37,7 @@ def _named(effects: Sequence[Effect]) -> str:
     return listed(titles) if len(titles) <= MOST_NAMED else f"{len(titles)} effects"
 
 
-class ProgressSteps:
+class RoundProgress:
     """Reports each step, and which arms are still to be compiled."""
 
     def __init__(self, progress: Progress, arm: Arm, planned: Sequence[Trial]) -> None:

@@ -108,7 +108,7 @@ def refit_with(
     """
     start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
     reused = columns_of(base, slopes)
-    return with_fine_errors(data, fit(start, None, stopped, most - spent, reused), whitener)
+    return with_precise_errors(data, fit(start, None, stopped, most - spent, reused), whitener)
 
 
 def best_start(
@@ -121,19 +121,19 @@ def best_start(
     if len(hypotheses) < 2 or stopped():
         return hypotheses[0], 0
     reused = columns_of(base, slopes)
-    trials = [fit(h.coarse, None, stopped, TRIAL_ITERATIONS, reused) for h in hypotheses]
+    trials = [fit(h.half_substeps, None, stopped, TRIAL_ITERATIONS, reused) for h in hypotheses]
     best = min(range(len(hypotheses)), key=lambda k: trials[k].cost)
     return hypotheses[best].at(trials[best].hypothesis.vector), TRIAL_ITERATIONS
 
 
-FINER_STEPS = 2
+COMPARED_SUBSTEPS = 2
 """Factor on the steps per sample for errors that are compared: step errors must not decide."""
 
 
-def with_fine_errors(data: Data, rough: Refit, whitener: Whitener) -> Refit:
+def with_precise_errors(data: Data, rough: Refit, whitener: Whitener) -> Refit:
     """The refit with its errors simulated as finely as those of the base."""
     h = rough.hypothesis
-    fine = with_values(data, h, finer=FINER_STEPS)
+    fine = with_values(data, h, refine=COMPARED_SUBSTEPS)
     blocks = tuple(fine.errors(h.vector))
     cost = cost_of(blocks)
     descended = replace(rough.descended, blocks=blocks, cost=cost)

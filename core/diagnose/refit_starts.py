@@ -176,7 +176,7 @@ class Horizon:
 
     def descended(self, values: Mapping[str, float], most: int) -> tuple[float, Values]:
         """Cost per sample and values after at most `most` iterations."""
-        h = _with_free_sizes(self.first, self.effects, values, self.held).coarse
+        h = _with_free_sizes(self.first, self.effects, values, self.held).half_substeps
         result = descend(h.errors, h.slopes, h.vector, h.limits, self.stopped, most=most)
         return result.cost / self.first.count, {**values, **h.at(result.vector).values()}
 
@@ -279,7 +279,7 @@ def profile_costs(
     for some in batched(vectors, LANES):
         if stopped():
             break
-        for x, errors in zip(some, h.coarse.errors_at(some), strict=True):
+        for x, errors in zip(some, h.half_substeps.errors_at(some), strict=True):
             A, b = normal_equations([as_finite(e) for e in errors], slopes)
             inverse = pseudo_inverse(A)
             minimum = x.copy()

@@ -61,7 +61,7 @@ def needed_effects(
             option
             for option in _refitted(data, model.refit, options, stopped)
             if (option.refit.cost < most or within_noise(data, option.refit.errors))
-            and not _coarser_and_less_likely(data, option.refit, model.refit)
+            and not _fewer_shapes_and_less_likely(data, option.refit, model.refit)
         ]
         if stopped() or not acceptable:
             break
@@ -108,7 +108,7 @@ def _simpler_replacements(effects: Sequence[Effect], place: int) -> list[tuple[E
     return [(), simpler] if simpler else [()]
 
 
-def _coarser_and_less_likely(data: Data, candidate: Refit, refit: Refit) -> bool:
+def _fewer_shapes_and_less_likely(data: Data, candidate: Refit, refit: Refit) -> bool:
     """Whether `candidate` has fewer bending shapes and the recordings are far less likely under it.
     Shapes cost no parameter, so the evidence alone decides."""
     shapes, before = (

@@ -32,7 +32,7 @@ from ..diagnose.refit import (
     best_start,
     columns_of,
     fit,
-    with_fine_errors,
+    with_precise_errors,
     with_whitened_cost,
 )
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
@@ -143,11 +143,11 @@ def _accept(
     acceptance = Acceptance(
         data, before, present, screened, candidate_count, lambda: on_progress(""), gate
     )
-    finer = finer_arm_model(refitted, data)
-    if finer is not None:
-        single = acceptance.try_single([finer], EffectSet((), 0.0), most)
+    more_shapes = candidate_with_more_shapes(refitted, data)
+    if more_shapes is not None:
+        single = acceptance.try_single([more_shapes], EffectSet((), 0.0), most)
         if single.accepted is not None:
-            others = [w for w in refitted if w is not finer]
+            others = [w for w in refitted if w is not more_shapes]
             return replace(single, refitted=(*single.refitted, *others))
     reduction = (refitted[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
     joint, together = acceptance.try_sets(
@@ -156,7 +156,9 @@ def _accept(
     return joint or acceptance.try_single(refitted, together, most)
 
 
-def finer_arm_model(refitted: Sequence[RefittedCandidate], data: Data) -> RefittedCandidate | None:
+def candidate_with_more_shapes(
+    refitted: Sequence[RefittedCandidate], data: Data
+) -> RefittedCandidate | None:
     """The candidate with one more bending shape, if it is acceptable and no physical effect
     explains the whole error; else None.
 
@@ -210,8 +212,8 @@ def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
         for s in pair:
             if len(chosen) < REFITTED:
                 chosen.setdefault(s.effect.kind, s)
-    finer = {s.effect.kind: s for s in screened.candidates if s.effect.resolution}
-    return list((chosen | finer).values())
+    more_shapes = {s.effect.kind: s for s in screened.candidates if s.effect.resolution}
+    return list((chosen | more_shapes).values())
 
 
 OPTIMISM = 2.0
@@ -259,7 +261,7 @@ def finish_refit(
     if goes_on and not refit.descended.ended:
         at, damping = refit.hypothesis, refit.descended.damping
         refit = fit(at, None, stopped, runner.left, runner.reused, damping)
-    return with_fine_errors(data, refit, whitener)
+    return with_precise_errors(data, refit, whitener)
 
 
 def still_competitive(runners: Sequence[PartialRefit], base: Refit, count: int) -> list[bool]:

@@ -64,7 +64,7 @@ class State:
     stated_count: int
     """Number of effects that the user stated."""
     rounds: list[DiagnosisRound]
-    steps: list[LadderStep]
+    ladder: list[LadderStep]
     validation: Data | None
     first_screen: Screen | None = None
     """Screen of the first round."""
@@ -83,14 +83,14 @@ class State:
     before_floor_update: State | None = None
     """The search before its noise floors changed the first time."""
 
-    def validation_fit(self, refit: Refit, fine: int | None = None) -> ValidationFit | None:
-        """A refit on the validation recordings, with `fine` or the usual steps per sample."""
+    def validation_fit(self, refit: Refit, substeps: int | None = None) -> ValidationFit | None:
+        """A refit on the validation recordings, with `substeps` or the usual steps per sample."""
         if self.validation is None:
             return None
-        fine = self.validation.fine if fine is None else fine
-        key = (id(refit), fine)
+        substeps = self.validation.result_substeps if substeps is None else substeps
+        key = (id(refit), substeps)
         if key not in self.validation_cache:
-            result = fit_validation(replace(self.validation, fine=fine), refit)
+            result = fit_validation(replace(self.validation, result_substeps=substeps), refit)
             assert result is not None
             self.validation_cache[key] = (
                 refit,
@@ -101,7 +101,7 @@ class State:
     def copied(self) -> State:
         """A copy that later changes do not affect."""
         return replace(
-            self, present=list(self.present), rounds=list(self.rounds), steps=list(self.steps),
+            self, present=list(self.present), rounds=list(self.rounds), ladder=list(self.ladder),
             removed=list(self.removed), validation_cache=dict(self.validation_cache),
         )  # fmt: skip
 
@@ -117,14 +117,14 @@ class State:
         return tuple(title for title in dict.fromkeys(self.removed) if title not in kept)
 
 
-def base_step(base_fit: BaseFit) -> LadderStep:
+def base_ladder_step(base_fit: BaseFit) -> LadderStep:
     """First step of a ladder, named by the effects that its model states."""
     stated = listed([e.title for e in base_fit.base.hypothesis.model.effects])
     title = f"The model with {stated}" if stated else "The model as given"
     return ladder_step(base_fit.data, base_fit.validation_fit, base_fit.base, None, title, ())
 
 
-def step_of(state: State, added: Effect | None, title: str) -> LadderStep:
+def ladder_step_of(state: State, added: Effect | None, title: str) -> LadderStep:
     """The ladder step of the current model, after `added` came in or an effect was removed."""
     names: tuple[str, ...] = ()
     if added is not None:
@@ -138,11 +138,11 @@ def state_from_base_fit(setup: Setup, base_fit: BaseFit) -> State:
     """State of the base model, before the first round."""
     present = list(setup.model.effects)
     state = State(
-        base_fit.data, base_fit.base, present, len(present), [], [base_step(base_fit)],
+        base_fit.data, base_fit.base, present, len(present), [], [base_ladder_step(base_fit)],
         base_fit.validation,
     )  # fmt: skip
     if base_fit.validation is not None and base_fit.validation_fit is not None:
-        state.validation_cache[id(base_fit.base), base_fit.validation.fine] = (
+        state.validation_cache[id(base_fit.base), base_fit.validation.result_substeps] = (
             base_fit.base,
             base_fit.validation_fit,
         )

@@ -26,7 +26,7 @@ class ColumnNoise:
     """SI, without quantisation"""
     ar_coefficient: float = 0.0
     """a in x(t) = a x(t - dt) + e(t), with dt the sensor's sample time"""
-    step: float = 0.0
+    quantum: float = 0.0
     """Quantisation step, SI; 0: continuous."""
     source: str = STATED
     after_logger: bool = False
@@ -43,12 +43,12 @@ class ColumnNoise:
         out = np.zeros(len(column))
         sampled = np.isfinite(column)
         noise = self.std * autoregressive_noise(rng, int(sampled.sum()), self.ar_coefficient)
-        if self.step:
+        if self.quantum:
             if smooth is None:
-                noise = noise + self.step * rng.uniform(-0.5, 0.5, len(noise))
+                noise = noise + self.quantum * rng.uniform(-0.5, 0.5, len(noise))
             else:
-                true = smooth[sampled] + self.step * rng.uniform()
-                noise = np.round((true + noise) / self.step) * self.step - true
+                true = smooth[sampled] + self.quantum * rng.uniform()
+                noise = np.round((true + noise) / self.quantum) * self.quantum - true
         out[sampled] = noise
         return out
 
@@ -185,12 +185,12 @@ MOST_QUIET_POWER = 4.0
 above that stands motion that the model lacks."""
 
 
-def quietest_stretches(pieces: Sequence[np.ndarray], step: float = 0.0) -> list[np.ndarray]:
+def quietest_stretches(pieces: Sequence[np.ndarray], quantum: float = 0.0) -> list[np.ndarray]:
     """The stretches (M,) that show the sensor's noise best: model error only adds to it, in some
-    recordings. `step`: quantisation step."""
+    recordings. `quantum`: quantisation step."""
     levels = [_high_power(x) for x in pieces]
     positive = [x for x in levels if np.isfinite(x) and x > 0.0]
-    least = max(min(positive, default=np.inf), step**2 / 12.0)
+    least = max(min(positive, default=np.inf), quantum**2 / 12.0)
     return [
         x for x, level in zip(pieces, levels, strict=True) if not level > MOST_QUIET_POWER * least
     ]
@@ -278,7 +278,7 @@ def with_ar_coefficient(
     s = without_lines(spectrum(pieces))
     low, high = _sensor_band(angle_limit)
     chosen = (s.angle > low) & (s.angle < high)
-    variance = stated.std**2 + stated.step**2 / 12.0
+    variance = stated.std**2 + stated.quantum**2 / 12.0
     if chosen.sum() < FEWEST_ORDINATES or not variance:
         return stated
     angle, power = s.angle[chosen], s.power[chosen]

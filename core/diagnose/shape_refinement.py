@@ -156,7 +156,7 @@ def _starts(
         effect, h.model, {**h.model.effect_values, **h.values()}, tuple(sizes), shape
     )
     return [
-        with_values(data, h, values, finer=1)
+        with_values(data, h, values, refine=1)
         for values in best_force_shapes(force, motions, MOST_STARTS)
     ]
 
@@ -170,7 +170,7 @@ def _without(
     free = set(h.model.effect_parameters) - fixed
     own = [u for u in h.unknowns.items if u.parameter.name in free]
     values = {**h.model.effect_values, **h.values(), **neutral}
-    return hypothesis(data, h.model.effects, values, freed=own, finer=1)
+    return hypothesis(data, h.model.effects, values, freed=own, refine=1)
 
 
 def _error_responses(h: Hypothesis, data: Data) -> list[ErrorResponse]:
@@ -178,7 +178,7 @@ def _error_responses(h: Hypothesis, data: Data) -> list[ErrorResponse]:
     responses: list[ErrorResponse] = []
     if not all(e.processing.nothing for e in data.experiments):
         data = _unfiltered(data)
-        h = with_values(data, h, finer=1)
+        h = with_values(data, h, refine=1)
     errors, agility = h.errors(h.vector), None
     for i, block in enumerate(errors):
         response, agility = error_response(

@@ -74,8 +74,8 @@ def expected(h: Hypothesis, errors: Autocovariance, within: float = np.inf) -> I
         within: share by which more steps may change what it shows of any unknown; a vibration
             that few steps damp shows little.
     """
-    shown = _with_steps(h, errors, h.steps)
-    steps = h.steps or 1
+    shown = _with_steps(h, errors, h.substeps)
+    steps = h.substeps or 1
     while np.isfinite(within) and steps < MOST_STEPS:
         steps, coarse = 2 * steps, shown
         shown = _with_steps(h, errors, steps)
@@ -86,7 +86,7 @@ def expected(h: Hypothesis, errors: Autocovariance, within: float = np.inf) -> I
 
 
 MOST_STEPS = 256
-"""Per sample, as core.diagnose.cost_minimum.MOST_FINE."""
+"""Per sample, as core.diagnose.cost_minimum.MOST_RESULT_SUBSTEPS."""
 
 
 def _with_steps(h: Hypothesis, errors: Autocovariance, steps: int | None) -> Information:

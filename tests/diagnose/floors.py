@@ -36,7 +36,7 @@ class Case:
     """Hz"""
     output_cutoff: float | None = None
     ar_coefficient: float = 0.0
-    step: float = 0.0
+    quantum: float = 0.0
     dt: float = 1e-3
     seconds: float = 2.0
     excitation: str = "prbs"
@@ -73,7 +73,7 @@ def noisy(case: Case, recording: Recording, rng: np.random.Generator) -> Recordi
         x = channels[name] + case.std * autoregressive_noise(
             rng, len(recording.time), case.ar_coefficient
         )
-        x = np.round(x / case.step) * case.step if case.step else x
+        x = np.round(x / case.quantum) * case.quantum if case.quantum else x
         if case.logger is not None:
             x, logged[name] = apply_logger_filter(x, case.dt, case.logger), case.logger
         channels[name] = x
@@ -83,7 +83,7 @@ def noisy(case: Case, recording: Recording, rng: np.random.Generator) -> Recordi
 def truth(case: Case, recording: Recording, outputs: Sequence[str]) -> dict[str, float]:
     """channel -> rms of what the noise is after the processing, over many draws."""
     rng = np.random.default_rng(99)
-    quiet = replace(case, std=0.0, step=0.0)
+    quiet = replace(case, std=0.0, quantum=0.0)
     sensors = [sensor(kind) for kind in outputs]
 
     def processed(r: Recording) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.arm.arm import Arm, Segment
-from flexgui.core.diagnose.base_fit import steps_for_directions
+from flexgui.core.diagnose.base_fit import substeps_for_directions
 from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects.sizes import typical
@@ -61,7 +61,7 @@ def data(EI: float) -> Data:
 
 
 def direction(of: Data, steps: int) -> np.ndarray:
-    h = hypothesis(replace(of, steps=steps), (), {})
+    h = hypothesis(replace(of, substeps=steps), (), {})
     found = np.concatenate([S.ravel() for S in h.residuals.sensitivities(h.vector, central=False)])
     return np.asarray(found / np.linalg.norm(found))
 
@@ -69,7 +69,7 @@ def direction(of: Data, steps: int) -> np.ndarray:
 @pytest.mark.parametrize("swings", SWINGS)
 def test_a_descent_knows_which_way_its_parameters_lead(swings: str) -> None:
     of = data(SWINGS[swings])
-    steps = steps_for_directions(of, (), {}, 1)
+    steps = substeps_for_directions(of, (), {}, 1)
     exact = direction(of, EXACTLY)
     assert direction(of, max(steps // 2, 1)) @ exact > NEARLY
     assert (steps > 1) is (swings == "at half the sampling rate")
@@ -81,9 +81,9 @@ def test_one_step_for_each_sample_leads_elsewhere_where_a_link_swings_fast() -> 
 
 
 def test_no_fewer_than_what_errors_need() -> None:
-    assert steps_for_directions(data(SWINGS["slowly"]), (), {}, FEW) == FEW
+    assert substeps_for_directions(data(SWINGS["slowly"]), (), {}, FEW) == FEW
 
 
 def test_where_nothing_is_estimated_errors_decide() -> None:
     of = replace(data(SWINGS["at half the sampling rate"]), nuisance=())
-    assert steps_for_directions(of, (), {}, 1) == 1
+    assert substeps_for_directions(of, (), {}, 1) == 1

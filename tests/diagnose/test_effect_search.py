@@ -40,8 +40,8 @@ def test_the_better_minimum_is_the_model_as_given_and_the_ranking_is_its_own() -
     state, begun = searched()
     state, found = final_ladder(state, begun, ASKED, Silent())
     assert found.base is bare().base
-    assert [s.added for s in state.steps] == [None]
-    assert state.steps[0].cost_per_sample < begun.base.cost / begun.data.count
+    assert [s.added for s in state.ladder] == [None]
+    assert state.ladder[0].cost_per_sample < begun.base.cost / begun.data.count
     assert [r.accepted for r in state.rounds] == [None] and not state.removed
     assert {r.effect for r in state.rounds[0].ranking} == {"torque_offset"}
 

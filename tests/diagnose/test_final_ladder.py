@@ -7,7 +7,7 @@ from functools import cache
 
 from flexgui.core.diagnose.cost_minimum import converge
 from flexgui.core.diagnose.evidence import TIE
-from flexgui.core.diagnose.final_ladder import RebuiltStep, ladder_to_final_model
+from flexgui.core.diagnose.final_ladder import RebuiltLadderStep, ladder_to_final_model
 from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.diagnose.linear_screen import Screen, screen
 from flexgui.core.diagnose.refit import Refit
@@ -32,7 +32,7 @@ def last() -> tuple[Data, Refit, Screen]:
     return data, refit, seen
 
 
-def climbed(found=(SMALL, LARGE), stopped=NEVER) -> list[RebuiltStep]:  # type: ignore[no-untyped-def]
+def climbed(found=(SMALL, LARGE), stopped=NEVER) -> list[RebuiltLadderStep]:  # type: ignore[no-untyped-def]
     data, refit, seen = last()
     return ladder_to_final_model(data, bare().base, refit, [], found, seen, [], stopped)
 

@@ -68,7 +68,7 @@ def test_under_a_filter_of_any_width_and_noise_of_any_colour(stated, colour, cut
 @pytest.mark.parametrize("stated", [True, False], ids=["stated", "estimated"])
 @pytest.mark.parametrize("cutoff", long_except((None, 50.0), (None, *CUTOFFS)))
 def test_of_sensors_that_count_in_coarse_steps(stated, cutoff):
-    case = Case(cutoff=cutoff, step=STEP, std=0.0)
+    case = Case(cutoff=cutoff, quantum=STEP, std=0.0)
     check(case, "stated" if stated else "estimated", stated=stated)
 
 
@@ -327,7 +327,7 @@ def test_a_recording_that_a_model_misses_says_nothing_of_the_sensor():
 def test_an_axis_that_stands_still_does_not_speak_for_those_that_move():
     """Where it moves through no count its column is constant."""
     moving = 0.4 * np.random.default_rng(4).standard_normal(400)
-    assert len(quietest_stretches([np.zeros(400), moving], step=1.0)) == 2
+    assert len(quietest_stretches([np.zeros(400), moving], quantum=1.0)) == 2
 
 
 def test_a_narrow_logger_hides_the_sensor_and_not_what_is_added_behind_it():

@@ -21,7 +21,7 @@ from flexgui.core.diagnose.noise_floor_update import (
     search_with_new_floors,
 )
 from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
-from flexgui.core.diagnose.search_state import Options, State, base_step
+from flexgui.core.diagnose.search_state import Options, State, base_ladder_step
 from flexgui.core.effects import effect
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
@@ -70,7 +70,7 @@ def found_with(floors: float, kind: str = "torque_offset") -> tuple[State, BaseF
     added = [effect(kind)]
     there = converge(base[0], hypothesis(base[0], added, base[1].hypothesis.values()), None, never)
     given = replace(begun, data=base[0], base=base[1])
-    return State(*there, added, 0, [], [base_step(given)], None), given
+    return State(*there, added, 0, [], [base_ladder_step(given)], None), given
 
 
 def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
@@ -93,9 +93,9 @@ def test_all_that_is_stated_is_weighed_again_in_the_new_floors() -> None:
     asked = Options(candidates=("viscous_friction", "torque_offset"))
     state, begun = final_ladder(state, given, asked, Silent())
     assert begun.data.floors == state.data.floors
-    for step in state.steps:
+    for step in state.ladder:
         assert {e.channel: e.floor for e in step.errors} == state.data.floors
-    first, last = state.steps
+    first, last = state.ladder
     assert first.cost_per_sample == pytest.approx(begun.base.cost / begun.data.count, rel=EXACT)
     again = converge(begun.data, begun.base.hypothesis, None, never)[1]
     assert again.cost == pytest.approx(begun.base.cost, rel=SETTLED)
@@ -107,12 +107,12 @@ def test_all_that_is_stated_is_weighed_again_in_the_new_floors() -> None:
 
 def test_a_search_that_is_stopped_before_that_goes_back_to_the_floors_before() -> None:
     state, given = found_with(HIDDEN)
-    old, steps = dict(state.data.floors), list(state.steps)
+    old, steps = dict(state.data.floors), list(state.ladder)
     floors = lower_floors(state, Options())
     assert floors is not None
     apply_floors(state, floors, never)
     state, begun = final_ladder(state, given, Options(), Stopped())
-    assert begun is given and state.data.floors == old and state.steps == steps
+    assert begun is given and state.data.floors == old and state.ladder == steps
 
 
 def test_an_estimated_floor_makes_no_verdict_that_is_finer_than_it_is_known() -> None:
@@ -158,7 +158,7 @@ def test_noise_is_at_most_what_no_effect_explains() -> None:
     data = begun.data.in_floors(large)
     data, base = converge(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
     given = replace(begun, data=data, base=base)
-    state = State(data, base, [], 0, [], [base_step(given)], None)
+    state = State(data, base, [], 0, [], [base_ladder_step(given)], None)
     assert within_noise(state.data, state.refit.errors)
     options = Options(max_effects=2, candidates=("viscous_friction", "torque_offset"))
     ended, _ = search_with_new_floors(state, options, Silent(), None)
@@ -189,7 +189,7 @@ def on_a_soft_base() -> tuple[State, BaseFit]:
     given = fit_base(*parts, spec, recordings, {}, 1e-3)
     added = [effect("base_compliance")]
     there = converge(given.data, hypothesis(given.data, added, TRUE), None, never)
-    return State(*there, added, 0, [], [base_step(given)], None), given
+    return State(*there, added, 0, [], [base_ladder_step(given)], None), given
 
 
 def above(state: State) -> float:

@@ -10,7 +10,7 @@ from flexgui.core.arm.arm import Structure
 from flexgui.core.arm.compiled import compile_arm
 from flexgui.core.diagnose.output_changes import Trial
 from flexgui.core.diagnose.progress_messages import (
-    ProgressSteps,
+    RoundProgress,
     fit_title,
     round_title,
     split_note,
@@ -73,7 +73,7 @@ def test_many_effects_are_counted_so_that_the_title_stays_short() -> None:
 def test_only_effects_that_change_the_arm_are_said_to_be_compiled() -> None:
     heard = Heard()
     tried = planned("coulomb_friction", "extra_bending_mode", "base_compliance")
-    ProgressSteps(heard, PAPER, tried).begin("Trying", 3)
+    RoundProgress(heard, PAPER, tried).begin("Trying", 3)
     (text,) = heard.texts
     assert text.startswith("(to be compiled once")
     assert "Extra bending mode and Soft base" in text
@@ -86,7 +86,7 @@ def test_only_effects_that_change_the_arm_are_said_to_be_compiled() -> None:
 def test_the_note_goes_once_it_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     heard, compiled = Heard(), False
     monkeypatch.setattr("flexgui.core.diagnose.progress_messages.is_compiled", lambda _: compiled)
-    told = ProgressSteps(heard, PAPER, planned("base_compliance"))
+    told = RoundProgress(heard, PAPER, planned("base_compliance"))
     told("Slow sensor")
     compiled = True
     told("")
@@ -99,7 +99,7 @@ def test_what_is_compiled_already_is_not_announced() -> None:
     tried = planned("joint_elasticity", **TWISTED)
     compile_arm(Structure.of(tried[0].effect.changed_arm(PAPER, TWISTED)))
     heard = Heard()
-    told = ProgressSteps(heard, PAPER, tried)
+    told = RoundProgress(heard, PAPER, tried)
     told.begin("Continuing the search", 1)
     assert heard.texts == []
     told("Elastic joint")

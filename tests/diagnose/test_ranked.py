@@ -10,7 +10,7 @@ import pytest
 
 from flexgui.core.diagnose import search_round
 from flexgui.core.diagnose.evidence import RefittedCandidate, ranked_candidates
-from flexgui.core.diagnose.search_round import finer_arm_model
+from flexgui.core.diagnose.search_round import candidate_with_more_shapes
 from flexgui.core.effects import effect
 
 SHAPE = "extra_bending_mode"
@@ -74,7 +74,7 @@ def test_a_finer_model_goes_first_unless_a_physical_effect_explains_everything(
         for w in (joint, shape)
     ]
     monkeypatch.setattr(search_round, "within_noise", lambda _, errors: errors)
-    first = finer_arm_model(found, cast(Any, None))
+    first = candidate_with_more_shapes(found, cast(Any, None))
     assert (first is None) is ("joint_elasticity" in whole)
     assert first is None or first.screened.effect.kind == SHAPE
 
@@ -84,4 +84,4 @@ def test_a_finer_model_that_explains_little_does_not_go_first(
 ) -> None:
     monkeypatch.setattr(search_round, "within_noise", lambda _, errors: False)
     little = replace(weighed(SHAPE, 0.1, SMALLER, 0), refit=cast(Any, SimpleNamespace(errors=())))
-    assert finer_arm_model([little], cast(Any, None)) is None
+    assert candidate_with_more_shapes([little], cast(Any, None)) is None

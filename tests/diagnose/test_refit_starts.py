@@ -162,7 +162,7 @@ def test_what_does_not_swing_begins_where_the_model_stands_and_at_the_nominal_va
 def test_a_parameter_that_follows_hides_no_valley(data: Data) -> None:
     """With the beams held where they are wrong, the cost over the base's compliance is higher than
     with the beams where straight lines take them."""
-    h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]}).coarse
+    h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]}).half_substeps
     k = h.unknowns.labels.index("cb")
     ((cost, there),) = profile_costs(h, [k], [h.vector])
     assert cost < cost_of(h.errors(h.vector)) and there[k] == h.vector[k]

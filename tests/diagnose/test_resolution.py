@@ -12,7 +12,7 @@ import pytest
 
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.diagnose import fit_base_to_recordings
-from flexgui.core.diagnose.fit_problem import UNANCHORED_ERROR, enough_steps, hypothesis
+from flexgui.core.diagnose.fit_problem import UNANCHORED_ERROR, enough_substeps, hypothesis
 from flexgui.core.diagnose.linear_screen import Screen, ScreenedCandidate
 from flexgui.core.diagnose.search_round import REFITTED, most_promising
 from flexgui.core.diagnose.search_state import Options
@@ -86,7 +86,7 @@ def test_a_missing_shape_is_named_though_a_soft_joint_imitates_it() -> None:
     compile, and the steps of one shape then explain most of the cause; here they explain none."""
     found = run_scenario(scenario((0, 2), f"{MODE} = {{}}")).diagnosis
     assert found is not None
-    assert [step.added for step in found.steps] == [None, MODE]
+    assert [step.added for step in found.substeps] == [None, MODE]
     assert found.final_verdict == "nothing_missing"
     (named,) = (r for r in found.rounds[0].ranking if r.effect == MODE)
     assert named.refit_drop_percent == pytest.approx(100.0, abs=ALL)
@@ -118,13 +118,17 @@ def test_a_soft_joint_is_named_where_the_shapes_suffice() -> None:
     hidden = "joint_elasticity = { Jh1 = 0.1, Jh2 = 0.05, c1 = 3e-4, c2 = 6e-4 }"
     found = run_scenario(scenario((0, 1), hidden)).diagnosis
     assert found is not None
-    assert [step.added for step in found.steps] == [None, "joint_elasticity"]
+    assert [step.added for step in found.substeps] == [None, "joint_elasticity"]
 
 
 def test_more_shapes_get_the_steps_that_they_need() -> None:
     """A further mode swings several times as fast, and what steps miss of it is not taken off."""
     data = begun(1).data
-    assert data.steps is not None
+    assert data.substeps is not None
     more = hypothesis(data, [effect(MODE)], {})
-    plain = replace(data, mode_steps=None, anchor=None)
-    assert more.steps == enough_steps(plain, [effect(MODE)], {}, UNANCHORED_ERROR) > data.steps
+    plain = replace(data, substeps_by_modes=None, anchor=None)
+    assert (
+        more.substeps
+        == enough_substeps(plain, [effect(MODE)], {}, UNANCHORED_ERROR)
+        > data.substeps
+    )

@@ -95,7 +95,7 @@ def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
     h = bare().base.hypothesis
     data, plain = anchor_at(bare().data, h)
     exact = errors_with(h.residuals, h.vector, 128)
-    taken_off = with_values(data, h, finer=1).errors(h.vector)
+    taken_off = with_values(data, h, refine=1).errors(h.vector)
 
     def apart(errors: Sequence[np.ndarray]) -> float:
         return cost_of([a - b for a, b in zip(errors, exact, strict=True)])

@@ -82,10 +82,10 @@ def bounded(found: list[Recording], seen: ColumnNoise) -> float:
         for r in found
     ]
     noise = _limited_by_prediction(routes, "theta1", seen)  # type: ignore[arg-type]
-    return float(np.hypot(noise.std, noise.step / np.sqrt(12.0)))
+    return float(np.hypot(noise.std, noise.quantum / np.sqrt(12.0)))
 
 
-SEEN = ColumnNoise(20.0 * WHITE, step=COUNT, source=ESTIMATED)
+SEEN = ColumnNoise(20.0 * WHITE, quantum=COUNT, source=ESTIMATED)
 """As it was found where friction and ripples are missing."""
 
 

@@ -81,7 +81,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "successive halving": [("core.diagnose.search_round.still_competitive", _all_go_on)],
     "exchange": [("core.diagnose.effect_search.best_exchange", _none)],
     "prune": [("core.diagnose.effect_search.remove_needless", _none)],
-    "mode refinement": [("core.diagnose.effect_search.finer_round", _none)],
+    "mode refinement": [("core.diagnose.effect_search.bending_shape_round", _none)],
     "limits of idealised laws": [
         ("core.diagnose.effect_search.idealisation_error", _nothing_missed),
         ("core.diagnose.base_fit.idealisation_error", _nothing_missed),
