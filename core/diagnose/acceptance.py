@@ -23,10 +23,10 @@ from ..diagnose.evidence import (
     ended_at_bound,
 )
 from ..diagnose.fit_problem import Data, Hypothesis
+from ..diagnose.force_shape_refinement import refine_force_shape
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.refit import Refit, refit_with, robust_covariance
 from ..diagnose.remaining_error import within_noise
-from ..diagnose.shape_refinement import refine_shape
 from ..effects.effect import Effect
 from ..effects.sizes import typical
 from ..results import Objection, Reason
@@ -167,7 +167,7 @@ class Acceptance:
     def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, Data, Refit]:
         """The candidate, converged, with its best shape and the share that it explains then."""
         data, after = converge(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
-        data, after = self._with_best_shapes(data, after, [best.screened.effect, *self.present])
+        data, after = self._with_force_shapes(data, after, [best.screened.effect, *self.present])
         return self._with_explained(best, self.before, after), data, after
 
     def _with_explained(
@@ -180,7 +180,7 @@ class Acceptance:
         )
         return replace(candidate, reduction=step.reduction, explained=step.explained)
 
-    def _with_best_shapes(
+    def _with_force_shapes(
         self, data: Data, after: Refit, effects: Sequence[Effect]
     ) -> tuple[Data, Refit]:
         """Converged again with the best shape of each effect. A new effect can reveal the shape of
@@ -190,7 +190,7 @@ class Acceptance:
         for effect in effects:
             if effect.kind not in new and within_noise(data, after.errors):
                 break
-            reshaped = refine_shape(data, after, effect, self.stopped)
+            reshaped = refine_force_shape(data, after, effect, self.stopped)
             if reshaped is not after:
                 data, after = converge(data, reshaped.hypothesis, self.seen.whitener, self.stopped)
         return data, after
@@ -224,7 +224,7 @@ class Acceptance:
         if best - joint.cost < RELEVANT * self.data.count or share < WHOLE_SHARE:
             return None, {kind for kind, _ in at_bounds(joint, self.data)}
         data, after = converge(self.data, joint.hypothesis, self.seen.whitener, self.stopped)
-        data, after = self._with_best_shapes(data, after, [s.effect for s in members])
+        data, after = self._with_force_shapes(data, after, [s.effect for s in members])
         kinds = {e.kind for e in after.hypothesis.model.effects}
         members = tuple(s for s in members if s.effect.kind in kinds)
         refuted = {kind for kind, _ in at_bounds(after, data)}

@@ -42,7 +42,7 @@ from ..recording.recording import Recording
 from ..scenario.schema import IdentifySpec
 from ..sensors.sensor import Sensor
 
-START_BOUND = 0.05
+INITIAL_JOINT_BOUND = 0.05
 """rad (m): largest error of an encoder's first sample."""
 
 
@@ -102,13 +102,14 @@ def nuisance_unknowns(
             update={"parameters": (), "bounds": {}, "prior": {}, "offsets": ()}
         ).model_copy(update={"per_recording": tuple(starts)})
         unknowns += [
-            _with_start_bounds(u) for u in collect_unknowns(model, starts_only, resting).items
+            _with_initial_joint_bounds(u)
+            for u in collect_unknowns(model, starts_only, resting).items
         ]
     return unknowns
 
 
-def _with_start_bounds(u: Unknown) -> Unknown:
-    parameter = replace(u.parameter, lower=-START_BOUND, upper=START_BOUND)
+def _with_initial_joint_bounds(u: Unknown) -> Unknown:
+    parameter = replace(u.parameter, lower=-INITIAL_JOINT_BOUND, upper=INITIAL_JOINT_BOUND)
     return replace(u, parameter=parameter)
 
 

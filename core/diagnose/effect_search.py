@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..diagnose.acceptance import Gate, Round
+from ..diagnose.bending_shapes_within_noise import bending_shape_round
 from ..diagnose.cost_minimum import (
     converge,
     converge_precisely,
@@ -16,7 +17,6 @@ from ..diagnose.cost_minimum import (
 from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import Data, with_shared_motions
 from ..diagnose.linear_screen import Screen, screen
-from ..diagnose.more_bending_shapes import bending_shape_round
 from ..diagnose.next_experiment import deciding_experiments
 from ..diagnose.output_changes import trials
 from ..diagnose.progress_messages import RoundProgress, round_title
@@ -264,7 +264,7 @@ def _run_round(
     def refitted(partial: Round) -> None:
         assert on_ranking is not None
         tested, remaining = (
-            {c.effect.kind for c in partial.screen.columns},
+            {c.effect.kind for c in partial.screen.output_changes},
             partial.screen.remaining_trials,
         )
         untested = tuple(c.title for c in candidates if remaining and c.kind not in tested)

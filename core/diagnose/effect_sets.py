@@ -1,4 +1,4 @@
-"""Which effects together explain the error, by a search over all columns.
+"""Which effects together explain the error, by a search over all output changes.
 
 The whitened Gram matrix shows what any set explains, so sets need no simulation. Forward selection
 with exchange: an imitation that came first is replaced by the true pair. The chosen set is then
@@ -57,7 +57,7 @@ class _Search:
             screened.whitened.projected(),
             screened.unwhitened.projected(),
         )
-        self._sided = [c.one_sided for c in screened.columns]
+        self._sided = [c.one_sided for c in screened.output_changes]
         self._price = float(np.log(max(count, 2)))
         self._choice = 2.0 * float(np.log(max(len(screened.candidates), 1)))
         allowed = [s for s in screened.candidates if s.effect.kind not in excluded]
@@ -71,7 +71,7 @@ class _Search:
     def _value(self, chosen: Sequence[ScreenedCandidate]) -> float:
         """Reduction of the whitened squared error minus the price of free parameters and of the
         choice among many (extended BIC, Chen and Chen, Biometrika 95, 2008)."""
-        at = [i for s in chosen for i in s.columns]
+        at = [i for s in chosen for i in s.output_changes]
         each = (
             s.degrees_of_freedom * self._price + 2.0 * np.log(max(s.trial_count, 1.0))
             for s in chosen
@@ -80,7 +80,7 @@ class _Search:
         return explained_by(self._whitened, at, [self._sided[i] for i in at]).cost_reduction - price
 
     def unwhitened_reduction(self, chosen: Sequence[ScreenedCandidate]) -> float:
-        at = [i for s in chosen for i in s.columns]
+        at = [i for s in chosen for i in s.output_changes]
         return explained_by(self._unwhitened, at, [self._sided[i] for i in at]).cost_reduction
 
     def _compatible(self, chosen: Sequence[ScreenedCandidate]) -> list[ScreenedCandidate]:

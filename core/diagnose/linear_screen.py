@@ -10,16 +10,17 @@ import numpy as np
 import scipy
 
 from ..diagnose.fit_problem import Data, Hypothesis
+from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import NO_OUTPUT, GramMatrix, explained_by, gram_matrix
 from ..diagnose.output_changes import (
     BaseErrors,
-    Column,
+    Changes,
+    OutputChange,
     Trial,
     must_compile,
-    simulate_column,
+    simulate_output_change,
     trials,
 )
-from ..diagnose.shape_refinement import best_shape, joint_shape
 from ..diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 from ..effects.effect import Effect
 from ..identify import predictor
@@ -44,8 +45,8 @@ class ScreenedCandidate:
     """The largest expected reduction; its sizes need not be those of the best score."""
     values: Mapping[str, float]
     """Start values of a refit."""
-    columns: tuple[int, ...]
-    """Indices of the columns that were combined."""
+    output_changes: tuple[int, ...]
+    """Indices of the output changes that were combined."""
     parameters: tuple[str, ...]
     """The sizes that were combined."""
     scanned: tuple[str, ...]
@@ -66,7 +67,7 @@ class Screen:
     errors: tuple[np.ndarray, ...]
     """The base's errors (M, k) per recording, in floors."""
     slopes: tuple[np.ndarray, ...]
-    columns: tuple[Column, ...]
+    output_changes: tuple[OutputChange, ...]
     remainders: tuple[np.ndarray, ...]
     """(M, k) per recording: errors that neither the base's unknowns nor all candidates explain."""
     remaining_trials: int = 0
@@ -75,13 +76,15 @@ class Screen:
     @property
     def diverged(self) -> tuple[str, ...]:
         """Titles of effects that could not be simulated at any size."""
-        simulated = {c.effect.kind for c in self.columns if not c.diverged}
-        diverged = (c.effect for c in self.columns if c.effect.kind not in simulated)
+        simulated = {c.effect.kind for c in self.output_changes if not c.diverged}
+        diverged = (c.effect for c in self.output_changes if c.effect.kind not in simulated)
         return tuple(dict.fromkeys(e.title for e in diverged))
 
 
-def columns_on_threads(work: Callable[[int], Column], which: Sequence[int]) -> Generator[Column]:
-    """The columns in their order, computed on all cores; closing it cancels what has not begun."""
+def on_threads(
+    work: Callable[[int], OutputChange], which: Sequence[int]
+) -> Generator[OutputChange]:
+    """The output changes in their order, computed on all cores; closing it cancels the rest."""
     with ThreadPoolExecutor(predictor.workers()) as pool:
         waiting = [pool.submit(work, i) for i in which]
         try:
@@ -112,22 +115,21 @@ def screen(
     planned = [t for c in candidates for t in trials(base, c, data)]
     new = {i for i, t in enumerate(planned) if must_compile(t, base.model.arm)}
     rounds = trial_rounds(planned, new)
-    zeros, columns = BaseErrors(base), dict[int, Column]()
+    base_errors, changes = BaseErrors(base), dict[int, OutputChange]()
     rows = whitened_rows(data.experiments)
 
     def scored() -> Screen:
-        finished = [columns[i] for i in sorted(columns)]
-        return _score_columns(
-            errors, slopes, finished, candidates, len(planned) - len(columns), rows
-        )
+        finished = [changes[i] for i in sorted(changes)]
+        remaining = len(planned) - len(changes)
+        return _score_candidates(errors, slopes, finished, candidates, remaining, rows)
 
     for number, which in enumerate(rounds, start=1):
-        running = columns_on_threads(
-            lambda i: simulate_column(data, base, accepted, planned[i], zeros), which
+        running = on_threads(
+            lambda i: simulate_output_change(data, base, accepted, planned[i], base_errors), which
         )  # noqa: B023
-        for i, column in zip(which, running, strict=True):
-            columns[i] = column
-            if on_progress(_finished_title(i, planned, columns)):
+        for i, change in zip(which, running, strict=True):
+            changes[i] = change
+            if on_progress(_finished_title(i, planned, changes)):
                 running.close()
                 return scored()
         if on_interim is not None and number in INTERIM_ROUNDS and number < len(rounds):
@@ -150,27 +152,27 @@ def trial_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[li
     return [rounds[number] for number in sorted(rounds)]
 
 
-def _finished_title(i: int, planned: Sequence[Trial], columns: Mapping[int, Column]) -> str:
+def _finished_title(i: int, planned: Sequence[Trial], changes: Mapping[int, OutputChange]) -> str:
     """Title of a candidate of which trial i was the last one; else ''."""
     effect = planned[i].effect
-    waits = any(t.effect is effect and k not in columns for k, t in enumerate(planned))
+    waits = any(t.effect is effect and k not in changes for k, t in enumerate(planned))
     return "" if waits else effect.title
 
 
-def _score_columns(
-    errors: list[np.ndarray], slopes: list[np.ndarray], columns: list[Column],
+def _score_candidates(
+    errors: list[np.ndarray], slopes: list[np.ndarray], changes: list[OutputChange],
     candidates: Sequence[Effect], remaining_trials: int, rows: Sequence[Sequence[np.ndarray]],
 ) -> Screen:  # fmt: skip
-    blocks = [c.blocks for c in columns]
+    blocks = [c.blocks for c in changes]
     unwhitened = gram_matrix(errors, slopes, blocks, no_whitening)
     remainders = _remainders(unwhitened, errors, slopes, blocks)
     whitener = fit_whitener(remainders, rows)
     whitened = gram_matrix(errors, slopes, blocks, whitener)
     w, u = whitened.projected(), unwhitened.projected()
-    scores = [_score(c, columns, w, u) for c in candidates]
+    scores = [_score(c, changes, w, u) for c in candidates]
     kept = sorted((s for s in scores if s is not None), key=lambda s: -s.score)
     return Screen(
-        tuple(kept), whitened, unwhitened, whitener, tuple(errors), tuple(slopes), tuple(columns),
+        tuple(kept), whitened, unwhitened, whitener, tuple(errors), tuple(slopes), tuple(changes),
         tuple(remainders), remaining_trials,
     )  # fmt: skip
 
@@ -191,30 +193,30 @@ def _remainders(  # type: ignore[no-untyped-def]
 
 
 def _score(
-    candidate: Effect, columns: Sequence[Column], w: np.ndarray, u: np.ndarray
+    candidate: Effect, changes: Changes, w: np.ndarray, u: np.ndarray
 ) -> ScreenedCandidate | None:
     """`w`, `u`: projected Gram matrices, whitened and unwhitened."""
-    mine = [i for i, c in enumerate(columns) if c.effect is candidate]
+    mine = [i for i, c in enumerate(changes) if c.effect is candidate]
     if not mine:
         return None
-    best = best_shape(mine, columns, w)
+    best, unwhitened_best = (best_force_shape(mine, changes, x) for x in (w, u))
     chosen, explained = best.chosen, best.explained
     score, parameters = explained.cost_reduction, len(chosen)
-    fixed = [columns[i].one_sided for i in chosen]
+    fixed = [changes[i].one_sided for i in chosen]
     return ScreenedCandidate(
         effect=candidate, score=score, degrees_of_freedom=parameters, trial_count=best.trial_count,
         p_value=min(float(scipy.stats.chi2.sf(score, parameters)) * best.trial_count, 1.0),
         cost_reduction=(reduction := explained_by(u, chosen, fixed).cost_reduction),
-        largest_reduction=max(reduction, best_shape(mine, columns, u).explained.cost_reduction),
-        values=_values(columns, chosen, explained.coefficients, w), columns=tuple(chosen),
-        parameters=tuple(columns[i].parameter for i in chosen), scanned=_scanned(columns, chosen),
-        prediction=_prediction(columns, chosen, explained.coefficients),
+        largest_reduction=max(reduction, unwhitened_best.explained.cost_reduction),
+        values=_values(changes, chosen, explained.coefficients, w), output_changes=tuple(chosen),
+        parameters=tuple(changes[i].parameter for i in chosen), scanned=_scanned(changes, chosen),
+        prediction=_prediction(changes, chosen, explained.coefficients),
     )  # fmt: skip
 
 
-def _scanned(columns: Sequence[Column], chosen: Sequence[int]) -> tuple[str, ...]:
-    sizes = [columns[i].parameter for i in chosen if columns[i].scanned and columns[i].parameter]
-    shapes = {name: None for i in chosen for name in joint_shape(columns[i])}
+def _scanned(changes: Changes, chosen: Sequence[int]) -> tuple[str, ...]:
+    sizes = [changes[i].parameter for i in chosen if changes[i].scanned and changes[i].parameter]
+    shapes = {name: None for i in chosen for name in joint_force_shape(changes[i])}
     return (*sizes, *shapes)
 
 
@@ -222,24 +224,25 @@ FAR = 100.0
 """Times the tried size: a neutral value further away is no limit of a linear response."""
 
 
-def _best_of_scan(columns: Sequence[Column], like: Column, w: np.ndarray) -> dict[str, float]:
+def _best_of_scan(changes: Changes, like: OutputChange, w: np.ndarray) -> dict[str, float]:
     """The grid size whose full response leaves the least error; empty if all of them leave more
     than there was."""
     if not like.scanned:
         return {}
     alike = [
         i
-        for i, c in enumerate(columns)
-        if (c.effect.kind, c.parameter, c.shape) == (like.effect.kind, like.parameter, like.shape)
+        for i, c in enumerate(changes)
+        if (c.effect.kind, c.parameter, c.force_shape)
+        == (like.effect.kind, like.parameter, like.force_shape)
     ]
-    change, at = min((w[i, i] - 2.0 * w[i, -1], i) for i in alike)
-    if change >= 0.0:
+    error_change, at = min((w[i, i] - 2.0 * w[i, -1], i) for i in alike)
+    if error_change >= 0.0:
         return {}
-    return {name: columns[at].values[name] for name in like.sizes if name}
+    return {name: changes[at].values[name] for name in like.sizes if name}
 
 
 def _values(
-    columns: Sequence[Column], chosen: Sequence[int], coefficients: np.ndarray, w: np.ndarray
+    changes: Changes, chosen: Sequence[int], coefficients: np.ndarray, w: np.ndarray
 ) -> dict[str, float]:
     """Start values of a refit: the best grid size as it is, else neutral + coefficient times the
     tried size.
@@ -248,22 +251,22 @@ def _values(
     """
     values: dict[str, float] = {}
     for i, coefficient in zip(chosen, coefficients, strict=True):
-        c = columns[i]
-        values |= joint_shape(c)
+        c = changes[i]
+        values |= joint_force_shape(c)
         for name, size in c.sizes.items():
             if name:
                 far = c.scanned and abs(size) > FAR * abs(c.values[name])
                 share = 1.0 if far else float(coefficient)
                 values[name] = c.values[name] - (1.0 - share) * size
-        values |= _best_of_scan(columns, c, w)
+        values |= _best_of_scan(changes, c, w)
     return values
 
 
 def _prediction(
-    columns: Sequence[Column], chosen: Sequence[int], coefficients: np.ndarray
+    changes: Changes, chosen: Sequence[int], coefficients: np.ndarray
 ) -> tuple[np.ndarray, ...]:
-    total = [np.zeros_like(b) for b in columns[chosen[0]].blocks]
+    total = [np.zeros_like(b) for b in changes[chosen[0]].blocks]
     for i, coefficient in zip(chosen, coefficients, strict=True):
-        for t, b in zip(total, columns[i].blocks, strict=True):
+        for t, b in zip(total, changes[i].blocks, strict=True):
             t += coefficient * b
     return tuple(total)

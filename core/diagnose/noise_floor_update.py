@@ -80,7 +80,7 @@ def lower_floors(state: State, options: Options) -> dict[str, Floor] | None:
 
 def _rms_unexplained(state: State) -> dict[str, float]:
     """channel -> rms, SI, of the base model's error that no effect explains, per independent sample
-    beside the screened columns; empty once another model is current, for which `_current_floors` is
+    beside the screened changes; empty once another model is current, for which `_current_floors` is
     better."""
     data, screened = state.data, state.first_screen
     if screened is None or state.added or state.removed:
@@ -91,7 +91,7 @@ def _rms_unexplained(state: State) -> dict[str, float]:
         for c, (name, _) in enumerate(e.channels):
             squares[name] += float(np.sum(r[own[c], c] ** 2))
             counts[name] += len(own[c])
-    spent = screened.slopes[0].shape[-1] + len(screened.columns)
+    spent = screened.slopes[0].shape[-1] + len(screened.output_changes)
     free = 1.0 - spent / max(sum(counts.values()), 1)
     if free <= 0.0:
         return {}

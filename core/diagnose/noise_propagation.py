@@ -223,15 +223,12 @@ class NoisePath:
             n: self.noise_free(n) for s in self.experiment.outputs for n in self.source_columns(s)
         }
         plain = self._simulated_difference(self.recording)
-        responses = self._start_responses(plain)
+        responses = self._initial_state_responses(plain)
         for _ in range(max(least, SERVO_DRAWS if self.servo_driven else DRAWS)):
-            drawn = (
-                self._simulated_difference(self._draw_with_same_start(column_noise, smooth, rng))
-                - plain
-            )
-            yield without_responses(drawn, responses)
+            recording = self._draw_with_same_initial_motion(column_noise, smooth, rng)
+            yield without_responses(self._simulated_difference(recording) - plain, responses)
 
-    def _start_responses(self, plain: np.ndarray) -> np.ndarray | None:
+    def _initial_state_responses(self, plain: np.ndarray) -> np.ndarray | None:
         """Responses to the first state; only a motion prescribed from noisy encoders needs them."""
         if not self.servo_driven:
             return None
@@ -239,9 +236,9 @@ class NoisePath:
         def compared(values: Mapping[str, float]) -> np.ndarray:
             return replace(self, values=values)._simulated_difference(self.recording)
 
-        return start_responses(self.values, plain, compared)
+        return initial_state_responses(self.values, plain, compared)
 
-    def _draw_with_same_start(
+    def _draw_with_same_initial_motion(
         self, column_noise: Mapping[str, ColumnNoise], smooth: Mapping[str, np.ndarray | None],
         rng: np.random.Generator,
     ) -> Recording:  # fmt: skip
@@ -282,7 +279,7 @@ class NoisePath:
         return measured - again.predicted(motion, self.numbers, self.values)
 
 
-START_CHANGE = 1e-4
+INITIAL_STATE_CHANGE = 1e-4
 """m or m/s at a tip: change of the first state, a thousandth of usual vibrations, so that the
 response is linear."""
 
@@ -290,7 +287,7 @@ REWEIGHTINGS = 2
 """Weightings of the channels: by the error, then by its remainder."""
 
 
-def start_responses(
+def initial_state_responses(
     values: Mapping[str, float],
     plain: np.ndarray,
     compared: Callable[[Mapping[str, float]], np.ndarray],
@@ -300,7 +297,7 @@ def start_responses(
     names = [name for name in values if name.startswith(START)]
     if not names:
         return None
-    changed = [compared({**values, n: values[n] + START_CHANGE}) - plain for n in names]
+    changed = [compared({**values, n: values[n] + INITIAL_STATE_CHANGE}) - plain for n in names]
     return np.stack(changed, axis=-1)
 
 

@@ -21,7 +21,7 @@ SLOPE_SHARE = 0.1
 
 
 TRIAL_SUBSTEPS = 0.5
-"""Share of the steps per sample for columns: only their direction matters."""
+"""Share of the steps per sample for output changes: only their direction matters."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class Trial:
     """Whether the sign of the size is fixed."""
     scanned: bool
     """Whether the size is one of a grid, because the response is not linear from neutral on."""
-    shape: tuple[tuple[str, float], ...]
-    """Secondary values: columns of one effect are combined only within one shape."""
+    force_shape: tuple[tuple[str, float], ...]
+    """Shape parameters: only changes of one force shape are combined."""
 
 
 @dataclass(frozen=True)
-class Column(Trial):
+class OutputChange(Trial):
     """One direction in which an effect moves the outputs."""
 
     blocks: tuple[np.ndarray, ...]
@@ -50,6 +50,9 @@ class Column(Trial):
     if the simulation diverged."""
     diverged: bool = False
     """Whether the simulation diverged at every size that was tried."""
+
+
+Changes = Sequence[OutputChange]
 
 
 def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
@@ -101,22 +104,22 @@ def _shapes(secondary: Sequence[EffectParameter]) -> list[tuple[tuple[str, float
 
 @dataclass
 class BaseErrors:
-    """Errors (M, k) per recording of the base model by steps per sample; columns are differences
+    """Errors (M, k) per recording of the base model by steps per sample; changes are differences
     from them. Both are simulated equally coarsely, so that the error of the steps cancels."""
 
     base: Hypothesis
-    found: dict[int | None, list[np.ndarray]] = field(default_factory=dict)
+    by_substeps: dict[int | None, list[np.ndarray]] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def at(self, steps: int | None) -> list[np.ndarray]:
         """Errors with so many steps per sample."""
         with self.lock:
-            if steps not in self.found:
+            if steps not in self.by_substeps:
                 residuals = replace(self.base.residuals, anchor=None)
                 if steps is not None:
                     residuals = with_steps(residuals, steps)
-                self.found[steps] = residuals.blocks(self.base.vector)
-            return self.found[steps]
+                self.by_substeps[steps] = residuals.blocks(self.base.vector)
+            return self.by_substeps[steps]
 
 
 SMALLER_TRIES = 5
@@ -133,28 +136,28 @@ SMALLEST_SHARE = 1e-2
 """Smallest next size, over the size before it."""
 
 
-def simulate_column(
-    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zeros: BaseErrors
-) -> Column:
-    """The column of one trial, with TRIAL_SUBSTEPS of the steps.
+def simulate_output_change(
+    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, base_errors: BaseErrors
+) -> OutputChange:
+    """The output change of one trial, with TRIAL_SUBSTEPS of the steps.
 
     A sensitivity is taken at a size that changes the outputs by less than the error of the base. A
     larger size can put a vibration out of phase. Diverging simulations are repeated at smaller
     sizes.
     """
     for _ in range(SMALLER_TRIES):
-        blocks, zero = _output_change(data, base, accepted, trial, zeros)
+        blocks, zero = _output_change(data, base, accepted, trial, base_errors)
         bounded = all(np.all(np.abs(b) < DIVERGED) for b in blocks)
         share = LARGEST_CHANGE * _rms(zero) / max(_rms(blocks), 1e-300)
         if bounded and (trial.scanned or not share < 1.0) or not trial.values:
             break
         trial = _smaller(trial, max(SIZE_MARGIN * share if bounded else 0.0, SMALLEST_SHARE))
     blocks = blocks if bounded else [np.zeros_like(b) for b in blocks]
-    return Column(**vars(trial), blocks=tuple(blocks), diverged=not bounded)
+    return OutputChange(**vars(trial), blocks=tuple(blocks), diverged=not bounded)
 
 
 def _output_change(
-    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zeros: BaseErrors
+    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, base_errors: BaseErrors
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Change of the outputs by a trial, and the errors of the base; both (M, k) per recording."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
@@ -168,7 +171,7 @@ def _output_change(
     )  # fmt: skip
     # As coarse as the zero, so that steps cancel.
     errors = replace(trial_hypothesis.residuals, anchor=None).blocks(trial_hypothesis.vector)
-    zero = zeros.at(trial_hypothesis.residuals.predictor.steps)
+    zero = base_errors.at(trial_hypothesis.residuals.predictor.steps)
     return [a - b for a, b in zip(zero, errors, strict=True)], zero
 
 

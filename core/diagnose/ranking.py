@@ -47,7 +47,7 @@ def confused_with(
 def largest_cosine(screened: Screen, a: ScreenedCandidate, b: ScreenedCandidate) -> float:
     """Cosine of the smallest principal angle between two candidates' whitened directions."""
     W = screened.whitened.projected()
-    A, B = list(a.columns), list(b.columns)
+    A, B = list(a.output_changes), list(b.output_changes)
     if not A or not B:
         return 0.0
     half_a, half_b = _inverse_root(W[np.ix_(A, A)]), _inverse_root(W[np.ix_(B, B)])

@@ -45,13 +45,13 @@ class Refit:
         return self.descended.blocks
 
 
-KnownSlopes = Mapping[str, tuple[np.ndarray, ...]]
+SlopesByLabel = Mapping[str, tuple[np.ndarray, ...]]
 """label -> sensitivity (M, k) per recording to an unknown."""
 
 
 def fit(
     start: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool], most: int,
-    reused: KnownSlopes | None = None, damping: float = FIRST_DAMPING,
+    reused: SlopesByLabel | None = None, damping: float = FIRST_DAMPING,
     exact_directions: bool = False,
 ) -> Refit:  # fmt: skip
     """Descends from the hypothesis; then one linear step to the whitened minimum.
@@ -107,7 +107,7 @@ def refit_with(
     neutral.
     """
     start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
-    reused = columns_of(base, slopes)
+    reused = slopes_by_label(base, slopes)
     return with_precise_errors(data, fit(start, None, stopped, most - spent, reused), whitener)
 
 
@@ -120,7 +120,7 @@ def best_start(
     hypotheses = [hypothesis(data, effects, start) for start in candidates]
     if len(hypotheses) < 2 or stopped():
         return hypotheses[0], 0
-    reused = columns_of(base, slopes)
+    reused = slopes_by_label(base, slopes)
     trials = [fit(h.half_substeps, None, stopped, TRIAL_ITERATIONS, reused) for h in hypotheses]
     best = min(range(len(hypotheses)), key=lambda k: trials[k].cost)
     return hypotheses[best].at(trials[best].hypothesis.vector), TRIAL_ITERATIONS
@@ -143,7 +143,7 @@ def with_precise_errors(data: Data, rough: Refit, whitener: Whitener) -> Refit:
     return Refit(h, descended, whitened, covariance)
 
 
-def columns_of(base: Hypothesis, slopes: Sequence[np.ndarray]) -> KnownSlopes:
+def slopes_by_label(base: Hypothesis, slopes: Sequence[np.ndarray]) -> SlopesByLabel:
     """Sensitivities of the base (M, k, P) per recording, by label."""
     return {
         label: tuple(S[:, :, j] for S in slopes) for j, label in enumerate(base.unknowns.labels)

@@ -53,7 +53,7 @@ def remaining_error(
     data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None
 ) -> Remains:
     """The remaining error of a fitted model, from weighted errors (M, k) per recording."""
-    from ..diagnose.spectral_lines import unexplained_line
+    from ..diagnose.vibration_lines import unexplained_line
 
     squares = _by_channel(data.experiments, errors)
     by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}

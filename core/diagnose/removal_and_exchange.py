@@ -18,13 +18,13 @@ import numpy as np
 
 from ..diagnose.evidence import RELEVANT, TIE
 from ..diagnose.fit_problem import Data, hypothesis, parameter_names
+from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import gram_matrix
 from ..diagnose.linear_screen import Screen
-from ..diagnose.output_changes import Column
+from ..diagnose.output_changes import OutputChange
 from ..diagnose.refit import Refit, fit, refit_with, with_robust_covariance, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.remaining_error import within_noise
-from ..diagnose.shape_refinement import best_shape, joint_shape
 from ..diagnose.whitening import fit_whitener, whitened_rows
 from ..effects import effect
 from ..effects.effect import Effect
@@ -232,17 +232,17 @@ def _best_competitors(
     }
     columns_kept = [j for j, label in enumerate(h.unknowns.labels) if label not in own]
     slopes = [S[:, :, columns_kept] for S in screened.slopes]
-    blocks = [c.blocks for c in screened.columns]
+    blocks = [c.blocks for c in screened.output_changes]
     products = gram_matrix(errors, slopes, blocks, screened.whitener).projected()
     explained = products[-1, -1] - refit.whitened_cost
     competitors = []
     for s in screened.candidates:
         if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in removed):
             continue  # an effect and its part are compared by the fit of their sizes
-        mine = [i for i, c in enumerate(screened.columns) if c.effect is s.effect]
-        shaped = best_shape(mine, screened.columns, products)
+        mine = [i for i, c in enumerate(screened.output_changes) if c.effect is s.effect]
+        shaped = best_force_shape(mine, screened.output_changes, products)
         if shaped.explained.cost_reduction > SHARE * explained:
-            chosen = [screened.columns[i] for i in shaped.chosen]
+            chosen = [screened.output_changes[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
             scanned = tuple(c.parameter for c in chosen if c.scanned and c.parameter)
             share = shaped.explained.cost_reduction / max(explained, 1e-300)
@@ -250,11 +250,11 @@ def _best_competitors(
     return sorted(competitors, key=lambda f: -f[0])
 
 
-def _start(chosen: Sequence[Column], coefficients: np.ndarray) -> dict[str, float]:
+def _start(chosen: Sequence[OutputChange], coefficients: np.ndarray) -> dict[str, float]:
     """Start values: neutral plus coefficient times size; scanned sizes unchanged."""
     values: dict[str, float] = {}
     for c, coefficient in zip(chosen, coefficients, strict=True):
-        values |= joint_shape(c)
+        values |= joint_force_shape(c)
         share = 1.0 if c.scanned else float(coefficient)
         values |= {n: c.values[n] - (1.0 - share) * size for n, size in c.sizes.items() if n}
     return values

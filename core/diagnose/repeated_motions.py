@@ -19,7 +19,7 @@ motion, as a loop's own noise gives."""
 DIFFERENT_INPUTS = 0.1
 """The same: above it a signal has left, so that a later return is a new cycle."""
 
-SAME_START = 0.01
+SAME_INITIAL_STATE = 0.01
 """rad (m): largest difference of starts for the same motion."""
 
 FEWEST_CYCLES = 2
@@ -164,7 +164,7 @@ def _same_motion(a: Prepared, b: Prepared) -> bool:
         return False
     starts = [start_joints(e.model, e.recording) for e in (a, b)]
     variance = float(np.sum(np.var(first, axis=0)))
-    if np.abs(starts[0] - starts[1]).max() > SAME_START or not variance:
+    if np.abs(starts[0] - starts[1]).max() > SAME_INITIAL_STATE or not variance:
         return False
     return float(np.sum(np.mean((first - second) ** 2, axis=0))) < 2.0 * SAME_INPUTS * variance
 

@@ -27,11 +27,11 @@ from ..diagnose.linear_screen import Screen, ScreenedCandidate, screen
 from ..diagnose.output_changes import nearer_to_neutral
 from ..diagnose.refit import (
     TRIAL_ITERATIONS,
-    KnownSlopes,
     Refit,
+    SlopesByLabel,
     best_start,
-    columns_of,
     fit,
+    slopes_by_label,
     with_precise_errors,
     with_whitened_cost,
 )
@@ -228,7 +228,7 @@ class PartialRefit:
     refit: Refit
     left: int
     """Iterations that it may still take."""
-    reused: KnownSlopes
+    reused: SlopesByLabel
 
     @property
     def bound(self) -> float:
@@ -244,7 +244,7 @@ def begin_refit(
     slopes: Sequence[np.ndarray], scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> PartialRefit:  # fmt: skip
     """The first iterations of `core.diagnose.refit.refit_with`."""
-    reused = columns_of(base, slopes)
+    reused = slopes_by_label(base, slopes)
     start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
     remaining = ROUGH_ITERATIONS - spent
     return PartialRefit(

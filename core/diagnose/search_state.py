@@ -92,10 +92,8 @@ class State:
         if key not in self.validation_cache:
             result = fit_validation(replace(self.validation, result_substeps=substeps), refit)
             assert result is not None
-            self.validation_cache[key] = (
-                refit,
-                result,
-            )  # the refit is held, so that its id stays its own
+            # The refit is kept too, so that no other one gets its id.
+            self.validation_cache[key] = refit, result
         return self.validation_cache[key][1]
 
     def copied(self) -> State:
@@ -142,10 +140,8 @@ def state_from_base_fit(setup: Setup, base_fit: BaseFit) -> State:
         base_fit.validation,
     )  # fmt: skip
     if base_fit.validation is not None and base_fit.validation_fit is not None:
-        state.validation_cache[id(base_fit.base), base_fit.validation.result_substeps] = (
-            base_fit.base,
-            base_fit.validation_fit,
-        )
+        key = id(base_fit.base), base_fit.validation.result_substeps
+        state.validation_cache[key] = base_fit.base, base_fit.validation_fit
     return state
 
 

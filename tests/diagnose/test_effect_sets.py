@@ -13,8 +13,8 @@ from flexgui.core.diagnose import acceptance
 from flexgui.core.diagnose.acceptance import Acceptance, Round
 from flexgui.core.diagnose.effect_sets import EffectSet, best_effect_set
 from flexgui.core.diagnose.evidence import LEAST_SHARE, RefittedCandidate, acceptable
-from flexgui.core.diagnose.linear_screen import Screen, _score_columns
-from flexgui.core.diagnose.output_changes import Column
+from flexgui.core.diagnose.linear_screen import Screen, _score_candidates
+from flexgui.core.diagnose.output_changes import OutputChange
 from flexgui.core.effects import effect
 from flexgui.core.effects.effect import Effect
 from flexgui.core.least_squares import Limits, descend
@@ -32,16 +32,16 @@ STAND_IN = "gravity_tilt"
 WORSE, BOUND = Objection(Reason.UNSEEN), Objection(Reason.AT_BOUND)
 
 
-def column(kind: str, block: np.ndarray) -> Column:
+def column(kind: str, block: np.ndarray) -> OutputChange:
     one: Effect = effect(kind)
-    return Column(one, kind, {kind: 1.0}, {kind: 1.0}, False, False, (), (block,))
+    return OutputChange(one, kind, {kind: 1.0}, {kind: 1.0}, False, False, (), (block,))
 
 
 def seen(errors: np.ndarray, blocks: dict[str, np.ndarray]) -> Screen:
     columns = [column(kind, block) for kind, block in blocks.items()]
     slopes = [np.zeros((*errors.shape, 0))]
     rows = [[np.arange(len(errors))] * errors.shape[1]]
-    return _score_columns([errors], slopes, columns, [effect(kind) for kind in blocks], 0, rows)
+    return _score_candidates([errors], slopes, columns, [effect(kind) for kind in blocks], 0, rows)
 
 
 def directions(seed: int, names: tuple[str, ...]) -> dict[str, np.ndarray]:
@@ -162,11 +162,11 @@ def test_the_shape_of_a_new_effect_is_looked_at_where_only_noise_is_left_too(mon
     asked: list[str] = []
     monkeypatch.setattr(acceptance, "within_noise", lambda *_: True)
     monkeypatch.setattr(
-        acceptance, "refine_shape", lambda _, after, e, __: asked.append(e.kind) or after
+        acceptance, "refine_force_shape", lambda _, after, e, __: asked.append(e.kind) or after
     )
     there, new = effect("viscous_friction"), effect("torque_ripple")
     work = Acceptance(SimpleNamespace(), None, [there], None, 1, lambda: False, lambda *_: None)
-    work._with_best_shapes(work.data, SimpleNamespace(errors=()), [new, there])
+    work._with_force_shapes(work.data, SimpleNamespace(errors=()), [new, there])
     assert asked == ["torque_ripple"]
 
 

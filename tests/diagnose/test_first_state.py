@@ -7,7 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.noise_propagation import START_CHANGE, start_responses, without_responses
+from flexgui.core.diagnose.noise_propagation import (
+    INITIAL_STATE_CHANGE,
+    initial_state_responses,
+    without_responses,
+)
 
 TIMES = np.linspace(0.0, 3.0, 400)
 SWINGS = np.stack([np.cos(9.0 * TIMES), np.sin(9.0 * TIMES)], axis=-1)
@@ -27,15 +31,17 @@ VALUES: dict[str, float] = {"EI": 3.0, "start_v1_1": 0.2, "start_dv1_1": -0.4}
 
 
 def answers_of() -> np.ndarray:
-    answers = start_responses(VALUES, compared(VALUES), compared)
+    answers = initial_state_responses(VALUES, compared(VALUES), compared)
     assert answers is not None
     return answers
 
 
 def test_a_first_state_is_changed_a_little_and_nothing_else() -> None:
     answers = answers_of()
-    assert answers == pytest.approx(START_CHANGE * SWINGS[:, None, :] * LARGE[..., None], rel=1e-6)
-    assert start_responses({"EI": 3.0}, np.zeros((400, 2)), compared) is None
+    assert answers == pytest.approx(
+        INITIAL_STATE_CHANGE * SWINGS[:, None, :] * LARGE[..., None], rel=1e-6
+    )
+    assert initial_state_responses({"EI": 3.0}, np.zeros((400, 2)), compared) is None
 
 
 def test_what_it_explains_goes_and_noise_stays() -> None:

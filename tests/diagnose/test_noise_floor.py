@@ -310,7 +310,7 @@ def test_a_draw_of_the_noise_begins_as_its_recording_does():
 
     assert rests(e.recording)
     assert not all(rests(route._noisy(known, smooth, rng)) for _ in range(300))
-    assert all(rests(route._draw_with_same_start(known, smooth, rng)) for _ in range(300))
+    assert all(rests(route._draw_with_same_initial_motion(known, smooth, rng)) for _ in range(300))
 
 
 def test_a_recording_that_a_model_misses_says_nothing_of_the_sensor():

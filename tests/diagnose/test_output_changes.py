@@ -14,9 +14,9 @@ from flexgui.core.diagnose.output_changes import (
     LARGEST_CHANGE,
     SMALLEST_SHARE,
     BaseErrors,
-    Column,
+    OutputChange,
     Trial,
-    simulate_column,
+    simulate_output_change,
     trials,
 )
 from flexgui.core.drives.velocity_loop import VelocityLoop
@@ -77,8 +77,8 @@ def base_and_trial(data: Data, kind: str) -> tuple[Hypothesis, Trial]:
     return base, trial
 
 
-def column(data: Data, base: Hypothesis, trial: Trial) -> Column:
-    return simulate_column(data, base, (), trial, BaseErrors(base))
+def column(data: Data, base: Hypothesis, trial: Trial) -> OutputChange:
+    return simulate_output_change(data, base, (), trial, BaseErrors(base))
 
 
 def times_as_large(trial: Trial, factor: float) -> Trial:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from flexgui.core.diagnose.gram_matrix import explained_by, gram_matrix
 from flexgui.core.diagnose.sensor_noise import noise_of
-from flexgui.core.diagnose.spectral_lines import line_of
+from flexgui.core.diagnose.vibration_lines import line_of
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.least_squares import Limits, descend
 

@@ -113,7 +113,9 @@ def test_the_first_ranking_knows_every_candidate_and_says_what_it_lacks() -> Non
     assert all(kinds(s) == kinds(found) == {c.kind for c in candidates} for s in sketches)
     left = [s.remaining_trials for s in (*sketches, found)]
     assert left == sorted(left, reverse=True) and left[-2] > left[-1] == 0
-    assert all(len(s.columns) + s.remaining_trials == len(found.columns) for s in sketches)
+    assert all(
+        len(s.output_changes) + s.remaining_trials == len(found.output_changes) for s in sketches
+    )
 
 
 def test_who_follows_changes_no_figure() -> None:
@@ -125,14 +127,14 @@ def test_who_follows_changes_no_figure() -> None:
 
 def _figures(seen: Screen) -> Sequence[object]:
     scores = [(s.effect.kind, s.score, s.cost_reduction, dict(s.values)) for s in seen.candidates]
-    return (*scores, [(c.parameter, float(np.sum(c.blocks[0]))) for c in seen.columns])
+    return (*scores, [(c.parameter, float(np.sum(c.blocks[0]))) for c in seen.output_changes])
 
 
 def test_a_screen_stops_after_any_size_and_ranks_what_it_has() -> None:
     for after in (1, 7, 40):
         found, _, _ = followed(after)
-        assert len(found.columns) == after and found.remaining_trials > 0
-        assert kinds(found) == {c.effect.kind for c in found.columns}
+        assert len(found.output_changes) == after and found.remaining_trials > 0
+        assert kinds(found) == {c.effect.kind for c in found.output_changes}
 
 
 def test_an_effect_whose_refit_diverges_is_named_although_another_one_is_added(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexgui.core.diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from flexgui.core.diagnose.gram_matrix import gram_matrix
-from flexgui.core.diagnose.output_changes import Column
-from flexgui.core.diagnose.shape_refinement import best_shape, joint_shape
+from flexgui.core.diagnose.output_changes import OutputChange
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.effects import effect
 
@@ -24,14 +24,14 @@ def wave(joint: int, order: float) -> np.ndarray:
     return block
 
 
-def columns() -> list[Column]:
+def columns() -> list[OutputChange]:
     found = []
     for order in ORDERS:
         shape = (("nr1", order), ("nr2", order))
         for joint in (1, 2):
             parameter = f"ra{joint}"
             found.append(
-                Column(
+                OutputChange(
                     effect("torque_ripple"), parameter, {parameter: 1.0, **dict(shape)},
                     {parameter: 1.0}, False, False, shape, (wave(joint, order),),
                 )
@@ -44,10 +44,10 @@ def test_each_joint_has_its_own_shape() -> None:
     errors = [0.7 * wave(1, 3.0) - 0.2 * wave(2, 8.0)]
     slopes = [np.zeros((SAMPLES, 2, 0))]
     w = gram_matrix(errors, slopes, [c.blocks for c in tried], no_whitening).projected()
-    found = best_shape(range(len(tried)), tried, w)
+    found = best_force_shape(range(len(tried)), tried, w)
     shape: dict[str, float] = {}
     for i in found.chosen:
-        shape |= joint_shape(tried[i])
+        shape |= joint_force_shape(tried[i])
     assert shape == {"nr1": 3.0, "nr2": 8.0}
     assert found.explained.cost_reduction >= (1.0 - LEFT) * float(np.sum(errors[0] ** 2))
     assert found.trial_count == len(ORDERS) ** 2

@@ -77,7 +77,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "progressive horizon, identification": [
         ("core.identify.fit.start_over_horizon", _start),
     ],
-    "shape refinement": [("core.diagnose.acceptance.refine_shape", _fit)],
+    "shape refinement": [("core.diagnose.acceptance.refine_force_shape", _fit)],
     "successive halving": [("core.diagnose.search_round.still_competitive", _all_go_on)],
     "exchange": [("core.diagnose.effect_search.best_exchange", _none)],
     "prune": [("core.diagnose.effect_search.remove_needless", _none)],

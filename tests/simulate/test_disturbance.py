@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flexgui.core.diagnose.force_shape_refinement import spectrum, spectrum_of_error
 from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY
-from flexgui.core.diagnose.shape_refinement import spectrum, spectrum_of_error
 from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.disturbance import estimate_torque, torque_answer
 from flexgui.core.simulate.motion import Task

@@ -22,10 +22,15 @@ import numpy as np
 
 from flexgui.core.diagnose.base_fit import compared_outputs, nuisance_unknowns
 from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.force_shape_refinement import ShapedChanges, best_force_shape
 from flexgui.core.diagnose.gram_matrix import gram_matrix
-from flexgui.core.diagnose.output_changes import BaseErrors, Column, simulate_column, trials
+from flexgui.core.diagnose.output_changes import (
+    BaseErrors,
+    OutputChange,
+    simulate_output_change,
+    trials,
+)
 from flexgui.core.diagnose.refit import fit
-from flexgui.core.diagnose.shape_refinement import ShapedColumns, best_shape
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.effect import Effect, EffectParameter, Rig
@@ -311,7 +316,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     ]
     zeros = BaseErrors(whole)
     columns = [
-        simulate_column(data, whole, hidden, t, zeros)
+        simulate_output_change(data, whole, hidden, t, zeros)
         for one in tested
         for t in trials(whole, one, data)
     ]
@@ -329,7 +334,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
         lefts, taken = dict[str, float](), dict[str, dict[str, float]]()
         for c in tested:
             mine = [i for i, column in enumerate(columns) if column.effect is c]
-            best = best_shape(mine, columns, products)
+            best = best_force_shape(mine, columns, products)
             taken[c.kind] = _values_of(best, columns)
             lefts[c.kind] = max(products[-1, -1] - best.explained.cost_reduction, 0.0) / data.count
         close = sorted(lefts, key=lefts.__getitem__)[:FITTED]
@@ -348,7 +353,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     return "", ""
 
 
-def _values_of(best: ShapedColumns, columns: Sequence[Column]) -> dict[str, float]:
+def _values_of(best: ShapedChanges, columns: Sequence[OutputChange]) -> dict[str, float]:
     """Where a fit of a stand-in begins: what its columns come to."""
     found: dict[str, float] = {}
     for i, coefficient in zip(best.chosen, best.explained.coefficients, strict=True):

@@ -20,7 +20,7 @@ import sympy as sp
 from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
 from ..diagnose.gram_matrix import Explained, explained_by
 from ..diagnose.missing_torque import FIRST_FREQUENCY, ErrorResponse, error_response
-from ..diagnose.output_changes import Column
+from ..diagnose.output_changes import Changes, OutputChange
 from ..diagnose.refit import Refit, fit
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..effects.effect import Effect, EffectParameter
@@ -30,15 +30,15 @@ from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
 from ..model import Model
 
-ShapeValues = tuple[tuple[str, float], ...]
+ForceShapeValues = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
-class ShapedColumns:
-    """The columns of one effect that together explain most."""
+class ShapedChanges:
+    """The output changes of one effect that together explain most."""
 
     chosen: list[int]
-    """One column per parameter, in the shape of its joint."""
+    """One per parameter, in the shape of its joint."""
     explained: Explained
     trial_count: float
     """Sizes and shapes that were tried for each parameter."""
@@ -50,26 +50,32 @@ def joint_number(name: str) -> str:
     return match[0] if match else ""
 
 
-def joint_shape(column: Column) -> dict[str, float]:
-    """Shape values of the column's joint; another joint may have other ones."""
-    at = joint_number(column.parameter)
-    return {name: value for name, value in column.shape if joint_number(name) in (at, "") or not at}
+def joint_force_shape(change: OutputChange) -> dict[str, float]:
+    """Shape values of the joint; another joint may have other ones."""
+    at = joint_number(change.parameter)
+    return {
+        name: value
+        for name, value in change.force_shape
+        if joint_number(name) in (at, "") or not at
+    }
 
 
-def best_shape(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) -> ShapedColumns:
+def best_force_shape(mine: Sequence[int], changes: Changes, w: np.ndarray) -> ShapedChanges:
     """The shape that explains most at all joints, then the best shape of each joint.
 
-    `w` is the projected Gram matrix of all columns, `mine` those of the effect.
+    `w` is the projected Gram matrix of all changes, `mine` those of the effect.
     """
-    shapes = list(dict.fromkeys(columns[i].shape for i in mine))
-    places = list(dict.fromkeys(joint_number(columns[i].parameter) for i in mine))
+    shapes = list(dict.fromkeys(changes[i].force_shape for i in mine))
+    places = list(dict.fromkeys(joint_number(changes[i].parameter) for i in mine))
 
-    def taken(shape_at: Mapping[str, ShapeValues]) -> tuple[list[int], Explained]:
+    def taken(shape_at: Mapping[str, ForceShapeValues]) -> tuple[list[int], Explained]:
         fitting = [
-            i for i in mine if columns[i].shape == shape_at[joint_number(columns[i].parameter)]
+            i
+            for i in mine
+            if changes[i].force_shape == shape_at[joint_number(changes[i].parameter)]
         ]
-        chosen = _best_per_parameter(fitting, columns, w)
-        return chosen, explained_by(w, chosen, [columns[i].one_sided for i in chosen])
+        chosen = _best_per_parameter(fitting, changes, w)
+        return chosen, explained_by(w, chosen, [changes[i].one_sided for i in chosen])
 
     best, at = None, {}
     for shape in shapes:
@@ -83,16 +89,16 @@ def best_shape(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) ->
             if candidate[1].cost_reduction > best[1].cost_reduction:
                 best, at = candidate, {**at, joint: shape}
     sizes = len(mine) / max(len(best[0]) * len(shapes), 1)
-    return ShapedColumns(*best, trial_count=sizes * float(len(shapes)) ** len(places))
+    return ShapedChanges(*best, trial_count=sizes * float(len(shapes)) ** len(places))
 
 
-def _best_per_parameter(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) -> list[int]:
+def _best_per_parameter(mine: Sequence[int], changes: Changes, w: np.ndarray) -> list[int]:
     """The best size of each parameter on its own."""
     best: dict[str, tuple[float, int]] = {}
     for i in mine:
-        reduction = explained_by(w, [i], [columns[i].one_sided]).cost_reduction
-        if columns[i].parameter not in best or reduction > best[columns[i].parameter][0]:
-            best[columns[i].parameter] = (reduction, i)
+        reduction = explained_by(w, [i], [changes[i].one_sided]).cost_reduction
+        if changes[i].parameter not in best or reduction > best[changes[i].parameter][0]:
+            best[changes[i].parameter] = (reduction, i)
     return [i for _, i in best.values()]
 
 
@@ -102,7 +108,7 @@ MOST_STARTS = 4
 """Most shapes from which a descent starts."""
 
 
-def refine_shape(data: Data, refit: Refit, effect: Effect, stopped: Stopped) -> Refit:
+def refine_force_shape(data: Data, refit: Refit, effect: Effect, stopped: Stopped) -> Refit:
     """The model with the best shape at each joint, if its cost is lower."""
     model, best = refit.hypothesis.model, refit
     effect_parameters = effect.parameters(model.arm, model.drive, data.sizes)
@@ -134,14 +140,9 @@ def _unfiltered(data: Data) -> Data:
         np.array([np.std(e.processing.apply(noise, e.recording.sample_time, [k])) for k in e.kinds])
         for e in data.experiments
     ]
-    return replace(
-        data,
-        experiments=tuple(
-            prepare(e.model, e.recording, e.outputs, Processing()) for e in data.experiments
-        ),
-        weights=tuple(w * share for w, share in zip(data.weights, gains, strict=True)),
-        anchor=None,
-    )
+    unfiltered = (prepare(e.model, e.recording, e.outputs, Processing()) for e in data.experiments)
+    weights = tuple(w * share for w, share in zip(data.weights, gains, strict=True))
+    return replace(data, experiments=tuple(unfiltered), weights=weights, anchor=None)
 
 
 def _starts(
@@ -152,13 +153,11 @@ def _starts(
     motions = _error_responses(without, data)
     if not motions:
         return []
-    force = JointForce(
-        effect, h.model, {**h.model.effect_values, **h.values()}, tuple(sizes), shape
+    values = {**h.model.effect_values, **h.values()}
+    peaks = force_shape_peaks(
+        JointForce(effect, h.model, values, tuple(sizes), shape), motions, MOST_STARTS
     )
-    return [
-        with_values(data, h, values, refine=1)
-        for values in best_force_shapes(force, motions, MOST_STARTS)
-    ]
+    return [with_values(data, h, peak, refine=1) for peak in peaks]
 
 
 def _without(
@@ -181,9 +180,8 @@ def _error_responses(h: Hypothesis, data: Data) -> list[ErrorResponse]:
         h = with_values(data, h, refine=1)
     errors, agility = h.errors(h.vector), None
     for i, block in enumerate(errors):
-        response, agility = error_response(
-            h, i, block / data.weights[i], 1.0 / data.weights[i], agility
-        )
+        w = data.weights[i]
+        response, agility = error_response(h, i, block / w, 1.0 / w, agility)
         responses += [] if response is None else [response]
     return responses
 
@@ -218,7 +216,7 @@ class JointForce:
         return None
 
 
-def best_force_shapes(
+def force_shape_peaks(
     force: JointForce, motions: Sequence[ErrorResponse], most: int
 ) -> list[dict[str, float]]:
     """Values of shape and sizes that explain more of the error than their neighbours, best first;
@@ -229,7 +227,7 @@ def best_force_shapes(
     errors = np.concatenate([spectrum_of_error(m.error).ravel() for m in motions])
 
     def at(shape: float) -> Fit:
-        return shape, *_least_squares(_columns(force, motions, shape), errors)
+        return shape, *_least_squares(_responses(force, motions, shape), errors)
 
     fits = [at(shape) for shape in shapes]
     reductions = np.array([-np.inf, *(reduction for _, reduction, _ in fits), -np.inf])
@@ -267,7 +265,7 @@ def _values(force: JointForce, shape: float, coefficients: np.ndarray) -> dict[s
     return values
 
 
-def _columns(force: JointForce, motions: Sequence[ErrorResponse], shape: float) -> np.ndarray:
+def _responses(force: JointForce, motions: Sequence[ErrorResponse], shape: float) -> np.ndarray:
     """(N, sizes), complex: response of the errors to the forces at the sizes' own values."""
     elements = [force.element(size, shape) for size in force.sizes]
     j, parts = force.joint, []
@@ -297,7 +295,7 @@ def spectrum_of_error(error: np.ndarray) -> np.ndarray:
 
 
 def _least_squares(A: np.ndarray, b: np.ndarray) -> tuple[float, np.ndarray]:
-    """Reduction of the squared error, and the coefficients of the columns."""
+    """Reduction of the squared error, and the coefficients of the responses."""
     normal, right = np.real(A.conj().T @ A), np.real(A.conj().T @ b)
     x = np.linalg.lstsq(normal, right, rcond=1e-10)[0]
     return float(right @ x), x

@@ -40,7 +40,7 @@ def bending_shape_round(
     screened = screen(shared, before.hypothesis, present, [extra_shape], lambda _: stopped())
     if not _changes_outputs(screened, data) or stopped():
         return None
-    extended_data, after = _fit_with_shape(data, before, [*present, extra_shape], stopped)
+    extended_data, after = _fit_with_bending_shape(data, before, [*present, extra_shape], stopped)
     data, before = converge_precisely(data, before, stopped)
     whitener = fit_whitener(after.errors, whitened_rows(data.experiments))
     before, after = (with_whitened_cost(r, whitener) for r in (before, after))
@@ -53,10 +53,10 @@ def bending_shape_round(
 def _changes_outputs(screened: Screen, data: Data) -> bool:
     """Whether one more shape, at unchanged parameters, changes the outputs by a relevant part of
     the noise. If not, it changes no estimate that matters."""
-    return any(cost_of(c.blocks) > RELEVANT * data.count for c in screened.columns)
+    return any(cost_of(c.blocks) > RELEVANT * data.count for c in screened.output_changes)
 
 
-def _fit_with_shape(
+def _fit_with_bending_shape(
     data: Data, refit: Refit, effects: Sequence[Effect], stopped: Callable[[], bool]
 ) -> tuple[Data, Refit]:
     """The model with the shape, fitted from the current and from the nominal values."""

@@ -12,7 +12,7 @@ import pytest
 
 from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
 from flexgui.core.diagnose.remaining_error import remaining_error
-from flexgui.core.diagnose.spectral_lines import LEAST_LINE_SHARE, line_of, unexplained_line
+from flexgui.core.diagnose.vibration_lines import LEAST_LINE_SHARE, line_of, unexplained_line
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared_recording import Prepared, prepare

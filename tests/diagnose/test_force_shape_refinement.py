@@ -10,9 +10,13 @@ import pytest
 
 from flexgui.core.diagnose.base_fit import fit_base
 from flexgui.core.diagnose.fit_problem import Data, hypothesis
+from flexgui.core.diagnose.force_shape_refinement import (
+    JointForce,
+    force_shape_peaks,
+    refine_force_shape,
+)
 from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY, ErrorResponse
 from flexgui.core.diagnose.refit import Refit, fit
-from flexgui.core.diagnose.shape_refinement import JointForce, best_force_shapes, refine_shape
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
 from flexgui.core.effects.torque_ripple import every_order
@@ -73,7 +77,7 @@ def tried(kind: str = "torque_ripple", names: tuple[str, str] = ("r", "nr2")) ->
 
 
 def test_the_order_of_a_wave_is_found_among_its_aliases() -> None:
-    best = best_force_shapes(tried(), motions(), most=3)
+    best = force_shape_peaks(tried(), motions(), most=3)
     assert len(best) == 3
     apart = 2.0 * np.pi / APART
     assert abs(best[0]["nr2"] - TRUE["nr2"]) < apart / 10.0
@@ -81,7 +85,7 @@ def test_the_order_of_a_wave_is_found_among_its_aliases() -> None:
 
 
 def test_the_wave_comes_with_its_sizes() -> None:
-    best = best_force_shapes(tried(), motions(), most=1)[0]
+    best = force_shape_peaks(tried(), motions(), most=1)[0]
     amplitude = np.hypot(best["ra2"], best["rb2"])
     assert amplitude == pytest.approx(np.hypot(TRUE["ra2"], TRUE["rb2"]), rel=SIZE)
 
@@ -89,7 +93,7 @@ def test_the_wave_comes_with_its_sizes() -> None:
 def test_friction_with_a_memory_has_no_shape_along_the_motion() -> None:
     stribeck = tried("stribeck_friction", ("f", "vs2"))
     shaped = replace(stribeck, shape=replace(stribeck.shape, fine_grid=stribeck.shape.grid))
-    assert best_force_shapes(shaped, motions(), most=3) == []
+    assert force_shape_peaks(shaped, motions(), most=3) == []
 
 
 def test_orders_lie_close_enough_over_all_positions() -> None:
@@ -141,7 +145,7 @@ ORDER = 0.01
 @pytest.mark.parametrize("stated", long_except((True,), (True, False)), ids=["stated", "unstated"])
 def test_the_orders_are_found_though_what_is_compared_is_filtered(stated: bool) -> None:
     data, stuck = with_a_filter(stated)
-    found = refine_shape(data, stuck, effect("torque_ripple"), lambda: False)
+    found = refine_force_shape(data, stuck, effect("torque_ripple"), lambda: False)
     assert found.cost < 0.1 * stuck.cost
     at = found.hypothesis.values()
     assert [at["nr1"], at["nr2"]] == pytest.approx([RIPPLE["nr1"], RIPPLE["nr2"]], rel=ORDER)
