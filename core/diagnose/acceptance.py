@@ -70,7 +70,7 @@ class Round:
         return tuple(refusal.with_title for refusal in self.refusals[:1])
 
 
-Gate = Callable[[Data, Refit], Objection | None]
+ModelCheck = Callable[[Data, Refit], Objection | None]
 """Why a converged model is rejected; None if it is accepted."""
 
 
@@ -94,7 +94,7 @@ class Acceptance:
     seen: Screen
     candidate_count: int
     stopped: Callable[[], bool]
-    gate: Gate
+    check: ModelCheck
 
     def try_sets(
         self, refitted: list[RefittedCandidate], most: int, allowed: bool
@@ -143,8 +143,8 @@ class Acceptance:
         objection = (
             ended_at_bound(after, data)
             or self._cost_objection(after)
-            or indistinct_from_neutral([candidate.screened], after)
-            or self.gate(data, after)
+            or near_neutral_objection([candidate.screened], after)
+            or self.check(data, after)
         )
         return Refusal(candidate, objection) if objection else None
 
@@ -228,9 +228,9 @@ class Acceptance:
         kinds = {e.kind for e in after.hypothesis.model.effects}
         members = tuple(s for s in members if s.effect.kind in kinds)
         refuted = {kind for kind, _ in at_bounds(after, data)}
-        if refuted or self._cost_objection(after) or self.gate(data, after):
+        if refuted or self._cost_objection(after) or self.check(data, after):
             return None, refuted or {s.effect.kind for s in members}
-        if len(members) < 2 or indistinct_from_neutral(members, after):
+        if len(members) < 2 or near_neutral_objection(members, after):
             return None, set()
         singles = {w.screened.effect.kind: w for w in refitted}
         added = tuple(
@@ -252,7 +252,7 @@ probability: a reader would see 0.24 +- 0.24. Whitened evidence alone does not s
 noise that excites the arm gave 170 in favour of such a size."""
 
 
-def indistinct_from_neutral(members: Sequence[ScreenedCandidate], after: Refit) -> Objection | None:
+def near_neutral_objection(members: Sequence[ScreenedCandidate], after: Refit) -> Objection | None:
     """An objection if a fit cannot distinguish the sizes of one effect from neutral, else None. A
     size at its bound has no standard deviation and counts as distinct."""
     covariance, h = robust_covariance(after), after.hypothesis

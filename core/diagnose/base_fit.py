@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnose.cost_minimum import converge, idealisation_error
+from ..diagnose.cost_minimum import converge, law_error
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
     MOST_SUBSTEPS,
@@ -54,13 +54,13 @@ class BaseFit:
     base: Refit
     validation: Data | None = None
     """Validation recordings, which no fit uses."""
-    known: ValidationFit | None = None
+    cached_fit: ValidationFit | None = None
     """The base model on them, if known already."""
 
     @cached_property
     def validation_fit(self) -> ValidationFit | None:
         """The base model on the validation recordings."""
-        return self.known or fit_validation(self.validation, self.base)
+        return self.cached_fit or fit_validation(self.validation, self.base)
 
     def validation_data(
         self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]
@@ -135,8 +135,8 @@ def fit_base(
     dt = max(e.recording.sample_time for e in experiments)
     steps = max(int(np.ceil(dt / servo_points_per_sample(model, dt) / FIRST_TIME_STEP)), 1)
     data = Data(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), steps)
-    limited = _fixed_and_limited(model, spec, nuisance)
-    data = replace(data, stated_rig=stated_rig or {}, **limited)
+    bounded = _fixed_and_bounded(model, spec, nuisance)
+    data = replace(data, stated_rig=stated_rig or {}, **bounded)
     rough = _fit_from_better_start(data, effects, model.effect_values, identified or {}, stopped)
     motions = rough.hypothesis.motions()
     unweighted = [b / w for b, w in zip(rough.errors, weights, strict=True)]
@@ -151,7 +151,7 @@ def fit_base(
     steps = enough_substeps(data, effects, values, least=few)
     data = replace(data, substeps=steps, anchored_substeps=few, substeps_by_modes=SubstepsByModes())
     data, base = converge(data, hypothesis(data, effects, values), None, stopped)
-    return BaseFit(replace(data, idealised=idealisation_error(data, base)), base)
+    return BaseFit(replace(data, law_errors=law_error(data, base)), base)
 
 
 def _noise_ratios(
@@ -177,16 +177,16 @@ def _check_counted(experiments: Sequence[Prepared]) -> None:
         )
 
 
-def _fixed_and_limited(
+def _fixed_and_bounded(
     model: Model, spec: IdentifySpec, nuisance: Sequence[Unknown]
 ) -> dict[str, Any]:
     """The user's settings for stated effects: parameters that are not estimated keep their values,
     and stated bounds and priors replace those of the effect."""
     own = set(model.effect_parameters)
     free = {u.parameter.name for u in nuisance}
-    limited = own & free & {*spec.bounds, *spec.prior, *spec.per_recording}
+    bounded = own & free & {*spec.bounds, *spec.prior, *spec.per_recording}
     fixed = {name: float(model.effect_values[name]) for name in sorted(own - free)}
-    return {"fixed_effect_values": fixed, "limited": frozenset(limited)}
+    return {"fixed_effect_values": fixed, "bounded": frozenset(bounded)}
 
 
 def full_equations(model: Model) -> Model:
@@ -195,7 +195,7 @@ def full_equations(model: Model) -> Model:
     return replace(model.at_level("nonlinear"), bare=bare)
 
 
-ALIGNED = 0.9
+LEAST_COSINE = 0.9
 """Least cosine between an unknown's sensitivity with some steps and with twice as many. A step
 along a direction this far off still takes eight tenths (its square) of the possible reduction. With
 a link at half the sampling rate, one step per sample and a cosine of -0.2, a stiffness stopped 8
@@ -211,7 +211,7 @@ def substeps_for_directions(
     slopes = _slopes(data, effects, values, half)
     while 2 * half < MOST_SUBSTEPS:
         finer = _slopes(data, effects, values, 2 * half)
-        if _least_cosine(slopes, finer) > ALIGNED:
+        if _least_cosine(slopes, finer) > LEAST_COSINE:
             break
         half, slopes = 2 * half, finer
     return max(least, 2 * half) if half > 1 else least

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ..diagnose.acceptance import Gate, Round
+from ..diagnose.acceptance import ModelCheck, Round
 from ..diagnose.cost_minimum import converge, converge_precisely
 from ..diagnose.evidence import RELEVANT, TIE, assess_refit
 from ..diagnose.fit_problem import Data, hypothesis, with_shared_motions
@@ -23,7 +23,7 @@ from ..least_squares import cost_of
 
 
 def bending_shape_round(
-    data: Data, before: Refit, present: Sequence[Effect], extra_shape: Effect, gate: Gate,
+    data: Data, before: Refit, present: Sequence[Effect], extra_shape: Effect, check: ModelCheck,
     stopped: Callable[[], bool],
 ) -> Round | None:  # fmt: skip
     """The round that adds one more bending shape; None if that is not far more likely.
@@ -45,7 +45,7 @@ def bending_shape_round(
     whitener = fit_whitener(after.errors, whitened_rows(data.experiments))
     before, after = (with_whitened_cost(r, whitener) for r in (before, after))
     assessed = assess_refit(screened.candidates[0], before, after, data.count, 1)
-    if stopped() or not assessed.whitened_reduction > TIE or gate(extended_data, after):
+    if stopped() or not assessed.whitened_reduction > TIE or check(extended_data, after):
         return None
     return Round(screened, (assessed,), assessed, before, after, extended_data, (assessed,))
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
-from ..diagnose.output_noise import draw_noise
+from ..diagnose.output_noise import simulate_noise
 from ..diagnose.refit import Refit, fit, whitened_cost, with_robust_covariance
 from ..diagnose.refit_starts import start_from_nominal
 from ..diagnose.remaining_error import channel_rms
@@ -159,7 +159,7 @@ def converge_precisely(data: Data, refit: Refit, stopped: Callable[[], bool]) ->
     )
 
 
-def idealisation_error(data: Data, refit: Refit) -> dict[str, float]:
+def law_error(data: Data, refit: Refit) -> dict[str, float]:
     """channel -> mean square, in noise floors, that the idealised laws of the model's effects may
     miss: for each effect its stated share of its change of the outputs."""
     h, missed = refit.hypothesis, dict[str, float]()
@@ -178,12 +178,12 @@ def _change(data: Data, a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> dic
     return channel_rms(data.experiments, [x - y for x, y in zip(a, b, strict=True)])
 
 
-DRAWN = 24
+NOISE_DRAWS = 24
 """Draws for all recordings together: a variance from so many is good to a third, and 2.06 of its
 standard deviations hold as often as 1.96 of a known one (2.45 with six draws)."""
 
 
-def with_drawn_deviations(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
+def with_simulated_deviations(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
     """The fit with standard deviations at least as large as draws of the noise give.
 
     Args:
@@ -214,7 +214,7 @@ def _variances(
     drawn = [
         np.array([x * weights for x in draws])
         for draws, weights in zip(
-            draw_noise(experiments, motions, stated, DRAWN), data.weights, strict=True
+            simulate_noise(experiments, motions, stated, NOISE_DRAWS), data.weights, strict=True
         )
     ]
     sizes = channel_rms(experiments, [np.sqrt(np.mean(x**2, axis=0)) for x in drawn])

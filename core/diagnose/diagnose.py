@@ -9,7 +9,7 @@ from dataclasses import replace
 from ..diagnose.base_fit import BaseFit, fit_base
 from ..diagnose.effect_search import converge_final_model
 from ..diagnose.final_ladder import final_ladder
-from ..diagnose.final_results import compare_recordings, final_parameters, parameter_origins
+from ..diagnose.final_results import compare_with_recordings, final_parameters, parameter_origins
 from ..diagnose.noise_floor_update import search_with_new_floors
 from ..diagnose.progress_messages import fit_title
 from ..diagnose.remaining_error import remaining_error
@@ -74,8 +74,8 @@ def diagnose(
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted}, stopped=stopped,
         kept=tuple(e.kind for e in state.added), needless=state.needless, limit=options.max_effects,
         error_given=base_error, error_left=remaining,
-        given=compare_recordings(base_fit) if options.compare else (),
-        left=compare_recordings(final_fit) if options.compare and state.added else (),
+        given=compare_with_recordings(base_fit) if options.compare else (),
+        left=compare_with_recordings(final_fit) if options.compare and state.added else (),
         parameters=final_parameters(state.refit),
         origins=parameter_origins(state.refit, state.data), values=state.refit.hypothesis.values(),
     )  # fmt: skip

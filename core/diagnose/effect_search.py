@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..diagnose.acceptance import Gate, Round
+from ..diagnose.acceptance import ModelCheck, Round
 from ..diagnose.bending_shapes_within_noise import bending_shape_round
 from ..diagnose.cost_minimum import (
     converge,
     converge_precisely,
-    idealisation_error,
-    with_drawn_deviations,
+    law_error,
+    with_simulated_deviations,
 )
 from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import Data, with_shared_motions
@@ -84,7 +84,12 @@ def _add_bending_shapes(state: State, options: Options, progress: Progress) -> N
             return
         progress.stage("Trying more bending shapes")
         new_round = bending_shape_round(
-            state.data, state.refit, state.present, extra_shape, _gate(state), progress.stopped
+            state.data,
+            state.refit,
+            state.present,
+            extra_shape,
+            _model_check(state),
+            progress.stopped,
         )
         if new_round is None:
             return
@@ -102,12 +107,12 @@ def _add(state: State, new_round: Round) -> None:
     state.present += effects
     state.refit = new_round.after
     state.ladder.append(ladder_step_of(state, effects[-1], listed([e.title for e in effects])))
-    update_idealisation_error(state)
+    update_law_error(state)
 
 
-def update_idealisation_error(state: State) -> None:
+def update_law_error(state: State) -> None:
     """Updates what the idealised laws of the model's effects may miss."""
-    state.data = replace(state.data, idealised=idealisation_error(state.data, state.refit))
+    state.data = replace(state.data, law_errors=law_error(state.data, state.refit))
 
 
 def add_round(
@@ -116,7 +121,7 @@ def add_round(
 ) -> Round:  # fmt: skip
     """Runs one round and stores its ranking; the caller adds its effects. `extra` effects are
     ranked too."""
-    update_idealisation_error(state)
+    update_law_error(state)
     candidates, refit = applicable(state.data, state.present, options.candidates), state.refit
     candidates += [e for e in extra if e.kind not in {c.kind for c in candidates}]
     planned = [t for c in candidates for t in trials(refit.hypothesis, c, state.data)]
@@ -162,7 +167,7 @@ def remove_needless(state: State, progress: Progress) -> None:
             state.data, kept.refit.hypothesis, None, progress.stopped
         )
         state.present = list(kept.effects)
-        update_idealisation_error(state)
+        update_law_error(state)
         state.removed += [e.title for e in removed]
         names = ", ".join(e.title for e in removed)
         state.ladder.append(ladder_step_of(state, None, f"Without: {names}"))
@@ -189,7 +194,7 @@ def _exchange_effects(state: State, options: Options, progress: Progress) -> Non
         # The whitener knows the error of the model as it stands; one that leaves relevantly more
         # of it is no better explanation, whatever its colour says.
         worse = refit.cost - state.refit.cost > RELEVANT * data.count
-        if worse or _gate(state)(data, refit):
+        if worse or _model_check(state)(data, refit):
             return
         _replace_effects(state, data, refit, effects)
         remove_needless(state, progress)
@@ -212,7 +217,7 @@ def _replace_effects(state: State, data: Data, refit: Refit, effects: Sequence[E
     added = next(e for e in effects if e not in state.present and e.kind not in parts)
     titles = [e.title for e in removed]
     state.data, state.refit, state.present = data, refit, list(effects)
-    update_idealisation_error(state)
+    update_law_error(state)
     state.ladder.append(ladder_step_of(state, added, f"{added.title} for {', '.join(titles)}"))
     state.removed += titles
 
@@ -222,9 +227,9 @@ def converge_final_model(state: State, options: Options, progress: Progress) -> 
     if progress.stopped():
         return
     state.data, state.refit = converge_precisely(state.data, state.refit, progress.stopped)
-    update_idealisation_error(state)
+    update_law_error(state)
     if state.data.rig.servo:
-        state.refit = with_drawn_deviations(state.data, state.refit, options.stated_noise)
+        state.refit = with_simulated_deviations(state.data, state.refit, options.stated_noise)
     last = state.ladder[-1]
     added = next((e for e in state.present if e.kind == last.added), None)
     state.ladder[-1] = ladder_step_of(state, added, last.title)
@@ -235,7 +240,7 @@ WORSE = 1.1
 noise change it (1.02 in recordings of an independent engine)."""
 
 
-def _gate(state: State) -> Gate:
+def _model_check(state: State) -> ModelCheck:
     """Rejects a model that increases the validation error by more than noise could."""
     before = state.refit
 
@@ -272,6 +277,6 @@ def _run_round(
 
     callbacks = {} if on_ranking is None else {"on_screen": screened, "on_refit": refitted}
     return search_round(
-        state.data, state.refit, state.present, candidates, steps, most=most, gate=_gate(state),
-        **callbacks,  # type: ignore[arg-type]
+        state.data, state.refit, state.present, candidates, steps, most=most,
+        check=_model_check(state), **callbacks,  # type: ignore[arg-type]
     )  # fmt: skip

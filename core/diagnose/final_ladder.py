@@ -57,7 +57,7 @@ def _refit_base(state: State, base_fit: BaseFit, options: Options, progress: Pro
         before = base_fit.base.hypothesis
         start = hypothesis(replace(data, anchor=None), before.model.effects, before.values())
         data, base = converge(replace(data, anchor=None), start, None, progress.stopped)
-    new_fit = replace(base_fit, data=data, base=base, validation=state.validation, known=None)
+    new_fit = replace(base_fit, data=data, base=base, validation=state.validation, cached_fit=None)
     last = [r for r in state.rounds[-1:] if r.accepted is None and state.added]
     stated = state.present[: state.stated_count]
     again = State(

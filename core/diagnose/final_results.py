@@ -34,8 +34,8 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     identified = identifiability.identified(null, len(unknowns))
     shared = [i for i, u in enumerate(unknowns.items) if u.recording is None]
     # What sits at a bound may be there because nothing else holds it.
-    covariance = robust_covariance(refit, SEEN, released=True)
-    whole_std = np.sqrt(np.maximum(np.diag(robust_covariance(refit, released=True)), 0.0))
+    covariance = robust_covariance(refit, SEEN, ignore_bounds=True)
+    whole_std = np.sqrt(np.maximum(np.diag(robust_covariance(refit, ignore_bounds=True)), 0.0))
     free = {unknowns.items[i].parameter.name: float(whole_std[i]) for i in shared}
     determined = identifiability.determined(unknowns, x, covariance, null)
     shown = {unknowns.items[i].parameter.name: bool(determined[i]) for i in shared if identified[i]}
@@ -62,7 +62,7 @@ def parameter_origins(refit: Refit, data: Data) -> dict[str, str]:
     return {name: origins.get(name, "sensor") for name in sorted(names)}
 
 
-def compare_recordings(base_fit: BaseFit) -> tuple[RecordingComparison, ...]:
+def compare_with_recordings(base_fit: BaseFit) -> tuple[RecordingComparison, ...]:
     """Comparisons of all recordings: the fitted ones, then the validation ones with their own
     starts."""
     pairs = [(base_fit.base.hypothesis, base_fit.data)]

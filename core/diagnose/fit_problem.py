@@ -48,7 +48,7 @@ class Data:
     """Prepared recordings of the bare model, with the nuisance unknowns of every model."""
 
     bare: Model
-    """With the virtual servo where one is used."""
+    """The model without effects; with the virtual servo where one is used."""
     experiments: tuple[Prepared, ...]
     nuisance: tuple[Unknown, ...]
     """Nominal parameters, starts, offsets: they may explain an error without any effect."""
@@ -66,12 +66,12 @@ class Data:
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes belong to these recordings alone."""
     anchor: Anchor | None = None
-    """Error of few steps per sample, taken from one model; None: no correction."""
+    """Correction of the error of few substeps, computed at one model; None: none."""
     floor_sources: Mapping[str, str] = field(default_factory=dict)
     """channel -> source of its noise: repetition, stated or estimated."""
-    floors_within: Mapping[str, float] = field(default_factory=dict)
+    floor_uncertainty: Mapping[str, float] = field(default_factory=dict)
     """channel -> factor within which its noise floor is known."""
-    idealised: Mapping[str, float] = field(default_factory=dict)
+    law_errors: Mapping[str, float] = field(default_factory=dict)
     """channel -> mean square, in noise floors, that the idealised laws of the model's effects may
     miss."""
     noise_ratios: tuple[np.ndarray, ...] = ()
@@ -83,7 +83,7 @@ class Data:
     them."""
     substeps_by_modes: SubstepsByModes | None = None
     """Steps for arms with other modes; None: as many as `substeps`."""
-    limited: frozenset[str] = frozenset()
+    bounded: frozenset[str] = frozenset()
     """Parameters of stated effects with bounds, a prior or recordings of their own; they stay in
     `nuisance`."""
     stated_rig: Mapping[str, str] = field(default_factory=dict)
@@ -103,7 +103,8 @@ class Data:
         return replace(
             self, weights=self.weights_at(values), floors=values, anchor=None,
             floor_sources={n: f.source for n, f in floors.items()},
-            floors_within={n: f.within for n, f in floors.items()}, motion_cache=MotionCache(),
+            floor_uncertainty={n: f.uncertainty for n, f in floors.items()},
+            motion_cache=MotionCache(),
         )  # fmt: skip
 
     @property
@@ -216,7 +217,7 @@ def hypothesis(
         else model
     )
     own = effect_unknowns(model, data.sizes, secondary) if freed is None else tuple(freed)
-    theirs = {*undetectable, *data.fixed_effect_values, *(data.limited if freed is None else ())}
+    theirs = {*undetectable, *data.fixed_effect_values, *(data.bounded if freed is None else ())}
     own = tuple(u for u in own if u.parameter.name not in theirs)
     names = {u.parameter.name for u in own}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in names)

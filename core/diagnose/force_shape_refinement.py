@@ -102,13 +102,13 @@ def _best_per_parameter(mine: Sequence[int], changes: Changes, w: np.ndarray) ->
     return [i for _, i in best.values()]
 
 
-Stopped = Callable[[], bool]
+StopCheck = Callable[[], bool]
 
 MOST_STARTS = 4
 """Most shapes from which a descent starts."""
 
 
-def refine_force_shape(data: Data, refit: Refit, effect: Effect, stopped: Stopped) -> Refit:
+def refine_force_shape(data: Data, refit: Refit, effect: Effect, stopped: StopCheck) -> Refit:
     """The model with the best shape at each joint, if its cost is lower."""
     model, best = refit.hypothesis.model, refit
     effect_parameters = effect.parameters(model.arm, model.drive, data.sizes)
@@ -273,7 +273,7 @@ def _responses(force: JointForce, motions: Sequence[ErrorResponse], shape: float
         x, v = m.place[:, j], m.speed[:, j]
         forces = [_force_function(e.law)(x, v, *e.values) + np.zeros(len(x)) for e in elements if e]
         torque = spectrum(np.column_stack(forces))
-        parts.append((m.answer[:, :, j, None] * torque[:, None, :]).reshape(-1, len(forces)))
+        parts.append((m.response[:, :, j, None] * torque[:, None, :]).reshape(-1, len(forces)))
     return np.concatenate(parts)
 
 

@@ -17,7 +17,7 @@ from ..diagnose.output_changes import (
     Changes,
     OutputChange,
     Trial,
-    must_compile,
+    needs_compilation,
     simulate_output_change,
     trials,
 )
@@ -113,7 +113,7 @@ def screen(
     errors = [np.asarray(b) for b in base.errors(base.vector)]
     slopes = [as_finite(s) for s in base.slopes(base.vector)]
     planned = [t for c in candidates for t in trials(base, c, data)]
-    new = {i for i, t in enumerate(planned) if must_compile(t, base.model.arm)}
+    new = {i for i, t in enumerate(planned) if needs_compilation(t, base.model.arm)}
     rounds = trial_rounds(planned, new)
     base_errors, changes = BaseErrors(base), dict[int, OutputChange]()
     rows = whitened_rows(data.experiments)

@@ -76,7 +76,7 @@ class ErrorResponse:
     speed: np.ndarray
     error: np.ndarray
     """(N, k) in noise floors, of the channels that respond linearly to a torque"""
-    answer: np.ndarray
+    response: np.ndarray
     """(F, k, joints): their response to a torque, at the frequencies of `numpy.fft.rfft` from
     FIRST_FREQUENCY on"""
 
@@ -93,14 +93,14 @@ def error_response(
     behind = estimate_torque(at, names, error, floors.tolist(), dt, agility)
     if behind is None:
         return None, agility
-    which, answer = torque_answer(at, names, dt, np.fft.rfftfreq(len(error))[FIRST_FREQUENCY:])
+    which, response = torque_answer(at, names, dt, np.fft.rfftfreq(len(error))[FIRST_FREQUENCY:])
     motion = h.residuals.predictor.trajectories([(h.vector, [i])])[0][0][0]
     nj = h.model.arm.joints
     return ErrorResponse(
         place=motion.q[:, :nj] + behind.place,
         speed=motion.v[:, :nj] + behind.speed,
         error=error[:, which] / floors[which],
-        answer=answer / floors[which][None, :, None],
+        response=response / floors[which][None, :, None],
     ), behind.agility
 
 

@@ -21,7 +21,7 @@ from ..identify.prepared_recording import Prepared
 
 REPETITION = "repetition"
 
-WITHIN = 1.5
+UNCERTAINTY = 1.5
 """Factor within which an estimated noise is the true one (tests/diagnose/test_noise_floor.py).
 Stated noise counts as exact, and so does noise from repeated motions, which have many samples."""
 
@@ -35,7 +35,7 @@ class Floor:
     noise: float
     source: str
     """Source of the noise: repetition, stated or estimated."""
-    within: float = 1.0
+    uncertainty: float = 1.0
     """Factor within which it is known."""
     ratios: tuple[float, ...] = ()
     """Floor of each recording over this value."""
@@ -61,13 +61,13 @@ def channel_floors(
         noise, source, ratios = (
             (repeated_noise[name], REPETITION, equal) if name in repeated_noise else drawn[name]
         )
-        noise = min(noise, WITHIN * residual_rms[name]) if source == ESTIMATED else noise
+        noise = min(noise, UNCERTAINTY * residual_rms[name]) if source == ESTIMATED else noise
         allowance = fidelity * spread
         value = float(np.hypot(noise, allowance)) or 1e-12
         in_recordings = [float(np.hypot(noise * ratio, allowance)) / value for ratio in ratios]
-        within = WITHIN if source == ESTIMATED else 1.0
+        factor = UNCERTAINTY if source == ESTIMATED else 1.0
         floors[name] = Floor(
-            value, noise, source, within, equal if ratios == equal else tuple(in_recordings)
+            value, noise, source, factor, equal if ratios == equal else tuple(in_recordings)
         )
     return floors
 

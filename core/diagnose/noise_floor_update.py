@@ -21,7 +21,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..diagnose.cost_minimum import converge
-from ..diagnose.effect_search import remove_needless, search_effects, update_idealisation_error
+from ..diagnose.effect_search import remove_needless, search_effects, update_law_error
 from ..diagnose.fit_problem import ANCHORED_ERROR, SubstepsByModes, enough_substeps, hypothesis
 from ..diagnose.noise_floor import Floor, channel_floors
 from ..diagnose.remaining_error import channel_rms, within_noise
@@ -45,13 +45,13 @@ def search_with_new_floors(
     to be missing."""
     more = search_effects(state, options, progress, on_ranking)
     for _ in range(MOST_UPDATES):
-        higher = higher_floors(state, options)
+        higher = find_higher_floors(state, options)
         if higher is not None and not progress.stopped():
             apply_floors(state, higher, progress.stopped)
             remove_needless(state, progress)
             more = more and not within_noise(state.data, state.refit.errors)
             continue
-        floors = lower_floors(state, options)
+        floors = find_lower_floors(state, options)
         if floors is None or progress.stopped() or not exceeds_floors(state, floors):
             break
         before = state.copied()
@@ -63,7 +63,7 @@ def search_with_new_floors(
     return state, more
 
 
-def lower_floors(state: State, options: Options) -> dict[str, Floor] | None:
+def find_lower_floors(state: State, options: Options) -> dict[str, Floor] | None:
     """channel -> noise floor by the last model, at most the one before; None if none is much lower,
     or if the model leaves more than noise."""
     if not within_noise(state.data, state.refit.errors):
@@ -100,7 +100,7 @@ def _rms_unexplained(state: State) -> dict[str, float]:
     }
 
 
-def higher_floors(state: State, options: Options) -> dict[str, Floor] | None:
+def find_higher_floors(state: State, options: Options) -> dict[str, Floor] | None:
     """channel -> noise floor by the last model, at least the one before; None if none is much
     higher, if no effect was added, or without a servo, where noise does not move the arm.
 
@@ -130,7 +130,7 @@ def _current_floors(state: State, options: Options) -> dict[str, Floor]:
 
 def exceeds_floors(state: State, floors: Mapping[str, Floor]) -> bool:
     """Whether the last model's error surely exceeds these noise floors in a channel."""
-    return any(rms > floors[n].within * floors[n].value for n, rms in _rms_left(state).items())
+    return any(rms > floors[n].uncertainty * floors[n].value for n, rms in _rms_left(state).items())
 
 
 def _rms_left(state: State) -> dict[str, float]:
@@ -155,4 +155,4 @@ def apply_floors(state: State, floors: Mapping[str, Floor], stopped: Callable[[]
     state.out_of_date = True
     start = hypothesis(data, state.present, values)
     state.data, state.refit = converge(data, start, None, stopped)
-    update_idealisation_error(state)
+    update_law_error(state)

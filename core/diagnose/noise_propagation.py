@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arm.arm import Arm
-from ..diagnose.sensor_noise import ColumnNoise, is_command, quieter_series
+from ..diagnose.sensor_noise import ColumnNoise, is_command, quieter_of
 from ..identify.predictor import motion_of
 from ..identify.prepared_recording import Prepared, make_task, measured_outputs
 from ..identify.prescribed_joint_forces import servo_points_per_sample
@@ -190,7 +190,7 @@ class NoisePath:
         distance = np.diff(sampled)
         stride = int(np.median(distance)) if distance.size else 1
         runs = np.split(sampled, np.flatnonzero(distance != stride) + 1)
-        stretches = [quieter_series(residual[run], column[run]) for run in runs]
+        stretches = [quieter_of(residual[run], column[run]) for run in runs]
         return [self._unlogged(name, x) for x in stretches] if undo else stretches
 
     def _unlogged(self, name: str, x: np.ndarray) -> np.ndarray:

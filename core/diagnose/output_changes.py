@@ -76,7 +76,7 @@ def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
     return planned
 
 
-def must_compile(trial: Trial, arm: Arm) -> bool:
+def needs_compilation(trial: Trial, arm: Arm) -> bool:
     """Whether the trial needs an arm that was never compiled here, which takes seconds."""
     changed = Structure.of(trial.effect.changed_arm(arm, trial.values))
     return changed != Structure.of(arm) and not is_compiled(changed)

@@ -61,46 +61,43 @@ def output_noise(
     excluded: Collection[str] = (),
 ) -> dict[str, ChannelNoise]:  # fmt: skip
     """channel -> its noise; `excluded` some channels."""
-    routes = [NoisePath(e, *m) for e, m in zip(experiments, motions, strict=True)]
-    column_noise = _column_noise(routes, stated)
+    paths = [NoisePath(e, *m) for e, m in zip(experiments, motions, strict=True)]
+    column_noise = _column_noise(paths, stated)
     drawn: dict[str, list[list[np.ndarray]]] = {}
     sources: dict[str, set[str]] = {}
     differ = any(columns_i != column_noise[0] for columns_i in column_noise)
-    for i, route in enumerate(routes):
-        feeding = [(c.name, s) for s in route.outputs for c in s.channels(route.arm)]
+    for i, path in enumerate(paths):
+        feeding = [(c.name, s) for s in path.outputs for c in s.channels(path.arm)]
         if all(name in excluded for name, _ in feeding):
             continue
-        for (name, s), of_channel in zip(feeding, route.noise(column_noise[i], i), strict=True):
+        for (name, s), of_channel in zip(feeding, path.noise(column_noise[i], i), strict=True):
             drawn.setdefault(name, []).append(of_channel)
-            columns = [column_noise[i][c] for c in route.source_columns(s) if c in column_noise[i]]
+            columns = [column_noise[i][c] for c in path.source_columns(s) if c in column_noise[i]]
             sources.setdefault(name, set()).update(noise.source for noise in columns)
-    scatters = any(route.servo_driven for route in routes)
+    scatters = any(path.servo_driven for path in paths)
     noises = dict[str, ChannelNoise]()
     for name, parts in drawn.items():
         level = _level_of(parts, scatters)
-        ratios = (1.0,) * len(routes)
-        if differ and level and len(parts) == len(routes):
+        ratios = (1.0,) * len(paths)
+        if differ and level and len(parts) == len(paths):
             whole = _rms(np.concatenate([x for draws in parts for x in draws]))
             ratios = tuple(_rms(np.concatenate(draws)) / whole or 1.0 for draws in parts)
         noises[name] = ChannelNoise(level, _source(sources[name]), ratios)
     return noises
 
 
-def draw_noise(
+def simulate_noise(
     experiments: Sequence[Prepared], motions: Sequence[Motion], stated: Mapping[str, float],
     least: int = 1,
 ) -> list[list[np.ndarray]]:  # fmt: skip
     """Per recording draws (M, k) of the noise in its outputs, zero where nothing counts; at least
     `least` for all recordings together."""
     each = -(-least // len(experiments))
-    routes = [NoisePath(e, *m) for e, m in zip(experiments, motions, strict=True)]
-    column_noise = _column_noise(routes, stated)
+    paths = [NoisePath(e, *m) for e, m in zip(experiments, motions, strict=True)]
+    column_noise = _column_noise(paths, stated)
     return [
-        [
-            np.where(e.counted & np.isfinite(x), x, 0.0)
-            for x in route.draws(column_noise[i], i, each)
-        ]
-        for i, (e, route) in enumerate(zip(experiments, routes, strict=True))
+        [np.where(e.counted & np.isfinite(x), x, 0.0) for x in path.draws(column_noise[i], i, each)]
+        for i, (e, path) in enumerate(zip(experiments, paths, strict=True))
     ]
 
 
@@ -125,18 +122,18 @@ def _source(sources: Collection[str]) -> str:
 
 
 def _column_noise(
-    routes: Sequence[NoisePath], stated: Mapping[str, float]
+    paths: Sequence[NoisePath], stated: Mapping[str, float]
 ) -> list[dict[str, ColumnNoise]]:
     """Per recording: column -> its noise, for all columns that an output comes from."""
     wanted = dict.fromkeys(
-        c for r in routes for s in r.experiment.outputs for c in r.source_columns(s)
+        c for r in paths for s in r.experiment.outputs for c in r.source_columns(s)
     )
-    noises = _servo_encoder_noise(routes, wanted, stated)
+    noises = _servo_encoder_noise(paths, wanted, stated)
     ratios: dict[str, dict[int, float]] = {}
     for name in wanted:
         if name in noises:
             continue
-        recorded = [r for r in routes if r.recording.has(name)]
+        recorded = [r for r in paths if r.recording.has(name)]
         limit = min((r.logger_band(name) for r in recorded), default=np.pi)
         is_narrow = limit < NARROW_BAND
         quantum = common_quantisation_step([r.recording[name] for r in recorded])
@@ -158,25 +155,25 @@ def _column_noise(
             0.0, source=ESTIMATED
         )
         noises[name] = replace(_without_quantisation(estimate, quantum), after_logger=is_narrow)
-    noises = {name: _limited_by_prediction(routes, name, noise) for name, noise in noises.items()}
+    noises = {name: _limited_by_prediction(paths, name, noise) for name, noise in noises.items()}
     return [
         {
             name: replace(noise, std=noise.std * ratios.get(name, {}).get(id(r), 1.0))
             for name, noise in noises.items()
         }
-        for r in routes
+        for r in paths
     ]
 
 
 def _limited_by_prediction(
-    routes: Sequence[NoisePath], name: str, noise: ColumnNoise
+    paths: Sequence[NoisePath], name: str, noise: ColumnNoise
 ) -> ColumnNoise:
     """The noise of a column; of an encoder that counts, at most the unpredicted part.
 
     Both are upper bounds. Missing friction and ripples also have high frequencies, and once hid
     behind five times the noise; this bound needs no model.
     """
-    recorded = [r for r in routes if r.recording.has(name) and name in r.places]
+    recorded = [r for r in paths if r.recording.has(name) and name in r.places]
     fed_back = any(r.servo_driven for r in recorded)
     if (
         noise.source != ESTIMATED
@@ -187,7 +184,7 @@ def _limited_by_prediction(
     ):
         return noise
     others = [n for n in (*recorded[0].places, *recorded[0].references) if n != name]
-    most = unpredicted_noise([r.recording for r in recorded], name, others)
+    most = encoder_noise_bound([r.recording for r in recorded], name, others)
     counts = noise.quantum / np.sqrt(12.0)
     if (
         most is None
@@ -204,16 +201,16 @@ def _without_quantisation(noise: ColumnNoise, quantum: float) -> ColumnNoise:
     return replace(noise, std=float(np.sqrt(variance)), quantum=quantum)
 
 
-def _level(routes: Sequence[NoisePath], name: str, stated: Mapping[str, float]) -> float | None:
-    return next((x for r in routes if (x := r.stated(name, stated)) is not None), None)
+def _level(paths: Sequence[NoisePath], name: str, stated: Mapping[str, float]) -> float | None:
+    return next((x for r in paths if (x := r.stated(name, stated)) is not None), None)
 
 
 def _servo_encoder_noise(
-    routes: Sequence[NoisePath], wanted: Collection[str], stated: Mapping[str, float]
+    paths: Sequence[NoisePath], wanted: Collection[str], stated: Mapping[str, float]
 ) -> dict[str, ColumnNoise]:
     """column -> noise of the encoders that a virtual servo follows, from their spectra above the
     motion. The torque fed back predicts them, so only their own spectra help."""
-    driven = [r for r in routes if r.servo_driven and r.experiment.model.drive.torque_known]
+    driven = [r for r in paths if r.servo_driven and r.experiment.model.drive.torque_known]
     noises = {}
     for name in dict.fromkeys(n for r in driven for n in r.places if n in wanted):
         recorded = [r for r in driven if r.recording.has(name)]
@@ -228,9 +225,9 @@ def _servo_encoder_noise(
     return noises
 
 
-def _noise_by_column_alone(routes: Sequence[NoisePath], name: str, quantum: float) -> float:
+def _noise_by_column_alone(paths: Sequence[NoisePath], name: str, quantum: float) -> float:
     """Upper bound of a column's noise, from the column alone."""
-    columns = [r.recording[name] for r in routes]
+    columns = [r.recording[name] for r in paths]
     estimate = estimate_noise(quietest_stretches([x[np.isfinite(x)] for x in columns], quantum))
     return np.inf if estimate is None else estimate.std
 
@@ -263,7 +260,7 @@ MOST_RECORDINGS = 16
 """Recordings used: the encoder is the same in all, and each needs enough samples in a row."""
 
 
-def unpredicted_noise(
+def encoder_noise_bound(
     recordings: Sequence[Recording], name: str, others: Sequence[str]
 ) -> float | None:
     """Upper bound of the standard deviation of white noise in a column, quantisation included; None

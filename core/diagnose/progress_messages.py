@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ..arm.arm import Arm, Structure
 from ..arm.compiled import is_compiled
-from ..diagnose.output_changes import Trial, must_compile
+from ..diagnose.output_changes import Trial, needs_compilation
 from ..effects.effect import Effect
 from ..progress import Progress
 from ..sentences import listed
@@ -45,7 +45,7 @@ class RoundProgress:
         self._waiting = [
             (t.effect.title, Structure.of(t.effect.changed_arm(arm, t.values)))
             for t in planned
-            if must_compile(t, arm)
+            if needs_compilation(t, arm)
         ]
         self._last, self._note = "", ""
         self._lock = threading.Lock()  # refits ask from several threads

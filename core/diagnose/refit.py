@@ -161,17 +161,17 @@ def with_robust_covariance(refit: Refit) -> Refit:
 
 
 def robust_covariance(
-    refit: Refit, relative: float = NOTHING, released: bool = False
+    refit: Refit, relative: float = NOTHING, ignore_bounds: bool = False
 ) -> np.ndarray:
     """(P, P) covariance of a least-squares minimum under coloured noise; NaN for parameters at a
-    bound, unless the bounds are `released`.
+    bound, unless `ignore_bounds`.
 
     It is the sandwich estimate from the noise's own autocovariance (core.identify.uncertainty), not
     the inverse of the whitened information. It is zero along directions whose `relative` eigenvalue
     of the normal equations is smaller.
     """
     h, x = refit.hypothesis, refit.hypothesis.vector
-    inside = np.flatnonzero(h.limits.inside(x) | released)
+    inside = np.flatnonzero(h.limits.inside(x) | ignore_bounds)
     slopes = [S[:, :, inside] for S in refit.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)
     if len(inside):

@@ -25,10 +25,10 @@ def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
 
     share = ABOVE**2 if data.rig.servo else 1.0
     each = _by_channel(data.experiments, errors)
-    missed = sum(data.idealised.get(n, 0.0) * len(x) for n, x in each.items())
+    missed = sum(data.law_errors.get(n, 0.0) * len(x) for n, x in each.items())
     if not cost_of(errors) <= share * data.count + missed:
         return False
-    return all(np.mean(x) <= ABOVE_IN_ONE**2 + data.idealised.get(n, 0.0) for n, x in each.items())
+    return all(np.mean(x) <= ABOVE_IN_ONE**2 + data.law_errors.get(n, 0.0) for n, x in each.items())
 
 
 def _by_channel(
@@ -57,12 +57,12 @@ def remaining_error(
 
     squares = _by_channel(data.experiments, errors)
     by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
-    factors = {name: data.floors_within.get(name, 1.0) for name in squares}
+    factors = {name: data.floor_uncertainty.get(name, 1.0) for name in squares}
     line = None
     if max(by_channel.values()) >= ABOVE:
         unexplained = unexplained_line(data.experiments, errors, fitted, ABOVE)
         line = None if unexplained is None else (unexplained.channel, unexplained.line.hz)
-    idealised = {name: data.idealised.get(name, 0.0) for name in squares}
+    idealised = {name: data.law_errors.get(name, 0.0) for name in squares}
     return Remains(
         _rms(squares), by_channel, line, factors,
         _rms({n: np.full(len(x), factors[n] ** 2) for n, x in squares.items()}), idealised,

@@ -30,7 +30,7 @@ from ..effects import effect
 from ..effects.effect import Effect
 from ..identify import predictor
 
-Stopped = Callable[[], bool]
+StopCheck = Callable[[], bool]
 
 
 class RevisedModel(NamedTuple):
@@ -41,7 +41,7 @@ class RevisedModel(NamedTuple):
 
 
 def needed_effects(
-    data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, stopped: Stopped
+    data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, stopped: StopCheck
 ) -> RevisedModel:
     """Removes effects without which the error hardly grows or stays within noise, or replaces them
     by the simpler ones that they include; each time the option with the best BIC.
@@ -79,7 +79,7 @@ def bic(refit: Refit, data: Data) -> float:
 
 
 def _refitted(
-    data: Data, refit: Refit, options: Sequence[tuple[Effect, ...]], stopped: Stopped
+    data: Data, refit: Refit, options: Sequence[tuple[Effect, ...]], stopped: StopCheck
 ) -> list[RevisedModel]:
     """Each set of effects, fitted from a model's current values."""
 
@@ -141,7 +141,7 @@ class _Exchange(NamedTuple):
 
 def best_exchange(
     data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen,
-    stopped: Stopped,
+    stopped: StopCheck,
 ) -> RevisedModel | None:  # fmt: skip
     """The model with one added effect replaced, if that is better by more than a tie of BIC; or
     with one effect in place of two, if that is better at all.

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, Gate, Round
+from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, ModelCheck, Round
 from ..diagnose.effect_sets import EffectSet
 from ..diagnose.evidence import (
     CLOSE,
@@ -97,12 +97,12 @@ def search_round(
     data: Data, before: Refit, present: Sequence[Effect], candidates: Sequence[Effect],
     on_progress: OnProgress, on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None, most: int = 1,
-    gate: Gate = lambda _data, _refit: None,
+    check: ModelCheck = lambda _data, _refit: None,
 ) -> Round:  # fmt: skip
     """Ranks the candidates and converges the model with the best, if it is acceptable.
 
     `on_screen` gets the screen while it goes on and at its end. `most`: how many effects may be
-    added; 0 only ranks, and `after` is `before`. A model that `gate` rejects is not added.
+    added; 0 only ranks, and `after` is `before`. A model that `check` rejects is not added.
     """
     data = with_shared_motions(data, before.hypothesis)
     screened = screen(data, before.hypothesis, present, candidates, on_progress, on_screen)
@@ -125,13 +125,13 @@ def search_round(
     fitted = {w.screened.effect.kind for w in refitted}
     failed_refits = tuple(s.effect.title for s in chosen if s.effect.kind not in fitted)
     if refitted:
-        partial = _accept(partial, present, len(candidates), on_progress, most, gate)
+        partial = _accept(partial, present, len(candidates), on_progress, most, check)
     return replace(partial, failed_refits=failed_refits)
 
 
 def _accept(
     partial: Round, present: Sequence[Effect], candidate_count: int, on_progress: OnProgress,
-    most: int, gate: Gate,
+    most: int, check: ModelCheck,
 ) -> Round:  # fmt: skip
     """The round with the acceptable effects among the refitted ones."""
     screened, before, data, refitted = (
@@ -141,7 +141,7 @@ def _accept(
         list(partial.refitted),
     )
     acceptance = Acceptance(
-        data, before, present, screened, candidate_count, lambda: on_progress(""), gate
+        data, before, present, screened, candidate_count, lambda: on_progress(""), check
     )
     more_shapes = candidate_with_more_shapes(refitted, data)
     if more_shapes is not None:

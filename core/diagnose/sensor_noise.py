@@ -234,7 +234,7 @@ def _half_band_powers(pieces: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndar
     return np.array(power), np.array([half.sum() for half in halves])
 
 
-def quieter_series(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def quieter_of(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The one of two series (M,) with less power in the high band."""
     return b if _high_power(b) < _high_power(a) else a
 

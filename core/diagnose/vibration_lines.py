@@ -185,7 +185,7 @@ class _KnownLines:
     """Hz between frequencies of the recording's spectrum"""
     driven: tuple[float, ...]
     """Hz, lines of the references, their harmonics and mixtures"""
-    pace: float
+    hold_hz: float
     """Hz, whose multiples may come from a held reference; 0: none is held"""
     resonances: tuple[tuple[float, float], ...]
     """(Hz, Hz to each side)"""
@@ -203,7 +203,7 @@ class _KnownLines:
             highest=min((f.cutoff_hz for f in filters), default=np.inf),
             width=1.0 / (N * dt),
             driven=_driven(references, dt),
-            pace=_pace(references, dt),
+            hold_hz=_hold_hz(references, dt),
             resonances=() if fitted is None else _resonances(fitted, i),
             cycle=None if cycle is None else cycle * dt,
         )
@@ -211,7 +211,8 @@ class _KnownLines:
     def explains(self, line: Line) -> bool:
         """Whether the line lies outside the band or has a known cause."""
         width = LINE_WIDTH * self.width
-        nearest = abs(line.hz - self.pace * np.round(line.hz / self.pace)) if self.pace else np.inf
+        hold = self.hold_hz
+        nearest = abs(line.hz - hold * np.round(line.hz / hold)) if hold else np.inf
         return (
             line.hz > self.highest
             or any(abs(line.hz - hz) < width for hz in self.driven)
@@ -235,7 +236,7 @@ def _driven(references: np.ndarray, dt: float) -> tuple[float, ...]:
     return tuple(frequencies)
 
 
-def _pace(references: np.ndarray, dt: float) -> float:
+def _hold_hz(references: np.ndarray, dt: float) -> float:
     """Hz: half the rate at which held references (N, k) change, as values often come with their
     negatives; 0 if they change at each sample."""
     changes = np.flatnonzero(np.any(np.diff(references, axis=0) != 0.0, axis=1))

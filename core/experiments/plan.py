@@ -67,4 +67,4 @@ def fit_for_planning(
     )
     base_fit = fit_base_to_recordings(setup, spec, recordings, options, progress)
     data, base = converge_precisely(base_fit.data, base_fit.base, progress.stopped)
-    return replace(base_fit, data=data, base=base, known=None)
+    return replace(base_fit, data=data, base=base, cached_fit=None)

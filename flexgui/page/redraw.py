@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from flexgui.jobs.inbox import Inbox
-from flexgui.session.scheduling import CPU_LOCK
+from flexgui.session.scheduling import COMPUTE_TURNS
 from flexgui.session.state import Topic
 
 STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY, Topic.SCENARIO})
@@ -47,7 +47,7 @@ class RedrawScheduler:
         if topics & STREAMED:
             self._since = now if now - self._streamed > 2.0 * SLOWEST else self._since
             self._streamed = now
-        with CPU_LOCK.for_drawing():
+        with COMPUTE_TURNS.for_drawing():
             if topics:
                 self._draw(topics)
             elif self._is_idle():

@@ -14,8 +14,8 @@ from flexgui.library.shipped import HIDDEN, is_of_tour
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, button, color, paragraph
 from flexgui.session.tour import (
-    AT,
     BEGIN,
+    CARD_OF_STAGE,
     END,
     FIRST_STAGE,
     OFFERED,
@@ -68,7 +68,7 @@ class Tour(PageElement):
             session.tour.set_step(None)
         elif is_of_tour(session.document.scenario):
             session.tour.set_step(STARTED)
-            if session.stage not in AT:
+            if session.stage not in CARD_OF_STAGE:
                 session.show(next_stage(session))
         else:
             session.tour.set_step(OFFERED)

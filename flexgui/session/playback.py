@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 RATE = 25.0
 """Frames per second; the page draws arm and cursor at each."""
-SHORT = 30_000
+MOST_SAMPLES = 30_000
 """Samples, as in the paper (3 s at 0.1 ms): simulated in half a second with a few MB."""
 
 
@@ -157,7 +157,7 @@ class Playback:
 
 def _short(scenario: Scenario, name: str) -> bool:
     simulate = next((s.simulate for s in scenario.recordings if s.name == name), None)
-    return simulate is not None and simulate.samples <= SHORT
+    return simulate is not None and simulate.samples <= MOST_SAMPLES
 
 
 def _data_part(scenario: Scenario) -> Scenario:

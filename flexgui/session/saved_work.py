@@ -33,10 +33,10 @@ DURABLE = frozenset({
     Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE, Topic.STUDY,
 })  # fmt: skip
 RESTORED = "Your work of {} is restored; start interrupted computations again."
-WITHOUT = "Your work of {} is restored without its results, which are set aside as {}: {}"
-UNREAD = "Your work of {} cannot be read and is set aside as {}: {}"
-UNMOVED = "Your work of {} cannot be put back now and stays where it is ({}); try again."
-NOT_KEPT = "Autosave failed: export now."
+WITHOUT_RESULTS = "Your work of {} is restored without its results, which are set aside as {}: {}"
+NOT_READ = "Your work of {} cannot be read and is set aside as {}: {}"
+NOT_MOVED = "Your work of {} cannot be put back now and stays where it is ({}); try again."
+AUTOSAVE_FAILED = "Autosave failed: export now."
 
 log = logging.getLogger(__name__)
 
@@ -99,7 +99,7 @@ class WorkStore:
             check_suits(work.scenario)
         except UNREADABLE as error:
             name = places.set_aside(earlier.folder, earlier.time)
-            self._finish(UNREAD.format(earlier.date, name, _reason(error)), bad=True)
+            self._finish(NOT_READ.format(earlier.date, name, _reason(error)), bad=True)
             return False
         try:
             results = deserialize((earlier.folder / places.RESULTS).read_bytes(), SavedResults)
@@ -108,7 +108,7 @@ class WorkStore:
         except UNREADABLE as error:
             results = SavedResults()
             name = places.set_aside(earlier.folder / places.RESULTS, earlier.time)
-            message = WITHOUT.format(earlier.date, name, _reason(error))
+            message = WITHOUT_RESULTS.format(earlier.date, name, _reason(error))
         with self._writing:
             self._enabled = False
             try:
@@ -119,7 +119,7 @@ class WorkStore:
                 self._apply(work, results)
                 self._saved = (self._work_fields(), self._result_fields())
             except OSError as error:
-                self._session.show_message(UNMOVED.format(earlier.date, error.strerror), bad=True)
+                self._session.show_message(NOT_MOVED.format(earlier.date, error.strerror), bad=True)
                 return False
             finally:
                 self._enabled = True
@@ -184,7 +184,7 @@ class WorkStore:
         except (InputError, OSError, TypeError) as error:
             self._enabled = False
             log.warning("The work of a session cannot be kept: %r", error)
-            self._session.show_message(NOT_KEPT, bad=True)
+            self._session.show_message(AUTOSAVE_FAILED, bad=True)
 
     def _work_fields(self) -> tuple[Any, ...]:
         """The objects whose replacement means that the work has changed."""

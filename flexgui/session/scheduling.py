@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 from flexgui.jobs.inbox import Inbox
 from flexgui.session.state import Faults, PagePart
@@ -30,9 +30,9 @@ class LatestRequest:
             requests[-1]()
 
 
-class PriorityLock:
-    """A lock in order of arrival, but drawing goes before computing: a slider's move is computed,
-    then drawn, and waits only once.
+class ComputeTurns:
+    """A lock that lets one session at a time compute, in order of arrival. Drawing goes before
+    computing: a slider's move is computed, then drawn, and waits only once.
 
     Hold it for milliseconds; never compile, read a file or wait for a browser under it.
     """
@@ -43,17 +43,13 @@ class PriorityLock:
         self._drawing: deque[threading.Event] = deque()
         self._computing: deque[threading.Event] = deque()
 
-    @contextmanager
-    def for_computing(self) -> Iterator[None]:
+    def for_computing(self) -> AbstractContextManager[None]:
         """To compute what will be drawn."""
-        with self._turn(self._computing):
-            yield
+        return self._turn(self._computing)
 
-    @contextmanager
-    def for_drawing(self) -> Iterator[None]:
+    def for_drawing(self) -> AbstractContextManager[None]:
         """To draw what is computed."""
-        with self._turn(self._drawing):
-            yield
+        return self._turn(self._drawing)
 
     @contextmanager
     def _turn(self, queue: deque[threading.Event]) -> Iterator[None]:
@@ -79,5 +75,5 @@ class PriorityLock:
             self._held = False
 
 
-CPU_LOCK = PriorityLock()
+COMPUTE_TURNS = ComputeTurns()
 """Shared by all sessions of this server."""

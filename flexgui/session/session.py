@@ -15,10 +15,10 @@ from flexgui.core.sentences import brief
 from flexgui.jobs.file_jobs import cancel_session
 from flexgui.library.shipped import EMBEDDED, scenario_choices
 from flexgui.places import has_saved_work, hide_paths
+from flexgui.session.edited_scenario import EditedScenario
 from flexgui.session.playback import Playback
 from flexgui.session.running_job import RunningJob
 from flexgui.session.saved_work import WorkStore
-from flexgui.session.scenario_document import ScenarioDocument
 from flexgui.session.state import STAGES, Faults, Message, PagePart, Services, Subscriber, Topic
 from flexgui.session.tour import Tour
 from flexgui.stages.challenge.state import Challenges
@@ -47,7 +47,7 @@ class Session:
         self.message = Message("")
         self.faults = Faults(lambda: self.notify(Topic.MESSAGE))
         self._subscribers: list[Subscriber] = []
-        self.document = ScenarioDocument(self)
+        self.document = EditedScenario(self)
         self.playback = Playback(self)
         self.run = RunningJob(self)
         self.recordings, self.check = Recordings(self), Check(self)

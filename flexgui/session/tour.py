@@ -51,7 +51,7 @@ LOOK, COMPARE, DIAGNOSE, ADD = (
 DONE = "Done"
 BEGIN, END = "Begin the tour", "End the tour"
 
-TRIED = (
+SEARCH_TEXT = (
     "Every known effect is tried on the residual. The list shows the share of the error that each "
     "explains. Open What is it? to read more."
 )
@@ -86,8 +86,8 @@ AT_COMPARE = Card(
     "Press one of the worst places: plots, time-line and arm jump to it. Then press Next: "
     "diagnose to try every known effect on the residual.",
 )
-TO_FIND = Card(DIAGNOSE, f"Press Find what is missing. {TRIED}")
-LOOKING = Card(DIAGNOSE, TRIED)
+TO_FIND = Card(DIAGNOSE, f"Press Find what is missing. {SEARCH_TEXT}")
+SEARCHING = Card(DIAGNOSE, SEARCH_TEXT)
 
 
 def card(session: Session) -> Card | None:
@@ -96,7 +96,7 @@ def card(session: Session) -> Card | None:
         return OFFER if session.stage == FIRST_STAGE else None
     if not is_on_tour(session):
         return None
-    return AT.get(session.stage, _elsewhere)(session)
+    return CARD_OF_STAGE.get(session.stage, _elsewhere)(session)
 
 
 def is_on_tour(session: Session) -> bool:
@@ -120,7 +120,7 @@ def needs_search(session: Session) -> bool:
     return not (session.run.busy or any(version.scenario == scenario for version in versions))
 
 
-def has_own_button(session: Session) -> bool:
+def card_has_button(session: Session) -> bool:
     """Whether the card's own button is the next to press, so that no other one is highlighted."""
     shown = card(session)
     return shown is not None and bool(shown.button)
@@ -173,7 +173,7 @@ def _diagnose(session: Session) -> Card:
 def _looking(pending: ModelVersion) -> Card:
     """While effects are tried: the first of the list can be added before the end."""
     if not pending.ranking:
-        return LOOKING
+        return SEARCHING
     first = pending.ranking[0].title
     return Card(
         DIAGNOSE,
@@ -239,7 +239,7 @@ def _elsewhere(session: Session) -> Card | None:
     return Card(title, f"The tour continues at {stage}, in the row of stages above.")
 
 
-AT: dict[str, Callable[[Session], Card | None]] = {
+CARD_OF_STAGE: dict[str, Callable[[Session], Card | None]] = {
     "Arm": lambda _: AT_ARM,
     "Data": lambda _: AT_DATA,
     "Identify": _identify,

@@ -142,7 +142,7 @@ def in_company(
 @pytest.fixture
 def sizes_as_they_are(monkeypatch):
     monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: None)
-    monkeypatch.setattr(acceptance, "indistinct_from_neutral", lambda *_: None)
+    monkeypatch.setattr(acceptance, "near_neutral_objection", lambda *_: None)
 
 
 @pytest.mark.usefixtures("sizes_as_they_are")

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.acceptance import indistinct_from_neutral
+from flexgui.core.diagnose.acceptance import near_neutral_objection
 from flexgui.core.diagnose.cost_minimum import converge
 from flexgui.core.diagnose.fit_problem import hypothesis
 from flexgui.core.diagnose.refit import Refit, robust_covariance
@@ -31,7 +31,7 @@ def objection(kind: str, *others: str) -> Objection | None:
     labels = after.hypothesis.unknowns.labels
     own = effect(kind).parameters(bare().data.rig.arm, bare().data.rig.drive, bare().data.sizes)
     names = tuple(k.parameter.name for k in own if k.parameter.name in labels and not k.secondary)
-    return indistinct_from_neutral([SimpleNamespace(effect=effect(kind), parameters=names)], after)
+    return near_neutral_objection([SimpleNamespace(effect=effect(kind), parameters=names)], after)
 
 
 def test_a_friction_that_is_there_is_distinct() -> None:
@@ -50,4 +50,4 @@ def test_a_size_at_its_bound_has_no_deviation_and_is_left_to_other_rules() -> No
     after = replace(there, hypothesis=h.at(np.minimum(h.vector, h.limits.lower)))
     assert not np.isfinite(np.diag(robust_covariance(after))).any()
     friction = SimpleNamespace(effect=effect("viscous_friction"), parameters=("fv1", "fv2"))
-    assert indistinct_from_neutral([friction], after) is None
+    assert near_neutral_objection([friction], after) is None

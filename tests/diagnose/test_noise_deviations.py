@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.base_fit import BaseFit, fit_base
-from flexgui.core.diagnose.cost_minimum import with_drawn_deviations
+from flexgui.core.diagnose.cost_minimum import with_simulated_deviations
 from flexgui.core.diagnose.refit import Refit, with_robust_covariance
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
@@ -70,13 +70,15 @@ def rms(found: list[float]) -> float:
 @pytest.mark.long
 def test_deviations_hold_what_the_noise_did_to_the_estimates() -> None:
     plain = {seed: with_robust_covariance(begun(seed).base) for seed in SEEDS}
-    wide = [off(with_drawn_deviations(begun(seed).data, fit, {})) for seed, fit in plain.items()]
+    wide = [
+        off(with_simulated_deviations(begun(seed).data, fit, {})) for seed, fit in plain.items()
+    ]
     assert rms(wide) < WIDE_ENOUGH < rms([off(fit) for fit in plain.values()])
 
 
 def test_no_deviation_becomes_smaller_and_correlations_stay() -> None:
     before = with_robust_covariance(begun(0).base)
-    after = with_drawn_deviations(begun(0).data, before, {})
+    after = with_simulated_deviations(begun(0).data, before, {})
     own = [np.sqrt(np.diag(fit.covariance)) for fit in (before, after)]
     assert np.all(own[1] >= own[0]) and np.any(own[1] > own[0])
     apart = [fit.covariance / np.outer(s, s) for fit, s in zip((before, after), own, strict=True)]
@@ -86,7 +88,7 @@ def test_no_deviation_becomes_smaller_and_correlations_stay() -> None:
 def test_without_noise_deviations_stay_as_they_are() -> None:
     before = with_robust_covariance(begun(0).base)
     stated = {"theta1": SILENT, "theta2": SILENT}
-    assert with_drawn_deviations(begun(0).data, before, stated).covariance == pytest.approx(
+    assert with_simulated_deviations(begun(0).data, before, stated).covariance == pytest.approx(
         before.covariance
     )
 
@@ -94,4 +96,4 @@ def test_without_noise_deviations_stay_as_they_are() -> None:
 def test_what_has_no_deviation_gets_none() -> None:
     before = with_robust_covariance(begun(0).base)
     before.covariance[:] = np.nan
-    assert with_drawn_deviations(begun(0).data, before, {}) is before
+    assert with_simulated_deviations(begun(0).data, before, {}) is before

@@ -16,7 +16,7 @@ from flexgui.core.diagnose.sensor_noise import (
     ColumnNoise,
     is_command,
     noise_of,
-    quieter_series,
+    quieter_of,
     quietest_stretches,
 )
 from flexgui.core.drives.servo import FollowingServo
@@ -318,10 +318,7 @@ def test_a_recording_that_a_model_misses_says_nothing_of_the_sensor():
     noise = [rng.standard_normal(400) for _ in range(30)]
     missed = 20.0 * rng.standard_normal(400)
     assert len(quietest_stretches([*noise, missed])) == len(noise)
-    assert (
-        quieter_series(noise[0], missed) is noise[0]
-        and quieter_series(missed, noise[0]) is noise[0]
-    )
+    assert quieter_of(noise[0], missed) is noise[0] and quieter_of(missed, noise[0]) is noise[0]
 
 
 def test_an_axis_that_stands_still_does_not_speak_for_those_that_move():

@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.diagnose import noise_propagation
 from flexgui.core.diagnose.diagnose import fit_base_to_recordings
-from flexgui.core.diagnose.noise_floor import WITHIN
+from flexgui.core.diagnose.noise_floor import UNCERTAINTY
 from flexgui.core.diagnose.noise_floor_update import LEAST_RATIO
 from flexgui.core.diagnose.output_noise import output_noise
 from flexgui.core.diagnose.search_state import Options
@@ -56,4 +56,4 @@ def test_a_floor_is_the_same_whatever_the_draws(
     ratios = np.array(floors) / np.median(floors, axis=0)
     scatter = np.exp(np.abs(np.log(ratios)))
     assert np.mean(scatter < LEAST_RATIO) > ALIKE
-    assert scatter.max() < WITHIN, "the factor within which a floor is said to be known"
+    assert scatter.max() < UNCERTAINTY, "the factor within which a floor is said to be known"

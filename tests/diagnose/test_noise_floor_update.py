@@ -11,13 +11,13 @@ from flexgui.core.diagnose.base_fit import BaseFit, fit_base
 from flexgui.core.diagnose.cost_minimum import converge
 from flexgui.core.diagnose.final_ladder import final_ladder
 from flexgui.core.diagnose.fit_problem import hypothesis
-from flexgui.core.diagnose.noise_floor import WITHIN, Floor
+from flexgui.core.diagnose.noise_floor import UNCERTAINTY, Floor
 from flexgui.core.diagnose.noise_floor_update import (
     LEAST_RATIO,
     apply_floors,
     exceeds_floors,
-    higher_floors,
-    lower_floors,
+    find_higher_floors,
+    find_lower_floors,
     search_with_new_floors,
 )
 from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
@@ -76,7 +76,7 @@ def found_with(floors: float, kind: str = "torque_offset") -> tuple[State, BaseF
 def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
     state, given = found_with(HIDDEN)
     assert within_noise(state.data, state.refit.errors)
-    floors = lower_floors(state, Options())
+    floors = find_lower_floors(state, Options())
     assert floors is not None and exceeds_floors(state, floors)
     apply_floors(state, floors, never)
     assert not within_noise(state.data, state.refit.errors)
@@ -87,7 +87,7 @@ def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
 def test_all_that_is_stated_is_weighed_again_in_the_new_floors() -> None:
     """The model as given at its minimum there, its ranking, and each step of the ladder."""
     state, given = found_with(HIDDEN, "viscous_friction")
-    floors = lower_floors(state, Options())
+    floors = find_lower_floors(state, Options())
     assert floors is not None
     apply_floors(state, floors, never)
     asked = Options(candidates=("viscous_friction", "torque_offset"))
@@ -108,7 +108,7 @@ def test_all_that_is_stated_is_weighed_again_in_the_new_floors() -> None:
 def test_a_search_that_is_stopped_before_that_goes_back_to_the_floors_before() -> None:
     state, given = found_with(HIDDEN)
     old, steps = dict(state.data.floors), list(state.ladder)
-    floors = lower_floors(state, Options())
+    floors = find_lower_floors(state, Options())
     assert floors is not None
     apply_floors(state, floors, never)
     state, begun = final_ladder(state, given, Options(), Stopped())
@@ -120,7 +120,7 @@ def test_an_estimated_floor_makes_no_verdict_that_is_finer_than_it_is_known() ->
     up = {n: Floor(f / 1.3, f / 1.3, "stated") for n, f in state.data.floors.items()}
     left = remaining_error(state.data.in_floors(up), [1.3 * x for x in state.refit.errors])
     assert left.above
-    loose = {n: replace(f, source="estimated", within=WITHIN) for n, f in up.items()}
+    loose = {n: replace(f, source="estimated", uncertainty=UNCERTAINTY) for n, f in up.items()}
     left = remaining_error(state.data.in_floors(loose), [1.3 * x for x in state.refit.errors])
     assert left.above_known_floors and not left.above
 
@@ -128,7 +128,7 @@ def test_an_estimated_floor_makes_no_verdict_that_is_finer_than_it_is_known() ->
 def test_floors_that_are_right_are_left_alone() -> None:
     state, _ = found_with(1.0, "viscous_friction")
     assert within_noise(state.data, state.refit.errors)
-    floors = lower_floors(state, Options())
+    floors = find_lower_floors(state, Options())
     assert floors is not None
     for name, old in state.data.floors.items():
         if name.startswith("deflection"):  # without noise, but for the digits that are written
@@ -153,7 +153,8 @@ def test_noise_is_at_most_what_no_effect_explains() -> None:
     """The friction that is missing stays below a noise that seems 60 times as large as it is."""
     begun = bare()
     large = {
-        n: Floor(HIDDEN * f, HIDDEN * f, "estimated", WITHIN) for n, f in begun.data.floors.items()
+        n: Floor(HIDDEN * f, HIDDEN * f, "estimated", UNCERTAINTY)
+        for n, f in begun.data.floors.items()
     }
     data = begun.data.in_floors(large)
     data, base = converge(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
@@ -199,23 +200,23 @@ def above(state: State) -> float:
 
 def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
     state, given = on_a_soft_base()
-    assert above(state) > WITHIN  # with the model complete
-    floors = higher_floors(state, Options())
+    assert above(state) > UNCERTAINTY  # with the model complete
+    floors = find_higher_floors(state, Options())
     assert floors is not None and floors["u1"].value > LEAST_RATIO * state.data.floors["u1"]
     assert all(one.value >= state.data.floors[name] for name, one in floors.items())
     apply_floors(state, floors, never)
-    assert above(state) < WITHIN
+    assert above(state) < UNCERTAINTY
 
 
 @pytest.mark.long
 def test_floors_of_led_arms_that_are_right_are_left_alone() -> None:
     state, given = on_a_soft_base()
-    floors = higher_floors(state, Options())
+    floors = find_higher_floors(state, Options())
     assert floors is not None
     apply_floors(state, floors, never)
-    assert higher_floors(state, Options()) is None
+    assert find_higher_floors(state, Options()) is None
 
 
 def test_noise_moves_no_arm_that_is_not_led_along_it() -> None:
     state, _ = found_with(1.0 / HIDDEN, "viscous_friction")
-    assert higher_floors(state, Options()) is None
+    assert find_higher_floors(state, Options()) is None

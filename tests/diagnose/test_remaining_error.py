@@ -18,7 +18,7 @@ def data(servo: bool = False) -> Any:
     counted = np.ones((SAMPLES, 2), dtype=bool)
     one = SimpleNamespace(channels=[("z1", "m"), ("theta1", "rad")], counted=counted)
     return SimpleNamespace(
-        experiments=[one], count=2 * SAMPLES, rig=SimpleNamespace(servo=servo), idealised={}
+        experiments=[one], count=2 * SAMPLES, rig=SimpleNamespace(servo=servo), law_errors={}
     )
 
 

@@ -235,7 +235,7 @@ def test_the_resonance_of_a_spring_that_was_just_added_is_no_machine():
 
 def only(e: Prepared) -> Any:
     """Data of one recording, with floors that are known."""
-    return SimpleNamespace(experiments=[e], floors_within={}, idealised={})
+    return SimpleNamespace(experiments=[e], floor_uncertainty={}, law_errors={})
 
 
 def test_what_remains_says_the_line_and_its_channel():

@@ -41,7 +41,7 @@ from flexgui.session.tour import (
     STARTED,
     Card,
     card,
-    has_own_button,
+    card_has_button,
     next_stage,
 )
 from flexgui.stages.diagnose.effects import with_effect
@@ -263,7 +263,7 @@ def test_the_card_has_a_button_only_at_its_ends(session: Session) -> None:
         go(session, *versions)
         for stage in STAGES:
             session.stage = stage
-            assert has_own_button(session) == (len(versions) == 2 and stage == "Diagnose")
+            assert card_has_button(session) == (len(versions) == 2 and stage == "Diagnose")
 
 
 def test_a_change_that_figures_do_not_show_is_none() -> None:

@@ -83,8 +83,8 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "prune": [("core.diagnose.effect_search.remove_needless", _none)],
     "mode refinement": [("core.diagnose.effect_search.bending_shape_round", _none)],
     "limits of idealised laws": [
-        ("core.diagnose.effect_search.idealisation_error", _nothing_missed),
-        ("core.diagnose.base_fit.idealisation_error", _nothing_missed),
+        ("core.diagnose.effect_search.law_error", _nothing_missed),
+        ("core.diagnose.base_fit.law_error", _nothing_missed),
     ],
     "floor re-estimation": [("core.diagnose.diagnose.search_with_new_floors", _plain_search)],
     "forward reordering": [("core.diagnose.diagnose.final_ladder", _state)],
@@ -93,12 +93,12 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
         ("core.identify.fit._with_corrected_steps", lambda r, rough, stopped: (r, rough))
     ],
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
-    "shaken deviations": [("core.diagnose.effect_search.with_drawn_deviations", _fit)],
-    "prediction-error bound": [("core.diagnose.output_noise.unpredicted_noise", _none)],
+    "simulated deviations": [("core.diagnose.effect_search.with_simulated_deviations", _fit)],
+    "prediction-error bound": [("core.diagnose.output_noise.encoder_noise_bound", _none)],
     "noise per recording": [("core.diagnose.base_fit._noise_ratios", lambda *_: ())],
     "next experiments": [("core.diagnose.effect_search.deciding_experiments", lambda *_: ())],
     "validation as a gate": [
-        ("core.diagnose.effect_search._gate", lambda state: lambda data, refit: ""),
+        ("core.diagnose.effect_search._model_check", lambda state: lambda data, refit: ""),
     ],
 }  # fmt: skip
 

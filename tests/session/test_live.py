@@ -8,7 +8,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from flexgui.session import playback, scenario_document
+from flexgui.session import edited_scenario, playback
 from flexgui.session.scenario_edits import set_arm
 from flexgui.session.session import Session
 from flexgui.session.state import PagePart, Topic
@@ -31,7 +31,7 @@ def fails(*_: object) -> None:
     [
         (
             PagePart.MODEL,
-            scenario_document,
+            edited_scenario,
             "live_model",
             lambda session: session.document.refresh(),
         ),

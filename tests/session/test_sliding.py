@@ -9,10 +9,10 @@ import pytest
 from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.errors import InputError
 from flexgui.places import WORK, has_saved_work
-from flexgui.session import scenario_document
+from flexgui.session import edited_scenario
 from flexgui.session.saved_work import SavedWork
 from flexgui.session.scenario_edits import Edit, apply_edits, set_arm, set_value
-from flexgui.session.scheduling import CPU_LOCK
+from flexgui.session.scheduling import COMPUTE_TURNS
 from flexgui.session.serialization import deserialize, serialize
 from flexgui.session.session import Session
 from flexgui.session.state import LiveSettings, Topic
@@ -52,7 +52,7 @@ def test_places_that_a_hand_passes_are_not_heard_and_the_last_one_is_written_bef
             heard.append((topic, written.arm.model_dump()["young_modulus"]))
 
     kept.subscribe(listen)
-    with CPU_LOCK.for_computing():  # nobody else computes meanwhile
+    with COMPUTE_TURNS.for_computing():  # nobody else computes meanwhile
         for value in (0.91e9, 0.92e9, 0.93e9):
             assert kept.document.change_while_dragging(stiffness(kept, value))
         assert not heard and not has_saved_work(kept.folder)
@@ -67,7 +67,7 @@ def test_a_slid_scenario_is_heard_of_and_written_even_where_its_arm_cannot_be_co
     def fails(*_: object) -> LiveModel:
         raise InputError("no such arm")
 
-    monkeypatch.setattr(scenario_document, "live_model", fails)
+    monkeypatch.setattr(edited_scenario, "live_model", fails)
     heard: list[Topic] = []
     kept.subscribe(heard.append)
     assert kept.document.change_while_dragging(stiffness(kept, 0.94e9))

@@ -29,7 +29,7 @@ from flexgui.page.widgets import (
 )
 from flexgui.session.scenario_edits import set_arm, set_value
 from flexgui.session.state import Topic
-from flexgui.session.tour import has_own_button
+from flexgui.session.tour import card_has_button
 from flexgui.stages.arm.chart import chart
 from flexgui.views.dynamics import frequency_response, mode_table, noisy_step, phase_response, poles
 from flexgui.views.layout import Figure
@@ -85,7 +85,7 @@ class ArmPanel(Panel):
         view = self.session.document.live_model
         self._title.show(paragraph(self.session.document.scenario.title, "lead"))
         self._sliders.refresh()
-        self._next.color = color(not has_own_button(self.session))
+        self._next.color = color(not card_has_button(self.session))
         if view is None:
             return
         self._step.show(noisy_step(view.step, view.noise))

@@ -16,7 +16,7 @@ from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragr
 from flexgui.sentences.figures import linear_sentence
 from flexgui.session.scenario_edits import cached_model
 from flexgui.session.state import Topic
-from flexgui.session.tour import has_own_button
+from flexgui.session.tour import card_has_button
 from flexgui.stages.diagnose.effects import own_place, present
 from flexgui.stages.diagnose.model_versions import (
     ModelFindings,
@@ -113,7 +113,7 @@ class DiagnosePanel(Panel):
         challenge = self.session.challenge.state
         # A challenge waits for a guess, before which asking the tool is marked.
         guess_first = challenge is not None and challenge.revealed is None and not challenge.guesses
-        if has_own_button(self.session) or guess_first:
+        if card_has_button(self.session) or guess_first:
             return ""
         if version is None or version.found is None or not version.ranking or self._old(version):
             return FIND

@@ -149,14 +149,14 @@ class FindingsReporter:
 
     def check(self) -> None:
         """Errors of the same fit on validation recordings; as slow as the first ranking."""
-        from flexgui.core.diagnose.final_results import compare_recordings
+        from flexgui.core.diagnose.final_results import compare_with_recordings
 
         if self._checked or self._progress.stopped():
             return
         self._checked = True
         self.report(step=_as_given(self._whole))
         if not self._progress.stopped():
-            self._shown = compare_recordings(self._whole)
+            self._shown = compare_with_recordings(self._whole)
             self._progress.partial(COMPARED, self._shown)
 
     def settled(self, last: BaseFit) -> None:
@@ -168,7 +168,7 @@ class FindingsReporter:
             later = replace(later, floors=floors, weights=later.weights_at(floors))
         self._checked = self._checked and not moved
         known = before.validation_fit if self._checked else None
-        self._whole = replace(last, validation=later, known=known)
+        self._whole = replace(last, validation=later, cached_fit=known)
         shown = self._whole if self._checked else last
         self.report(step=_as_given(shown), residual=_seen(self.seen.step, last).residual)
         self.check()

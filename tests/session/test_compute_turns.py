@@ -7,13 +7,13 @@ import time
 
 import pytest
 
-from flexgui.session.scheduling import PriorityLock
+from flexgui.session.scheduling import ComputeTurns
 
 SOON = 5.0
 """s that a thread may take to be heard of."""
 
 
-def waiting(lock: PriorityLock, order: list[str], name: str, draws: bool) -> threading.Thread:
+def waiting(lock: ComputeTurns, order: list[str], name: str, draws: bool) -> threading.Thread:
     """A thread that waits for its turn, and notes when it had it."""
 
     def run() -> None:
@@ -33,7 +33,7 @@ def waiting(lock: PriorityLock, order: list[str], name: str, draws: bool) -> thr
 
 
 def test_who_ends_an_answer_goes_first_and_else_who_came_first() -> None:
-    lock, order = PriorityLock(), list[str]()
+    lock, order = ComputeTurns(), list[str]()
     with lock.for_computing():
         threads = [
             waiting(lock, order, "first", draws=False),
@@ -47,7 +47,7 @@ def test_who_ends_an_answer_goes_first_and_else_who_came_first() -> None:
 
 
 def test_a_turn_that_fails_is_handed_on() -> None:
-    lock, order = PriorityLock(), list[str]()
+    lock, order = ComputeTurns(), list[str]()
     with pytest.raises(ValueError, match="broken"), lock.for_drawing():
         raise ValueError("broken")
     waiting(lock, order, "next", draws=False).join(SOON)

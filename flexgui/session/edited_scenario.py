@@ -11,7 +11,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import demo_scenario
 from flexgui.session.scenario_edits import Edit, apply_edits, cached_model, set_simulated_noise
-from flexgui.session.scheduling import CPU_LOCK, LatestRequest
+from flexgui.session.scheduling import COMPUTE_TURNS, LatestRequest
 from flexgui.session.state import LiveSettings, PagePart, Topic
 from flexgui.stages.arm.live import LiveModel, Prepared, is_new, live_model, prepare
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 COMPILING = "Another kind of arm: its equations are derived and compiled, which takes seconds."
 
 
-class ScenarioDocument:
+class EditedScenario:
     """Checks every edit of the scenario, then computes the live model again."""
 
     def __init__(self, session: Session) -> None:
@@ -90,7 +90,7 @@ class ScenarioDocument:
     def _compute(self) -> None:
         try:
             base = self._base_model()
-            with CPU_LOCK.for_computing():
+            with COMPUTE_TURNS.for_computing():
                 with self._session.lock:  # read now: changes while waiting for the lock count
                     scenario, live = self.scenario, self.live
                 if scenario is not base.scenario and is_new(build_arm(scenario.arm), base):
