@@ -12,6 +12,7 @@ from ...check.channel_relations import relations
 from ...check.column_faults import TIE, ColumnFault
 from ...check.finding import Check, Finding
 from ...check.inverse_dynamics import loop_gains
+from ...check.link_bending import LinkShape
 from ...check.measured_recording import MeasuredRecording
 from ...recording.channels import Role, role_of
 
@@ -37,8 +38,11 @@ def clock_speed(case: Case) -> tuple[float, float, float] | None:
     recording = case.recording
     if recording.model is None:
         return None
-    if case.dynamics.shape is not None and loop_gains(recording, case.dynamics.shape):
-        return _by_speeds(case)
+    as_read = Dynamics(recording)
+    if as_read.shape is not None and loop_gains(recording, as_read.shape):
+        # Columns are corrected, which takes seconds, only where the speeds look wrong.
+        wrong = _speed_is_wrong(_speed_gain(recording, as_read.shape))
+        return _by_speeds(case) if wrong else None
     before = _explained(recording)
     if before is None or before > BAD:
         return None
@@ -53,10 +57,12 @@ def clock_speed(case: Case) -> tuple[float, float, float] | None:
 def _by_speeds(case: Case) -> tuple[float, float, float] | None:
     """The same of velocity loops whose joints are measured, with stiffness and friction free: a
     clock is wrong by what all joints' speeds are wrong by, and the torques by its square."""
-    assert case.dynamics.shape is not None
-    stated = loop_gains(case.recording, case.dynamics.shape)
-    speed_gain = float(np.median([abs(gain[0]) for gain in stated]))
-    if abs(np.log(max(speed_gain, 1e-3))) < np.log(VISCOUS):
+    shape = case.dynamics.shape
+    stated = [] if shape is None else loop_gains(case.recording, shape)
+    if shape is None or not stated:
+        return None
+    speed_gain = _speed_gain(case.recording, shape)
+    if not _speed_is_wrong(speed_gain):
         return None
     best: tuple[float, float, float] | None = None
     for factor in FACTORS:
@@ -69,6 +75,15 @@ def _by_speeds(case: Case) -> tuple[float, float, float] | None:
         if deviation < RIGHT and share > BAD and (best is None or deviation < best[0]):
             best = deviation, factor, share
     return None if best is None else (best[1], best[2], float(np.median([e for *_, e in stated])))
+
+
+def _speed_gain(recording: MeasuredRecording, shape: LinkShape) -> float:
+    """Median over the joints of the ratio of a reference to its speed."""
+    return float(np.median([abs(gain[0]) for gain in loop_gains(recording, shape)]))
+
+
+def _speed_is_wrong(gain: float) -> bool:
+    return abs(float(np.log(max(gain, 1e-3)))) >= np.log(VISCOUS)
 
 
 def _off(speed: float) -> float:
