@@ -50,7 +50,8 @@ def inherits_its_docstring(name: str) -> bool:
     if not owner[:1].isupper():
         return False
     kind: type = getattr(importlib.import_module(module), owner)
-    return any(getattr(vars(base).get(rest), "__doc__", None) for base in kind.__mro__[1:])
+    owners = (vars(base) for base in kind.__mro__[1:])
+    return any(rest in owner and owner[rest].__doc__ for owner in owners)
 
 
 @pytest.mark.parametrize("room", ["core", "flexgui"])
