@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import msgspec
-import numpy as np
 
 from flexgui.core.results import (
-    ChannelComparison,
     ErrorMaps,
-    MissingTorque,
     RecordingComparison,
     WorstCell,
 )
-from flexgui.page.actions import press
-from flexgui.page.panel import PageContext, PageElement, Panel
-from flexgui.page.plot import Plot
+from flexgui.page.panel import Panel
 from flexgui.page.tour import to_diagnosis
 from flexgui.page.widgets import (
     HtmlBlock,
@@ -26,34 +20,27 @@ from flexgui.page.widgets import (
     folded,
     paragraph,
     set_options,
-    stage_macros,
 )
 from flexgui.sentences.figures import FLOOR_IS
-from flexgui.sentences.written import channel_symbol, format_number, quantity
 from flexgui.session.state import Topic
-from flexgui.views.comparison import live_comparison
-from flexgui.views.error_map import error_map, place
-from flexgui.views.fit_table import FIT_IS, ROLES, bar_label, fit_dots, fit_table
-from flexgui.views.layout import Figure
-from flexgui.views.missing_torque import missing_cloud, missing_curve
+from flexgui.stages.compare.plots import (
+    ALL,
+    WORDS,
+    WORST,
+    ErrorView,
+    Signals,
+    Torque,
+    worst_time,
+)
+from flexgui.views.fit_table import FIT_IS, fit_table
 from flexgui.views.names import output_title
 from flexgui.views.of_recording import recording_views
-from flexgui.views.of_recording.view import RecordingView, Seen
 from flexgui.views.summary import which_fit
 from flexgui.views.table import Table, html_table
 
-STANDS_OUT = 2.0
-"""Times the noise floor, from which a place is worth a look."""
-WORDS = stage_macros(
-    "compare", channel_symbol=channel_symbol, quantity=quantity, press=press, place=place,
-    output_title=output_title, format_number=format_number, stands_out=STANDS_OUT,
-)  # fmt: skip
 NONE = "nothing to compare yet"
-ALL, WORST = "all fitted outputs", "largest error"
 SIGNALS, TORQUE = "signals", "missing joint torque"
 """All others are found in flexgui/views/of_recording."""
-HEIGHT, HEIGHT_PER_OUTPUT = 380.0, 200.0
-"""px of the signals: the name of each axis needs its room."""
 
 
 def shown_titles() -> tuple[str, ...]:
@@ -206,148 +193,7 @@ class ComparePanel(Panel):
         self._choose(SIGNALS)
 
 
-class Signals(PageElement):
-    """Measurement, model and residual of the chosen outputs, error map and FIT."""
-
-    def __init__(self, context: PageContext) -> None:
-        super().__init__(context)
-        self.output = WORST
-        self.chosen: WorstCell | None = None
-        """Of the worst places, the one that was pressed."""
-        self._about = HtmlBlock(self.gui)
-        self._curves, self._map, self._fit = (
-            Plot(context, aspect, wide=True) for aspect in (0.98, 0.5, 0.33)
-        )
-        self._drawn: RecordingComparison | None = None
-
-    def show(self, current: RecordingComparison | None) -> None:
-        """Shows the recording at the cursor; None hides it."""
-        self._drawn = current
-        if current is None:
-            self._about.show()
-            for plot in (self._curves, self._map, self._fit):
-                plot.show(None)
-            return
-        shown, failing = self._channels(current), self.session.comparison.failing
-        units = {k.channel: k.unit for k in current.channels}
-        output = output_title(shown[0], units[shown[0]]) if len(shown) == 1 else ALL
-        name = bar_label(current, self.session.comparison.shown)
-        role = ROLES.get(current.role, current.role)
-        self._about.show(paragraph(f"Recording {name}, {role}: {output}", "lead"))
-        height = max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown))
-        floors = {} if failing is None else failing.floors
-        self._curves.show(live_comparison(current, shown, floors), height=height)
-        self._map.show_whole(None if failing is None else self._map_of(failing.maps, shown))
-        self._fit.show_whole(fit_dots(self.session.comparison.shown))
-        self.move_cursor()
-
-    def _map_of(self, maps: ErrorMaps, shown: Sequence[str]) -> Figure | None:
-        """The map over time, or over frequency if a frequency band was chosen."""
-        cell = self.chosen if self.chosen is not None and self.chosen.channel in shown else None
-        each = maps.by_time if cell is None or cell.axis == "time" else maps.by_frequency
-        wanted = [m for m in each if m.channel in shown]
-        return error_map(wanted, True, cell, self.context.theme.dark)
-
-    def _channels(self, current: RecordingComparison) -> tuple[str, ...]:
-        if self.output == WORST:
-            failing = self.session.comparison.failing
-            return (worst_output(current, {} if failing is None else failing.floors),)
-        fitted = tuple(c.channel for c in current.channels if c.fitted)
-        return fitted if self.output == ALL else (self.output,)
-
-    def move_cursor(self) -> None:
-        """The time-line's cursor moved."""
-        channels = () if self._drawn is None else self._drawn.channels
-        if channels:
-            time = self.session.playback.cursor.time
-            self._curves.move_cursor(float(channels[0].time[0]) + time)
-            self._map.move_cursor(time)
-
-
-def worst_output(c: RecordingComparison, floors: Mapping[str, float]) -> str:
-    """The output with the largest error in noise floors, or in its own spread without one."""
-
-    def error(k: ChannelComparison) -> float:
-        unit = floors.get(k.channel) or float(np.std(k.measured[k.counted])) or 1.0
-        counts = k.counted & np.isfinite(k.residual)
-        return (
-            float(np.sqrt(np.mean(np.square(k.residual[counts])))) / unit if counts.any() else 0.0
-        )
-
-    compared = [k for k in c.channels if (k.fitted or k.channel in floors) and k.counted.any()]
-    return max(compared or c.channels, key=error).channel
-
-
 def _short(table: Table) -> Table:
     """The table without the columns that do not fit beside the arm."""
     rows = tuple(row for row in table.rows if not row.cells[2].endswith("*"))
     return replace(table, rows=rows).only((0, 2, 3, 4), "The report holds every output.")
-
-
-class ErrorView(PageElement):
-    """A view of the error of one recording, with a plot of its own."""
-
-    def __init__(self, context: PageContext, view: RecordingView) -> None:
-        super().__init__(context)
-        self._view = view
-        self._about, self._plot = HtmlBlock(self.gui), Plot(context, 0.9)
-        self._drawn: tuple[object, ...] = ()
-
-    def show(self, current: RecordingComparison | None) -> None:
-        """Shows the recording at the cursor; None hides it."""
-        failing, dark = self.session.comparison.failing, self.context.theme.dark
-        if current is None or failing is None:
-            self._drawn = ()
-            self._about.show()
-            self._plot.show(None)
-        elif self._drawn != (key := (id(failing), current.recording, dark)):
-            self._drawn = key
-            seen = Seen(current, self.session.comparison.shown, failing.maps, dark)
-            figure = self._view.draw(seen)
-            about = self._view.nothing if figure is None else self._view.about
-            self._about.show(paragraph(about, "lead"))
-            self._plot.show_whole(figure)
-        self.move_cursor()
-
-    def move_cursor(self) -> None:
-        """The browser draws the cursor on a time axis."""
-        if self._drawn:
-            self._plot.move_cursor(self.session.playback.cursor.time)
-
-
-class Torque(PageElement):
-    """The missing torque over time and over speed."""
-
-    def __init__(self, context: PageContext) -> None:
-        super().__init__(context)
-        self._words = HtmlBlock(self.gui)
-        self._curve, self._cloud = Plot(context, 0.75), Plot(context, 0.75)
-        self._drawn: tuple[MissingTorque, ...] = ()
-
-    def show(self, current: RecordingComparison | None) -> None:
-        """Shows the recording at the cursor, or why there is no torque; None hides it."""
-        torques = () if current is None else current.missing_torque
-        self._words.show("" if current is None else WORDS.torque(bool(torques)))
-        if not torques:
-            self._curve.show(None)
-            self._cloud.show(None)
-        elif torques is not self._drawn:
-            self._curve.show(missing_curve(torques), self._cursor(torques))
-            self._cloud.show(missing_cloud(torques))
-        self._drawn = torques
-
-    def _cursor(self, torques: tuple[MissingTorque, ...]) -> float:
-        return float(torques[0].time[0]) + self.session.playback.cursor.time
-
-    def move_cursor(self) -> None:
-        """The time-line's cursor moved."""
-        if self._drawn:
-            self._curve.move_cursor(self._cursor(self._drawn))
-
-
-def worst_time(maps: ErrorMaps, cell: WorstCell) -> float:
-    """s: middle of the window in which the output of this cell has its largest error."""
-    m = next(m for m in maps.by_time if m.channel == cell.channel)
-    row = m.ratio[m.recordings.index(cell.recording)]
-    j = int(np.argmax(np.where(np.isfinite(row), row, -1.0)))
-    return float(0.5 * (m.edges[j] + m.edges[j + 1]))
