@@ -14,7 +14,7 @@ from flexgui.core.results import (
     RecordingComparison,
     WorstCell,
 )
-from flexgui.stages.compare.plots import WORDS
+from flexgui.stages.compare.panel_plots import WORDS
 from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.data.rigs import point_name
 from flexgui.stages.diagnose.model_versions import ModelFindings

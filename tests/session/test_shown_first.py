@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import ChannelComparison, LadderStep, RecordingComparison
-from flexgui.stages.compare.plots import worst_output
+from flexgui.stages.compare.panel_plots import worst_output
 from flexgui.stages.diagnose.model_versions import ModelFindings, refitted_only
 from flexgui.views.preview import preview
 from tests.session.test_candidate_rows import ONE

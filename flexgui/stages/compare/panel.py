@@ -23,7 +23,7 @@ from flexgui.page.widgets import (
 )
 from flexgui.sentences.figures import FLOOR_IS
 from flexgui.session.state import Topic
-from flexgui.stages.compare.plots import (
+from flexgui.stages.compare.panel_plots import (
     ALL,
     WORDS,
     WORST,
