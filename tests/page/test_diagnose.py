@@ -59,32 +59,16 @@ def bars(page: Any) -> list[str]:
 
 
 def headless(session: Session) -> float:
-    """What a diagnosis without a page reaches with one effect: rms in floors."""
-    from flexgui.core.diagnose.diagnose import diagnose
-    from flexgui.core.diagnose.output_noise import stated_noise
-    from flexgui.core.diagnose.search_state import Options
-    from flexgui.core.identify.setup import make_setup
-    from flexgui.core.loading import load_recordings
-    from flexgui.core.progress import Silent
-    from flexgui.core.scenario.stated_effects import base_model
+    """What a run without a page reaches with one effect: rms in floors."""
+    from flexgui.core.workbench import run_scenario
 
-    scenario, asked, spec = (
-        session.document.scenario,
-        session.document.scenario.diagnose,
-        session.document.scenario.identify,
+    scenario = session.document.scenario
+    settings = scenario.diagnose.model_copy(update={"max_effects": 1})
+    outcome = run_scenario(
+        scenario.model_copy(update={"diagnose": settings}), folder=session.folder
     )
-    if asked.output is not None:
-        spec = spec.model_copy(update={"output": asked.output})
-    model = base_model(scenario)
-    recordings = load_recordings(scenario, model, session.folder, None, Silent())
-    setup = make_setup(model, spec, recordings)
-    noise = stated_noise(scenario, setup, recordings)
-    options = Options(
-        1, asked.candidates or (), asked.fidelity, noise, per_recording=asked.per_recording,
-        stated_rig=scenario.rig.statements,
-    )  # fmt: skip
-    found = diagnose(setup, spec, recordings, options)
-    return float(np.sqrt(found.steps[-1].cost_per_sample))
+    assert outcome.diagnosis is not None
+    return float(np.sqrt(outcome.diagnosis.steps[-1].cost_per_sample))
 
 
 def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Session) -> None:
@@ -147,7 +131,7 @@ def test_an_effect_is_demonstrated_beside_its_story(page: Any, session: Session)
     press(page, "Diagnose")
     page.get_by_text("Add or remove by hand", exact=True).click()
     press(page, "Show what it does")
-    sees(page, "where it changes most.")
+    sees(page, "the recording with the largest change.")
     until(lambda: '"what it changes"' in plots(page))
     page.locator(".fx math").first.wait_for()
     press(page, "Hide what it does")
