@@ -32,8 +32,8 @@ def bending_shape_round(
         data: the recordings, in noise floors.
         before: a model that leaves no more than noise.
         present: the effects in it.
-        finer: the effect that adds the shape.
-        gate: why a model is not accepted, of recordings that no fit saw.
+        extra_shape: the effect that adds the shape.
+        check: why a model is not accepted, by recordings that no fit used.
         stopped: whether to give up.
     """
     shared = with_shared_motions(data, before.hypothesis)

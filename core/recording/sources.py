@@ -206,7 +206,7 @@ def guess_columns(columns: Mapping[str, np.ndarray], channels: Sequence[str]) ->
 
     Args:
         columns: Header -> numbers (N,) of the file.
-        wanted: Channels, those that matter most first.
+        channels: Those that matter most first.
 
     Returns:
         No column twice. A column of a channel's very name is that channel.

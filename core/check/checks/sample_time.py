@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,16 +33,21 @@ GOOD, BAD = 0.9, 0.75
 joints leave 0.78 with the right one (scenarios/mujoco)."""
 
 
+Gains = Sequence[tuple[float, float, float]]
+"""Per joint the gains of speed and torque, and the share that they explain."""
+
+
 def clock_speed(case: Case) -> tuple[float, float, float] | None:
     """(stated over true sample time, share explained with the true one, and as stated)."""
     recording = case.recording
     if recording.model is None:
         return None
-    as_read = Dynamics(recording)
-    if as_read.shape is not None and loop_gains(recording, as_read.shape):
-        # Columns are corrected, which takes seconds, only where the speeds look wrong.
-        wrong = _speed_is_wrong(_speed_gain(recording, as_read.shape))
-        return _by_speeds(case) if wrong else None
+    # Columns are corrected, which takes seconds, only where the speeds look wrong as they are read.
+    as_read = _gains(recording, Dynamics(recording).shape)
+    if as_read and not _is_wrong(_speed_gain(as_read)):
+        return None
+    if stated := _gains(recording, case.dynamics.shape):
+        return _by_speeds(recording, stated)
     before = _explained(recording)
     if before is None or before > BAD:
         return None
@@ -54,22 +59,18 @@ def clock_speed(case: Case) -> tuple[float, float, float] | None:
     return (best[1], best[0], before) if best[0] > max(GOOD, before + 0.1) else None
 
 
-def _by_speeds(case: Case) -> tuple[float, float, float] | None:
+def _by_speeds(recording: MeasuredRecording, stated: Gains) -> tuple[float, float, float] | None:
     """The same of velocity loops whose joints are measured, with stiffness and friction free: a
     clock is wrong by what all joints' speeds are wrong by, and the torques by its square."""
-    shape = case.dynamics.shape
-    stated = [] if shape is None else loop_gains(case.recording, shape)
-    if shape is None or not stated:
-        return None
-    speed_gain = _speed_gain(case.recording, shape)
-    if not _speed_is_wrong(speed_gain):
+    speed_gain = _speed_gain(stated)
+    if not _is_wrong(speed_gain):
         return None
     best: tuple[float, float, float] | None = None
     for factor in FACTORS:
         if abs(np.log(factor / max(speed_gain, 1e-3))) > np.log(NEAR):
             continue
-        other = Dynamics(replace(case.recording, time=case.recording.time / factor))
-        gains = [] if other.shape is None else loop_gains(other.recording, other.shape)
+        other = replace(recording, time=recording.time / factor)
+        gains = _gains(other, Dynamics(other).shape)
         right = [_off(speed) + 0.5 * abs(np.log(max(torque, 1e-3))) for speed, torque, _ in gains]
         deviation, share = float(np.median(right)), float(np.median([e for *_, e in gains]))
         if deviation < RIGHT and share > BAD and (best is None or deviation < best[0]):
@@ -77,13 +78,17 @@ def _by_speeds(case: Case) -> tuple[float, float, float] | None:
     return None if best is None else (best[1], best[2], float(np.median([e for *_, e in stated])))
 
 
-def _speed_gain(recording: MeasuredRecording, shape: LinkShape) -> float:
+def _gains(recording: MeasuredRecording, shape: LinkShape | None) -> Gains:
+    return [] if shape is None else loop_gains(recording, shape)
+
+
+def _speed_gain(gains: Gains) -> float:
     """Median over the joints of the ratio of a reference to its speed."""
-    return float(np.median([abs(gain[0]) for gain in loop_gains(recording, shape)]))
+    return float(np.median([abs(speed) for speed, *_ in gains]))
 
 
-def _speed_is_wrong(gain: float) -> bool:
-    return abs(float(np.log(max(gain, 1e-3)))) >= np.log(VISCOUS)
+def _is_wrong(speed_gain: float) -> bool:
+    return abs(float(np.log(max(speed_gain, 1e-3)))) >= np.log(VISCOUS)
 
 
 def _off(speed: float) -> float:
