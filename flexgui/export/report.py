@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
-
-from markupsafe import Markup
 
 from flexgui import __version__
 from flexgui.core.diagnose.error_maps import error_maps
 from flexgui.core.results import Outcome, RecordingComparison
+from flexgui.export.figures import Figures, Plot, plot
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_sections import diagnosis_section, glance
-from flexgui.export.template import Plot, environment, packed_plotly, plot
+from flexgui.export.template import environment
 from flexgui.sentences.identifiability import notes, sentences_of_fits
 from flexgui.sentences.written import format_number, quantity, shown_unit, with_unit
 from flexgui.views.comparison import comparison
@@ -41,15 +39,8 @@ from flexgui.views.parameter_tables import between_runs, final_parameters, first
 from flexgui.views.summary import alarms, lead_sentences, which_fit_in_report
 from flexgui.views.table import Column, Row, Table, affine, mathml, matrices
 
-LARGEST = 4_000_000
-"""Bytes: a mail takes such a report, and a browser opens it at once."""
-LEFT_OUT = (
-    "The 3-D motion would make this report larger than 4 MB. The page saves it as a separate "
-    "file: Export, 3-D playback."
-)
-
 SIGNALS = 130_000
-"""Points of all signals: 11 bytes each keep a report with plotly.js (2 MB) below 4 MB."""
+"""Points of all signals: 3 bytes each keep a report with its scripts (1.6 MB) near 2 MB."""
 FEWEST = 400
 """Of a line, on an A4 page two to a millimetre; the tables hold every sample."""
 PER_CHANNEL = 4
@@ -61,18 +52,11 @@ OPEN = 3
 
 def report_html(outcome: Outcome, scenario_text: str, motion: Motion | None = None) -> str:
     """The whole page as text."""
-    text = _rendered(outcome, scenario_text, motion)
-    if motion is None or not motion.player or len(text) <= LARGEST:
-        return text
-    return _rendered(outcome, scenario_text, replace(motion, player=Markup(""), note=LEFT_OUT))
-
-
-def _rendered(outcome: Outcome, scenario_text: str, motion: Motion | None) -> str:
     return (
         environment()
         .get_template("report.html.j2")
         .render(
-            plotly=packed_plotly(),
+            figures=Figures(),
             glance=glance(outcome, scenario_text),
             version=__version__,
             scenario_text=scenario_text,

@@ -15,7 +15,7 @@ from flexgui import __version__
 from flexgui.core.diagnose.error_maps import error_maps
 from flexgui.core.effects import catalogue
 from flexgui.core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
-from flexgui.export.template import Plot, plot
+from flexgui.export.figures import Plot, plot
 from flexgui.sentences.experiments import experiment_title
 from flexgui.sentences.ranked import in_order, round_sentence
 from flexgui.sentences.verdict import all_paragraphs

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -87,14 +87,16 @@ class Shape:
 
     def inextensible(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same to second order, but the line keeps its length however far it bends."""
+        direction = v @ self.slope
+        return np.cos(direction) @ self.integral, np.sin(direction) @ self.integral
+
+    @cached_property
+    def integral(self) -> np.ndarray:
+        """(2 S - 1, S) m: from values between and at the S stations to the integral up to each."""
         from scipy.integrate import cumulative_simpson  # late: it loads all of scipy.optimize
 
-        direction = v @ self.slope
-        along, across = (
-            cumulative_simpson(part(direction), dx=0.5 * self.step, initial=0.0)[:, ::2]
-            for part in (np.cos, np.sin)
-        )
-        return along, across
+        each = np.eye(self.slope.shape[1])
+        return np.asarray(cumulative_simpson(each, dx=0.5 * self.step, initial=0.0)[:, ::2])
 
 
 class ArmGeometry:

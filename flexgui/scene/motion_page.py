@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import html
+import math
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -16,6 +18,8 @@ from flexgui.scene.arm_scene import ArmScene
 FRAMES_PER_SECOND = 30.0
 MOST_SECONDS = 10.0
 """About 1.5 MB; a longer motion is cut there, and `playback_note` says so."""
+GRID_BITS = 13
+"""Beams are drawn on a grid of the reach over two to this power: 0.12 mm of an arm of 1 m."""
 
 
 def playback_html(
@@ -30,6 +34,7 @@ def playback_html(
     with _private_server() as server:
         # Fine light leaves all but invisible until its image is decoded: 10 s in software.
         stage = ArmScene(server, motion.arm, motion.p, motion.q[0])
+        stage.body.grid = 2.0 ** (math.ceil(math.log2(stage.body.reach)) - GRID_BITS)
         stage.exaggeration = exaggeration
         view, camera = stage.view(), server.initial_camera
         camera.position, camera.look_at, camera.fov = view.position, view.look_at, view.fov
@@ -79,9 +84,17 @@ def playback_note(motion: Trajectory, exaggeration: float = 1.0) -> str:
 
 
 def embedded(page: str, title: str, height: int = 520) -> str:
-    """The page as an element of another page, which it cannot touch; it loads when seen."""
+    """An element of another page, which it cannot touch, and the page as a text beside it.
+
+    The other page's script gives the text to the element; escaped as an attribute it were a fifth
+    longer.
+    """
     return (
         f'<iframe title="{html.escape(title, quote=True)}" loading="lazy" '
-        f'sandbox="allow-scripts" srcdoc="{html.escape(page, quote=True)}" '
-        f'style="width:100%;height:{height}px;border:0"></iframe>'
+        f'sandbox="allow-scripts" style="width:100%;height:{height}px;border:0"></iframe>'
+        f'<script type="text/plain" id="player">{ENDING.sub(ESCAPED, page)}</script>'
     )
+
+
+ENDING, ESCAPED = re.compile(r"<(?=\\*(?:!--|/?script))", re.IGNORECASE), r"<\\"
+"""What begins or ends a script element or a comment; report.js takes the backslash away."""

@@ -80,6 +80,8 @@ class Body:
         stacked = np.array([s.mount == "ground" and k > 0 for k, s in enumerate(arm.segments)])
         self.levels = STACK * self.reach * np.cumsum(stacked)
         """Height of each segment's plane, m."""
+        self.grid = 0.0
+        """m, of the places of beams and marks; a power of two. 0: as fine as float32 is."""
 
     @property
     def reach(self) -> float:
@@ -92,12 +94,17 @@ class Body:
         links = self.geometry.links(q[None], exaggeration)
         parts = list(zip(links, self.sections, self.levels, strict=True))
         return Pose(
-            beams=tuple(beam_vertices(m.line[0], m.slope[0], s, z, grown) for m, s, z in parts),
+            beams=tuple(
+                self._placed(beam_vertices(m.line[0], m.slope[0], s, z, grown)) for m, s, z in parts
+            ),
             joints=tuple(_spot(m.root, m.angle, z) for m, _, z in parts),
             origins=tuple(_spot(m.origin, m.before, z) for m, _, z in parts),
             ends=tuple(_spot(m.tip, m.tip_angle, z) for m, _, z in parts),
             coordinates=tuple(float(x) for x in q[: self.arm.joints]),
         )
+
+    def _placed(self, vertices: np.ndarray) -> np.ndarray:
+        return np.round(vertices / self.grid) * self.grid if self.grid else vertices
 
     def tip_points(self, q: np.ndarray, exaggeration: float = 1.0) -> np.ndarray:
         """(N, 3) float32 places of the tip at postures q (N, n)."""
@@ -129,7 +136,9 @@ class Body:
                 vertices, label = _stroke(start, value, length, top)
                 text = f"{value:.3f} m"
             name = channel_symbol(f"theta{k + 1}", "rad" if kind.turn else "m")
-            marks.append(JointMark(vertices, f"{name} = {text}".replace("-", "−"), label))
+            marks.append(
+                JointMark(self._placed(vertices), f"{name} = {text}".replace("-", "−"), label)
+            )
         return tuple(marks)
 
 

@@ -1,6 +1,9 @@
-"""Outcomes of real models, without a run."""
+"""Outcomes of real models, without a run, and what a report's figures say."""
 
 from __future__ import annotations
+
+import base64
+import gzip
 
 import numpy as np
 
@@ -24,3 +27,10 @@ def inputs(samples: int, count: int, seed: int = 5) -> np.ndarray:
     rng = np.random.default_rng(seed)
     steps = rng.choice([-0.3, 0.3], (samples // 10 + 1, count))
     return np.repeat(steps, 10, axis=0)[:samples]
+
+
+def figure_text(page: str) -> str:
+    """JSON of all figures of a report, as its script unpacks it."""
+    packed = page.split('id="figures">')[1].split("<")[0]
+    content = gzip.decompress(base64.b64decode(packed))
+    return content[4 : 4 + int.from_bytes(content[:4], "little")].decode()

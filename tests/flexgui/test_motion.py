@@ -29,8 +29,8 @@ name = "other"
 role = "validate"
 simulate = {theta2 = 2.0, seconds = 0.3, seed = 2}
 """
-LARGEST = 3e6
-"""Characters that the player adds; the viewer itself is two thirds of them."""
+LARGEST = 1.2e6
+"""Characters that the player adds; the viewer itself is most of them."""
 DRAWN = 20_000
 """ms that a browser without a graphics card may take."""
 

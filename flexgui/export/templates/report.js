@@ -12,7 +12,7 @@ function draw(box) {
 
 function show(box, fit = fitScreen) {
   drawn.add(box);
-  const figure = JSON.parse(box.nextElementSibling.textContent);
+  const figure = structuredClone(figures[box.dataset.figure]);
   fit(figure.layout, box);
   Plotly.react(box, figure.data, figure.layout, config);
 }
@@ -43,12 +43,36 @@ function fitPaper(layout, box) {
   }
 }
 
-// plotly.js travels packed; it is unpacked here, and nothing is loaded from anywhere.
-async function unpack(element) {
-  const bytes = Uint8Array.from(atob(element.textContent.trim()), (letter) => letter.charCodeAt(0));
+// Figures and plotly.js travel packed; they are unpacked here, and nothing is loaded from anywhere.
+async function unpack(id) {
+  const text = document.getElementById(id).textContent.trim();
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+function read(buffer) {
+  const [length] = new Uint32Array(buffer, 0, 1);
+  const text = new TextDecoder().decode(new Uint8Array(buffer, 4, length));
+  const begin = 4 + length;
+  return JSON.parse(text, (key, value) => (value?.vector === undefined ? value : numbers(buffer, begin, value)));
+}
+
+// Differences of 16-bit steps, all high bytes before all low ones; float32 where no step is stated.
+function numbers(buffer, begin, { vector, count, low, step }) {
+  const start = begin + vector;
+  if (step === undefined) return new Float32Array(buffer.slice(start, start + 4 * count));
+  const bytes = new Uint8Array(buffer, start, 2 * count);
+  let code = 0;
+  return Float32Array.from({ length: count }, (none, k) => {
+    code = (code + 256 * bytes[k] + bytes[count + k]) & 65535;
+    return code === 65535 ? NaN : low + code * step;
+  });
+}
+
+function run(buffer) {
   const script = document.createElement("script");
-  script.textContent = await new Response(stream).text();
+  script.textContent = new TextDecoder().decode(buffer);
   document.head.append(script);
 }
 
@@ -65,7 +89,10 @@ function drawRest(rest) {
     setTimeout(drawRest, 30, rest);
   }
 }
-unpack(document.getElementById("plotly")).then(() => {
+let figures = [];
+Promise.all([unpack("figures"), unpack("plotly")]).then(([packed, plotly]) => {
+  figures = read(packed);
+  run(plotly);
   boxes.forEach((box) => watcher.observe(box));
   setTimeout(drawRest, 200, boxes);
   document.addEventListener("toggle", (event) => event.target.querySelectorAll(".plot").forEach(draw), true);
@@ -80,6 +107,9 @@ unpack(document.getElementById("plotly")).then(() => {
     folded.forEach((fold) => { fold.open = false; });
   });
 });
+
+const player = document.getElementById("player");
+if (player) player.previousElementSibling.srcdoc = player.textContent.replace(/<\\(?=\\*(?:!--|\/?script))/gi, "<");
 
 const nav = document.querySelector("nav");
 for (const heading of document.querySelectorAll("section > h2")) {

@@ -20,8 +20,9 @@ from flexgui.core.montecarlo.estimates import (
 )
 from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, Summary
 from flexgui.core.scenario.read import scenario_toml
+from flexgui.export.figures import Figures, Plot, plot
 from flexgui.export.folder import dumps, swap_in, work_folder
-from flexgui.export.template import Plot, environment, packed_plotly, plot
+from flexgui.export.template import environment
 from flexgui.stages.study.findings import conclusions, findings, result_text
 from flexgui.stages.study.plots_estimates import (
     deviation_table,
@@ -106,7 +107,7 @@ def study_html(summary: Summary) -> str:
     """The whole page as text."""
     template = environment().get_template("study.html.j2")
     return template.render(
-        plotly=packed_plotly(),
+        figures=Figures(),
         version=__version__,
         title=summary.title,
         findings=tuple(findings(summary)),

@@ -14,8 +14,9 @@ from flexgui.core.errors import InputError
 from flexgui.core.montecarlo.settings import StudySettings, make_settings
 from flexgui.core.resumable.journal import Record
 from flexgui.core.scenario.schema import Scenario
-from flexgui.export.template import Plot
+from flexgui.export.figures import Plot
 from flexgui.stages.study.plots_estimates import parameter_table, snr, stiffness_table
+from flexgui.views.layout import figure_json
 from flexgui.views.table import Table, html_table
 
 if TYPE_CHECKING:
@@ -174,7 +175,7 @@ def _short_tables(summary: Summary) -> Iterator[tuple[str, Table]]:
 
 
 def _figure(plot: Plot) -> ShownFigure:
-    figure = json.loads(plot.json)
+    figure = json.loads(figure_json(plot.figure))
     layout = figure["layout"]
     layout |= {"template": "none", "font": {**layout["font"], "size": FONT_SIZE}}
     return ShownFigure(figure, float(plot.height), plot.caption)

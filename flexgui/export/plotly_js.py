@@ -1,0 +1,61 @@
+"""plotly.js without the kinds of traces that a page does not draw: a quarter of the whole."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Set
+
+HELPERS = re.compile(r"([\w$]+)=\(e,t,r\)=>\(\)=>.*?[ ,;]([\w$]+)=\(e,t\)=>\(\)=>.{0,60}exports")
+"""Of its bundler (esbuild): what wraps an ECMAScript module, and what wraps one of CommonJS."""
+REGISTERED = re.compile(r"\.register\(\[([\w$(),]+)\]\)")
+"""The list of kinds, in the last module."""
+KIND = re.compile(r'moduleType:"trace",name:"(\w+)"')
+CALLS = re.compile(r"([\w$]+)\(\)")
+"""A module is used by a call without arguments."""
+
+
+def with_traces(source: str, kinds: Set[str]) -> str:
+    """plotly.js with scatter and `kinds` alone: the modules that they reach.
+
+    The source as it is where it lacks a kind or is bundled in another way.
+    """
+    helpers = HELPERS.search(source)
+    if helpers is None:
+        return source
+    inner, outer = map(re.escape, helpers.groups())
+    start, *rest = re.split(rf"(?<=[;}}\n])var ([\w$]+)={outer}\(", source)
+    modules = dict(zip(rest[::2], rest[1::2], strict=True))
+    place = {name: name for name in modules}
+    for name, text in modules.items():
+        # One of CommonJS is followed by those of ECMAScript before the next.
+        if f"={helpers[1]}(" in text:
+            place |= dict.fromkeys(re.findall(rf"([\w$]+)={inner}\(", text), name)
+    last = rest[-2] if rest else ""
+    registered = REGISTERED.search(modules.get(last, ""))
+    if registered is None:
+        return source
+    entries = {_kind(modules, entry): entry for entry in CALLS.findall(registered[1])}
+    if not kinds <= entries.keys():
+        return source
+    wanted = ",".join(f"{entries[kind]}()" for kind in sorted(kinds))
+    modules[last] = modules[last].replace(registered[1], wanted)
+    kept, found = set[str](), {last}
+    while found:
+        kept |= found
+        calls = {call for name in found for call in CALLS.findall(modules[name])}
+        found = {place[call] for call in calls & place.keys()} - kept
+    texts = (f"var {name}={helpers[2]}({modules[name]}" for name in modules if name in kept)
+    return start + "".join(texts)
+
+
+def _kind(modules: dict[str, str], entry: str) -> str:
+    """Name of the kind of an entry, which may pass another one on; empty where none is stated."""
+    text = modules.get(entry, "")
+    if found := KIND.search(text):
+        return found[1]
+    passed = CALLS.search(text)
+    return _kind(modules, passed[1]) if passed and len(text) < PASSING else ""
+
+
+PASSING = 80
+"""Letters of a module that only passes another one on, at most."""
