@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +17,12 @@ from flexgui.core.diagnosed_scenario import diagnosed_toml
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress
 from flexgui.core.results import Outcome
-from flexgui.core.scenario.data_folder import resolve_file
+from flexgui.core.scenario.data_folder import Folder, resolve_file
 from flexgui.core.scenario.schema import Scenario
 from flexgui.export.folder import INDEX, check_writable, dumps, swap_in, work_folder
 from flexgui.export.formats import model_formats
 from flexgui.export.report import report_html
-from flexgui.export.report_motion import Motion
+from flexgui.export.report_motion import Motion, report_motion
 from flexgui.export.result import result
 from flexgui.export.tables import tables
 from flexgui.views.summary import result_lines, warning_lines
@@ -76,14 +77,16 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 def _write(
     outcome: Outcome, scenario_text: str, folder: Path, motion: Motion | None, diagnosed: str
 ) -> None:
-    (folder / "tables").mkdir()
-    for name, table in tables(outcome).items():
-        _csv(table, folder / "tables" / f"{name}.csv")
-    _models(outcome, folder)
-    _text(folder / "scenario.toml", scenario_text)
-    if diagnosed:
-        _text(folder / DIAGNOSED, diagnosed)
-    _text(folder / "report.html", report_html(outcome, scenario_text, motion))
+    with ThreadPoolExecutor(1) as beside:  # a C compiler works there
+        models = beside.submit(_models, outcome, folder)
+        (folder / "tables").mkdir()
+        for name, table in tables(outcome).items():
+            _csv(table, folder / "tables" / f"{name}.csv")
+        _text(folder / "scenario.toml", scenario_text)
+        if diagnosed:
+            _text(folder / DIAGNOSED, diagnosed)
+        _text(folder / "report.html", report_html(outcome, scenario_text, motion))
+        models.result()
     written = [path for path in folder.rglob("*") if path.is_file()]
     files = sorted([path.relative_to(folder).as_posix() for path in written] + [INDEX])
     _text(folder / INDEX, dumps(result(outcome, files)))
@@ -130,12 +133,9 @@ def export_scenario(
 
     outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
 
-    from flexgui.export.report_motion import report_motion
-
     progress.stage("Writing the report")
-    motion = report_motion(scenario, outcome, path.parent, data)
-    diagnosed = diagnosed_text(scenario, outcome, seen_by(out, path.parent, data))
-    export_outcome(outcome, text, out, motion, diagnosed)
+    locate = seen_by(out, path.parent, data)
+    export_run(outcome, scenario, text, out, path.parent, data, locate)
     return (
         *warning_lines(outcome),
         *result_lines(outcome),
@@ -143,12 +143,24 @@ def export_scenario(
     )
 
 
-def diagnosed_text(scenario: Scenario, outcome: Outcome, locate: Callable[[str], str] = str) -> str:
-    """The scenario with the effects found; empty without a diagnosis.
+def export_run(
+    outcome: Outcome,
+    scenario: Scenario,
+    text: str,
+    out: Path,
+    folder: Folder,
+    data: Path | None = None,
+    locate: Callable[[str], str] = str,
+) -> None:
+    """`export_outcome` with the motion of a recording and the scenario with the effects found.
 
-    `locate` says how it names the scenario's files; as the scenario itself where nobody says.
+    `text` is the scenario's; `locate` says how that with the effects names the files that are
+    sought in the folders: as the scenario itself where nobody says.
     """
-    return "" if outcome.diagnosis is None else diagnosed_toml(scenario, outcome.diagnosis, locate)
+    motion = report_motion(scenario, outcome, folder, data)
+    diagnosis = outcome.diagnosis
+    diagnosed = "" if diagnosis is None else diagnosed_toml(scenario, diagnosis, locate)
+    export_outcome(outcome, text, out, motion, diagnosed)
 
 
 def seen_by(out: Path, folder: Path, data: Path | None) -> Callable[[str], str]:

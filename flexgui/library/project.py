@@ -327,13 +327,10 @@ class Project:
 
     def _write(self, outcome: Outcome, out: Path) -> Path:
         """An export of what was computed before."""
-        from flexgui.export.export_files import diagnosed_text, export_outcome, seen_by
-        from flexgui.export.report_motion import report_motion
+        from flexgui.export.export_files import export_run, seen_by
 
-        motion = report_motion(self.scenario, outcome, self.folder, self.data)
         locate = seen_by(out, self.folder, self.data) if self._kept is None else str
-        found = diagnosed_text(self.scenario, outcome, locate)
-        export_outcome(outcome, self.to_toml(), out, motion, found)
+        export_run(outcome, self.scenario, self.to_toml(), out, self.folder, self.data, locate)
         self._copy_tables(out)
         return out / "report.html"
 

@@ -53,7 +53,7 @@ def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     monkeypatch.setattr("flexgui.core.identify.unknowns.check_names", lambda given: None)
     monkeypatch.setattr("flexgui.core.scenario.stated_effects.arms_to_compile", lambda given: ())
     # The motion in 3-D would be simulated by the workbench that is not there.
-    monkeypatch.setattr("flexgui.export.report_motion.report_motion", lambda *given: None)
+    monkeypatch.setattr("flexgui.export.export_files.report_motion", lambda *given: None)
     monkeypatch.setitem(sys.modules, "flexgui.core.scenario.read", reader)
     monkeypatch.setitem(sys.modules, "flexgui.core.workbench", bench)
     return calls

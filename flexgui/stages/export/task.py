@@ -21,15 +21,13 @@ def export(
     """
     from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.read import scenario_toml
-    from flexgui.export.export_files import diagnosed_text, export_outcome
+    from flexgui.export.export_files import export_run
     from flexgui.export.folder import check_writable
-    from flexgui.export.report_motion import report_motion
 
     progress.stage("Writing the report")
     check_writable(Path(out))
-    motion = report_motion(scenario, outcome, ConfinedFolder(Path(folder)))
-    diagnosed = diagnosed_text(scenario, outcome)
-    export_outcome(outcome, scenario_toml(scenario), Path(out), motion, diagnosed)
+    text = scenario_toml(scenario)
+    export_run(outcome, scenario, text, Path(out), ConfinedFolder(Path(folder)))
     return out
 
 
