@@ -14,7 +14,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from flexgui.export.plotly_js import with_traces
-from flexgui.views.layout import HEIGHT, Figure, plain
+from flexgui.views.layout import HEIGHT, Figure, plain, plain_value
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -64,12 +64,8 @@ class Figures:
         vectors = bytearray()
 
         def stored(value: Any) -> Any:
-            if isinstance(value, np.generic):
-                return value.item()
-            if not isinstance(value, np.ndarray):
-                raise TypeError(f"a figure holds no {type(value).__name__}")
-            if value.dtype.kind != "f":
-                return value.tolist()
+            if not isinstance(value, np.ndarray) or value.dtype.kind != "f":
+                return plain_value(value)
             return list(value) if value.ndim > 1 else _stored(value, vectors)
 
         text = msgspec.json.encode(self._figures, enc_hook=stored)

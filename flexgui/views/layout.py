@@ -253,7 +253,8 @@ def figure_json(value: Any) -> str:
     return _ENCODER.encode(value).decode()
 
 
-def _plain(value: Any) -> Any:
+def plain_value(value: Any) -> Any:
+    """What JSON lacks, as JSON: a number of NumPy, or an array."""
     if isinstance(value, np.generic):
         return value.item()
     if not isinstance(value, np.ndarray):
@@ -264,4 +265,4 @@ def _plain(value: Any) -> Any:
     return {"dtype": kind.str[1:], "bdata": value.astype(kind).tobytes()}
 
 
-_ENCODER = msgspec.json.Encoder(enc_hook=_plain)
+_ENCODER = msgspec.json.Encoder(enc_hook=plain_value)

@@ -208,14 +208,13 @@ def matrices(model: DescriptorModel) -> tuple[MatrixView, ...]:
     return tuple(shown)
 
 
-def affine(name: str, basis: tuple[str, ...]) -> str:
+def affine(name: str, basis: tuple[str, ...], times: str = " ") -> str:
     """'E = E0 + cos(theta2) E1'."""
-    return f"{name} = " + " + ".join(factor(f, f"{name}{k}") for k, f in enumerate(basis))
-
-
-def factor(function: str, matrix: str, times: str = " ") -> str:
-    """'cos(theta2) E1', or 'E0' where the function is 1."""
-    return matrix if function.strip() == "1" else f"{function}{times}{matrix}"
+    terms = (
+        f"{name}{k}" if function.strip() == "1" else f"{function}{times}{name}{k}"
+        for k, function in enumerate(basis)
+    )
+    return f"{name} = {' + '.join(terms)}"
 
 
 def _terms(

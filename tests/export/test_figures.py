@@ -26,7 +26,7 @@ DRAWN = 30_000
 
 
 def shown() -> list[Plot]:
-    bars = {"type": "bar", "x": ["a", "b"], "y": np.array([2, 3])}
+    bars = {"type": "bar", "x": ["a", "b"], "y": [2, 3]}
     drawn = [
         figure([line(TIME, WAVE, "wave", "#123456")], axis("t"), axis("y")),
         figure([heat(MAP, [(0.0, "#000"), (1.0, "#fff")], "error")], axis(), axis()),

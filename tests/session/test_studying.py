@@ -20,7 +20,6 @@ from flexgui.core.scenario.read import parse_scenario, read_scenario
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import zipped_folder
-from flexgui.stages.study.command import JOURNAL as JOURNAL_OF_THE_COMMAND
 from flexgui.stages.study.state import (
     DONE,
     FAILED,
@@ -130,7 +129,6 @@ def test_the_export_is_what_the_command_goes_on_from(
     assert {"study.html", "result.json", "estimates.csv", "runs.csv", "scenario.toml"} <= names
     assert set(json.loads((out / "result.json").read_text())["files"]) <= names
     scenario = read_scenario(out / "scenario.toml")
-    assert JOURNAL == JOURNAL_OF_THE_COMMAND
     known = Journal(out / JOURNAL, make_settings(scenario, runs=2).identity).records
     assert len(known) == 4
 

@@ -11,7 +11,7 @@ import scipy
 from flexgui.core.results import DescriptorModel, Outcome
 from flexgui.export.folder import dumps
 from flexgui.export.model_format import ModelFormat, linear_header
-from flexgui.views.table import factor
+from flexgui.views.table import affine
 
 
 class MatFile(ModelFormat):
@@ -57,14 +57,8 @@ def note(model: DescriptorModel) -> str:
     """How to evaluate the model, in statements that MATLAB and Octave take."""
     return (
         "E(kappa) x' = A(kappa) x + B u, y = C x + D u, in SI units. Give the scheduling "
-        f"variables numbers, then: {_sum('E', model.basis)} {_sum('A', model.A_basis)} "
-        "sys = dss(A, B, C, D, E);"
-    )
-
-
-def _sum(name: str, basis: tuple[str, ...]) -> str:
-    return (
-        f"{name} = " + " + ".join(factor(f, f"{name}{k}", "*") for k, f in enumerate(basis)) + ";"
+        f"variables numbers, then: {affine('E', model.basis, '*')}; "
+        f"{affine('A', model.A_basis, '*')}; sys = dss(A, B, C, D, E);"
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from flexgui.core.results import DescriptorModel, Outcome
 from flexgui.export.model_format import FUNCTIONS, ModelFormat, linear_header, scheduled
 from flexgui.export.template import program
-from flexgui.views.table import factor
+from flexgui.views.table import affine
 
 ELBOW = 1.5707963267948966
 """rad, the default of each scheduled joint: an arm that is bent at a right angle."""
@@ -38,8 +38,8 @@ def script(outcome: Outcome) -> str:
         inputs=list(model.inputs),
         outputs=list(model.outputs),
         arguments=", ".join(f"{name}={ELBOW!r}" for name in names),
-        E=_sum("E", model.basis),
-        A=_sum("A", model.A_basis),
+        E=_checked("E", model.basis),
+        A=_checked("A", model.A_basis),
     )
 
 
@@ -56,14 +56,11 @@ def _rows(matrix: np.ndarray) -> str:
     return f"[\n{rows},\n]"
 
 
-def _sum(name: str, basis: tuple[str, ...]) -> str:
+def _checked(name: str, basis: tuple[str, ...]) -> str:
+    """The sum; a basis function is written as it is, so it may hold nothing but arithmetic."""
     for function in basis:
-        _check(function)
-    return " + ".join(factor(f, f"{name}{k}", " * ") for k, f in enumerate(basis))
-
-
-def _check(function: str) -> None:
-    """A basis function goes into a program as it stands, so it holds nothing but arithmetic."""
-    calls = [n.func for n in ast.walk(ast.parse(function, mode="eval")) if isinstance(n, ast.Call)]
-    if any(not isinstance(f, ast.Name) or f.id not in FUNCTIONS for f in calls):
-        raise ValueError(f"{function!r} is no function of the posture")
+        nodes = ast.walk(ast.parse(function, mode="eval"))
+        calls = [node.func for node in nodes if isinstance(node, ast.Call)]
+        if any(not isinstance(f, ast.Name) or f.id not in FUNCTIONS for f in calls):
+            raise ValueError(f"{function!r} is no function of the posture")
+    return affine(name, basis, " * ")

@@ -14,10 +14,7 @@ from flexgui.core.processors import WORKERS
 from flexgui.plain_words import INTERRUPTED
 
 if TYPE_CHECKING:
-    from flexgui.core.montecarlo.settings import StudySettings
     from flexgui.core.resumable.journal import Finished
-
-JOURNAL = "results.jsonl"
 
 
 def study(
@@ -48,6 +45,9 @@ def study(
     from flexgui.core.montecarlo.study import study as steps_of
     from flexgui.core.resumable.executor import Cluster, Processes
     from flexgui.export.folder import check_writable
+    from flexgui.stages.study.findings import findings
+    from flexgui.stages.study.report import REPORT
+    from flexgui.stages.study.task import JOURNAL, write_report
 
     folder = out or Path("studies") / scenario.stem
     executor = Processes(workers) if cluster is None else Cluster(cluster)
@@ -61,7 +61,11 @@ def study(
             _print_progress(steps)
     except KeyboardInterrupt:
         whole = False
-    _write(settings, folder)
+    summary = write_report(settings, folder)
+    for heading, text in findings(summary) if summary else ():
+        typer.echo(f"\n{heading}\n  {text}")
+    if summary:
+        typer.echo(f"\nThe report is in {folder / REPORT}")
     if not whole:
         typer.echo("Stopped. Repeat the command to continue; finished cases are kept.")
         raise typer.Exit(INTERRUPTED)
@@ -82,20 +86,3 @@ def _print_progress(steps: Iterator[Finished]) -> None:
         typer.echo(f"{step.done}/{step.total} {step.record['key']}{remaining}")
     if old and not new:
         typer.echo(f"All {old} were finished before.")
-
-
-def _write(settings: StudySettings, out: Path) -> None:
-    """The report of all that is known of the study, also of parts that were not asked for now."""
-    from flexgui.core.montecarlo.summary import summarise
-    from flexgui.core.resumable.journal import Journal
-    from flexgui.stages.study.findings import findings
-    from flexgui.stages.study.report import REPORT, write_study
-
-    records = Journal(out / JOURNAL, settings.identity).records
-    if not records:
-        return
-    summary = summarise(settings, records)
-    write_study(summary, out)
-    for heading, text in findings(summary):
-        typer.echo(f"\n{heading}\n  {text}")
-    typer.echo(f"\nThe report is in {out / REPORT}")

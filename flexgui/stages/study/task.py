@@ -23,6 +23,8 @@ from flexgui.jobs.messages import Failed, Stopped, Task, WorkerLost
 from flexgui.jobs.pool import JobPool
 
 if TYPE_CHECKING:
+    from flexgui.core.montecarlo.settings import StudySettings
+    from flexgui.core.montecarlo.summary import Summary
     from flexgui.core.progress import Progress
 
 JOURNAL = "results.jsonl"
@@ -37,16 +39,25 @@ def study_case(work: str, order: str, *, progress: Progress) -> str:
 
 
 def study_report(settings: str, folder: str, *, progress: Progress) -> str:
-    """Page, tables and result into `folder`, from the journal in it; `settings` as JSON."""
+    """`write_report` in a worker; `settings` as JSON."""
     from flexgui.core.montecarlo.settings import settings_of
+
+    progress.stage("Writing the report of the study")
+    write_report(settings_of(settings), Path(folder))
+    return folder
+
+
+def write_report(settings: StudySettings, folder: Path) -> Summary | None:
+    """Page, tables and result of all that the journal in `folder` holds; None where it is empty."""
     from flexgui.core.montecarlo.summary import summarise
     from flexgui.core.resumable.journal import Journal
     from flexgui.stages.study.report import write_study
 
-    progress.stage("Writing the report of the study")
-    study, out = settings_of(settings), Path(folder)
-    write_study(summarise(study, Journal(out / JOURNAL, study.identity).records), out)
-    return folder
+    records = Journal(folder / JOURNAL, settings.identity).records
+    summary = summarise(settings, records) if records else None
+    if summary is not None:
+        write_study(summary, folder)
+    return summary
 
 
 class QueueExecutor(Executor):
