@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pandas as pd
@@ -19,12 +21,14 @@ from flexgui.core.progress import Progress
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.data_folder import Folder, resolve_file
 from flexgui.core.scenario.schema import Scenario
+from flexgui.export.figures import OURS, packed_plotly
 from flexgui.export.folder import INDEX, check_writable, dumps, swap_in, work_folder
 from flexgui.export.formats import model_formats
 from flexgui.export.report import report_html
 from flexgui.export.report_motion import Motion, report_motion
 from flexgui.export.result import result
 from flexgui.export.tables import tables
+from flexgui.export.template import environment
 from flexgui.views.summary import result_lines, warning_lines
 
 DIGITS = 10
@@ -77,19 +81,23 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 def _write(
     outcome: Outcome, scenario_text: str, folder: Path, motion: Motion | None, diagnosed: str
 ) -> None:
-    with ThreadPoolExecutor(1) as beside:  # a C compiler works there
-        models = beside.submit(_models, outcome, folder)
-        (folder / "tables").mkdir()
-        for name, table in tables(outcome).items():
-            _csv(table, folder / "tables" / f"{name}.csv")
+    with ThreadPoolExecutor(2) as beside:  # a C compiler and Arrow work there
+        jobs = [beside.submit(write, outcome, folder) for write in (_models, _tables)]
         _text(folder / "scenario.toml", scenario_text)
         if diagnosed:
             _text(folder / DIAGNOSED, diagnosed)
         _text(folder / "report.html", report_html(outcome, scenario_text, motion))
-        models.result()
+        for job in jobs:
+            job.result()
     written = [path for path in folder.rglob("*") if path.is_file()]
     files = sorted([path.relative_to(folder).as_posix() for path in written] + [INDEX])
     _text(folder / INDEX, dumps(result(outcome, files)))
+
+
+def _tables(outcome: Outcome, folder: Path) -> None:
+    (folder / "tables").mkdir()
+    for name, table in tables(outcome).items():
+        _csv(table, folder / "tables" / f"{name}.csv")
 
 
 def _models(outcome: Outcome, folder: Path) -> None:
@@ -131,6 +139,7 @@ def export_scenario(
 
     from flexgui.core.workbench import run_scenario
 
+    Thread(target=_prepare, daemon=True).start()
     outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
 
     progress.stage("Writing the report")
@@ -141,6 +150,14 @@ def export_scenario(
         *result_lines(outcome),
         f"The report is {out / 'report.html'}.",
     )
+
+
+def _prepare() -> None:
+    """Loads and packs what no result changes, while the fits use the other processor."""
+    packed_plotly(OURS)
+    environment().get_template("report.html.j2")
+    if find_spec("viser") is not None:
+        import flexgui.scene.motion_page  # noqa: F401
 
 
 def export_run(

@@ -83,7 +83,7 @@ def packed(content: bytes) -> Markup:
 
 
 @cache
-def packed_plotly(kinds: frozenset[str] = OURS) -> Markup:
+def packed_plotly(kinds: frozenset[str]) -> Markup:
     """plotly.js with these kinds of traces."""
     return packed(with_traces(get_plotlyjs(), kinds).encode())
 
