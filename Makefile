@@ -60,11 +60,12 @@ docs: $(VENV)/.installed-docs
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "The site begins with build/site/index.html"
 
-bench: $(VENV)/.installed-test
-	@$(BIN)/python -m tests.bench
+# Matrices are small here: with threads for each product the peers took ten times as long.
+bench: $(VENV)/.installed-bench
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.bench
 
 # PARTS="emps peers": only these.
-evidence: $(VENV)/.installed-test
+evidence: $(VENV)/.installed-bench
 	@$(BIN)/python -m tests.evidence $(PARTS)
 
 matrix: $(VENV)/.installed-test
@@ -142,6 +143,11 @@ $(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
 $(VENV)/.installed-test: $(VENV)/.installed
 	@echo "Installing the tools of the tests"
 	@$(PIP) --editable '.[test,cluster]'
+	@touch $@
+
+$(VENV)/.installed-bench: $(VENV)/.installed-test
+	@echo "Installing what the benchmark compares with"
+	@$(PIP) --editable '.[bench]'
 	@touch $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed

@@ -1,7 +1,8 @@
-"""How fast FlexGUI is beside what one would write with SciPy, python-control and SymPy.
+"""How fast FlexGUI is beside what an expert writes with SciPy, python-control, CasADi and MuJoCo.
 
-Every comparison computes the same answer both ways from the same data in the same run, checks
-that it is the same, and prints the ratio of the times. One file per comparison.
+Every comparison computes the same answer both ways from the same data in the same run, states the
+error of both and prints the ratio of the times, of each question the least flattering one first.
+One file per comparison.
 """
 
 from __future__ import annotations

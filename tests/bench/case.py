@@ -3,6 +3,7 @@ a rig would hand it over, seven tables of numbers and a plain scenario."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from flexgui.core.arm.build import ArmSpec, build_arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.drives import build_drive
+from flexgui.core.effects import catalogue
 from flexgui.core.identify.population_cost import PopulationCost
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import Prepared, prepare
@@ -78,32 +80,40 @@ START_SHARES = (1.3, 0.7)
 """What the start is of the truth."""
 
 
-def write(folder: Path, seconds: float, modes: int, outputs: str = "") -> Path:
+def write(
+    folder: Path,
+    seconds: float,
+    modes: int,
+    recordings: int = 7,
+    hidden: Mapping[str, float] | None = None,
+    end: str = "",
+) -> Path:
     """The tables at theta2 = pi/8 .. 7 pi/8 and a scenario that states no working point, no
     level and no more of the fit than `parameters`; returns the scenario's file.
 
-    `modes` are those of each segment, `outputs` further lines under [identify].
+    `modes` are those of each segment, `hidden` sizes of viscous friction, `end` the file's last
+    lines. More than seven tables repeat the working points with other references.
     """
     arm = build_arm(ArmSpec.model_validate({"preset": "paper", "modes": modes}))
     model = Model(arm, build_drive("velocity_loop", {"gains": GAINS}), level="nonlinear")
-    for k in range(1, 8):
+    if hidden is not None:
+        model = model.with_effects([catalogue()["viscous_friction"]], dict(hidden))
+    for k in range(1, recordings + 1):
+        place = ((k - 1) % 7 + 1) * np.pi / 8.0
         spec = SimulateSpec(
-            theta2=k * np.pi / 8.0, seconds=seconds, seed=k, excitation="prbs", level="nonlinear"
+            theta2=place, seconds=seconds, seed=k, excitation="prbs", level="nonlinear"
         )
         found = simulate_recording(model, spec, f"th{k}", noise=NOISE)
         table = replace(found, channels={name: found[name] for name in CHANNELS})
         save_recording(table, folder / f"th{k}.csv")
-    file = folder / "plain.toml"
-    file.write_text(_text(modes, outputs), encoding="utf-8")
-    return file
-
-
-def _text(modes: int, outputs: str) -> str:
-    files = "".join(f'[[recordings]]\nfile = "th{k}.csv"\n' for k in range(1, 8))
+    files = "".join(f'[[recordings]]\nfile = "th{k}.csv"\n' for k in range(1, recordings + 1))
     starts = ", ".join(f"EI{k + 1} = {TRUTH * a:.6g}" for k, a in enumerate(START_SHARES))
-    return (
-        'title = "Seven tables"\n'
+    file = folder / "plain.toml"
+    file.write_text(
+        'title = "Tables of a rig"\n'
         f'[arm]\npreset = "paper"\nmodes = {modes}\n'
         f'[drive]\nkind = "velocity_loop"\ngains = {GAINS}\n'
-        f'[identify]\nparameters = ["EI1", "EI2"]\nstart = {{ {starts} }}\n{outputs}{files}'
+        f'[identify]\nparameters = ["EI1", "EI2"]\nstart = {{ {starts} }}\n{files}{end}',
+        encoding="utf-8",
     )
+    return file

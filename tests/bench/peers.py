@@ -1,86 +1,27 @@
 """What the comparisons are held against: the cost and the non-linear arm as one writes them.
 
-The cost (13): state-space matrices, a library's response, squared errors. The arm: SymPy equations,
-lambdify, scipy's solve_ivp, as the fair peer: numbers put in, nothing expanded, M and f summed over
-Gauss points in symbols, common sub-expressions found once (cse), plain floats through `math` (six
-times quicker here than NumPy arrays over the Gauss points), M q'' = f solved by numpy.linalg.
+The cost (13): state-space matrices, a library's response, squared errors. The arm: our compiled
+equations, in solve_ivp.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy
-import sympy as sp
 
-from flexgui.core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
-from flexgui.core.arm.kinematics import Kinematics, components
-from flexgui.core.arm.slots import LENGTH, MASS
 from flexgui.core.identify.prepared_recording import Prepared
 from flexgui.core.model import Model
 from flexgui.core.simulate.motion import Task
 from tests.bench.case import NAMES, Case
 
+UNSEEN = 1e-9
+"""Share of the largest entry of C in modal coordinates: a mode below it, a joint's position beside
+velocities, moves no output."""
 ABSOLUTE = 1e-3
 """Absolute over relative tolerance: the bending is a thousandth of its rates."""
-
-
-@dataclass(frozen=True)
-class SympyArm:
-    """x' of x = [q, q'] for a model with a static drive."""
-
-    model: Model
-
-    def __post_init__(self) -> None:
-        _ = self._evaluate  # derived now, so that no run pays for it
-
-    @cached_property
-    def p(self) -> np.ndarray:
-        """The arm's numbers."""
-        return self.model.numbers().p
-
-    @cached_property
-    def _evaluate(self) -> Callable[..., list[float]]:
-        """The lower triangle of M row by row, then f without the drive."""
-        kinematics = Kinematics(self.model.compiled.structure)
-        s, n = kinematics.symbols, self.model.arm.coordinates
-        values = dict(zip(s.p, self.p.tolist(), strict=True))
-        M = sp.Matrix(lumped_inertia(kinematics)).subs(values)
-        f = -stiffness_matrix(kinematics).subs(values) * sp.Matrix(s.q)
-        f -= damping_matrix(kinematics).subs(values) * sp.Matrix(s.dq)
-        for k in range(kinematics.structure.segments):
-            inertia, force = _segment(kinematics, k, values)
-            M, f = M + inertia, f + force
-        outputs = [M[i, j] for i in range(n) for j in range(i + 1)] + list(f)
-        return sp.lambdify([*s.q, *s.dq], outputs, modules="math", cse=True)
-
-    @cached_property
-    def _places(self) -> np.ndarray:
-        """(n, n): where each entry of M stands in the outputs."""
-        n = self.model.arm.coordinates
-        return np.array([[max(i, j) * (max(i, j) + 1) // 2 + min(i, j) for j in range(n)]
-                         for i in range(n)])  # fmt: skip
-
-    @cached_property
-    def _drive(self) -> tuple[np.ndarray, np.ndarray]:
-        """u = R r - F x."""
-        law = self.model.numbers().law
-        return law.R, np.hstack([law.P, law.V])
-
-    def mass_and_force(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """M (n, n) and f (n,) without the drive."""
-        values = np.array(self._evaluate(*x.tolist()))
-        return values[self._places], values[-self._places.shape[0] :]
-
-    def rate(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """x' with the references r."""
-        R, feedback = self._drive
-        M, f = self.mass_and_force(x)
-        f[: len(R)] += R @ r - feedback @ x
-        return np.concatenate([x[len(f) :], np.linalg.solve(M, f)])
 
 
 def gauss_order(modes: int) -> int:
@@ -92,37 +33,15 @@ def gauss_order(modes: int) -> int:
     return 2 * modes + 2
 
 
-def _segment(
-    kinematics: Kinematics, k: int, values: dict[sp.Symbol, float]
-) -> tuple[sp.Matrix, sp.Matrix]:
-    """sum mass J'J and -sum mass J'a over one segment's Gauss points."""
-    s = kinematics.symbols
-    place = components(kinematics.point(k, s.x)).subs(values)
-    J = place.jacobian(s.q)
-    bias = (J * sp.Matrix(s.dq)).jacobian(s.q) * sp.Matrix(s.dq)
-    length, mass = values[s.slot(k, LENGTH)], values[s.slot(k, MASS)]
-    M, f = sp.zeros(len(s.q), len(s.q)), sp.zeros(len(s.q), 1)
-    at, weights = np.polynomial.legendre.leggauss(gauss_order(kinematics.structure.modes[k]))
-    for x, w in zip(at.tolist(), weights.tolist(), strict=True):
-        there = {s.x: length * (x + 1.0) / 2.0}
-        slopes = J.subs(there)
-        M += mass * w / 2.0 * (slopes.T * slopes)
-        f -= mass * w / 2.0 * (slopes.T * bias.subs(there))
-    return M, f
-
-
 @dataclass(frozen=True)
 class Setting:
-    """How solve_ivp is called."""
+    """How solve_ivp is called; it starts anew at every change of the input."""
 
     method: str
     rtol: float
-    restart: bool
-    """At every change of the input; else one run whose steps are no longer than a hold."""
 
     def __str__(self) -> str:
-        how = "restarted at every change of the input" if self.restart else "max_step = hold"
-        return f"{self.method}, rtol {self.rtol:.0e}, {how}"
+        return f"{self.method}, rtol {self.rtol:.0e}, restarted at every change of the input"
 
 
 def held_stretches(task: Task) -> list[tuple[int, int]]:
@@ -132,26 +51,24 @@ def held_stretches(task: Task) -> list[tuple[int, int]]:
     return [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if a < b]
 
 
-def integrate(arm: SympyArm, task: Task, setting: Setting) -> np.ndarray:
-    """States (N, 2 n) at the samples; not a number after a failure."""
-    states = np.full((len(task.time), len(task.start)), np.nan)
+def integrate(model: Model, task: Task, setting: Setting) -> np.ndarray:
+    """States (N, 2 n) at the samples of a model with a static drive, from our compiled equations
+    and solve_ivp; not a number after a failure."""
+    (p, law, *_), n = model.numbers(), model.arm.coordinates
+    feedback = np.hstack([law.P, law.V])
+    states = np.full((len(task.time), 2 * n), np.nan)
     states[0] = task.start
     options = {"method": setting.method, "rtol": setting.rtol, "atol": setting.rtol * ABSOLUTE}
-    stretches = held_stretches(task)
-    if not setting.restart:
-        hold = float(min(task.time[b] - task.time[a] for a, b in stretches))
-        options["max_step"] = hold
-        stretches = [(0, len(task.time) - 1)]
 
-    def rate(t: float, x: np.ndarray, first: int, last: int) -> np.ndarray:
-        """The input of the sample that t lies in; what holds at `last` begins after it."""
-        k = min(int(t / task.sample_time + 1e-9), last - 1)
-        return arm.rate(x, task.references[max(k, first)])
+    def rate(_: float, x: np.ndarray, drive: np.ndarray) -> np.ndarray:
+        M, f = model.compiled.mass_and_force(x[:n], x[n:], p)
+        f[: len(drive)] += drive - feedback @ x
+        return np.concatenate([x[n:], np.linalg.solve(M, f)])
 
-    for a, b in stretches:
-        t = task.time[a : b + 1]
+    for a, b in held_stretches(task):
+        t, drive = task.time[a : b + 1], law.R @ task.references[a]
         found = scipy.integrate.solve_ivp(
-            rate, (t[0], t[-1]), states[a], t_eval=t, args=(a, b), **options
+            rate, (t[0], t[-1]), states[a], t_eval=t, args=(drive,), **options
         )
         if not found.success:
             break
@@ -188,6 +105,42 @@ def peer_cost(case: Case, response: Response, vector: np.ndarray) -> float:
         error = response(*state_space(case, e, vector), e) - e.measured
         total += float(np.sum(error**2))
     return total
+
+
+def modal_response(
+    A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray, e: Prepared
+) -> np.ndarray:
+    """Mode by mode through scipy.signal.lfilter, one of each conjugate pair; modes that no output
+    sees are left out. Exact for held inputs, as lsim is."""
+    from scipy.signal import lfilter
+
+    task, step = e.task, e.task.sample_time
+    poles, V = np.linalg.eig(A)
+    inputs, start, rows = np.linalg.solve(V, B), np.linalg.solve(V, task.start), C @ V
+    size = np.abs(rows).max(axis=0)
+    kept = np.flatnonzero((poles.imag >= 0.0) & (size > UNSEEN * size.max()))
+    modes = np.empty((len(kept), len(task.time)), dtype=complex)
+    for mode, i in zip(modes, kept, strict=True):
+        gain = step if poles[i] == 0.0 else np.expm1(poles[i] * step) / poles[i]
+        driven = task.references @ (gain * inputs[i])
+        mode[:] = lfilter([0.0, 1.0], [1.0, -np.exp(poles[i] * step)], driven, zi=[start[i]])[0]
+    pairs = np.where(poles[kept].imag > 0.0, 2.0, 1.0)
+    return np.asarray((modes.T @ (rows[:, kept] * pairs).T).real + task.references @ D.T)
+
+
+def exact_response(
+    A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray, e: Prepared
+) -> np.ndarray:
+    """The reference: the matrix exponential step by step, with more digits than a double has."""
+    task, (nx, nr) = e.task, B.shape
+    whole = np.zeros((nx + nr, nx + nr))
+    whole[:nx] = np.hstack([A, B]) * task.sample_time
+    step = np.asarray(scipy.linalg.expm(whole)[:nx], dtype=np.longdouble)
+    x, found = np.asarray(task.start, dtype=np.longdouble), []
+    for r in task.references:
+        found.append(C @ x + D @ r)
+        x = step[:, :nx] @ x + step[:, nx:] @ r
+    return np.asarray(found, dtype=float)
 
 
 def lsim_response(

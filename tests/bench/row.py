@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from rich.table import Table
 
 
@@ -14,7 +13,8 @@ from rich.table import Table
 class Row:
     """Times in seconds; `same` tells whether both sides gave the same answer (None: no peer)."""
 
-    what: str
+    question: str
+    """What both sides are asked for."""
     ours: float
     peer: float | None = None
     target: float | None = None
@@ -22,6 +22,14 @@ class Row:
     value: str = ""
     """What is printed where there is no peer."""
     note: str = ""
+    rival: str = ""
+    errors: str = ""
+    """Of both sides, ours first: differences to a reference solution."""
+
+    @property
+    def what(self) -> str:
+        """The question and the rival that it is asked with."""
+        return f"{self.question}: {self.rival}" if self.rival else self.question
 
     @property
     def ratio(self) -> float | None:
@@ -36,10 +44,10 @@ def seconds(work: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def median_seconds(work: Callable[[], object], repeats: int) -> float:
-    """After one run that does not count."""
+def least_seconds(work: Callable[[], object], repeats: int) -> float:
+    """Of the quickest run, which nothing else on the machine disturbed; one more comes before."""
     work()
-    return float(np.median([seconds(work) for _ in range(repeats)]))
+    return min(seconds(work) for _ in range(repeats))
 
 
 _UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"))
@@ -56,21 +64,29 @@ def duration(seconds: float | None) -> str:
 
 def ratio(row: Row) -> str:
     """How many times faster, or what stands in its place."""
-    return row.value if row.ratio is None else f"{row.ratio:.0f} x"
+    if row.ratio is None:
+        return row.value
+    return f"{row.ratio:.0f} x" if row.ratio >= 10.0 else f"{row.ratio:.2g} x"
+
+
+def least_flattering_first(rows: Sequence[Row]) -> list[Row]:
+    """The questions as they come; of each, the rival that we beat by least comes first."""
+    questions = list(dict.fromkeys(row.question for row in rows))
+    return sorted(rows, key=lambda row: (questions.index(row.question), row.ratio or float("inf")))
 
 
 def table(rows: Sequence[Row], quick: bool) -> Table:
-    """What, our time, the peer's, the ratio, the target, whether the answers agree."""
+    """What, our time, the peer's, the ratio, the target, both errors, whether the answers agree."""
     title = "FlexGUI benchmark" + (" (quick: short recordings, few repeats)" if quick else "")
     shown = Table(title=title, show_lines=True)
     shown.add_column("comparison", overflow="fold")
-    for name in ("ours", "peer", "ratio", "target", "same answer"):
+    for name in ("ours", "peer", "ratio", "target", "errors, ours / peer", "same answer"):
         shown.add_column(name, justify="right")
     shown.add_column("remark", overflow="fold")
-    for row in rows:
-        target = "" if row.target is None else f">= {row.target:.0f} x"
+    for row in least_flattering_first(rows):
+        target = "" if row.target is None else f">= {row.target:g} x"
         peer = duration(row.peer)
-        cells = (duration(row.ours), peer, ratio(row), target, _SAME[row.same])
+        cells = (duration(row.ours), peer, ratio(row), target, row.errors, _SAME[row.same])
         shown.add_row(row.what, *cells, row.note)
     return shown
 
@@ -82,20 +98,15 @@ class Size:
     seconds: float
     """Length of the recordings of the linear comparisons."""
     repeats: int
-    """Runs of our side, of which the median is taken."""
+    """Runs of our side, of which the quickest counts."""
     peer_repeats: int
     peer_generations: int
     """Generations that the peer's search really runs; the rest is extrapolated."""
-    nonlinear_seconds: float
-    """Length of the record that the peer integrates; its time is scaled to `record`."""
     record: float
-    """Length of the record that our non-linear simulator runs."""
-    peak_loops: int
-    study_runs: int
-    """Monte Carlo runs that are really made; the rest of the paper's 20 is extrapolated."""
+    """Length of the records of the non-linear comparisons."""
     modes: int
     """Of each segment, in the recordings that a rig would hand over."""
 
 
-FULL = Size(3.0, 200, 5, 2, 0.3, 3.0, 3_000_000, 20, 3)
-QUICK = Size(0.1, 20, 1, 1, 0.02, 0.2, 200_000, 1, 2)
+FULL = Size(3.0, 200, 5, 2, 3.0, 3)
+QUICK = Size(0.1, 20, 1, 1, 0.2, 2)

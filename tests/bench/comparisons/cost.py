@@ -5,55 +5,66 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 from tests.bench.case import AWAY, MEMBERS, Case, glocal_case, population
-from tests.bench.peers import Response, control_response, lsim_response, peer_cost
-from tests.bench.row import Row, Size, median_seconds
+from tests.bench.peers import (
+    Response,
+    control_response,
+    exact_response,
+    lsim_response,
+    modal_response,
+    peer_cost,
+)
+from tests.bench.row import Row, Size, least_seconds
 
 SAME = 1e-10
-"""Relative: both discretise exactly, so only rounding over 3000 steps may differ."""
+"""Relative: all discretise exactly, so only rounding over 3000 steps may differ."""
 
-SINGLE, ONE_THREAD, TWO_THREADS = 700.0, 1000.0, 1800.0
-"""Targets against lsim, of one vector alone and of one in a population."""
+RIVALS: dict[str, tuple[Response, tuple[float | None, ...]]] = {
+    "modal scipy.signal.lfilter": (modal_response, (40.0, None, 120.0)),
+    "scipy.signal.lsim": (lsim_response, (700.0, 1000.0, 1800.0)),
+    "control.forced_response": (control_response, (400.0, None, None)),
+}
+"""Responses and targets: of one vector alone, of one in a population on one and on two threads."""
 
 COMPARED = (0, MEMBERS // 2, MEMBERS - 1)
 """Members whose cost is computed both ways."""
 
 
 def rows(size: Size) -> list[Row]:
-    """Against scipy.signal.lsim and control.forced_response, and inside a population."""
+    """One vector alone, and inside a population."""
     case = glocal_case(size.seconds)
-    ours = median_seconds(lambda: case.cost(AWAY), size.repeats)
     samples = len(case.experiments[0].task.time)
-    what = f"glocal cost, 7 x {samples} samples"
-    found = [_row(case, ours, f"{what}, scipy.signal.lsim", lsim_response, SINGLE, size)]
-    name = f"{what}, control.forced_response"
-    if find_spec("control") is None:
-        found.append(Row(name, ours, value="skipped", note="python-control is not installed"))
-    else:
-        found.append(_row(case, ours, name, control_response, 400.0, size))
-    peer = found[0].peer
-    assert peer is not None
-    rates = ((1, ONE_THREAD), (case.cost.workers, TWO_THREADS))
-    return [*found, *(_inside_population(case, peer, *rate, size) for rate in rates)]
+    known = peer_cost(case, exact_response, AWAY)
+    single = (
+        f"glocal cost, 7 x {samples} samples",
+        least_seconds(lambda: case.cost(AWAY), size.repeats),
+        abs(float(case.cost(AWAY)[0]) / known - 1.0),
+    )
+    asked = [single, *(_inside_population(case, k, size) for k in (1, case.cost.workers))]
+    found = []
+    for rival, (response, targets) in RIVALS.items():
+        if response is control_response and find_spec("control") is None:
+            note = "python-control is not installed"
+            found.append(Row(*single[:2], value="skipped", note=note, rival=rival))
+            continue
+        peer = least_seconds(lambda r=response: peer_cost(case, r, AWAY), size.peer_repeats)
+        theirs = abs(peer_cost(case, response, AWAY) / known - 1.0)
+        for (question, ours, error), target in zip(asked, targets, strict=True):
+            same = max(error, theirs) < SAME
+            errors = f"{error:.0e} / {theirs:.0e} relative"
+            note = "held inputs, exact on both sides; peer on one core"
+            found.append(Row(question, ours, peer, target, same, "", note, rival, errors))
+    return found
 
 
-def _row(case: Case, ours: float, what: str, response: Response, target: float, size: Size) -> Row:
-    peer = median_seconds(lambda: peer_cost(case, response, AWAY), size.peer_repeats)
-    difference = abs(peer_cost(case, response, AWAY) / float(case.cost(AWAY)[0]) - 1.0)
-    note = f"relative difference {difference:.0e}; discretised with zero-order hold"
-    return Row(what, ours, peer, target, difference < SAME, note=note)
-
-
-def _inside_population(case: Case, peer: float, workers: int, target: float, size: Size) -> Row:
+def _inside_population(case: Case, workers: int, size: Size) -> tuple[str, float, float]:
+    """The question, our time of a member and the largest relative error."""
     members, usual = population(), case.cost.workers
     case.cost.workers = workers
     try:
-        each = median_seconds(lambda: case.cost(members), size.repeats) / MEMBERS
+        each = least_seconds(lambda: case.cost(members), size.repeats) / MEMBERS
         costs = case.cost(members)
     finally:
         case.cost.workers = usual
-    worst = max(
-        abs(peer_cost(case, lsim_response, members[i]) / float(costs[i]) - 1.0) for i in COMPARED
-    )
-    note = f"relative difference {worst:.0e}"
-    what = f"one cost inside a population of {MEMBERS}, {workers} thread(s), scipy.signal.lsim"
-    return Row(what, each, peer, target, worst < SAME, note=note)
+    known = {i: peer_cost(case, exact_response, members[i]) for i in COMPARED}
+    worst = max(abs(float(costs[i]) / cost - 1.0) for i, cost in known.items())
+    return f"one cost inside a population of {MEMBERS}, {workers} thread(s)", each, worst

@@ -41,8 +41,8 @@ CASES = {"least_squares_emps": least_squares_emps}
 
 OPEN = (
     "Not made yet: PySINDy on the missing torque, SciPy and lmfit over CVODES as a fit of their "
-    "own, and subspace models whose outputs are interpolated over θ2. `make bench` holds a "
-    "comparison with SciPy over CVODES for one fit; `flexgui study` holds interpolated subspace "
+    "own, and subspace models whose outputs are interpolated over θ2. `make bench` compares one "
+    "fit with Gauss-Newton on CasADi's sensitivities; `flexgui study` holds interpolated subspace "
     "models of an earlier make."
 )
 
