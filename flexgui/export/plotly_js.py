@@ -20,31 +20,29 @@ def with_traces(source: str, kinds: Set[str]) -> str:
     The source as it is where it lacks a kind or is bundled in another way.
     """
     helpers = HELPERS.search(source)
-    if helpers is None:
+    inner, outer = helpers.groups() if helpers else ("", "")
+    opening = rf"(?<=[;}}\n])var ([\w$]+)={re.escape(outer)}\("
+    start, *rest = re.split(opening, source) if outer else [source]
+    registered = REGISTERED.search(rest[-1]) if rest else None
+    if registered is None:
         return source
-    inner, outer = map(re.escape, helpers.groups())
-    start, *rest = re.split(rf"(?<=[;}}\n])var ([\w$]+)={outer}\(", source)
     modules = dict(zip(rest[::2], rest[1::2], strict=True))
     place = {name: name for name in modules}
     for name, text in modules.items():
         # One of CommonJS is followed by those of ECMAScript before the next.
-        if f"={helpers[1]}(" in text:
-            place |= dict.fromkeys(re.findall(rf"([\w$]+)={inner}\(", text), name)
-    last = rest[-2] if rest else ""
-    registered = REGISTERED.search(modules.get(last, ""))
-    if registered is None:
-        return source
+        if f"={inner}(" in text:
+            place |= dict.fromkeys(re.findall(rf"([\w$]+)={re.escape(inner)}\(", text), name)
     entries = {_kind(modules, entry): entry for entry in CALLS.findall(registered[1])}
     if not kinds <= entries.keys():
         return source
-    wanted = ",".join(f"{entries[kind]}()" for kind in sorted(kinds))
+    wanted, last = ",".join(f"{entries[kind]}()" for kind in sorted(kinds)), rest[-2]
     modules[last] = modules[last].replace(registered[1], wanted)
     kept, found = set[str](), {last}
     while found:
         kept |= found
         calls = {call for name in found for call in CALLS.findall(modules[name])}
         found = {place[call] for call in calls & place.keys()} - kept
-    texts = (f"var {name}={helpers[2]}({modules[name]}" for name in modules if name in kept)
+    texts = (f"var {name}={outer}({modules[name]}" for name in modules if name in kept)
     return start + "".join(texts)
 
 

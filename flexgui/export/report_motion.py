@@ -64,12 +64,12 @@ def report_motion(
 
 
 def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> RecordedMotion:
-    """Comparisons with the model after the diagnosis."""
-    from flexgui.scene.recorded_motion import motion_of, simulated_motion
+    """Of the model after the diagnosis."""
+    from flexgui.scene.recorded_motion import fitted_values, simulated_motion
 
     diagnosis = outcome.diagnosis
     if diagnosis is None or not (diagnosis.added and diagnosis.values):
-        return motion_of(scenario, outcome, recording)
+        return simulated_motion(scenario, fitted_values(outcome, recording.name), recording)
     values = {}
     for label, value in diagnosis.values.items():
         name, mark, own = label.partition(RECORDING_MARK)

@@ -9,6 +9,8 @@ from xml.etree import ElementTree
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from flexgui.views.table import html_matrix, html_table
+
 _NUMBER = r"\d[\d.,]*\)?(?:~×~10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
 _NAME = r"[µmckMG]?(?:rad|deg|Pa|Hz|dB|N|m|g|s|V|A|W|J)[²³⁴]?"
 _UNIT = rf"(?:%|°|(?:1~?/~?)?{_NAME}(?:(?:~?/~?|~){_NAME})*)"
@@ -37,6 +39,7 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters["glued"] = glued
+    made.globals |= {"html_table": html_table, "html_matrix": html_matrix}
     return made
 
 

@@ -129,11 +129,6 @@ def load_motion(
     return read, simulated_motion(scenario, values, read)
 
 
-def motion_of(scenario: Scenario, outcome: Outcome | None, recording: Recording) -> RecordedMotion:
-    """The model at the fitted values, where there are any for this scenario, else as stated."""
-    return simulated_motion(scenario, fitted_values(outcome, recording.name), recording)
-
-
 def simulated_motion(
     scenario: Scenario, values: Mapping[str, float], recording: Recording
 ) -> RecordedMotion:

@@ -27,11 +27,16 @@ def html_table(table: Table) -> Markup:
         f"<tr class='{'strong' if row.strong else ''}'>{_cells(row, table.columns)}</tr>"
         for row in table.rows
     )
-    caption = f"<p class='soft'>{escape(table.caption)}</p>" if table.caption else ""
+    caption = f"<p class='soft caption'>{escape(table.caption)}</p>" if table.caption else ""
     return Markup(
-        f"<div class='scroll'><table><thead><tr>{head}</tr></thead>"
-        f"<tbody>{rows}</tbody></table></div>{caption}"
+        f"<div class='scroll{' tall' if len(table.rows) > TALL else ''}'><table>"
+        f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{caption}"
     )
+
+
+TALL, WORDS = 16, 24
+"""Rows above which a report scrolls a table, and letters above which it breaks the line of a
+cell."""
 
 
 def _cells(row: Row, columns: Sequence[Column]) -> str:
@@ -42,26 +47,26 @@ def _cells(row: Row, columns: Sequence[Column]) -> str:
 
 
 def _cell(tag: str, column: Column, text: str, best: bool = False) -> str:
-    classes = " ".join(("number" if column.numeric else "", "best" if best else "")).strip()
+    long = tag == "td" and len(text) > WORDS and len(Markup(text).striptags()) > WORDS
+    named = {"number": column.numeric, "best": best, "words": long}
+    classes = " ".join(name for name, true in named.items() if true)
     return f"<{tag} class='{classes}'>{escape(text)}</{tag}>"
 
 
 def html_matrix(view: MatrixView) -> Markup:
-    """Named rows and columns; zeros are empty."""
+    """Named rows and columns, without the title; zeros are empty."""
     head = "".join(f"<th>{escape(name)}</th>" for name in view.columns)
     rows = "".join(
         f"<tr><th>{escape(name)}</th>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>"
         for name, cells in zip(view.rows, view.cells, strict=True)
     )
-    return Markup(
-        f"<h4>{escape(view.title)}</h4><div class='scroll'><table class='matrix'>"
-        f"<tr><th></th>{head}</tr>{rows}</table></div>"
-    )
+    table = f"<table class='matrix'><thead><tr><th></th>{head}</tr></thead>{rows}</table>"
+    return Markup(f"<div class='scroll'>{table}</div>")
 
 
 def html_matrices(views: Iterable[MatrixView]) -> Markup:
-    """Matrices below one another."""
-    return Markup("").join(html_matrix(view) for view in views)
+    """Matrices below one another, with their titles."""
+    return Markup("").join(Markup("<h4>{}</h4>{}").format(v.title, html_matrix(v)) for v in views)
 
 
 def html_equations(equations: Sequence[Equation]) -> Markup:

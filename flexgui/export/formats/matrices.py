@@ -13,6 +13,9 @@ from flexgui.export.folder import dumps
 from flexgui.export.model_format import ModelFormat, linear_header
 from flexgui.views.table import affine
 
+CONSTANT, NAMES = ("B", "C", "D"), ("states", "inputs", "outputs")
+"""Of a model: matrices that no posture changes, and the names along their sides."""
+
 
 class MatFile(ModelFormat):
     """E0, E1, ..., A0, ..., B, C, D with names; version 5, read by MATLAB, Octave and SciPy."""
@@ -41,12 +44,7 @@ class JsonFile(ModelFormat):
             "E_terms": model.E_terms,
             "A_basis": model.A_basis,
             "A_terms": model.A_terms,
-            "B": model.B,
-            "C": model.C,
-            "D": model.D,
-            "states": model.states,
-            "inputs": model.inputs,
-            "outputs": model.outputs,
+            **{name: getattr(model, name) for name in (*CONSTANT, *NAMES)},
             "note": note(model),
             "about": linear_header(outcome, "the linear model"),
         }
@@ -64,19 +62,11 @@ def note(model: DescriptorModel) -> str:
 
 def mat_content(model: DescriptorModel) -> dict[str, Any]:
     """Variable -> value."""
-    terms = {f"E{k}": term for k, term in enumerate(model.E_terms)}
+    terms: dict[str, Any] = {f"E{k}": term for k, term in enumerate(model.E_terms)}
     terms |= {f"A{k}": term for k, term in enumerate(model.A_terms)}
-    return terms | {
-        "B": model.B,
-        "C": model.C,
-        "D": model.D,
-        "E_basis": _texts(model.basis),
-        "A_basis": _texts(model.A_basis),
-        "states": _texts(model.states),
-        "inputs": _texts(model.inputs),
-        "outputs": _texts(model.outputs),
-        "note": note(model),
-    }
+    terms |= {name: getattr(model, name) for name in CONSTANT}
+    terms |= {"E_basis": _texts(model.basis), "A_basis": _texts(model.A_basis)}
+    return terms | {name: _texts(getattr(model, name)) for name in NAMES} | {"note": note(model)}
 
 
 def _texts(names: tuple[str, ...]) -> np.ndarray:
