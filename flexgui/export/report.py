@@ -155,10 +155,14 @@ def _missing(
     comparisons: tuple[RecordingComparison, ...],
 ) -> list[tuple[str, bool, Plot | None, Plot | None]]:
     shown = [(bar_label(r, comparisons), r.missing_torque) for r in comparisons if r.missing_torque]
+    points = points_per_line(comparisons)
     return [
-        (label, k == 0, plot(missing_over_time(torques)), plot(missing_over_velocity(torques)))
+        (
+            label, k == 0, plot(missing_over_time(torques, points)),
+            plot(missing_over_velocity(torques, points)),
+        )
         for k, (label, torques) in enumerate(shown)
-    ]
+    ]  # fmt: skip
 
 
 def _arm(outcome: Outcome) -> Table | None:

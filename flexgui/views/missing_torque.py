@@ -19,11 +19,11 @@ MARGIN = 0.06
 """Of the span of a cloud, above and below it."""
 
 
-def missing_over_time(torques: Sequence[MissingTorque]) -> Figure:
+def missing_over_time(torques: Sequence[MissingTorque], points: int = POINTS) -> Figure:
     """A row per joint: applied and missing torque over time in s."""
     text = "Missing torque: applied by the drive minus needed by the model for the same motion."
     return panes(
-        [_over_time(torque, POINTS, with_applied=True) for torque in torques], axis("time [s]"),
+        [_over_time(torque, points, with_applied=True) for torque in torques], axis("time [s]"),
         text, _height(torques), 0.06, hovermode="x unified",
     )  # fmt: skip
 
@@ -50,13 +50,13 @@ def _over_time(torque: MissingTorque, points: int, with_applied: bool = False) -
     return Pane(lines, axis(unit.label(_what(torque))))
 
 
-def missing_over_velocity(torques: Sequence[MissingTorque]) -> Figure:
+def missing_over_velocity(torques: Sequence[MissingTorque], points: int = POINTS) -> Figure:
     """A row per joint: the missing torque as a cloud over the joint's velocity."""
     parts = []
     for torque in torques:
         unit = shown_unit(torque.missing[_known(torque)], torque.unit)
         speed = shown_unit(torque.velocity[_known(torque)], torque.velocity_unit)
-        index = _thinned(torque, POINTS)
+        index = _thinned(torque, points)
         cloud = dots(
             torque.velocity[index] * speed.factor, torque.missing[index] * unit.factor, "",
             colours.faded(colours.MISSING, 0.5), _hover(unit, speed), size=4,

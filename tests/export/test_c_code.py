@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -155,9 +154,6 @@ def test_functions_of_the_posture_in_c(text: str, expected: str) -> None:
 def test_anything_else_is_no_function_of_the_posture(text: str) -> None:
     with pytest.raises(ValueError, match="no C for"):
         in_c(text, ("theta1",))
-
-
-Export = Callable[[Outcome], dict[str, str]]
 
 
 def test_the_same_model_gives_the_same_text() -> None:
