@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import base64
 import gzip
-from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -14,10 +13,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from flexgui.export.plotly_js import with_traces
-from flexgui.views.layout import HEIGHT, Figure, plain, plain_value
-
-if TYPE_CHECKING:
-    import plotly.graph_objects as go
+from flexgui.views.layout import Figure, plain_value
 
 STEPS, GAP = 65_534, 65_535
 """Between the least and the greatest value of a line, a hundred to a pixel; and no value at all."""
@@ -29,34 +25,15 @@ OURS = frozenset({"bar", "heatmap"})
 """Kinds of traces in our own reports, besides scatter, which plotly.js always holds."""
 
 
-@dataclass(frozen=True)
-class Plot:
-    """A figure as a template needs it."""
-
-    figure: Figure
-    height: int
-    caption: str
-
-
-def plot(figure: Figure | go.Figure | None) -> Plot | None:
-    """A figure with what a template writes around it."""
-    if figure is None:
-        return None
-    drawn = plain(figure)
-    layout = drawn["layout"]
-    caption = str(layout.get("meta", {}).get("caption", ""))
-    return Plot(drawn, int(layout.get("height") or HEIGHT), caption)
-
-
 class Figures:
     """Those that a template has placed so far."""
 
     def __init__(self) -> None:
         self._figures: list[Figure] = []
 
-    def add(self, plot: Plot) -> int:
+    def add(self, figure: Figure) -> int:
         """The number by which the script finds the figure."""
-        self._figures.append(plot.figure)
+        self._figures.append(figure)
         return len(self._figures) - 1
 
     def packed(self) -> Markup:

@@ -8,7 +8,7 @@ from typing import Any
 from flexgui import __version__
 from flexgui.core.diagnose.error_maps import error_maps
 from flexgui.core.results import Outcome, RecordingComparison
-from flexgui.export.figures import Figures, Plot, plot
+from flexgui.export.figures import Figures
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_sections import diagnosis_section, glance
 from flexgui.export.template import environment
@@ -31,7 +31,7 @@ from flexgui.views.headline import (
     of_same_recording,
 )
 from flexgui.views.identifiability import correlation, valley
-from flexgui.views.layout import POINTS
+from flexgui.views.layout import POINTS, Figure, with_height
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
@@ -83,16 +83,16 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         # Of a way on the page the last fit is of the grown model.
         "first_fit": FIRST_FIT if has_added_effects(outcome) and not outcome.as_given else "",
         "sentences": sentences_of_fits(outcome.fits),
-        "valley": plot(valley(outcome.fits)),
+        "valley": valley(outcome.fits),
         "fit_table": fit_table(shown, before) if shown else None,
         # Without a ladder they are the figure of the first page.
-        "fit_dots": plot(fit_dots(shown)) if diagnosed else None,
+        "fit_dots": fit_dots(shown) if diagnosed else None,
         "variants": variants(outcome),
         "recordings": _recordings(shown, before),
         "missing": _missing(shown),
         "views": _views(outcome, shown),
-        "convergence": plot(convergence(outcome.fits)),
-        "correlations": [p for fit in outcome.fits if (p := plot(correlation(fit)))],
+        "convergence": convergence(outcome.fits),
+        "correlations": [drawn for fit in outcome.fits if (drawn := correlation(fit))],
         "equations": [(e.title, mathml(e.latex), e.note) for e in outcome.equations],
         "matrices": matrices(model),
         "statements": (affine("E", model.basis), affine("A", model.A_basis)),
@@ -134,13 +134,13 @@ def _drawn(
     block: dict[str, Any] = {"about": ", ".join(about)}
     for name, fitted in (("fitted", True), ("others", False)):
         chosen = [c for c in recording.channels if c.fitted is fitted]
-        block[name] = plot(comparison(recording, chosen, before, points)) if chosen else None
+        block[name] = comparison(recording, chosen, before, points) if chosen else None
     return block
 
 
 def _views(
     outcome: Outcome, comparisons: tuple[RecordingComparison, ...]
-) -> list[tuple[str, str, Plot]]:
+) -> list[tuple[str, str, Figure]]:
     """(title, about, figure) of the views that are meant for reports."""
     chosen = [view for view in recording_views().values() if view.in_report]
     if not chosen or not comparisons:
@@ -148,18 +148,19 @@ def _views(
     stated = outcome.diagnosis.floors if outcome.diagnosis is not None else {}
     maps = error_maps(comparisons, stated or believable_floors(comparisons))
     seen = Seen(comparisons[0], comparisons, maps)
-    return [(v.title, v.about, drawn) for v in chosen if (drawn := plot(v.draw(seen))) is not None]
+    drawn = [(v.title, v.about, v.draw(seen)) for v in chosen]
+    return [(title, about, with_height(d)) for title, about, d in drawn if d is not None]
 
 
 def _missing(
     comparisons: tuple[RecordingComparison, ...],
-) -> list[tuple[str, bool, Plot | None, Plot | None]]:
+) -> list[tuple[str, bool, Figure | None, Figure | None]]:
     shown = [(bar_label(r, comparisons), r.missing_torque) for r in comparisons if r.missing_torque]
     points = points_per_line(comparisons)
     return [
         (
-            label, k == 0, plot(missing_over_time(torques, points)),
-            plot(missing_over_velocity(torques, points)),
+            label, k == 0, missing_over_time(torques, points),
+            missing_over_velocity(torques, points),
         )
         for k, (label, torques) in enumerate(shown)
     ]  # fmt: skip

@@ -15,7 +15,6 @@ from flexgui import __version__
 from flexgui.core.diagnose.error_maps import error_maps
 from flexgui.core.effects import catalogue
 from flexgui.core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
-from flexgui.export.figures import Plot, plot
 from flexgui.sentences.experiments import experiment_title
 from flexgui.sentences.ranked import in_order, round_sentence
 from flexgui.sentences.verdict import all_paragraphs
@@ -24,6 +23,7 @@ from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_dots
 from flexgui.views.headline import current_verdict, final_comparisons
 from flexgui.views.ladder import ladder, ladder_table, sizes_table
+from flexgui.views.layout import Figure
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.errors import patterns
 from flexgui.views.ranking import ranking, ranking_table
@@ -43,18 +43,18 @@ def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:
         "ladder_table": ladder_table(diagnosis),
         "sizes": sizes_table(diagnosis),
         "rounds": [_round(k, searched) for k, searched in enumerate(diagnosis.rounds, start=1)],
-        "by_frequency": plot(error_map(maps.by_frequency)),
-        "by_time": plot(error_map(maps.by_time, narrow=True)),
-        "over": plot(residual_over(patterns(maps))),
+        "by_frequency": error_map(maps.by_frequency),
+        "by_time": error_map(maps.by_time, narrow=True),
+        "over": residual_over(patterns(maps)),
         "worst": worst_table(maps.worst),
         "left": _residual_plot(diagnosis),
         "not_applicable": _not_applicable(diagnosis),
     }
 
 
-def _residual_plot(diagnosis: Diagnosis) -> Plot | None:
+def _residual_plot(diagnosis: Diagnosis) -> Figure | None:
     maps = error_maps(diagnosis.left, diagnosis.floors) if diagnosis.left else None
-    return plot(error_map(maps.by_time, narrow=True)) if maps else None
+    return error_map(maps.by_time, narrow=True) if maps else None
 
 
 def _formulas(diagnosis: Diagnosis) -> tuple[tuple[str, Markup], ...]:
@@ -74,7 +74,7 @@ def _round(number: int, searched: DiagnosisRound) -> dict[str, Any]:
     return {
         "title": f"Round {number}: {ending}",
         "sentence": round_sentence(searched),
-        "figure": plot(ranking(shown, searched.accepted)),
+        "figure": ranking(shown, searched.accepted),
         "table": ranking_table(shown, searched.accepted),
         "planned": _planned(searched.experiments),
     }
@@ -111,7 +111,7 @@ def glance(outcome: Outcome, scenario_text: str) -> dict[str, Any]:
         "found": "" if diagnosis is None else current_verdict(diagnosis),
         # In red; empty where the model reaches the noise floor.
         "doubt": provisional_warning(float(np.sqrt(steps[-1].cost_per_sample))) if steps else "",
-        "figure": plot(ladder(steps) or fit_dots(final_comparisons(outcome))),
+        "figure": ladder(steps) or fit_dots(final_comparisons(outcome)),
         "facts": _facts(outcome, scenario_text),
     }
 

@@ -207,6 +207,13 @@ def plain(figure: Figure | go.Figure) -> Figure:
     return figure if isinstance(figure, dict) else figure.to_plotly_json()
 
 
+def with_height(drawn: Figure | go.Figure) -> Figure:
+    """Plain data of a figure with a height and a caption, which Plotly's own may lack."""
+    figure = plain(drawn)
+    whole = {"height": HEIGHT, "meta": {"caption": ""}} | figure["layout"]
+    return figure | {"layout": whole}
+
+
 POINTS = 2000
 """Enough for a plot 2000 pixels wide; more only makes the report heavy."""
 GAP = 5.0

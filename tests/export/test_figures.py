@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from plotly.offline import get_plotlyjs
 
-from flexgui.export.figures import Figures, plot
+from flexgui.export.figures import Figures
 from flexgui.export.plotly_js import with_traces
 from flexgui.export.template import environment
 from flexgui.views.layout import axis, figure, heat, line
@@ -31,7 +31,7 @@ TRACES: dict[str, tuple[dict[str, Any], str, float, float]] = {
 """A trace, and to which relative and absolute error a key of it arrives."""
 PAGE = (
     '{% from "parts.html.j2" import figure, scripts with context %}<nav></nav>'
-    "{% for plot in plots %}{{ figure(plot, plot.caption) }}{% endfor %}{{ scripts() }}"
+    '{% for plot in plots %}{{ figure(plot, "") }}{% endfor %}{{ scripts() }}'
 )
 DRAWN = "() => [...document.querySelectorAll('.plot')].every((b) => b.querySelector('.main-svg'))"
 DATA = """() => [...document.querySelectorAll('.plot')].map((box) => JSON.stringify(
@@ -39,7 +39,7 @@ DATA = """() => [...document.querySelectorAll('.plot')].map((box) => JSON.string
 
 
 def test_a_browser_draws_what_was_given(chromium: Any, tmp_path: Path) -> None:
-    plots = [plot(figure([trace], axis(), axis(), name)) for name, (trace, *_) in TRACES.items()]
+    plots = [figure([trace], axis(), axis(), name) for name, (trace, *_) in TRACES.items()]
     path = tmp_path / "page.html"
     text = environment().from_string(PAGE).render(plots=plots, figures=Figures())
     path.write_text(text, encoding="utf-8")
@@ -56,9 +56,8 @@ def test_a_browser_draws_what_was_given(chromium: Any, tmp_path: Path) -> None:
 
 
 def test_a_line_takes_less_than_half_of_its_float32_and_no_letter_of_html() -> None:
-    figures, drawn = Figures(), plot(figure([TRACES["even times"][0]], axis("<b>"), axis()))
-    assert drawn is not None
-    figures.add(drawn)
+    figures = Figures()
+    figures.add(figure([TRACES["even times"][0]], axis("<b>"), axis()))
     assert len(figures.packed()) < 0.4 * 4 * (TIME.size + WAVE.size)
     assert "<" not in figures.packed()
 

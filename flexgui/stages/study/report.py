@@ -20,7 +20,7 @@ from flexgui.core.montecarlo.estimates import (
 )
 from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, Summary
 from flexgui.core.scenario.read import scenario_toml
-from flexgui.export.figures import Figures, Plot, plot
+from flexgui.export.figures import Figures
 from flexgui.export.folder import dumps, swap_in, work_folder
 from flexgui.export.template import environment
 from flexgui.stages.study.findings import conclusions, findings, result_text
@@ -59,7 +59,7 @@ class Section:
 
     id: str
     title: str
-    figures: tuple[Plot, ...]
+    figures: tuple[Figure, ...]
     tables: tuple[tuple[str, Table], ...]
     """(heading, table)"""
 
@@ -160,7 +160,7 @@ def sections(s: Summary) -> Iterator[Section]:
 def _section(
     id: str, title: str, figures: list[Figure | None], tables: dict[str, Table]
 ) -> Section:
-    drawn = tuple(p for f in figures if (p := plot(f)) is not None)
+    drawn = tuple(figure for figure in figures if figure is not None)
     return Section(id, title, drawn, tuple(tables.items()))
 
 

@@ -14,9 +14,8 @@ from flexgui.core.errors import InputError
 from flexgui.core.montecarlo.settings import StudySettings, make_settings
 from flexgui.core.resumable.journal import Record
 from flexgui.core.scenario.schema import Scenario
-from flexgui.export.figures import Plot
 from flexgui.stages.study.plots_estimates import parameter_table, snr, stiffness_table
-from flexgui.views.layout import figure_json
+from flexgui.views.layout import Figure, figure_json
 from flexgui.views.table import Table, html_table
 
 if TYPE_CHECKING:
@@ -174,11 +173,11 @@ def _short_tables(summary: Summary) -> Iterator[tuple[str, Table]]:
         yield f"EI at {snr(table.snr_db)}", stiffness_table([table], summary.stiffness)
 
 
-def _figure(plot: Plot) -> ShownFigure:
-    figure = json.loads(figure_json(plot.figure))
+def _figure(drawn: Figure) -> ShownFigure:
+    figure = json.loads(figure_json(drawn))
     layout = figure["layout"]
     layout |= {"template": "none", "font": {**layout["font"], "size": FONT_SIZE}}
-    return ShownFigure(figure, float(plot.height), plot.caption)
+    return ShownFigure(figure, float(layout["height"]), layout["meta"]["caption"])
 
 
 def _table(title: str, table: Table) -> Markup:
