@@ -54,15 +54,14 @@ def beside(names: Sequence[str], ours: Sequence[float], judged: Sequence[float])
 
 
 def curves(lines: Mapping[str, tuple[Sequence[int], Sequence[Mapping[str, float]]]]) -> Figure:
-    """Seconds and MB of each size over the smallest size, a line per kind of size."""
+    """Processor time and memory of each size over the smallest size, a line per kind of size."""
     figure = Figure(figsize=(6.5, 2.6), layout="constrained")
     for axes, name, label in zip(
-        figure.subplots(1, 2), ("seconds", "memory"), ("time [s]", "memory [MB]"), strict=True
+        figure.subplots(1, 2), ("cpu", "memory"), ("processor time [s]", "memory [MB]"), strict=True
     ):
         for color, (kind, (sizes, runs)) in zip((BLUE, GREY, RED), lines.items(), strict=False):
             times = [size / sizes[0] for size in sizes]
             axes.plot(times, [run[name] for run in runs], "o-", color=color, label=kind)
-        axes.set_xscale("log", base=2)
         axes.set_xticks(times, [f"{k:g} x" for k in times])
         axes.set_xlabel("size over the smallest")
         axes.set_ylabel(label)

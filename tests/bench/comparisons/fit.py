@@ -121,7 +121,8 @@ def _row(modes: int, size: Size) -> Row:
     def apart(found: np.ndarray) -> float:
         return float(np.max(np.abs(found - tight) / deviations))
 
-    steps = next(k for k in STEPS if apart(fitting.theirs(compiled[0], k)) < WITHIN)
+    good = (k for k in STEPS if apart(fitting.theirs(compiled[0], k)) < WITHIN)
+    steps = next(good, STEPS[-1])
     peer = least_seconds(lambda: fitting.theirs(compiled[0], steps), REPEATS)
     found = fitting.theirs(compiled[0], steps)
     shown = ["{:.3f}, {:.3f}".format(*x) for x in (values, found, tight)]

@@ -38,7 +38,7 @@ TARGETS = {1: 1.0, 2: 2.0, 3: 3.0}
 """Modes per segment -> times faster than CasADi's code."""
 POPULATION_TARGET = 6.0
 STEPS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
-CVODES_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
+CVODES_TOLERANCES = (1e-3, 1e-4, 1e-5)
 METHODS = ("LSODA", "BDF", "Radau")
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 SOLVE_IVP_MODES = 2

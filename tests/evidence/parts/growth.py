@@ -39,13 +39,13 @@ def _figure(found: Mapping[str, Any]) -> Any:
     return curves(lines) if lines else None
 
 
-FIGURES = {"growth": ("Seconds and memory over the size", _figure)}
+FIGURES = {"growth": ("Processor time and memory over the size", _figure)}
 
 
 def section(found: Mapping[str, Any]) -> str:
     """Markdown."""
     rows = [
-        [f"{factor * UNITS[axis]:,} {axis}", f"{run['seconds']:.1f} s", f"{run['cpu']:.1f} s",
+        [f"{axis}: {factor * UNITS[axis]:,}", f"{run['seconds']:.1f} s", f"{run['cpu']:.1f} s",
          f"{run['memory']:.0f} MB"]
         for axis, one in found.items()
         for factor, run in zip(FACTORS[axis], one["runs"], strict=True)

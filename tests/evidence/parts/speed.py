@@ -36,11 +36,17 @@ CASES: dict[str, Callable[[Path], dict[str, Any]]] = {
 }
 
 
+ABOUT = (
+    "As `make bench` measures it, on the machine that wrote this page; run it with `PARTS=speed` "
+    "and one worker on a machine that is idle. A ratio below one: FlexGUI is slower. Of each "
+    "question the least flattering peer comes first. Errors are differences to a reference with "
+    "far more steps or digits, where none is named. `make bench` also states the steps of both "
+    "sides, the operations of a step and how long CasADi's code took to build."
+)
+
+
 def section(found: Mapping[str, Any]) -> str:
     """Markdown."""
     rows = [row for each in found.values() for row in each["rows"]]
     head = ("comparison", "FlexGUI", "peer", "ratio", "errors, FlexGUI / peer", "same answer")
-    about = "As `make bench` measures it, on the machine that wrote this page; run it with `PARTS="
-    return "\n\n".join(
-        [f"{about}speed` and one worker on a machine that is idle.", table(head, rows)]
-    )
+    return "\n\n".join([ABOUT, table(head, rows)])
