@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from rich.markup import escape
 from rich.table import Table
 
 
@@ -87,7 +88,7 @@ def table(rows: Sequence[Row], quick: bool) -> Table:
         target = "" if row.target is None else f">= {row.target:g} x"
         peer = duration(row.peer)
         cells = (duration(row.ours), peer, ratio(row), target, row.errors, _SAME[row.same])
-        shown.add_row(row.what, *cells, row.note)
+        shown.add_row(*map(escape, (row.what, *cells, row.note)))
     return shown
 
 

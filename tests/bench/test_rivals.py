@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from flexgui.core.simulate.batch import run
 from tests.bench.casadi_arm import CasadiArm, lacking
 from tests.bench.case import AWAY, glocal_case
 from tests.bench.comparisons.nonlinear import Case, make_case
 from tests.bench.peers import Response, exact_response, lsim_response, modal_response, peer_cost
-from tests.bench.row import Row, least_flattering_first, ratio
+from tests.bench.row import Row, least_flattering_first, ratio, table
 
 SECONDS = 0.05
 needs_casadi = pytest.mark.skipif(bool(lacking()), reason=lacking() or "everything is there")
@@ -77,3 +78,10 @@ def test_the_least_flattering_rival_comes_first() -> None:
     ordered = least_flattering_first(rows)
     assert [row.what for row in ordered] == ["a: quick", "a: slow", "a: absent", "b"]
     assert [ratio(row) for row in ordered] == ["0.5 x", "50 x", "skipped", "skipped"]
+
+
+def test_the_table_shows_remarks_as_they_are() -> None:
+    console = Console(width=200)
+    with console.capture() as shown:
+        console.print(table([Row("a", 1.0, note="pip install 'flexgui[bench]'")], quick=True))
+    assert "flexgui[bench]" in shown.get()
