@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
@@ -39,12 +40,13 @@ def export_outcome(
     outcome: Outcome,
     scenario_text: str,
     out: Path,
-    motion: Motion | None = None,
+    motion: Callable[[], Motion | None] = lambda: None,
     diagnosed: str = "",
 ) -> None:
     """Write the export into the folder `out`; where that fails an older one stays as it was.
 
-    `diagnosed` is the text of the scenario with what was found; empty: there is none.
+    `motion` makes the player while others write models and tables; `diagnosed` is the text of the
+    scenario with what was found; empty: there is none.
     """
     try:
         with work_folder(out) as folder:
@@ -79,14 +81,15 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 
 
 def _write(
-    outcome: Outcome, scenario_text: str, folder: Path, motion: Motion | None, diagnosed: str
-) -> None:
+    outcome: Outcome, scenario_text: str, folder: Path, motion: Callable[[], Motion | None],
+    diagnosed: str,
+) -> None:  # fmt: skip
     with ThreadPoolExecutor(2) as beside:  # a C compiler and Arrow work there
         jobs = [beside.submit(write, outcome, folder) for write in (_models, _tables)]
         _text(folder / "scenario.toml", scenario_text)
         if diagnosed:
             _text(folder / DIAGNOSED, diagnosed)
-        _text(folder / "report.html", report_html(outcome, scenario_text, motion))
+        _text(folder / "report.html", report_html(outcome, scenario_text, motion()))
         for job in jobs:
             job.result()
     written = [path for path in folder.rglob("*") if path.is_file()]
@@ -174,9 +177,9 @@ def export_run(
     `text` is the scenario's; `locate` says how that with the effects names the files that are
     sought in the folders: as the scenario itself where nobody says.
     """
-    motion = report_motion(scenario, outcome, folder, data)
     diagnosis = outcome.diagnosis
     diagnosed = "" if diagnosis is None else diagnosed_toml(scenario, diagnosis, locate)
+    motion = partial(report_motion, scenario, outcome, folder, data)
     export_outcome(outcome, text, out, motion, diagnosed)
 
 

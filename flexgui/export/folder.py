@@ -76,7 +76,10 @@ def swap_in(folder: Path, out: Path) -> None:
     stale = [path for path in listed_files(out) if path not in new and (out / path).is_file()]
     with tempfile.TemporaryDirectory(prefix=WORKROOM, dir=out) as backup, _uninterrupted():
         old = Path(backup)
-        _keep(out, old, [path for path in (*new, *stale) if (out / path).exists()])
+        for path in (*new, *stale):
+            if (out / path).exists():
+                (old / path).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(out / path, old / path)
         try:
             for path in new:
                 (out / path).parent.mkdir(parents=True, exist_ok=True)
@@ -86,12 +89,6 @@ def swap_in(folder: Path, out: Path) -> None:
         except OSError:
             _restore(out, old, new)
             raise
-
-
-def _keep(out: Path, old: Path, paths: list[Path]) -> None:
-    for path in paths:
-        (old / path).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy2(out / path, old / path)
 
 
 def _restore(out: Path, old: Path, new: list[Path]) -> None:

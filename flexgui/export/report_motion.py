@@ -52,8 +52,9 @@ def report_motion(
     if not ordered:
         return None
     try:
-        recording = _first(read_recording(scenario, ordered[0].name, folder, data), MOST_SECONDS)
-        shown = _shown(scenario, outcome, recording)
+        recording = read_recording(scenario, ordered[0].name, folder, data)
+        end = np.searchsorted(recording.time, recording.time[0] + MOST_SECONDS)
+        shown = _shown(scenario, outcome, recording.rows(slice(int(end) + 1)))
         page = playback_html(shown.motion, shown.ghost, shown.exaggeration)
     except (InputError, OSError) as error:
         return Motion(Markup(""), f"The 3-D motion is left out: {error}")
@@ -76,9 +77,3 @@ def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> Record
         if (not mark or own == recording.name) and not name.startswith((OFFSET, GAIN)):
             values[name] = value
     return simulated_motion(diagnosed_scenario(scenario, diagnosis), values, recording)
-
-
-def _first(recording: Recording, seconds: float) -> Recording:
-    """Only the samples that are played."""
-    count = int(np.searchsorted(recording.time, recording.time[0] + seconds)) + 1
-    return recording.rows(slice(count))

@@ -83,15 +83,15 @@ def playback_note(motion: Trajectory, exaggeration: float = 1.0) -> str:
     return f"Motion of {arm}, {shown} at {FRAMES_PER_SECOND:g} frames/s{larger}."
 
 
-def embedded(page: str, title: str, height: int = 520) -> str:
+def embedded(page: str, title: str) -> str:
     """An element of another page, which it cannot touch, and the page as a text beside it.
 
     The other page's script gives the text to the element; escaped as an attribute it were a fifth
     longer.
     """
     return (
-        f'<iframe title="{html.escape(title, quote=True)}" loading="lazy" '
-        f'sandbox="allow-scripts" style="width:100%;height:{height}px;border:0"></iframe>'
+        f'<iframe title="{html.escape(title, quote=True)}" sandbox="allow-scripts" '
+        'style="width:100%;height:520px;border:0"></iframe>'
         f'<script type="text/plain" id="player">{ENDING.sub(ESCAPED, page)}</script>'
     )
 

@@ -108,8 +108,14 @@ Promise.all([unpack("figures"), unpack("plotly")]).then(([packed, plotly]) => {
   });
 });
 
+// The player of the motion loads when seen.
 const player = document.getElementById("player");
-if (player) player.previousElementSibling.srcdoc = player.textContent.replace(/<\\(?=\\*(?:!--|\/?script))/gi, "<");
+function play([entry], watching) {
+  if (!entry.isIntersecting) return;
+  entry.target.srcdoc = player.textContent.replace(/<\\(?=\\*(?:!--|\/?script))/gi, "<");
+  watching.disconnect();
+}
+if (player) new IntersectionObserver(play, { rootMargin: "400px" }).observe(player.previousElementSibling);
 
 const nav = document.querySelector("nav");
 for (const heading of document.querySelectorAll("section > h2")) {
