@@ -50,12 +50,8 @@ def valley(fits: Sequence[Fit]) -> Figure | None:
     starts = starts[np.isfinite(starts).all(axis=1)][:1] * factors
     if len(starts):
         x, y = starts.T
-        cross: Figure = {
-            "size": 9,
-            "symbol": "x-thin",
-            "line": {"width": 2, "color": colours.START},
-        }
-        traces.append(dots(x, y, "start", colours.START, f"start {plain}", **cross))
+        style = {"size": 9, "symbol": "x-thin", "line": {"width": 2, "color": colours.START}}
+        traces.append(dots(x, y, "start", colours.START, f"start {plain}", **style))
     rise = 100.0 * (float(np.nanmax(curve.cost_ratio)) - 1.0)
     change = f"rises by {rise:.2g} % at most" if rise >= VISIBLE else "does not change"
     text = (

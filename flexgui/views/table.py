@@ -11,6 +11,7 @@ import html
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from latex2mathml.converter import convert_to_element
@@ -102,6 +103,7 @@ NAMESPACE = "http://www.w3.org/1998/Math/MathML"
 BRACKETS = {"[": "]", "(": ")", "|": "|"}
 
 
+@lru_cache(256)
 def mathml(latex: str, block: bool = True) -> Markup:
     """A formula as MathML; the escaped LaTeX if it cannot be converted."""
     for unknown, replacement in SYNONYMS:

@@ -108,9 +108,9 @@ def test_the_frequencies_in_the_header_are_those_of_the_file(name: str) -> None:
     assert stated[:3] == pytest.approx(first_frequencies(outcome), rel=1e-5)
 
 
-def damped(arm=None) -> Model:  # type: ignore[no-untyped-def]
+def damped() -> Model:
     """The loaded arm of three modes with friction, payload and soft joints."""
-    bare = looped(loaded(with_modes(3, 3)) if arm is None else arm)
+    bare = looped(loaded(with_modes(3, 3)))
     kinds = [effect("viscous_friction"), effect("tip_payload"), effect("joint_elasticity")]
     values = {**EFFECTS["viscous_friction"], **EFFECTS["tip_payload"]}
     return bare.with_effects(kinds, values)
