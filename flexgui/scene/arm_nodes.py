@@ -10,7 +10,7 @@ from viser import LabelHandle, LineSegmentsHandle, MeshHandle, SceneApi
 
 from flexgui.scene import paint
 from flexgui.scene.arm_geometry import beam_faces
-from flexgui.scene.pose import RAIL, Body, Pose, mark_faces
+from flexgui.scene.pose import RAIL, Body, Pose, Spot, mark_faces
 
 LABEL_SCALE = 1.25
 
@@ -79,30 +79,35 @@ class ArmNodes:
         self.joints, self.origins, self.ends = (
             [
                 scene.add_frame(
-                    f"{path}/{name}{k}", show_axes=False, position=spot.place,
+                    f"{path}/{name}{k}",
+                    show_axes=False,
+                    position=spot.place,
                     wxyz=paint.about_vertical(spot.angle),
                 )
                 for k, spot in enumerate(spots, start=1)
             ]
-            for name, spots in (
-                ("joint", pose.joints), ("origin", pose.origins), ("end", pose.ends)
-            )
-        )  # fmt: skip
+            for name, spots in zip(("joint", "origin", "end"), self._spots(pose), strict=True)
+        )
         self.tip = scene.add_icosphere(
             f"{self.ends[-1].name}/marker", TIP_RADIUS * body.reach, style.colour,
             opacity=style.opacity, cast_shadow=False, receive_shadow=False,
             position=(0.0, 0.0, 0.5 * body.sections[-1].height),
         )  # fmt: skip
-        self.hubs = [self._hub(k, body) for k in range(len(self.joints))] if style.machine else []
+        self.hubs = [self._hub(k, body) for k in range(len(self.joints))]
         self.rebuild(body)
 
     def show(self, pose: Pose) -> None:
         """Moves everything to a pose."""
         for beam, vertices in zip(self.beams, pose.beams, strict=True):
             beam.vertices = vertices
-        spots = (*pose.joints, *pose.origins, *pose.ends)
-        for frame, spot in zip((*self.joints, *self.origins, *self.ends), spots, strict=True):
-            paint.put(frame, spot.place, spot.angle)
+        for group in zip((self.joints, self.origins, self.ends), self._spots(pose), strict=True):
+            for frame, spot in zip(*group, strict=True):
+                paint.put(frame, spot.place, spot.angle)
+
+    def _spots(self, pose: Pose) -> tuple[tuple[Spot, ...], ...]:
+        """Of joints, origins and ends; of a ghost the last end alone, which carries its tip."""
+        ends = ((), (), pose.ends[-1:])
+        return (pose.joints, pose.origins, pose.ends) if self.style.machine else ends
 
     def paint(self, beams: Sequence[paint.Rgb | None], hubs: Sequence[paint.Rgb | None]) -> None:
         """Other colours than usual, None: the usual one; the tip has that of the last beam."""
