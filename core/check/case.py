@@ -73,21 +73,27 @@ class Dynamics:
         # A loop that explains little with any stiffness lacks something else, which a fit hides.
         return fitted if _explained(fitted) > max(_explained(stated), GAIN_EXPLAINED) else stated
 
-    @cached_property
+    @property
     def suspects(self) -> tuple[Suspect, ...]:
         """The channels that disagree with all others by a factor or a delay."""
+        if self.shape is None:
+            return self._by_relations
+        return (*self._by_relations, *late_suspects(self.late, self.recording.step))
+
+    @cached_property
+    def _by_relations(self) -> tuple[Suspect, ...]:
+        """The suspects by the relations alone; without lags where the links show those."""
         own, others = self.relations, [other.dynamics.relations for other in self.others]
         if self.shape is None:
             return suspects(own, others)
-        by_gain = suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
-        return (*by_gain, *late_suspects(self.late, self.recording.step))
+        return suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
 
     @property
     def factors(self) -> list[ColumnFault]:
         """Factors and offsets of single channels suggested by camera, encoders and dynamics."""
         faults = [
             _factor_fault(suspect.channel, suspect.factor)
-            for suspect in self.suspects
+            for suspect in self._by_relations
             if suspect.factor != 1.0
         ]
         tip = TipGeometry.of(self.recording)

@@ -6,7 +6,7 @@ a reference and its response; Newton's law between a joint's torque and motion.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from ..model import Model
 from ..recording.channels import Role, is_reference, role_of
 from ..sensors import sensors
 from ..simulate.batch import run
+from ..simulate.linear import respond
 from ..simulate.motion import Task, at_rest
 from ..trajectory import Trajectory
 
@@ -31,12 +32,21 @@ SMALL = 0.3
 def relations(
     recording: MeasuredRecording, quick: bool = False, shape: LinkShape | None = None
 ) -> tuple[Relation, ...]:
-    """All relations; only servo relations without a model.
+    """All relations, once per recording; only servo relations without a model.
 
     Args:
         quick: Leaves out what each reference does by itself.
         shape: The links as the recordings show them.
     """
+    key = relations, quick, id(shape)
+    if key not in recording.cache:
+        recording.cache[key] = shape, _relations(recording, quick, shape)
+    return recording.cache[key][1]
+
+
+def _relations(
+    recording: MeasuredRecording, quick: bool, shape: LinkShape | None
+) -> tuple[Relation, ...]:
     all_relations = [*_servos(recording)]
     if recording.model is not None:
         all_relations += _loop(recording, recording.model, quick)
@@ -84,52 +94,35 @@ def _loop(recording: MeasuredRecording, model: Model, quick: bool) -> list[Relat
         return []
     signals = np.column_stack([recording.even(r) for r in references])
 
-    def predicted(inputs: np.ndarray) -> Mapping[str, np.ndarray] | None:
-        values = tuple(recording.values.items())
-        key = (id(model), values, recording.step, start.tobytes(), hash(inputs.tobytes()))
-        if key not in recording.loop_responses:
-            answer = _predicted(model, recording.grid, inputs, start, recording.values)
-            recording.loop_responses[key] = model, answer  # a model that is kept keeps its id
-        return recording.loop_responses[key][1]
-
-    together = predicted(signals)
+    values = tuple(recording.values.items())
+    key = (id(model), values, recording.step, start.tobytes(), hash(signals.tobytes()))
+    if key not in recording.loop_responses:
+        answer = _predicted(model, recording.grid, signals, start, recording.values)
+        recording.loop_responses[key] = model, answer  # a model that is kept keeps its id
+    together = recording.loop_responses[key][1]
     if together is None:
         return []
-    return _compared(recording, model, references, signals, predicted, together, quick)
+    joints = model.arm.joints
+    moved = max((np.ptp(together[f"theta{k + 1}"]) for k in range(joints)), default=0.0)
+    rates = all(role_of(r) is Role.SPEED for r in references)
+    singles = []
+    if not quick and moved < SMALL and joints > 1 and rates:
+        singles = _single_responses(model, recording.grid, signals, start, recording.values)
+    return _compared(recording, references, together, singles)
 
 
 def _compared(
-    recording: MeasuredRecording,
-    model: Model,
-    references: tuple[str, ...],
-    signals: np.ndarray,
-    predicted: Callable[[np.ndarray], Mapping[str, np.ndarray] | None],
-    together: Mapping[str, np.ndarray],
-    quick: bool,
-) -> list[Relation]:
-    names = [n for n in together if recording.has(n)]
-    joints = model.arm.joints
-    moved = max((np.ptp(together[f"theta{k + 1}"]) for k in range(joints)), default=0.0)
-    small = (
-        not quick
-        and moved < SMALL
-        and joints > 1
-        and all(role_of(r) is Role.SPEED for r in references)
-    )
-    singles: list[Mapping[str, np.ndarray]] = []
-    if small:
-        for j in range(len(references)):
-            single = np.zeros_like(signals)
-            single[:, j] = signals[:, j]
-            answer = predicted(single)
-            singles += [answer] if answer else []
+    recording: MeasuredRecording, references: tuple[str, ...],
+    together: Mapping[str, np.ndarray], singles: Sequence[Mapping[str, np.ndarray]],
+) -> list[Relation]:  # fmt: skip
+    """Relations of each channel to its response to all references, and to each one of them."""
     compared: list[Relation] = []
-    for name in names:
+    for name in [n for n in together if recording.has(n)]:
         y = recording.even(name)
         whole = relate(name, references, y, [together[name]], recording.step, LOOP)
         compared += [whole] if whole else []
-        if len(singles) == len(references):
-            parts = [s[name] for s in singles]
+        if all(name in single for single in singles) and singles:
+            parts = [single[name] for single in singles]
             first = whole.lag if whole and whole.explained > LEAST_EXPLAINED else 0.0
             compared += _by_reference(name, references, y, parts, recording.step, first)
     return compared
@@ -154,6 +147,22 @@ def _by_reference(
 def _posture(recording: MeasuredRecording, model: Model) -> np.ndarray | None:
     names = [f"theta{k + 1}" for k in range(model.arm.joints)]
     return np.array([recording.even(n)[0] for n in names]) if recording.has(*names) else None
+
+
+def _single_responses(
+    model: Model, time: np.ndarray, signals: np.ndarray, joints: np.ndarray,
+    values: Mapping[str, float],
+) -> list[dict[str, np.ndarray]]:  # fmt: skip
+    """Channels (M,) of the linear loop's response to each reference (M,) by itself; empty if one
+    diverges. The motion is small, so that these responses add up."""
+    n, numbers = model.arm.coordinates, model.numbers(values)
+    start = at_rest(joints, n, numbers.law.states)
+    each = [signals * chosen for chosen in np.eye(signals.shape[1])]
+    tasks = [Task(time, single, start, start[None, :n]) for single in each]
+    with np.errstate(all="ignore"):
+        motions = respond(model, [numbers] * len(tasks), tasks)
+        responses = [_measured(model, motion) for motion in motions]
+    return [response for response in responses if response] if all(responses) else []
 
 
 def _predicted(

@@ -26,6 +26,8 @@ which delay the tip, leave 0.9 or less; a stiffness error of 30 % leaves 0.978 o
 delay of 6 ms into 4 (scenarios/mujoco/plain)."""
 LAGS = 0.25
 """s, the longest delay sought."""
+CONVERGED = 1e-3
+"""Samples by which the last iteration may change a lag."""
 
 
 @dataclass(frozen=True)
@@ -176,11 +178,13 @@ def fit_gains_and_lags(
         A = np.vstack([moved, slopes, *growing, np.ones_like(t)]).T[inside]
         fit = regress(A, ys[inside])
         gains = np.where(fit.part[:k] == 0.0, 1.0, fit.part[:k])
-        lags = lags + np.clip(fit.part[k : 2 * k] / gains, -20.0 * dt, 20.0 * dt)
+        later = np.clip(fit.part[k : 2 * k] / gains, -20.0 * dt, 20.0 * dt)
+        lags = lags + later
         if drifts:
-            drift += float(np.clip(fit.part[2 * k] / gains[0], -0.02, 0.02))
-            error = float(fit.errors[2 * k] / abs(gains[0]))
-        if np.any(np.abs(lags) > 2 * LAGS):
+            growth = float(np.clip(fit.part[2 * k] / gains[0], -0.02, 0.02))
+            drift, error = drift + growth, float(fit.errors[2 * k] / abs(gains[0]))
+            later = np.append(later, growth * t[-1])
+        if np.any(np.abs(lags) > 2 * LAGS) or np.all(np.abs(later) < CONVERGED * dt):
             break
     shares = np.var(gains[:, None] * moved, axis=1) / max(float(np.var(ys)), 1e-300)
     return GainsAndLags(gains, lags, drift, error, fit.explained, shares)

@@ -17,12 +17,21 @@ import numpy as np
 from ..check.gain_and_lag import ALIKE
 from ..check.link_bending import LIGHT, LinkBending, LinkShape
 from ..check.measured_recording import MeasuredRecording, lattice_step
-from ..least_squares import GOOD_ENOUGH, Descended, Limits, descend, normal_equations
+from ..least_squares import (
+    GOOD_ENOUGH,
+    Descended,
+    Limits,
+    descend,
+    normal_equations,
+    pseudo_inverse,
+)
 from ..recording.channels import DRIVES, Role, is_reference, role_of
 
 STIFFNESS_STARTS = tuple(np.geomspace(0.2, 5.0, 13))
 """Factors on the stated stiffness for the starts of a fit: estimates from a drawing are a factor of
 4 off, and a fit must start within some ten per cent of a resonance."""
+SAME_START = 0.1
+"""ln of stiffness: nearer starts end in the same minimum."""
 LAGS = (1.0, 2.0, 4.0, 7.0, 10.0, 13.0, 16.0)
 """Samples of lag for the starts of a fit, which finds what is within half a period."""
 GROWING_LAGS = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)
@@ -83,9 +92,8 @@ def late_channel(
     if fit is None or punctual is None:
         return None
     plain = fit.unknowns([punctual])
-    begins = [plain]
-    if others:
-        middle = fit.unknowns(others)
+    begins, middle = [plain], fit.unknowns([*others] or [punctual])
+    if np.any(np.abs(middle - plain)[: fit.segments] > SAME_START):
         plain = min(plain, fit.fit(PUNCTUAL, middle).vector, key=fit.cost)
         begins = [plain, middle]
     least, best = fit.cost(plain), None
@@ -157,6 +165,11 @@ class LinkFit:
         }
 
     @cached_property
+    def _friction(self) -> tuple[np.ndarray, np.ndarray]:
+        """Speeds and directions by the punctual encoders."""
+        return self.links.friction_inputs(self.links.q)
+
+    @cached_property
     def _drive_signals(self) -> dict[str, np.ndarray]:
         return {
             n: self.links.as_applied(self.links.channel(n)) for n in self.driven if n in self.names
@@ -215,38 +228,58 @@ class LinkFit:
 
     def residuals(self, cause: LateCause, x: np.ndarray) -> dict[str, np.ndarray]:
         """Residual (m,) of each channel with the cause as large as x states."""
-        t, size, inner = self.links.grid, self.size(cause, x), self.links.inner
+        shape, size = tuple(x[: self.segments + 1]), self.size(cause, x)
         when = self._shown_times(cause, size)
-        at, remaining = (2.0 * t - when)[inner], {}
-        encoder = any(n in cause.channels for n in self.places)
-        moved = (cause, size) if encoder else (PUNCTUAL, 0.0)
-        for n, rows in self._answered(tuple(x[: self.segments + 1]), *moved).items():
-            y, own, driven = self.links.channel(n), n in cause.channels, n in self.driven
-            if driven:
-                y = self.links.as_applied(np.interp(when, t, y)) if own else self._drive_signals[n]
-            # The answer is moved and not a sensor's measurement, whose noise would shrink between
-            # the samples and draw the lag there.
-            late = own and not driven
-            rows = np.array([np.interp(at, t, each) for each in rows]) if late else rows[:, inner]
-            remaining[n] = _regression_residual(y[inner], rows)
-        return remaining
+        if any(n in cause.channels for n in self.places):
+            return {n: self._residual(n, r) for n, r in self._rows(shape, when, cause).items()}
+        rows, punctual = self._punctual(shape)
+        return {
+            n: self._residual(n, rows[n], when) if n in cause.channels else rest
+            for n, rest in punctual.items()
+        }
+
+    def _residual(self, n: str, rows: np.ndarray, when: np.ndarray | None = None) -> np.ndarray:
+        """Residual (m,) of a channel after a regression on rows (k, M); `when` (M,) s: the times
+        at which its samples appear, if it is late."""
+        t, inner = self.links.grid, self.links.inner
+        if n in self.driven:
+            y = self._drive_signals[n]
+            if when is not None:
+                y = self.links.as_applied(np.interp(when, t, self.links.channel(n)))
+            return _regression_residual(y[inner], rows[:, inner])
+        # The answer is moved and not a sensor's measurement, whose noise would shrink between the
+        # samples and draw the lag there.
+        if when is not None:
+            at = (2.0 * t - when)[inner]
+            rows = np.array([np.interp(at, t, each) for each in rows])
+        else:
+            rows = rows[:, inner]
+        return _regression_residual(self.links.channel(n)[inner], rows)
+
+    @cached_property
+    def _punctual(self):  # type: ignore[no-untyped-def]
+        """Rows and residuals of all channels without a late one, for the last shapes: a sensor's
+        lag changes only its own."""
+
+        @lru_cache(maxsize=8)
+        def punctual(shape: tuple[float, ...]):  # type: ignore[no-untyped-def]
+            rows = self._rows(shape, self.links.grid, PUNCTUAL)
+            return rows, {n: self._residual(n, each) for n, each in rows.items()}
+
+        return punctual
 
     def _shown_times(self, cause: LateCause, size: float) -> np.ndarray:
         """(M,) s: times at which samples of a late channel appear."""
         t = self.links.grid
         return np.asarray(t + size * (t - t[0] if cause.grows else 1.0))
 
-    @cached_property
-    def _answered(self):  # type: ignore[no-untyped-def]
-        """A cache of the last rows, as a sensor's lag changes none of them."""
-        return lru_cache(maxsize=8)(self._answers)
-
-    def _answers(
-        self, unknowns: tuple[float, ...], cause: LateCause, size: float
+    def _rows(
+        self, unknowns: tuple[float, ...], when: np.ndarray, cause: LateCause
     ) -> dict[str, np.ndarray]:
-        """Rows (k, M) of the regression of each channel; `cause` is an encoder's."""
+        """Rows (k, M) of the regression of each channel; the cause's encoders show what was at the
+        times `when` (M,) s."""
         shape, links = self.shape(np.array(unknowns)), self.links
-        t, when = links.grid, self._shown_times(cause, size)
+        t = links.grid
         q = np.column_stack(
             [
                 np.interp(when, t, place) if n in cause.channels else place
@@ -256,7 +289,9 @@ class LinkFit:
         whole, ringing = links.coordinates(shape, q), links.free_vibrations(shape)
         rows = {n: np.array([y, *ringing]) for n, y in links.sensed(whole).items()}
         if self._drive_signals:
-            torques, (speed, dry) = links.torques(whole), links.friction_inputs(q)
+            moved = any(n in cause.channels for n in self.places)
+            speed, dry = links.friction_inputs(q) if moved else self._friction
+            torques = links.torques(whole)
             smooth = list(links.smooth(np.array(ringing).T).T) if ringing else []
             rows |= {
                 n: np.array([torques[:, k], speed[:, k], dry[:, k], *smooth])
@@ -307,8 +342,5 @@ class LinkFit:
 def _regression_residual(y: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Residual of y (M,) after a regression on rows (k, M) and a constant."""
     y, A = y - y.mean(), rows - rows.mean(axis=1, keepdims=True)
-    sizes = np.sqrt(np.einsum("km,km->k", A, A))
-    A = A / np.where(sizes > 0.0, sizes, 1.0)[:, None]
-    # Few columns that were scaled: squaring their condition costs digits below any noise.
-    part, *_ = np.linalg.lstsq(A @ A.T, A @ y, rcond=None)
-    return np.asarray(y - part @ A)
+    # Few columns that are scaled: squaring their condition costs digits below any noise.
+    return np.asarray(y - (pseudo_inverse(A @ A.T) @ (A @ y)) @ A)

@@ -138,11 +138,12 @@ class LinkBending:
         if not self._moves_first:
             return []
         omega, _ = self._modes(shape)
-        t = self.grid - self.grid[0]
-        waves = [
-            np.exp(w * (-shape.damping + 1j * np.sqrt(1.0 - shape.damping**2)) * t) for w in omega
-        ]
-        return [part for wave in waves for part in (wave.real, wave.imag)]
+        poles = omega * (-shape.damping + 1j * np.sqrt(1.0 - shape.damping**2))
+        count = int(np.ceil(np.sqrt(len(self.q))))  # powers of powers: few exponentials
+        k = poles[:, None] * self.found.step * np.arange(count)
+        waves = (np.exp(count * k)[:, :, None] * np.exp(k)[:, None, :]).reshape(len(poles), -1)
+        parts = np.stack([waves.real, waves.imag], axis=1).reshape(2 * len(poles), -1)
+        return list(parts[:, : len(self.q)])
 
     @cached_property
     def _moves_first(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class MeasuredRecording:
         return np.asarray(good[0] + self.step * np.arange(max(count, 2)))
 
     @cached_property
-    def cache(self) -> dict[object, object]:
+    def cache(self) -> dict[object, Any]:
         """Expensive results of this recording, by their kind."""
         return {}
 
