@@ -143,9 +143,7 @@ def converge_precisely(data: Data, refit: Refit, stopped: Callable[[], bool]) ->
     For a ranking, a descent may use half the steps and end early; over thousands of samples that
     can be many standard deviations. So can the step error, which is extrapolated here.
     """
-    h = with_values(
-        replace(data, anchor=None, substeps=data.result_substeps or 1), refit.hypothesis, refine=1
-    )
+    h = with_values(replace(data, anchor=None), refit.hypothesis, refine=1)
     slopes = refit.descended.slopes
     _, descended = corrected_minimum(h.residuals, h.vector, slopes, h.limits, stopped)
     if not np.isfinite(descended.cost) or descended.cost > refit.cost + RELEVANT * data.count:

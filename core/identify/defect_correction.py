@@ -1,10 +1,11 @@
 """Correction of the step error: the minimum that many steps would give, at the price of few.
 
-The step error hardly depends on the parameters. So it is found at one vector by Richardson
-extrapolation from two numbers of steps, and added to the errors at all others. At a minimum the
-steps are doubled until the extrapolated errors move no parameter by more than a small share of its
-standard deviation; then a descent with these errors follows (defect correction: H. J. Stetter,
-Numerische Mathematik 29, 1978).
+The step error hardly depends on the parameters. So it is found at one vector, by Richardson
+extrapolation from two larger numbers of steps, and added to the errors with few steps at all
+others. The larger numbers are doubled until the extrapolated errors move no parameter by more than
+a small share of its standard deviation. Then a descent with few steps and this correction follows,
+and another correction where it led away (defect correction: H. J. Stetter, Numerische Mathematik
+29, 1978).
 """
 
 from __future__ import annotations
@@ -18,17 +19,26 @@ import numpy as np
 
 from ..arm.arm import Arm
 from ..identify.predictor import on_all_cores, with_steps_per_sample
-from ..least_squares import Descended, Limits, as_finite, descend, normal_equations, pseudo_inverse
+from ..least_squares import (
+    Descended,
+    Limits,
+    as_finite,
+    cost_of,
+    descend,
+    normal_equations,
+    pseudo_inverse,
+)
 
 if TYPE_CHECKING:
     from ..identify.residuals import Residuals
 
-MOST_DOUBLINGS = 2
-"""Most doublings of the steps: with friction, which has edges, they would never end."""
+MOST_STEPS = 256
+"""Steps per sample of the finest simulation: with friction, which has edges, doublings would never
+end."""
 
-MOST_MOVE = 0.0025
-"""Squared move of the parameters by twice the steps, in standard deviations, in any direction: less
-than a twentieth of one."""
+MOST_MOVE = 0.01
+"""Squared move of the parameters by twice the steps, in standard deviations, in any direction: a
+tenth of one adds half a per cent to it."""
 
 EDGE_RATIO = 0.3
 """Between a quarter and a half: the ratio of step errors of smooth motions and of those with
@@ -38,11 +48,12 @@ LAST_REDUCTION = 0.1
 """Reduction of the squared error, in mean squares of the residual, below which the last descent
 ends; a parameter one standard deviation off costs one."""
 
-MOST_DESCENT = 5.0
-"""Standard deviations that a descent may move before the step error is found again."""
+MOST_DESCENT = 1.0
+"""Standard deviations that a descent may move before the step error is found again: a twentieth of
+a move is lost where few steps miss a twentieth of a sensitivity."""
 
-MOST_ROUNDS = 3
-"""Most corrections and descents; one or two are usual."""
+MOST_ROUNDS = 4
+"""Most corrections and descents; two are usual."""
 
 
 class Anchor:
@@ -103,20 +114,22 @@ def corrected_minimum(
     """The minimum near a vector (P,) that many steps would give.
 
     Args:
-        residuals: with a number of steps per sample to begin with.
-        vector: a minimum with few steps.
+        residuals: with the number of steps per sample of the descents.
+        vector: a minimum with these steps.
         slopes: (M, k, P) per recording of the residuals near there.
         limits: bounds, and what is known a priori, in units of the residuals.
 
     Returns:
         The residuals with what the steps miss taken off, and where the descent ended.
     """
+    coarse = replace(residuals, anchor=None)
+    steps = coarse.predictor.steps or 1
     for rounds_left in reversed(range(MOST_ROUNDS)):
-        residuals = with_corrected_steps(residuals, vector, slopes)
-        cost = float(sum(np.sum(b * b) for b in residuals.blocks(vector)))
+        steps, fine = _fine_errors(coarse, vector, slopes, steps)
+        residuals = replace(coarse, anchor=Anchor(coarse, vector, fine))
         descended = descend(
             residuals.blocks, lambda x: residuals.sensitivities(x, central=False), vector, limits,  # noqa: B023
-            stopped, good_enough=LAST_REDUCTION * cost / residuals.count**2, keep=True,
+            stopped, good_enough=LAST_REDUCTION * cost_of(fine) / residuals.count**2, keep=True,
         )  # fmt: skip
         move, slopes = descended.vector - vector, descended.slopes
         moved = sum(float(np.sum((S @ move) ** 2)) for S in slopes)
@@ -130,26 +143,23 @@ def corrected_minimum(
     return residuals, descended
 
 
-def with_corrected_steps(
-    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray]
-) -> Residuals:
-    """The residuals with their step error at a vector (P,) corrected; twice as many steps move no
-    parameter by more than a share of its standard deviation."""
-    steps = residuals.predictor.steps or 1
+def _fine_errors(
+    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray], steps: int
+) -> tuple[int, list[np.ndarray]]:
+    """The errors (M, k) without step error at a vector (P,), and the least of the three numbers of
+    steps that gave them, from `steps` on; more move no parameter by more than a share of its
+    standard deviation."""
     runs = errors_with_each(residuals, vector, (steps, 2 * steps, 4 * steps))
-    doublings_left = MOST_DOUBLINGS
     while True:
         coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
         move = _remaining_move(runs, coarse, better, slopes)
-        if move < MOST_MOVE or not doublings_left:
-            break
+        if move < MOST_MOVE or 4 * steps >= MOST_STEPS:
+            return steps, better
         # Where edges, which halve it each time, will ask for two more, both are made side by side.
-        more = min(doublings_left, 2 if move > 4.0 * MOST_MOVE else 1)
+        more = 2 if move > 4.0 * MOST_MOVE and 16 * steps <= MOST_STEPS else 1
         finer = [4 * steps * 2**k for k in range(1, more + 1)]
         runs = [*runs[more:], *errors_with_each(residuals, vector, finer)]
-        steps, doublings_left = steps * 2**more, doublings_left - more
-    fine = with_steps(residuals, steps)
-    return replace(fine, anchor=Anchor(fine, vector, better))
+        steps *= 2**more
 
 
 def _remaining_move(
@@ -157,9 +167,6 @@ def _remaining_move(
     slopes: Sequence[np.ndarray],
 ) -> float:  # fmt: skip
     """Squared move of the parameters, in standard deviations, by the remaining step error.
-
-    In a smooth motion half the step leaves a quarter; the extrapolation is then of fourth order,
-    and a fifteenth of its last change is left. With edges all of it is left.
 
     Where half the step leaves a quarter, as of a smooth motion, the extrapolated is of fourth order
     and its next change a sixteenth of the last one: a fifteenth is left. Edges leave all of it.

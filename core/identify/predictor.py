@@ -324,9 +324,9 @@ def with_steps_per_sample(predictor: Predictor, steps: int) -> Predictor:
     return Predictor(*parts, steps=steps, motion_cache=predictor.motion_cache)
 
 
-SEARCH_SHARE = 5e-3
-"""Share of a channel's spread, rms: largest step error in a search. An estimate moves by some
-standard deviations, which the last step corrects."""
+SEARCH_SHARE = 0.05
+"""Share of a channel's spread, rms: largest step error in a search. The last step corrects what
+it moves the estimates by."""
 
 
 def _rms(block: np.ndarray) -> np.ndarray:

@@ -225,9 +225,8 @@ class Residuals:
 
     def costs(self, vectors: np.ndarray) -> np.ndarray:
         """(S,) sums of squares by plain simulation, a few vectors at a time."""
-        everything = range(len(self.experiments))
         sums = []
         for first in range(0, len(vectors), BATCH):
-            some = self._blocks([(v, everything) for v in vectors[first : first + BATCH]])
+            some = self.blocks_of(list(vectors[first : first + BATCH]))
             sums += [sum(float(np.sum(b * b)) for b in blocks) for blocks in some]
         return np.array(sums)
