@@ -66,7 +66,7 @@ def compare(
     return RecordingComparison(
         recording=recording.name, role=recording.role, fit_label=fit_label,
         channels=tuple(channels), missing_torque=_missing(experiment, channels),
-        note="" if error is None else f"Simulation error below {error:.1e} m or rad.",
+        note="" if error is None else f"Simulation error {error:.1e} m or rad rms.",
         tip_rms=_tip_rms(channels), theta2=recording.theta2, motion=_motion(experiment, trajectory),
     )  # fmt: skip
 

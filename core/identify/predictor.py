@@ -35,9 +35,9 @@ from ..trajectory import Trajectory
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-FIT_TOLERANCE = 1e-5
-"""m or rad: largest simulation error in a fit, below a good camera's noise (30 um) and an encoder's
-step. The estimated error is stated with the result."""
+FIT_TOLERANCE = 3e-6
+"""m or rad, rms: simulation error where the steps are sought, a tenth of a good camera's noise. The
+estimated error is stated with the result."""
 
 TORQUE_TOLERANCE = 0.005
 """Share of the torque's rms, if a servo's torque is compared: the best models of real rigs miss
@@ -160,7 +160,7 @@ class Predictor:
     """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis fixes
     them: friction and limits have edges, where extrapolation fails."""
     errors: dict[str, float] = field(default_factory=dict)
-    """Estimated simulation error per recording in m or rad, non-linear level only."""
+    """Estimated rms simulation error per recording in m or rad, non-linear level only."""
     motion_cache: MotionCache = field(default_factory=MotionCache)
     _motions: OrderedDict[Key, Trajectory] = field(default_factory=OrderedDict)
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..excitation import build_excitation
 from ..model import Model
+from ..processors import WORKERS
 from ..recording.recording import Recording
 from ..recording.spec import SimulateSpec
 from ..sensors import sensors
@@ -18,7 +19,7 @@ from ..sensors.rigid_rates import SINGULAR_MARGIN
 from ..sensors.sensor import Sensor
 from ..simulate.linear import respond
 from ..simulate.motion import Task, at_rest
-from ..simulate.nonlinear import simulate_within
+from ..simulate.nonlinear import DEFAULT_TOLERANCE, NOISE_SHARE, simulate_within
 from ..trajectory import Trajectory
 
 
@@ -71,11 +72,13 @@ def simulate_recording(
     if spec.level == "lpv":
         trajectory = respond(model, [numbers], [task])[0]
     else:
-        result = simulate_within(model, numbers, task)
+        levels = [level for level in noise.by_output.values() if level > 0.0]
+        tolerance = max(NOISE_SHARE * min(levels, default=0.0), DEFAULT_TOLERANCE)
+        result = simulate_within(model, numbers, task, tolerance, workers=WORKERS)
         trajectory = result.trajectory
         remarks = (
             f"Simulated non-linearly with {result.substeps} steps per sample; "
-            f"estimated error below {result.error:.1e} m or rad.",
+            f"estimated error {result.error:.1e} m or rad rms.",
         )
     channels = read_sensors(model, trajectory, spec, noise, values)
     for k, channel in enumerate(model.drive.reference_channels(model.arm)):

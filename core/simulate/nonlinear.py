@@ -18,15 +18,18 @@ from ..trajectory import Trajectory
 FEWEST_SUBSTEPS = 1
 MOST_SUBSTEPS = 512
 DEFAULT_TOLERANCE = 1e-6
-"""m (rad): far below the noise of any camera or encoder that the recordings come from."""
+"""m (rad), rms: below the noise of any camera or encoder that the recordings come from."""
+
+NOISE_SHARE = 0.1
+"""Of a stated noise: an error of this size adds half a per cent to its standard deviation."""
 
 SHARE = 0.5
 """Of what the modes leave out, or of the stated noise: an integration error of this size adds an
 eighth to it."""
 
-LEAST_GAIN, MOST_GAIN = 4.0, 8.0
-"""By how much twice the steps reduce the error: the method is of second order, and motions that
-few steps resolve badly were seen to gain a factor of 14."""
+LEAST_GAIN, MOST_GAIN = 4.0, 6.0
+"""By how much twice the steps reduce the error: the method is of second order, extrapolated of
+third; what a motion that few steps resolve badly gains beyond, its next doubling does not."""
 
 GAIN_AT_EDGES = 2.0
 """The same where a force or a limit has edges, of which a step sees nothing inside."""
@@ -39,7 +42,7 @@ class Simulated:
     trajectory: Trajectory
     substeps: int
     error: float
-    """Estimate of the largest error of tip (m) or joints (rad or m) that the steps make."""
+    """Estimate of the rms error of tip (m) or joints (rad or m) that the steps make."""
 
 
 def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Trajectory:
@@ -58,10 +61,9 @@ def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Tra
 
 
 def difference(a: Trajectory, b: Trajectory) -> float:
-    """Largest difference of tip places (m) and joint positions (rad or m)."""
-    tips = np.abs(a.tip()[0] - b.tip()[0]).max()
-    joints = np.abs(a.joint_positions - b.joint_positions).max()
-    worst = max(float(tips), float(joints))
+    """The larger rms difference, of tip places (m) or of a joint's positions (rad or m)."""
+    joints = np.sqrt(np.mean((a.joint_positions - b.joint_positions) ** 2, axis=0)).max()
+    worst = max(_rms_distance(a, b), float(joints))
     return worst if np.isfinite(worst) else np.inf
 
 
@@ -83,18 +85,24 @@ def simulate(
     """
     if not (bending(model.arm) or noise):
         return simulate_within(model, numbers, task)
-    edges = bool(numbers.elements) or bool(np.isfinite(numbers.law.limit).any())
-    least = GAIN_AT_EDGES if edges else LEAST_GAIN
-    gain, steps = least, model.steps(task.sample_time, FEWEST_SUBSTEPS)
+    gain, steps = _gain(np.nan, np.nan, numbers), model.steps(task.sample_time, FEWEST_SUBSTEPS)
     (coarse, missing), fine = _pair(model, numbers, task, steps, workers, missing=True)
     tolerance, apart = SHARE * (noise or missing), _rms_distance(coarse, fine)
     while apart / (gain - 1.0) > tolerance and 2 * steps < MOST_SUBSTEPS:
         steps *= 4
         (coarse, _), fine = _pair(model, numbers, task, steps, workers, missing=False)
         before, apart = apart, _rms_distance(coarse, fine)
-        ratio = np.sqrt(before / apart) if np.isfinite(before) and apart > 0.0 else least
-        gain = float(np.clip(ratio, least, MOST_GAIN))
+        gain = _gain(np.sqrt(before), np.sqrt(apart), numbers)
     return Simulated(fine, 2 * steps, difference(coarse, fine) / (gain - 1.0))
+
+
+def _gain(before: float, after: float, numbers: Numbers) -> float:
+    """By how much twice the steps reduce the error, from two differences; what is safe where one is
+    missing."""
+    edges = bool(numbers.elements) or bool(np.isfinite(numbers.law.limit).any())
+    least = GAIN_AT_EDGES if edges else LEAST_GAIN
+    known = np.isfinite(before) and after > 0.0
+    return float(np.clip(before / after, least, MOST_GAIN)) if known else least
 
 
 def _pair(
@@ -137,41 +145,53 @@ def simulate_within(
     task: Task,
     tolerance: float = DEFAULT_TOLERANCE,
     torque_tolerance: float = np.inf,
+    workers: int = 1,
 ) -> Simulated:
     """`simulate_many` of one."""
-    return simulate_many([Job(model, numbers, task)], tolerance, torque_tolerance)[0]
+    return simulate_many([Job(model, numbers, task)], tolerance, torque_tolerance, workers)[0]
 
 
 def simulate_many(
     jobs: Sequence[Job], tolerance: float, torque_tolerance: float = np.inf, workers: int = 1
 ) -> list[Simulated]:
-    """Doubles the steps of each job until that moves its extrapolated motion by less than the
-    tolerance.
+    """Doubles the steps of each job until its extrapolated motion is within the tolerance, rms.
 
-    The stated error is that last change. It is about the error of the extrapolation before, so
-    it errs on the safe side. `torque_tolerance` is a share of the torque's rms: a stiff servo
-    turns a tiny error of place into a large one of torque.
+    The stated error follows from the last change and what twice the steps gained.
+    `torque_tolerance` is a share of the torque's rms: a stiff servo turns a tiny error of place
+    into a large one of torque.
     """
     limits = [job.numbers.law.limit for job in jobs]
-    steps = 2 * FEWEST_SUBSTEPS
-    fine = run_many(jobs, steps, workers)
-    first = run_many(jobs, FEWEST_SUBSTEPS, workers)
-    before = [extrapolated(*motions) for motions in zip(first, fine, limits, strict=True)]
+    steps = 4 * FEWEST_SUBSTEPS
+    first, second, fine = _finished_passes(jobs, (steps // 4, steps // 2, steps), workers)
+    before = list(map(extrapolated, first, second, limits))
+    after = list(map(extrapolated, second, fine, limits))
     simulated: dict[int, Simulated] = {}
-    left = list(range(len(jobs)))
-    while left:
-        steps *= 2
-        finer = dict(zip(left, run_many([jobs[i] for i in left], steps, workers), strict=True))
-        for i in left:
-            after = extrapolated(fine[i], finer[i], limits[i])
-            error = difference(before[i], after)
+    changes = [np.nan] * len(jobs)
+    while True:
+        for i in set(range(len(jobs))) - set(simulated):
+            last, changes[i] = changes[i], difference(before[i], after[i])
+            error = changes[i] / (_gain(last, changes[i], jobs[i].numbers) - 1.0)
             good = error <= tolerance
-            good = good and torque_difference(before[i], after) <= torque_tolerance
+            good = good and torque_difference(before[i], after[i]) <= torque_tolerance
             if good or steps >= MOST_SUBSTEPS:
-                simulated[i] = Simulated(after, steps, error)
-            fine[i], before[i] = finer[i], after
-        left = [i for i in left if i not in simulated]
-    return [simulated[i] for i in range(len(jobs))]
+                simulated[i] = Simulated(after[i], steps, error)
+        left = [i for i in range(len(jobs)) if i not in simulated]
+        if not left:
+            return [simulated[i] for i in range(len(jobs))]
+        steps *= 2
+        for i, finer in zip(left, run_many([jobs[i] for i in left], steps, workers), strict=True):
+            before[i], after[i] = after[i], extrapolated(fine[i], finer, limits[i])
+            fine[i] = finer
+
+
+def _finished_passes(
+    jobs: Sequence[Job], steps: Sequence[int], workers: int
+) -> list[list[Trajectory]]:
+    """The motions of all jobs for each number of steps per sample, side by side."""
+    return [
+        [finished(job, motion) for job, motion in zip(jobs, motions, strict=True)]
+        for motions in passes(jobs, steps, workers)
+    ]
 
 
 def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
