@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 
 from .arm.build import build_arm
 from .errors import InputError
-from .identify import predictor
-from .identify.compare import compare, shared_values
+from .identify.compare import compare_many, shared_values
 from .identify.fit import Fitted, identify
 from .identify.prepared_recording import prepare
 from .identify.setup import Setup, make_setup
@@ -81,51 +79,46 @@ def compare_all(
     progress: Progress,
 ) -> tuple[RecordingComparison, ...]:
     """Each recording against the fit that saw it, the others against all fits."""
+    model, outputs, processing = setup.model, setup.outputs, setup.processing
+    notes = {}
+    by_steps: dict[int | None, list[tuple[Recording, Mapping[str, float], str]]] = {}
+    for r in recordings:
+        own = next((f for f in fits if r.name in f.fit.recordings), None)
+        values, label, notes[r.name] = _values_for(setup, r, own, fits, spec)
+        # What was stopped is shown as its fit simulated it: nobody waits for more.
+        steps = own.residuals.predictor.steps if own is not None and own.fit.stopped else None
+        by_steps.setdefault(steps, []).append((r, values, label))
+    compared = {
+        c.recording: replace(c, note=f"{notes[c.recording]} {c.note}".strip())
+        for steps, chosen in by_steps.items()
+        for c in compare_many(model, chosen, outputs, processing, steps)
+    }
+    progress.advance(len(recordings))
+    return tuple(compared[r.name] for r in recordings)
 
-    def compare_recording(recording: Recording) -> RecordingComparison:
-        own = next((f for f in fits if recording.name in f.fit.recordings), None)
-        comparison = _compare_one(setup, recording, own, fits, spec)
-        progress.advance(text=recording.name)
-        return comparison
 
-    with ThreadPoolExecutor(predictor.workers()) as pool:
-        return tuple(pool.map(compare_recording, recordings))
-
-
-def _compare_one(
-    setup: Setup,
-    recording: Recording,
-    own: Fitted | None,
-    fits: Sequence[Fitted],
+def _values_for(
+    setup: Setup, recording: Recording, own: Fitted | None, fits: Sequence[Fitted],
     spec: IdentifySpec,
-) -> RecordingComparison:
-    """With its own fit; a recording that no fit saw gets the shared values, and what belongs to
-    a recording (zeros, the friction of another bench) is fitted to it alone."""
-    note, steps = "", None
+) -> tuple[dict[str, float], str, str]:  # fmt: skip
+    """(values, label of the fit, note): those of its own fit; a recording that no fit saw gets the
+    shared values, and what belongs to a recording (zeros, the friction of another bench) is fitted
+    to it alone."""
     if own is not None:
-        fitted = own.residuals.predictor
-        values = {
-            **fitted.fixed,
-            **own.residuals.unknowns.values_for(recording.name, own.vector),
-        }
-        label = own.fit.label
-        steps = fitted.steps if own.fit.stopped else None
-    else:
-        label = fits[0].fit.label if len(fits) == 1 else MEAN_LABEL
-        values = shared_by_fits(fits)
-        extra = _own_unknowns(setup, recording, spec)
-        if len(extra):
-            alone = _fit_group(
-                setup, [recording], spec.model_copy(update={"generations": 0}), Silent(), True,
-                values, extra,
-            )  # fmt: skip
-            values |= extra.values_for(recording.name, alone.vector)
-            names = ", ".join(item.parameter.name for item in extra.items)
-            note = f"Fitted to this recording alone: {names}."
-    comparison = compare(
-        setup.model, recording, setup.outputs, setup.processing, values, label, steps
-    )
-    return replace(comparison, note=" ".join(part for part in (note, comparison.note) if part))
+        fixed, unknowns = own.residuals.predictor.fixed, own.residuals.unknowns
+        return {**fixed, **unknowns.values_for(recording.name, own.vector)}, own.fit.label, ""
+    label = fits[0].fit.label if len(fits) == 1 else MEAN_LABEL
+    values = shared_by_fits(fits)
+    extra = _own_unknowns(setup, recording, spec)
+    if not len(extra):
+        return values, label, ""
+    alone = _fit_group(
+        setup, [recording], spec.model_copy(update={"generations": 0}), Silent(), True, values,
+        extra,
+    )  # fmt: skip
+    names = ", ".join(item.parameter.name for item in extra.items)
+    values |= extra.values_for(recording.name, alone.vector)
+    return values, label, f"Fitted to this recording alone: {names}."
 
 
 def _own_unknowns(setup: Setup, recording: Recording, spec: IdentifySpec) -> Unknowns:

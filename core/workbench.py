@@ -19,7 +19,7 @@ from .diagnose.repeated_motions import compare_repeated_runs
 from .diagnose.search_state import Options
 from .diagnosed_scenario import diagnosed_scenario
 from .identify import predictor
-from .identify.compare import compare
+from .identify.compare import compare_many
 from .identify.fit import Fitted
 from .identify.setup import Setup, make_setup
 from .loading import load_recordings
@@ -146,12 +146,9 @@ def compare_at(
     setup = make_setup(model, scenario.identify, recordings)
     all_values = {**scenario.identify.start, **values}
     progress.stage("Comparing the model with the measurements", len(recordings))
-    comparisons = []
-    for r in recordings:
-        comparisons.append(
-            compare(setup.model, r, setup.outputs, setup.processing, all_values, AS_STATED)
-        )
-        progress.advance(text=r.name)
+    chosen = [(r, all_values, AS_STATED) for r in recordings]
+    comparisons = compare_many(setup.model, chosen, setup.outputs, setup.processing)
+    progress.advance(len(recordings))
     return tuple(comparisons)
 
 

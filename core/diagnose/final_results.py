@@ -12,10 +12,8 @@ from ..diagnose.ladder_steps import estimates
 from ..diagnose.missing_torque import missing_torque
 from ..diagnose.refit import Refit, robust_covariance
 from ..identify import identifiability
-from ..identify.compare import compare
+from ..identify.compare import compare_many
 from ..identify.estimates import derived_estimates
-from ..identify.predictor import on_all_cores
-from ..identify.prepared_recording import Prepared
 from ..least_squares import SEEN, as_finite
 from ..results import Estimate, RecordingComparison
 from ..results.comparison import DIAGNOSIS_FIT
@@ -80,14 +78,12 @@ def compare_with_recordings(base_fit: BaseFit) -> tuple[RecordingComparison, ...
 
 
 def _compare_each(h: Hypothesis, data: Data) -> tuple[RecordingComparison, ...]:
-    predictor = h.residuals.predictor
-
-    def comparison(e: Prepared) -> RecordingComparison:
-        own = h.unknowns.values_for(e.recording.name, h.vector)
-        values = {**predictor.fixed, **own}
-        return compare(
-            h.model, e.recording, e.outputs, e.processing, values, DIAGNOSIS_FIT,
-            steps=data.result_substeps,
-        )  # fmt: skip
-
-    return tuple(on_all_cores(comparison, data.experiments))
+    fixed, unknowns = h.residuals.predictor.fixed, h.unknowns
+    chosen = [
+        (e.recording, {**fixed, **unknowns.values_for(e.recording.name, h.vector)}, DIAGNOSIS_FIT)
+        for e in data.experiments
+    ]
+    first = data.experiments[0]
+    return tuple(
+        compare_many(h.model, chosen, first.outputs, first.processing, data.result_substeps)
+    )

@@ -43,32 +43,60 @@ def compare(
     model: Model, recording: Recording, fitted: Sequence[Sensor], processing: Processing,
     values: Mapping[str, float], fit_label: str, steps: int | None = None,
 ) -> RecordingComparison:  # fmt: skip
-    """One recording at given parameter values; `steps` per sample of one plain pass, else as many
-    as the simulation's tolerance needs."""
-    experiment = prepare(model, recording, visible_outputs(model, recording, fitted), processing)
-    predictor = Predictor([experiment], Unknowns(()), values, steps=steps)
-    predicted = predictor.predict(np.zeros(0))[0]
-    count = sum(len(s.channels(model.arm)) for s in fitted)
-    channels = [
-        ChannelComparison(
-            channel=name,
-            unit=unit,
-            time=experiment.time,
-            measured=experiment.measured[:, k],
-            model=predicted[:, k],
-            counted=experiment.counted[:, k],
-            fitted=k < count,
-        )
-        for k, (name, unit) in enumerate(experiment.channels)
+    """`compare_many` of one."""
+    chosen = [(recording, values, fit_label)]
+    return compare_many(model, chosen, fitted, processing, steps)[0]
+
+
+def compare_many(
+    model: Model, chosen: Sequence[tuple[Recording, Mapping[str, float], str]],
+    fitted: Sequence[Sensor], processing: Processing, steps: int | None = None,
+) -> list[RecordingComparison]:  # fmt: skip
+    """Recordings at the parameter values given with each, simulated side by side.
+
+    Args:
+        chosen: (recording, values, label of their fit).
+        fitted: the outputs that were fitted.
+        steps: per sample, of one plain pass; None: as many as the simulation's tolerance needs.
+    """
+    experiments = [
+        prepare(model, r, visible_outputs(model, r, fitted), processing) for r, _, _ in chosen
     ]
-    trajectory = predictor.trajectories([(np.zeros(0), [0])])[0][0][0]
-    error = predictor.errors.get(recording.name)
-    return RecordingComparison(
-        recording=recording.name, role=recording.role, fit_label=fit_label,
-        channels=tuple(channels), missing_torque=_missing(experiment, channels),
-        note="" if error is None else f"Simulation error {error:.1e} m or rad rms.",
-        tip_rms=_tip_rms(channels), theta2=recording.theta2, motion=_motion(experiment, trajectory),
-    )  # fmt: skip
+    own = {r.name: values for r, values, _ in chosen}
+    predictor = Predictor(experiments, Unknowns(()), steps=steps, own=own)
+    motions = predictor.trajectories([(np.zeros(0), range(len(experiments)))])[0]
+    count = sum(len(s.channels(model.arm)) for s in fitted)
+    comparisons = []
+    for e, motion, (_, _, label) in zip(experiments, motions, chosen, strict=True):
+        predicted = e.processed(e.readings(*motion))
+        channels = tuple(
+            ChannelComparison(
+                channel=name,
+                unit=unit,
+                time=e.time,
+                measured=e.measured[:, k],
+                model=predicted[:, k],
+                counted=e.counted[:, k],
+                fitted=k < count,
+            )  # fmt: skip
+            for k, (name, unit) in enumerate(e.channels)
+        )
+        error = predictor.errors.get(e.recording.name)
+        note = "" if error is None else f"Simulation error {error:.1e} m or rad rms."
+        comparisons.append(
+            RecordingComparison(
+                recording=e.recording.name,
+                role=e.recording.role,
+                fit_label=label,
+                channels=channels,
+                missing_torque=_missing(e, channels),
+                note=note,
+                tip_rms=_tip_rms(channels),
+                theta2=e.recording.theta2,
+                motion=_motion(e, motion[0]),
+            )  # fmt: skip
+        )
+    return comparisons
 
 
 def _motion(experiment: Prepared, trajectory: Trajectory) -> JointMotion:

@@ -162,6 +162,8 @@ class Predictor:
     errors: dict[str, float] = field(default_factory=dict)
     """Estimated rms simulation error per recording in m or rad, non-linear level only."""
     motion_cache: MotionCache = field(default_factory=MotionCache)
+    own: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Recording -> values that hold for it alone."""
     _motions: OrderedDict[Key, Trajectory] = field(default_factory=OrderedDict)
 
     @property
@@ -171,8 +173,8 @@ class Predictor:
 
     def values(self, experiment: Prepared, vector: np.ndarray) -> dict[str, float]:
         """Parameters of one recording by name, those that are held too."""
-        own = self.unknowns.values_for(experiment.recording.name, vector)
-        return {**self.fixed, **own}
+        name = experiment.recording.name
+        return {**self.fixed, **self.own.get(name, {}), **self.unknowns.values_for(name, vector)}
 
     def trajectories(self, requests: Sequence[Request]) -> list[list[Motion]]:
         """Per request the motions of its experiments; all are simulated together."""
