@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from ..least_squares import pseudo_inverse
+
 LOOP, DIRECT, NEWTON = 0.25, 0.12, 1.1
 """|ln gain| that is no fault. LOOP: dry friction takes 10 %, a payload as much (scenarios/mujoco);
 DIRECT: a real drive's current follows its reference within 7 %; NEWTON: apparent inertias are 1.5
@@ -133,9 +135,10 @@ ALIKE = 10.0
 
 def regress(A: np.ndarray, y: np.ndarray) -> Regression:
     """y (M,) by columns A (M, k)."""
-    part, *_ = np.linalg.lstsq(A, y, rcond=None)
+    inverse = pseudo_inverse(A.T @ A)
+    part = inverse @ (A.T @ y)
     variance = float(np.var(y - A @ part))
-    errors = np.sqrt(ALIKE * variance * np.abs(np.diag(np.linalg.pinv(A.T @ A))))
+    errors = np.sqrt(ALIKE * variance * np.abs(np.diag(inverse)))
     return Regression(part, errors, 1.0 - variance / max(float(np.var(y)), 1e-300))
 
 

@@ -59,8 +59,11 @@ def _add_effects(
 ) -> bool:
     """Adds effects while a round finds some. Whether another effect is known to be missing.
 
-    At the limit one more round tests whether an effect explains the remaining error.
+    At the limit one more round tests whether an effect explains the remaining error. A model that
+    leaves only noise gets a round only if there was none yet, for its ranking.
     """
+    if state.rounds and within_noise(state.data, state.refit.errors):
+        return False
     while True:
         most = options.max_effects - len(state.added)
         new_round = add_round(state, options, most, progress, on_ranking)
