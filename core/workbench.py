@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -74,10 +75,22 @@ def run_scenario(
         candidate_effects(scenario.diagnose)  # a slip there is reported before the long work
         spec = with_effect_parameters(scenario.identify, model, scenario.model)
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+    with _checked_beside(scenario, folder, data_folder, progress) as findings:
+        outcome = _fitted(scenario, model, spec, recordings, progress, clock)
+        with clock.timed("load"):
+            progress.stage("Checking the recordings")
+            return replace(outcome, findings=findings())
+
+
+def _fitted(
+    scenario: Scenario, model: Model, spec: IdentifySpec, recordings: list[Recording],
+    progress: Progress, clock: Clock,
+) -> Outcome:  # fmt: skip
+    """The outcome of loaded recordings, without findings."""
+    with clock.timed("load"):
         if scenario.model.level == AUTO:
             progress.stage("Choosing the level of the model")
         model, chosen = model_at_level(scenario, model, spec, recordings)
-        findings = _findings(scenario, folder, data_folder, progress)
         setup = make_setup(model, spec, recordings)
     if diagnosis_wanted(scenario):
         threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
@@ -105,10 +118,35 @@ def run_scenario(
         fits=tuple(f.fit for f in fits), comparisons=comparisons,
         model=descriptor(standing, standing.numbers(values)), equations=equations(standing),
         variants=variants, seconds=clock.seconds, chosen_level=chosen,
-        notes=(*setup.notes, *_warnings(recordings)), findings=findings,
-        arm_table=_arm_table(model), diagnosis=diagnosis, repeated=compare_repeated_runs(fits),
+        notes=(*setup.notes, *_warnings(recordings)), arm_table=_arm_table(model),
+        diagnosis=diagnosis, repeated=compare_repeated_runs(fits),
         origins=_origins(setup.model, fits), mechanism=mechanism(standing, values),
     )  # fmt: skip
+
+
+class _Beside(Silent):
+    """Progress of work beside another: unseen, and stopped with it or once it has ended."""
+
+    def __init__(self, other: Progress) -> None:
+        self._other, self.ended = other, False
+
+    def stopped(self) -> bool:
+        return self.ended or self._other.stopped()
+
+
+@contextmanager
+def _checked_beside(
+    scenario: Scenario, folder: Folder | None, data_folder: Path | None, progress: Progress
+) -> Iterator[Callable[[], tuple[str, ...]]]:
+    """The recordings are checked on a thread of their own while the block fits them; what it gets
+    waits for the findings."""
+    beside = _Beside(progress)
+    with ThreadPoolExecutor(1) as pool:
+        checked = pool.submit(_findings, scenario, folder, data_folder, beside)
+        try:
+            yield checked.result
+        finally:
+            beside.ended = True
 
 
 def _findings(

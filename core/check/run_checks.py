@@ -90,7 +90,7 @@ def check_all(
     recordings: Sequence[MeasuredRecording], stopped: Callable[[], bool] = lambda: False
 ) -> list[Finding]:
     """The findings of recordings of one rig, in order; those so far if stopped."""
-    clocked = [with_true_clock(recording) for recording in recordings]
+    clocked = [with_true_clock(recording) for recording in recordings if not stopped()]
     cases = [case for case, _ in clocked]
     all_findings: list[Finding] = []
     for case, findings in clocked:

@@ -309,8 +309,7 @@ def without_lines(s: Spectrum) -> Spectrum:
     if len(s.power) < FEWEST_ORDINATES:
         return s
     width = max(min(101, 2 * (len(s.power) // 8) + 1), 3)
-    padded = np.pad(s.power, width // 2, mode="reflect")
-    median = np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=1)
+    median = scipy.ndimage.median_filter(s.power, size=width, mode="mirror")
     return Spectrum(s.angle, np.minimum(s.power, LINE_CUT * median / np.log(2.0)))
 
 
