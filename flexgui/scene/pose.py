@@ -129,16 +129,14 @@ class Body:
             start, value, length = pose.origins[k], pose.coordinates[k], self.geometry.lengths[k]
             top = start.place[2] + 0.5 * self.sections[k].height + LIFT * self.reach
             if kind.turn:
-                vertices, label = _arc(start, value, length, top)
+                mark, label = _arc(start, value, length, top)
                 # Plus zero: a tiny negative angle is not written as -0.0.
                 text = f"{round(float(np.degrees(value)), 1) + 0.0:.1f}°"
             else:
-                vertices, label = _stroke(start, value, length, top)
+                mark, label = _stroke(start, value, length, top)
                 text = f"{value:.3f} m"
             name = channel_symbol(f"theta{k + 1}", "rad" if kind.turn else "m")
-            marks.append(
-                JointMark(self._placed(vertices), f"{name} = {text}".replace("-", "−"), label)
-            )
+            marks.append(JointMark(self._placed(mark), f"{name} = {text}".replace("-", "−"), label))
         return tuple(marks)
 
 

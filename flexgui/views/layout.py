@@ -210,8 +210,7 @@ def plain(figure: Figure | go.Figure) -> Figure:
 def with_height(drawn: Figure | go.Figure) -> Figure:
     """Plain data of a figure with a height and a caption, which Plotly's own may lack."""
     figure = plain(drawn)
-    whole = {"height": HEIGHT, "meta": {"caption": ""}} | figure["layout"]
-    return figure | {"layout": whole}
+    return figure | {"layout": {"height": HEIGHT, "meta": {"caption": ""}} | figure["layout"]}
 
 
 POINTS = 2000

@@ -70,12 +70,6 @@ function numbers(buffer, begin, { vector, count, low, step }) {
   });
 }
 
-function run(buffer) {
-  const script = document.createElement("script");
-  script.textContent = new TextDecoder().decode(buffer);
-  document.head.append(script);
-}
-
 const boxes = [...document.querySelectorAll(".plot")];
 const watcher = new IntersectionObserver(
   (entries) => entries.filter((entry) => entry.isIntersecting).forEach((entry) => draw(entry.target)),
@@ -92,7 +86,9 @@ function drawRest(rest) {
 let figures = [];
 Promise.all([unpack("figures"), unpack("plotly")]).then(([packed, plotly]) => {
   figures = read(packed);
-  run(plotly);
+  const script = document.createElement("script");
+  script.textContent = new TextDecoder().decode(plotly);
+  document.head.append(script);
   boxes.forEach((box) => watcher.observe(box));
   setTimeout(drawRest, 200, boxes);
   document.addEventListener("toggle", (event) => event.target.querySelectorAll(".plot").forEach(draw), true);
