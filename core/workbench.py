@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .check.run_checks import check_scenario
+from .check.run_checks import check_scenario, explained_by
 from .diagnose.diagnose import diagnose
 from .diagnose.linear_or_nonlinear import AUTO, choose_level
 from .diagnose.output_noise import stated_noise
@@ -75,19 +75,6 @@ def run_scenario(
         candidate_effects(scenario.diagnose)  # a slip there is reported before the long work
         spec = with_effect_parameters(scenario.identify, model, scenario.model)
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
-    with _checked_beside(scenario, folder, data_folder, progress) as findings:
-        outcome = _fitted(scenario, model, spec, recordings, progress, clock)
-        with clock.timed("load"):
-            progress.stage("Checking the recordings")
-            return replace(outcome, findings=findings())
-
-
-def _fitted(
-    scenario: Scenario, model: Model, spec: IdentifySpec, recordings: list[Recording],
-    progress: Progress, clock: Clock,
-) -> Outcome:  # fmt: skip
-    """The outcome of loaded recordings, without findings."""
-    with clock.timed("load"):
         if scenario.model.level == AUTO:
             progress.stage("Choosing the level of the model")
         model, chosen = model_at_level(scenario, model, spec, recordings)
@@ -103,23 +90,25 @@ def _fitted(
             compared_variant(scenario, i, variant, recordings, progress)
             for i, variant in enumerate(scenario.compare)
         )
-    diagnosis = None
-    if diagnosis_wanted(scenario) and not progress.stopped():
-        with clock.timed("diagnose"):
-            diagnosis = _diagnosis(scenario, setup, recordings, spec, fits, progress)
-            if setup.model.level == "lpv":
-                diagnosis = replace(
-                    diagnosis,
-                    linear_model=linear_model([f.fit for f in fits], comparisons, diagnosis),
-                )
+    with _checked_beside(scenario, folder, data_folder, comparisons, progress) as findings:
+        diagnosis = None
+        if diagnosis_wanted(scenario) and not progress.stopped():
+            with clock.timed("diagnose"):
+                diagnosis = _diagnosis(scenario, setup, recordings, spec, fits, progress)
+                if setup.model.level == "lpv":
+                    linear = linear_model([f.fit for f in fits], comparisons, diagnosis)
+                    diagnosis = replace(diagnosis, linear_model=linear)
+        with clock.timed("load"):
+            found = findings()
     standing, values = _final_model(scenario, setup, fits, diagnosis)
     return Outcome(
         title=scenario.title, method=scenario.identify.method, level=setup.model.level,
         fits=tuple(f.fit for f in fits), comparisons=comparisons,
         model=descriptor(standing, standing.numbers(values)), equations=equations(standing),
         variants=variants, seconds=clock.seconds, chosen_level=chosen,
-        notes=(*setup.notes, *_warnings(recordings)), arm_table=_arm_table(model),
-        diagnosis=diagnosis, repeated=compare_repeated_runs(fits),
+        notes=(*setup.notes, *_warnings(recordings)), findings=found,
+        arm_table=_arm_table(model), diagnosis=diagnosis,
+        repeated=compare_repeated_runs(fits),
         origins=_origins(setup.model, fits), mechanism=mechanism(standing, values),
     )  # fmt: skip
 
@@ -136,13 +125,15 @@ class _Beside(Silent):
 
 @contextmanager
 def _checked_beside(
-    scenario: Scenario, folder: Folder | None, data_folder: Path | None, progress: Progress
-) -> Iterator[Callable[[], tuple[str, ...]]]:
-    """The recordings are checked on a thread of their own while the block fits them; what it gets
+    scenario: Scenario, folder: Folder | None, data_folder: Path | None,
+    comparisons: Sequence[RecordingComparison], progress: Progress,
+) -> Iterator[Callable[[], tuple[str, ...]]]:  # fmt: skip
+    """The recordings are checked on a thread of their own while the block diagnoses; what it gets
     waits for the findings."""
     beside = _Beside(progress)
+    explained = explained_by(comparisons)
     with ThreadPoolExecutor(1) as pool:
-        checked = pool.submit(_findings, scenario, folder, data_folder, beside)
+        checked = pool.submit(_findings, scenario, folder, data_folder, explained, beside)
         try:
             yield checked.result
         finally:
@@ -150,14 +141,15 @@ def _checked_beside(
 
 
 def _findings(
-    scenario: Scenario, folder: Folder | None, data_folder: Path | None, progress: Progress
-) -> tuple[str, ...]:
+    scenario: Scenario, folder: Folder | None, data_folder: Path | None, explained: set[str],
+    progress: Progress,
+) -> tuple[str, ...]:  # fmt: skip
     """Faults of the recordings from files; simulated ones are not checked."""
     files = tuple(spec for spec in scenario.recordings if spec.file is not None)
     if not files:
         return ()
     from_files = scenario.model_copy(update={"recordings": files})
-    findings = check_scenario(from_files, folder or Path(), data_folder, progress)
+    findings = check_scenario(from_files, folder or Path(), data_folder, progress, explained)
     return tuple(finding.sentence for finding in findings if finding.is_fault)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -61,6 +61,8 @@ class Check(ABC):
 
     kind = ""
     """Id of the fault; of a check for several, its own id."""
+    compares_channels: ClassVar[bool] = False
+    """Whether it compares channels with what the others predict, which takes seconds."""
 
     @abstractmethod
     def find(self, case: Case) -> Iterable[Finding]:

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ..check.case import Case
+from ..check.column_faults import FAMILIES
 from ..check.finding import Check, Finding
-from ..check.measured_recording import MeasuredRecording
+from ..check.late_channels import FINE
+from ..check.measured_recording import MeasuredRecording, noise_of
+from ..check.suspect_channels import MAINLY
 from ..errors import InputError
 from ..loading import joint_units, simulated
 from ..model import Model
 from ..plugins import discover
 from ..progress import Progress, Silent
-from ..recording.channels import from_camera
+from ..recording.channels import channel_kind, from_camera
 from ..recording.clock import in_base_frame, shifted
 from ..recording.load import load_unchecked
 from ..recording.spec import RecordingSpec
+from ..results import ChannelComparison, RecordingComparison
 from ..scenario.data_folder import Folder, resolve_file
 from ..scenario.schema import Scenario
 from ..scenario.stated_effects import base_model
@@ -39,16 +43,53 @@ def checks() -> dict[str, Check]:
 
 
 def check_scenario(
-    scenario: Scenario, folder: Folder, data: Path | None = None, progress: Progress | None = None
+    scenario: Scenario,
+    folder: Folder,
+    data: Path | None = None,
+    progress: Progress | None = None,
+    explained: Container[str] = (),
 ) -> list[Finding]:
     """What is wrong with a scenario's recordings, in their order.
+
+    Args:
+        explained: recordings whose channels are not compared with one another, see `explained_by`.
 
     Raises:
         InputError: No recording, or one that is no table of measurements.
     """
     progress = progress or Silent()
     recordings = measured_recordings(scenario, folder, data, progress)
-    return [*_unknown_parameters(scenario), *check_all(recordings, progress.stopped)]
+    findings = check_all(recordings, progress.stopped, explained)
+    return [*_unknown_parameters(scenario), *findings]
+
+
+FIRST_SAMPLE = 3.0
+"""Standard deviations of noise by which a whole channel may be shifted: an arm's posture is known
+from one sample."""
+
+
+def explained_by(comparisons: Sequence[RecordingComparison]) -> set[str]:
+    """The recordings in which a fitted model leaves no channel that could be wrong.
+
+    A wrong channel takes MAINLY of what is left unexplained. It cannot where more than that is
+    white noise, or where what is left is below FINE of the channel's spread.
+    """
+    measured = {c.recording: _measured_channels(c) for c in comparisons}
+    return {name for name, own in measured.items() if own and all(map(_is_explained, own))}
+
+
+def _measured_channels(comparison: RecordingComparison) -> list[ChannelComparison]:
+    """Those that a file holds; the others are computed from them."""
+    return [c for c in comparison.channels if channel_kind(c.channel).pattern in FAMILIES]
+
+
+def _is_explained(channel: ChannelComparison) -> bool:
+    left, y = (x[channel.counted] for x in (channel.residual, channel.measured))
+    if not left.size:
+        return True
+    noise, fine = noise_of(left), FINE * float(np.std(y))
+    shifted = abs(float(np.mean(left))) > max(FIRST_SAMPLE * noise, fine)
+    return not shifted and float(np.std(left)) < max(noise / np.sqrt(MAINLY), fine)
 
 
 def _unknown_parameters(scenario: Scenario) -> Iterator[Finding]:
@@ -87,22 +128,35 @@ def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
 
 
 def check_all(
-    recordings: Sequence[MeasuredRecording], stopped: Callable[[], bool] = lambda: False
+    recordings: Sequence[MeasuredRecording],
+    stopped: Callable[[], bool] = lambda: False,
+    explained: Container[str] = (),
 ) -> list[Finding]:
-    """The findings of recordings of one rig, in order; those so far if stopped."""
-    clocked = [with_true_clock(recording) for recording in recordings if not stopped()]
+    """The findings of recordings of one rig, in order; those so far if stopped. Channels of
+    `explained` recordings are not compared with one another."""
+    clocked = [with_true_clock(r, r.name in explained) for r in recordings if not stopped()]
     cases = [case for case, _ in clocked]
     all_findings: list[Finding] = []
     for case, findings in clocked:
-        others = [o for o in cases if o is not case]
-        all_findings += [*findings, *check_case(Case(case.recording, others), stopped)]
+        whole = Case(case.recording, [o for o in cases if o is not case])
+        kinds = _kinds(case.recording.name in explained)
+        all_findings += [*findings, *check_case(whole, stopped, kinds)]
     return all_findings
 
 
-def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[Finding]:
-    """The findings of one recording with a correct clock."""
+def _kinds(explained: bool) -> dict[str, Check]:
+    """The checks of a recording; those that compare channels only where it is not `explained`."""
+    return {k: c for k, c in checks().items() if not (explained and c.compares_channels)}
+
+
+def check_case(
+    case: Case,
+    stopped: Callable[[], bool] = lambda: False,
+    kinds: Mapping[str, Check] | None = None,
+) -> list[Finding]:
+    """The findings of one recording with a correct clock; `kinds`: of these checks only."""
     findings: list[Finding] = []
-    for kind, check in checks().items():
+    for kind, check in (checks() if kinds is None else kinds).items():
         if stopped():
             break
         if kind not in CLOCK_CHECKS:
@@ -110,12 +164,15 @@ def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[
     return findings
 
 
-def with_true_clock(recording: MeasuredRecording) -> tuple[Case, list[Finding]]:
+def with_true_clock(
+    recording: MeasuredRecording, explained: bool = False
+) -> tuple[Case, list[Finding]]:
     """The recording on its true clock, and the findings of the clock."""
     findings: list[Finding] = []
     case = Case(recording)
-    for kind in CLOCK_CHECKS:
-        for finding in checks()[kind].find(case):
+    kinds = _kinds(explained)
+    for kind in (k for k in CLOCK_CHECKS if k in kinds):
+        for finding in kinds[kind].find(case):
             findings.append(finding)
             case = Case(replace(case.recording, time=case.recording.time / finding.size))
     return case, findings

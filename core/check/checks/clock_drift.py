@@ -12,6 +12,7 @@ class ClockDrift(Check):
     """A lag that grows with time."""
 
     kind = "clock_drift"
+    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
         for suspect in case.suspects:

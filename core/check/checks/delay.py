@@ -13,6 +13,7 @@ class Delay(Check):
     """A lag that no drive and no filter explains."""
 
     kind = "delay"
+    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
         for suspect in case.suspects:

@@ -19,6 +19,7 @@ class DifferentRig(Check):
     """A validation recording whose channels relate to each other in another way."""
 
     kind = "different_rig"
+    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
         if case.recording.role != "validate" or case.suspects or case.causes:

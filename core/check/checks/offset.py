@@ -17,6 +17,7 @@ class Offset(Check):
     """A shift that a reference contradicts."""
 
     kind = "offset"
+    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
         recording = case.recording

@@ -110,6 +110,7 @@ class SampleTime(Check):
     """The loop's motion fits only with another sample time."""
 
     kind = "sample_time"
+    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
         result = clock_speed(case)

@@ -38,6 +38,7 @@ class StartsMoving(Check):
     """The encoders' speed in the first samples, beyond what the references ask for there."""
 
     kind = "starts_moving"
+    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
         if any(one.factor != 1.0 or one.delay for one in case.suspects):

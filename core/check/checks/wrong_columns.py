@@ -26,6 +26,7 @@ class WrongColumns(Check):
     """What mends the contradictions of a recording's channels once it is taken back."""
 
     kind = "wrong_columns"
+    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
         for fault in case.causes:
