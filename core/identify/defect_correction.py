@@ -123,9 +123,13 @@ def corrected_minimum(
         The residuals with what the steps miss taken off, and where the descent ended.
     """
     coarse = replace(residuals, anchor=None)
-    steps = coarse.predictor.steps or 1
+    middle, missed = 0, list[np.ndarray]()
     for rounds_left in reversed(range(MOST_ROUNDS)):
-        steps, fine = _fine_errors(coarse, vector, slopes, steps)
+        if middle:  # what is missed with many steps hardly changes along a short way
+            fine = [a + b for a, b in zip(errors_with(coarse, vector, middle), missed, strict=True)]
+        else:
+            middle, between, fine = _fine_errors(coarse, vector, slopes)
+            missed = [a - b for a, b in zip(fine, between, strict=True)]
         residuals = replace(coarse, anchor=Anchor(coarse, vector, fine))
         descended = descend(
             residuals.blocks, lambda x: residuals.sensitivities(x, central=False), vector, limits,  # noqa: B023
@@ -144,17 +148,18 @@ def corrected_minimum(
 
 
 def _fine_errors(
-    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray], steps: int
-) -> tuple[int, list[np.ndarray]]:
-    """The errors (M, k) without step error at a vector (P,), and the least of the three numbers of
-    steps that gave them, from `steps` on; more move no parameter by more than a share of its
+    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray]
+) -> tuple[int, list[np.ndarray], list[np.ndarray]]:
+    """The middle of the three numbers of steps that suffice at a vector (P,), the errors (M, k)
+    with it, and those without step error; more steps move no parameter by more than a share of its
     standard deviation."""
+    steps = residuals.predictor.steps or 1
     runs = errors_with_each(residuals, vector, (steps, 2 * steps, 4 * steps))
     while True:
         coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
         move = _remaining_move(runs, coarse, better, slopes)
         if move < MOST_MOVE or 4 * steps >= MOST_STEPS:
-            return steps, better
+            return 2 * steps, runs[1], better
         # Where edges, which halve it each time, will ask for two more, both are made side by side.
         more = 2 if move > 4.0 * MOST_MOVE and 16 * steps <= MOST_STEPS else 1
         finer = [4 * steps * 2**k for k in range(1, more + 1)]
