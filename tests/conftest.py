@@ -41,12 +41,11 @@ many tests need them that all processes, and the workers of each, would compile 
 time."""
 COMPILED = "from {} import {} as kernel; kernel.compiled\n"
 HALVES = (
-    COMPILED.format("flexgui.core.simulate.rosenbrock", "integrate_lanes")
-    + COMPILED.format("flexgui.core.simulate.rosenbrock", "integrate")
+    COMPILED.format("flexgui.core.simulate.rosenbrock", "integrate")
+    + COMPILED.format("flexgui.core.simulate.piecewise", "piecewise")
     + ARMS.format(0),
     COMPILED.format("flexgui.core.simulate.along_motion", "followed")
     + COMPILED.format("flexgui.core.simulate.linear", "respond_lanes")
-    + COMPILED.format("flexgui.core.simulate.piecewise", "piecewise")
     + ARMS.format(1),
 )
 """What nearly every test needs compiled, once per machine: each is half of the work, and neither

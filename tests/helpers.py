@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numba import njit
 
 from flexgui.core.arm.arm import Arm, Structure
 from flexgui.core.arm.compiled import CompiledArm, compile_arm
@@ -129,6 +130,12 @@ def task_from(
     return Task(time, references, start, start[None, : model.arm.coordinates])
 
 
+@njit
+def solve(A, n, b, columns):  # type: ignore[no-untyped-def]
+    """What only compiled code may call."""
+    discrete.solve(A, n, b, columns)
+
+
 def state_matrices(
     model: Model, numbers: Numbers, joints: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -142,7 +149,7 @@ def state_matrices(
     for lane in range(LANES):
         discrete.place(model.compiled.dynamics, model.compiled.linear, p, q, laws, 0, lane, work)
     columns = 2 * n + ns + nr
-    discrete.solve(work[5], n, work[6], columns)
+    solve(work[5], n, work[6], columns)
     rows = work[6].reshape(n + ns, columns, LANES)[:, :, 0]
     A = np.vstack([np.eye(n, 2 * n + ns, k=n), rows[:, : 2 * n + ns]])
     return A, np.vstack([np.zeros((n, nr)), rows[:, 2 * n + ns :]])

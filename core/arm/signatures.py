@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from llvmlite import ir
+from llvmlite.binding import set_option
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -14,6 +15,9 @@ from numba.extending import intrinsic
 from ..arm.cache import use_cache_folder
 
 use_cache_folder()  # before the first function is compiled
+# Loops here run over a handful of wide numbers: unrolled eight times they take twice as long to
+# compile and no less to run.
+set_option("", "-unroll-runtime=false")
 
 vector = types.float64[::1]
 matrix = types.float64[:, ::1]

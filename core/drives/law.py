@@ -52,6 +52,11 @@ class DriveLaw:
         return all(a is b or np.array_equal(a, b) for a, b in pairs)
 
 
+def law_arrays(law: DriveLaw) -> tuple[np.ndarray, ...]:
+    """R, P, V, S, Fs, Fq, Fv, Fr and the limit."""
+    return law.R, law.P, law.V, law.S, law.Fs, law.Fq, law.Fv, law.Fr, law.limit
+
+
 def static_law(
     R: np.ndarray,
     P: np.ndarray,

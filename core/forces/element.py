@@ -37,13 +37,13 @@ class Element:
 class ElementArrays:
     """The elements of a model as compiled code takes them.
 
-    Addresses (E,), first port, first state and first parameter (E + 1,) each, directions
-    (K n,), parameters, the first of each pair of ports at the tip, the numbers of the elements
-    that are bristles, which come last, and (L, 2) of the loaded ones: which drive's torque goes
-    into which place of the parameters.
+    Laws (E), first port, first state and first parameter (E + 1,) each, directions (K n,),
+    parameters, the first of each pair of ports at the tip, the numbers of the elements that are
+    bristles, which come last, and (L, 2) of the loaded ones: which drive's torque goes into which
+    place of the parameters.
     """
 
-    addresses: np.ndarray
+    laws: tuple[ForceLaw, ...]
     ports: np.ndarray
     states: np.ndarray
     parameters: np.ndarray
@@ -59,9 +59,12 @@ class ElementArrays:
         return int(self.states[-1])
 
     def packed(self) -> tuple[np.ndarray, ...]:
-        """The arrays in the order in which compiled code takes them."""
+        """The arrays in the order in which compiled code for one arm takes them."""
+        from ..forces.compiled import compile_law
+
+        addresses = np.array([compile_law(law).address for law in self.laws], dtype=np.int64)
         return (
-            self.addresses, self.ports, self.states, self.parameters, self.directions,
+            addresses, self.ports, self.states, self.parameters, self.directions,
             self.values, self.tips, self.bristles, self.loads,
         )  # fmt: skip
 
@@ -72,8 +75,6 @@ def _starts(counts: Sequence[int]) -> np.ndarray:
 
 def pack(elements: Sequence[Element], n: int) -> ElementArrays:
     """The arrays of some elements on an arm with n coordinates."""
-    from ..forces.compiled import compile_law
-
     elements = sorted(elements, key=lambda element: element.law.bristle)
     laws = [e.law for e in elements]
     ports = _starts([len(law.x) for law in laws])
@@ -81,7 +82,7 @@ def pack(elements: Sequence[Element], n: int) -> ElementArrays:
     parameters = _starts([len(law.parameters) for law in laws])
     loads = [(e.loaded_by, parameters[i + 1] - 1) for i, e in enumerate(elements) if e.law.loaded]
     return ElementArrays(
-        addresses=np.array([compile_law(law).address for law in laws], dtype=np.int64),
+        laws=tuple(laws),
         ports=ports,
         states=_starts([len(law.states) for law in laws]),
         parameters=parameters,

@@ -17,6 +17,7 @@ from numba import njit, types
 from ..arm.arm import Structure
 from ..arm.signatures import OPTIONS, kernel, vector
 from ..bounded_cache import BoundedCache
+from ..drives.law import law_arrays
 from ..drives.servo import averaged
 from ..effects.effect import Effect
 from ..forces.compiled import compile_law
@@ -24,7 +25,6 @@ from ..forces.element import Element
 from ..identify.prescribed_joint_motion import points_per_sample
 from ..identify.prescribed_joints import is_prescribed
 from ..model import Model, Numbers
-from ..simulate.batch import law_arrays
 from ..simulate.elements import call_element
 from ..simulate.motion import Task
 from ..trajectory import Trajectory

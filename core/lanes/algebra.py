@@ -6,59 +6,10 @@ It allocates nothing. A vector of n numbers is an array (n,) of doubles or (n, L
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 from ..lanes.functions import INLINE
 from ..lanes.wide import absolute, get, maximum, put
-
-
-@njit(**{**INLINE, "_nrt": True})
-def zeros(like, count):  # type: ignore[no-untyped-def]
-    """As many numbers of the kind that the array `like` holds."""
-    return np.zeros((count,) + like.shape[1:])
-
-
-@njit(**INLINE)
-def factor_exchanging(A, n, pivots):  # type: ignore[no-untyped-def]
-    """LU factors of one A (n, n) with partial pivoting, in place; pivots (n,), rows as doubles.
-
-    The diagonal holds the reciprocals of U's: dividing takes four times as long as multiplying.
-    """
-    for k in range(n):
-        best, at = absolute(get(A, k * n + k)), k
-        for i in range(k + 1, n):
-            size = absolute(get(A, i * n + k))
-            if size > best:
-                best, at = size, i
-        put(pivots, k, at)
-        if at != k:
-            for j in range(n):
-                swap(A, k * n + j, at * n + j)
-        inverse = 1.0 / get(A, k * n + k)
-        put(A, k * n + k, inverse)
-        for i in range(k + 1, n):
-            ratio = get(A, i * n + k) * inverse
-            put(A, i * n + k, ratio)
-            for j in range(k + 1, n):
-                put(A, i * n + j, get(A, i * n + j) - ratio * get(A, k * n + j))
-
-
-@njit(**INLINE)
-def swap(x, i, j):  # type: ignore[no-untyped-def]
-    """Two entries take each other's place."""
-    first = get(x, i)
-    put(x, i, get(x, j))
-    put(x, j, first)
-
-
-@njit(**INLINE)
-def exchange(pivots, b):  # type: ignore[no-untyped-def]
-    """The rows of b (n,) in the order of the factors of `factor_exchanging`."""
-    for k in range(b.shape[0]):
-        at = int(get(pivots, k))
-        if at != k:
-            swap(b, k, at)
 
 
 @njit(**INLINE)
@@ -67,7 +18,7 @@ def factor(A, n, growth):  # type: ignore[no-untyped-def]
 
     The matrices of a step are an inertia plus what damps and holds, so their pivots stay near the
     diagonal they had. `growth` (1,) becomes the largest ratio of a diagonal entry to what was
-    left of it, where that is larger: a caller repeats with exchanges where it is too large.
+    left of it, where that is larger: a caller takes shorter steps where it is too large.
     """
     for k in range(n):
         for i in range(k):
@@ -189,56 +140,3 @@ def read(x, array, start):  # type: ignore[no-untyped-def]
     """x = array[start:]."""
     for i in range(x.shape[0]):
         put(x, i, get(array, start + i))
-
-
-# What each step needs most is written out for the number n of coordinates of LANES arms side by
-# side (core.arm.solvers), and comes as `solvers` = (n, *functions); for one arm, with `solvers` =
-# (n,), loops are as quick, and rows are exchanged. `note` (n,) is what `factor_square` says:
-# pivots, or the growth in the lanes.
-
-
-@njit(**INLINE)
-def factor_square(solvers, A, note):  # type: ignore[no-untyped-def]
-    """LU factors of A (n, n) in place."""
-    if A.ndim == 1:
-        factor_exchanging(A, solvers[0], note)
-    else:
-        solvers[1](A, note)
-
-
-@njit(**INLINE)
-def substitute_square(solvers, A, note, b):  # type: ignore[no-untyped-def]
-    """Solves with the factors of `factor_square`; b (n,) becomes the solution."""
-    if A.ndim == 1:
-        exchange(note, b)
-        substitute(A, b.shape[0], b)
-    else:
-        solvers[2](A, b)
-
-
-@njit(**INLINE)
-def solve_positive(solvers, A, b):  # type: ignore[no-untyped-def]
-    """A = L D L' in place as `factor_positive` leaves it; b (n,) becomes the solution."""
-    if A.ndim == 1:
-        factor_positive(A, b.shape[0])
-        substitute_positive(A, b.shape[0], b)
-    else:
-        solvers[3](A, b)
-
-
-@njit(**INLINE)
-def multiply_square(solvers, out, A, x):  # type: ignore[no-untyped-def]
-    """out = A x."""
-    if A.ndim == 1:
-        multiply(out, A, x)
-    else:
-        solvers[4](A, x, out)
-
-
-@njit(**INLINE)
-def subtract_square(solvers, out, A, x):  # type: ignore[no-untyped-def]
-    """out -= A x."""
-    if A.ndim == 1:
-        add_product(out, -1.0, A, x)
-    else:
-        solvers[5](A, x, out)

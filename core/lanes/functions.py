@@ -34,11 +34,14 @@ INLINE: dict[str, Any] = {
     "_nrt": False,
     "cache": True,
     "nogil": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
     "error_model": "numpy",
     "fastmath": {"contract"},
 }
-"""Of functions that callers take in: to pass an array costs more than to add a few numbers. They
-allocate nothing, so they count no references to arrays, which took longer than the arithmetic."""
+"""Of functions that compiled callers take in: to pass an array costs more than to add a few
+numbers. They allocate nothing, so they count no references to arrays, which took longer than the
+arithmetic. Python cannot call them: they compile sooner without the way in from there."""
 
 TWO_OVER_PI = 2.0 / math.pi
 HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)

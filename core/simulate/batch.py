@@ -1,29 +1,32 @@
-"""Simulations with a fixed number of steps, alone or LANES of them side by side."""
+"""Simulations with a fixed number of steps, LANES of them side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arm.arm import Structure
 from ..arm.compiled import compile_wide_arm
-from ..drives.law import DriveLaw
 from ..forces.compiled import compile_wide_law
 from ..forces.element import ElementArrays
 from ..lanes.wide import LANES
 from ..model import Model, Numbers
 from ..progress import current_progress, set_progress
+from ..simulate.linear import fill_lanes, interleave, law_lanes
 from ..simulate.motion import Task, full_start, stretches
-from ..simulate.rosenbrock import implicit_parts, integrate, integrate_lanes
+from ..simulate.rosenbrock import drive_matrices, implicit_parts, integrate
 from ..trajectory import Trajectory
 
 WEAK_PIVOT = 1e-7
-"""Share of a diagonal entry that must be left when the equations of a step are solved without
-exchanging rows; below it more than half of the digits are gone, and the simulation is repeated with
-exchanges."""
+"""Share of a diagonal entry that must be left when the equations of a step are solved; below it
+more than half of the digits are gone, and the simulation is repeated with twice the steps: the
+shorter they are, the closer is their matrix to the positive definite mass matrix."""
+
+DOUBLINGS = 3
+"""After these a motion counts as diverged, and is not a number."""
 
 
 @dataclass(frozen=True)
@@ -46,50 +49,16 @@ class Job:
         return self.numbers.packed(self.model.arm.coordinates)
 
 
-def law_arrays(law: DriveLaw) -> tuple[np.ndarray, ...]:
-    """The law's arrays as compiled code takes them."""
-    parts = (law.R, law.P, law.V, law.S, law.Fs, law.Fq, law.Fv, law.Fr, law.limit)
-    return tuple(np.ascontiguousarray(part, dtype=float) for part in parts)
-
-
-def flat(arrays: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
-    """The arrays' numbers, row by row."""
-    return tuple(array.ravel() for array in arrays)
-
-
 def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
-    """One pass with a fixed number of steps per sample."""
-    p, law = numbers.p, numbers.law
-    n = model.arm.coordinates
-    arrays = law_arrays(law)
-    K, D = model.compiled.linear_matrices(task.start[:n], p)
-    dt = task.sample_time
-    parts = implicit_parts(K, D, arrays, dt / substeps)
-    references = np.ascontiguousarray(task.references, dtype=float)
-    elements, start = numbers.packed(n), full_start(task, numbers)
-    states = np.empty((len(references), len(start)))
-    torque = np.empty((len(references), len(law.R)))
-    limited = bool(np.isfinite(law.limit).any())
-    for rows in stretches(len(references), substeps):
-        length = rows.stop - rows.start
-        moved, pushed, _ = integrate(
-            model.compiled.dynamics, model.compiled.tip, (n,), p, flat(arrays), flat(parts),
-            elements.packed(), references[rows].ravel(), law.straight, start, np.array([dt]),
-            length, substeps, limited,
-        )  # fmt: skip
-        states[rows], torque[rows] = moved.reshape(length, -1), pushed.reshape(length, -1)
-        start = states[rows.stop - 1].copy()
-    return Trajectory(
-        model.arm, model.compiled, p, task.time, states[:, :n], states[:, n : 2 * n], torque
-    )
+    """The motion with a fixed number of steps per sample."""
+    return run_many([Job(model, numbers, task)], substeps)[0]
 
 
 def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
-    """What `run` gives for each job with `substeps` steps per sample.
+    """The motion of each job with `substeps` steps per sample.
 
     Jobs that share a structure run side by side, the longest ones together, on up to `workers`
-    threads; the compiled code holds no lock. A motion does not depend on what runs beside
-    it; only whether anything does changes its rounding.
+    threads; the compiled code holds no lock. A motion does not depend on what runs beside it.
     """
     (motions,) = passes(jobs, (substeps,), workers)
     return [finished(job, motion) for job, motion in zip(jobs, motions, strict=True)]
@@ -98,16 +67,13 @@ def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Traje
 def passes(jobs: Sequence[Job], steps: Sequence[int], workers: int) -> tuple[list[Trajectory], ...]:
     """The motions of all jobs for each number of steps per sample, not yet finished."""
     packed = [job.elements() for job in jobs]
-    chunks = _side_by_side(jobs, packed)
+    chunks = _chunks(jobs, packed)
     chosen = [(substeps, chunk) for substeps in steps for chunk in chunks]
     done: dict[tuple[int, int], Trajectory] = {}
 
     def run_chunk(which: tuple[int, tuple[int, ...]]) -> None:
         substeps, chunk = which
-        if len(chunk) == 1:  # a pass of lanes would take two and a half times as long
-            motions = [run(*jobs[chunk[0]].parts, substeps)]
-        else:
-            motions = _run_pass([jobs[i] for i in chunk], [packed[i] for i in chunk], substeps)
+        motions = _run_pass([jobs[i] for i in chunk], [packed[i] for i in chunk], substeps)
         done.update({(substeps, i): x for i, x in zip(chunk, motions, strict=True)})
 
     if workers > 1 and len(chosen) > 1:
@@ -121,7 +87,7 @@ def passes(jobs: Sequence[Job], steps: Sequence[int], workers: int) -> tuple[lis
     return tuple([done[substeps, i] for i in range(len(jobs))] for substeps in steps)
 
 
-def _side_by_side(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> list[tuple[int, ...]]:
+def _chunks(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> list[tuple[int, ...]]:
     """Indices of up to LANES jobs each that share a structure, the longest ones together."""
     groups: dict[tuple[object, ...], list[int]] = {}
     for i, job in enumerate(jobs):
@@ -146,86 +112,90 @@ def _structure(job: Job, elements: ElementArrays) -> tuple[object, ...]:
         law.states,
         law.references,
         law.straight,
-        *(
-            tuple(part.ravel().tolist())
-            for part in (
-                elements.addresses, elements.ports, elements.states, elements.parameters,
-                elements.tips, elements.bristles, elements.loads,
-            )
-        ),
-    )  # fmt: skip
-
-
-def _interleaved(arrays: Sequence[np.ndarray]) -> np.ndarray:
-    """(entries, LANES) of up to LANES arrays of one shape; the last fills what is left."""
-    flat = [np.ravel(a) for a in arrays]
-    out = np.empty((flat[0].size, LANES))
-    for k in range(LANES):
-        out[:, k] = flat[min(k, len(flat) - 1)]
-    return out
-
-
-def _padded(references: np.ndarray, length: int) -> np.ndarray:
-    """(length, nr): the last row repeated."""
-    missing = length - len(references)
-    return np.pad(references, ((0, missing), (0, 0)), mode="edge") if missing else references
+        elements.laws,
+        tuple(elements.tips.tolist()),
+        tuple(elements.loads.ravel().tolist()),
+    )
 
 
 def _run_pass(
-    jobs: Sequence[Job], packed: Sequence[ElementArrays], substeps: int
+    jobs: Sequence[Job], packed: Sequence[ElementArrays], substeps: int, doublings: int = DOUBLINGS
 ) -> list[Trajectory]:
+    """The motions of up to LANES jobs of one structure."""
+    states, torques, growth = simulate_lanes(jobs, packed, substeps)
+    motions = []
+    for lane, job in enumerate(jobs):
+        motion = _trajectory(job, states, torques, lane)
+        if growth[lane] * WEAK_PIVOT < 1.0:
+            motions.append(motion)
+        elif doublings:
+            motions += _run_pass([job], [packed[lane]], 2 * substeps, doublings - 1)
+        else:
+            motions.append(replace(motion, q=np.full_like(motion.q, np.nan)))
+    return motions
+
+
+def simulate_lanes(
+    jobs: Sequence[Job], packed: Sequence[ElementArrays], substeps: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States [q, q', s, w] (N, 2 n + ns + nw, LANES) and the drives' torques (N, joints, LANES) of
+    up to LANES jobs, and the largest growth in a step's matrix (LANES,).
+
+    N is that of the longest; the first job fills the lanes that are left.
+    """
     first, n = jobs[0], jobs[0].model.arm.coordinates
-    laws = [law_arrays(job.numbers.law) for job in jobs]
-    parts = []
-    for job, law in zip(jobs, laws, strict=True):
-        K, D = job.model.compiled.linear_matrices(job.task.start[:n], job.numbers.p)
-        parts.append(implicit_parts(K, D, law, job.task.sample_time / substeps))
-    sample_times = [job.task.sample_time for job in jobs]
-    samples = max(len(job.task.time) for job in jobs)
+    laws = [job.numbers.law for job in jobs]
+    drives, limits = law_lanes(laws), fill_lanes([law.limit for law in laws])
+    dt = fill_lanes([np.array(job.task.sample_time) for job in jobs])
+    arms = [job.model.compiled.linear_matrices(job.task.start[:n], job.numbers.p) for job in jobs]
+    K, D = (fill_lanes(matrices) for matrices in zip(*arms, strict=True))
     arm = compile_wide_arm(Structure.of(first.model.arm))
-    p = _interleaved([job.numbers.p for job in jobs])
-    law = tuple(_interleaved(columns) for columns in zip(*laws, strict=True))
-    implicit = tuple(_interleaved(columns) for columns in zip(*parts, strict=True))
-    elements, dt = _elements(jobs, packed), _interleaved([np.array([t]) for t in sample_times])
-    references = [_padded(job.task.references, samples) for job in jobs]
-    start = _interleaved([full_start(job.task, job.numbers) for job in jobs])
-    limited = any(bool(np.any(np.isfinite(columns[-1]))) for columns in laws)
-    results = [(np.empty((samples, 2 * n)), np.empty((samples, len(laws[0][-1])))) for _ in jobs]
-    most = np.ones(LANES)
+    parts = tuple(map(_wide, implicit_parts(K, D, drives, dt / substeps)))
+    law = tuple(map(_wide, (*drive_matrices(drives), limits)))
+    p, elements = _side_by_side([job.numbers.p for job in jobs]), _elements(jobs, packed)
+    samples = max(len(job.task.time) for job in jobs)
+    references = interleave([job.task.references for job in jobs], samples)
+    state = _side_by_side([full_start(job.task, job.numbers) for job in jobs])
+    states = np.empty((samples, *state.shape))
+    torques, growth = np.empty((samples, limits.shape[1], LANES)), np.ones((1, LANES))
     for rows in stretches(samples, substeps):
-        length = rows.stop - rows.start
-        states, torques, growth = integrate_lanes(
-            arm.dynamics, arm.tip, (n, *arm.solvers), p, law, implicit, elements,
-            _interleaved([r[rows] for r in references]), first.numbers.law.straight, start, dt,
-            length, substeps, limited,
+        integrate(
+            arm.dynamics, arm.tip, (n, *arm.solvers), p, law, parts, elements,
+            references[rows].reshape(-1, LANES), laws[0].straight, state, _wide(dt), substeps,
+            bool(np.isfinite(limits).any()), states[rows].reshape(-1, LANES),
+            torques[rows].reshape(-1, LANES), growth,
         )  # fmt: skip
-        states, torques = states.reshape(length, -1, LANES), torques.reshape(length, -1, LANES)
-        start, most = states[-1].copy(), np.maximum(most, growth[0])
-        for k, (moved, torque) in enumerate(results):
-            moved[rows], torque[rows] = states[:, : 2 * n, k], torques[:, :, k]
-    return [
-        _trajectory(job, *result) if ratio < 1.0 / WEAK_PIVOT else run(*job.parts, substeps)
-        for job, result, ratio in zip(jobs, results, most[: len(jobs)], strict=True)
-    ]
+    return states, torques, growth[0]
 
 
-def _trajectory(job: Job, moved: np.ndarray, torque: np.ndarray) -> Trajectory:
-    """From [q, q'] (N' >= N, 2 n) and the drives' torques (N', joints) of a pass."""
+def _wide(values: np.ndarray) -> np.ndarray:
+    """(entries, LANES) from (LANES, ..)."""
+    return np.ascontiguousarray(values.reshape(LANES, -1).T)
+
+
+def _side_by_side(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """(entries, LANES) from up to LANES arrays."""
+    return _wide(fill_lanes(arrays))
+
+
+def _trajectory(job: Job, states: np.ndarray, torques: np.ndarray, lane: int) -> Trajectory:
+    """From the states and torques of all lanes."""
     N, n = len(job.task.time), job.model.arm.coordinates
-    q, v = np.ascontiguousarray(moved[:N, :n]), np.ascontiguousarray(moved[:N, n:])
-    return Trajectory(
-        job.model.arm, job.model.compiled, job.numbers.p, job.task.time, q, v, torque[:N]
+    # As one column: numpy copies it faster than row by row.
+    own, torque = (
+        x[:N].reshape(-1, LANES)[:, lane].copy().reshape(N, -1) for x in (states, torques)
     )
+    q, v = own[:, :n], own[:, n : 2 * n]
+    return Trajectory(job.model.arm, job.model.compiled, job.numbers.p, job.task.time, q, v, torque)
 
 
 def _elements(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> tuple[np.ndarray, ...]:
     """The arrays of core.simulate.elements.WIDE_ELEMENTS."""
     like = packed[0]
-    laws = sorted((e.law for e in jobs[0].numbers.elements), key=lambda law: law.bristle)
-    addresses = np.array([compile_wide_law(law).address for law in laws], dtype=np.int64)
+    addresses = np.array([compile_wide_law(law).address for law in like.laws], dtype=np.int64)
     return (
         addresses, like.ports, like.states, like.parameters,
-        _interleaved([arrays.directions for arrays in packed]),
-        _interleaved([arrays.values for arrays in packed]),
+        _side_by_side([arrays.directions for arrays in packed]),
+        _side_by_side([arrays.values for arrays in packed]),
         like.tips, like.bristles, like.loads,
     )  # fmt: skip

@@ -19,15 +19,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..lanes.algebra import (
-    copy,
-    dot,
-    multiply_square,
-    read,
-    substitute_positive,
-    substitute_square,
-    write,
-)
+from ..lanes.algebra import copy, dot, read, substitute_positive, write
 from ..lanes.functions import INLINE
 from ..lanes.wide import absolute, any_lane, get, maximum, minimum, put, select
 from ..simulate.elements import add_along, call_element
@@ -43,7 +35,7 @@ SWEEPS = 40
 
 
 @njit(**INLINE)
-def answer(solvers, bristles, ports, directions, W, note, M, M2, late, col, row, columns, D):  # type: ignore[no-untyped-def]
+def answer(solvers, bristles, ports, directions, W, M, M2, late, col, row, columns, D):  # type: ignore[no-untyped-def]
     """columns (B n,) of accelerations to a force of one, and D (B B,) along the ports.
 
     In the second stage the force meets the mass matrix there: M2 in its factors.
@@ -53,9 +45,9 @@ def answer(solvers, bristles, ports, directions, W, note, M, M2, late, col, row,
         read(col, directions, ports[bristles[i]] * n)
         if late:
             substitute_positive(M2, n, col)
-            multiply_square(solvers, row, M, col)
+            solvers[4](M, col, row)
             copy(col, row)
-        substitute_square(solvers, W, note, col)
+        solvers[2](W, col)
         write(columns, i * n, col)
         for j in range(count):
             put(D, j * count + i, dot(directions, ports[bristles[j]], col))
@@ -172,14 +164,14 @@ def bound(bristles, states, w):  # type: ignore[no-untyped-def]
 
 @njit(**INLINE)
 def friction_rates(  # type: ignore[no-untyped-def]
-    solvers, elements, W, note, M, M2, late, x, xd, out, g, w, back, kw1, work, kv, kw
+    solvers, elements, W, M, M2, late, x, xd, out, g, w, back, kw1, work, kv, kw
 ):
     """Puts the bristles' forces into the rates kv of a stage and gives the rates kw of their
     states; `work` is kept from stage to stage: columns, D, V without forces, V, F, S, and two (n,).
     """
     addresses, ports, states, parameters, directions, values, _, bristles, _ = elements
     columns, D, free, speed, force, share, col, row = work
-    answer(solvers, bristles, ports, directions, W, note, M, M2, late, col, row, columns, D)
+    answer(solvers, bristles, ports, directions, W, M, M2, late, col, row, columns, D)
     free_speeds(bristles, ports, directions, xd, g, kv, free)
     solve_friction(
         bristles, addresses, ports, states, parameters, values, D, g, x, w, back, kw1, free, speed,

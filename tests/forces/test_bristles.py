@@ -13,9 +13,8 @@ from flexgui.core.effects.bristle import bristle_law
 from flexgui.core.forces.element import Element, pack
 from flexgui.core.forces.law import ForceLaw, V, W, X
 from flexgui.core.model import Model
-from flexgui.core.simulate.batch import flat, law_arrays, run
+from flexgui.core.simulate.batch import Job, run, simulate_lanes
 from flexgui.core.simulate.nonlinear import simulate_within
-from flexgui.core.simulate.rosenbrock import implicit_parts, integrate
 from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, _rate, at, excited, forced
 from tests.helpers import ARMS, PAPER, looped, task_from
 from tests.marks import long_except
@@ -36,19 +35,9 @@ def rubbing(base: Model, way: float, levels: tuple[float, ...] = LEVELS) -> Mode
 
 def shares(model: Model, task, substeps: int) -> np.ndarray:  # type: ignore[no-untyped-def]
     """(N, joints): the states of the bristles, which a trajectory does not carry."""
-    numbers, n = model.numbers(), model.arm.coordinates
-    arrays = law_arrays(numbers.law)
-    K, D = model.compiled.linear_matrices(task.start[:n], numbers.p)
-    packed = numbers.packed(n)
-    start = np.concatenate([task.start, np.zeros(packed.state_count)])
-    dt = task.sample_time
-    parts, samples = implicit_parts(K, D, arrays, dt / substeps), len(task.references)
-    states, _, _ = integrate(
-        model.compiled.dynamics, model.compiled.tip, (n,), numbers.p, flat(arrays), flat(parts),
-        packed.packed(), task.references.ravel(), numbers.law.straight, start, np.array([dt]),
-        samples, substeps, False,
-    )  # fmt: skip
-    return np.asarray(states.reshape(samples, -1)[:, task.start.size :])
+    job = Job(model, model.numbers(), task)
+    states, _, _ = simulate_lanes([job], [job.elements()], substeps)
+    return states[:, task.start.size :, 0]
 
 
 @pytest.mark.parametrize("way", long_except((1e-3,), (1e-3, 1e-5)))

@@ -1,4 +1,4 @@
-"""Simulations side by side give what each gives alone."""
+"""Simulations side by side give what each gives alone, and none is worked out with weak pivots."""
 
 from __future__ import annotations
 
@@ -15,8 +15,11 @@ from flexgui.core.lanes import functions
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.schema import ArmSpec
+from flexgui.core.simulate import batch
 from flexgui.core.simulate.batch import Job, run, run_many
 from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.rosenbrock import GAMMA
+from tests.helpers import task_from, with_modes
 
 ROUNDING = 1e-9
 """rad or m after some hundred steps: sums are taken in another order, and that is all."""
@@ -97,6 +100,36 @@ def test_a_motion_does_not_depend_on_what_runs_beside_it(kinds: tuple[str, ...])
         first, _ = run_many([jobs[k], jobs[k - 1]], 4)
         assert np.array_equal(found.q, first.q)
         assert np.array_equal(found.torque, first.torque)
+
+
+def weakened() -> Job:
+    """A rigid arm whose second joint is driven so that the last pivot of the first step's matrix
+    vanishes at one step per sample."""
+    arm = with_modes(0, 0)
+    model = Model(arm, build_drive("velocity_loop", {"gains": [60.0, 30.0]}), "nonlinear")
+    task = task_from(model, np.array([0.0, 1.0, 0.1, 0.0]), np.zeros((4, 2)))
+    numbers = model.numbers()
+    M = model.compiled.mass_matrix(task.start[:2], numbers.p)
+    g = GAMMA * task.sample_time
+    V = numbers.law.V.copy()
+    V[1, 1] = (M[0, 1] ** 2 / (M[0, 0] + g * V[0, 0]) - M[1, 1]) / g
+    return Job(model, numbers._replace(law=replace(numbers.law, V=V)), task)
+
+
+def test_where_a_pivot_vanishes_the_steps_are_doubled() -> None:
+    weak = weakened()
+    again, beside = run_many([weak, replace(weak, numbers=weak.model.numbers())], 1)
+    finer, other = run_many([weak, replace(weak, numbers=weak.model.numbers())], 2)
+    assert np.isfinite(again.q).all() and np.array_equal(again.q, finer.q)
+    assert not np.array_equal(beside.q, other.q)
+
+
+def test_where_all_pivots_stay_weak_the_motion_is_no_number(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(batch, "WEAK_PIVOT", 1.0)
+    job = weakened()
+    assert np.isnan(run(*job.parts, 1).q).all()
 
 
 def test_wide_sine_and_cosine_are_those_of_each_lane() -> None:
