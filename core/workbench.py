@@ -79,8 +79,7 @@ def run_scenario(
             progress.stage("Choosing the level of the model")
         model, chosen = model_at_level(scenario, model, spec, recordings)
         setup = make_setup(model, spec, recordings)
-    if diagnosis_wanted(scenario):
-        threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
+    threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
     with clock.timed("identify"):
         fits = fit_all(setup, recordings, spec, progress)
     with clock.timed("compare"):

@@ -181,8 +181,11 @@ def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equat
     """Made once for a structure and what it lacks: it takes long."""
     straight, zero = straight_arm(structure), dict.fromkeys(absent, 0)
     s = straight.symbols
-    terms = {b.subs(zero): m.subs(zero) for b, m in straight.mass_terms.items()}
-    terms = {b: m for b, m in terms.items() if m != sp.zeros(*m.shape)}
+    terms = {
+        b.subs(zero): m
+        for b, m in straight.mass_terms.items()
+        if any(entry.subs(zero) != 0 for entry in m)
+    }
     pieces = [rf"M_{{{i}}}" + ("" if b == 1 else rf"\, {s.latex(b)}") for i, b in enumerate(terms)]
     equations = [
         Equation(
@@ -196,7 +199,7 @@ def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equat
     ]
     if len(s.q) <= LARGEST_MATRIX:
         for i, (basis, matrix) in enumerate(terms.items()):
-            shown = matrix.applyfunc(sp.factor)
+            shown = matrix.subs(zero).applyfunc(sp.factor)
             role = "constant part" if basis == 1 else f"multiplies {basis}"
             equations.append(Equation(f"M{i}, {role}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
         stiffness = stiffness_matrix(straight.kinematics)
