@@ -20,6 +20,7 @@ from ..diagnose.refit_starts import start_from_nominal
 from ..diagnose.remaining_error import channel_rms
 from ..diagnose.whitening import Whitener
 from ..identify.defect_correction import (
+    MOST_STEPS,
     Anchor,
     corrected_minimum,
     errors_with,
@@ -31,9 +32,6 @@ from ..least_squares import MOST_ITERATIONS, cost_of, pseudo_inverse
 
 SAME = 0.05
 """In noise floors, rms: a smaller change by more steps is negligible."""
-
-MOST_RESULT_SUBSTEPS = 256
-"""Steps per sample."""
 
 
 def anchor_at(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
@@ -47,7 +45,7 @@ def anchor_at(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
     assert data.substeps is not None
     steps = max(data.result_substeps or 0, needed_steps(h.model, dt, 2 * data.substeps, 1.0))
     errors, finer = errors_with_each(h.residuals, h.vector, (steps, 2 * steps))
-    while steps < MOST_RESULT_SUBSTEPS:
+    while steps < MOST_STEPS:
         change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])
         if change < SAME**2 * data.count:
             break

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..diagnose.fit_problem import Hypothesis
-from ..identify.defect_correction import with_steps
+from ..identify.defect_correction import MOST_STEPS, with_steps
 from ..identify.uncertainty import Autocovariance, score_covariance
 from ..least_squares import SEEN, pseudo_inverse
 
@@ -83,10 +83,6 @@ def expected(h: Hypothesis, errors: Autocovariance, within: float = np.inf) -> I
         if np.all(changed <= within * np.diag(shown.A)):
             break
     return shown
-
-
-MOST_STEPS = 256
-"""Per sample, as core.diagnose.cost_minimum.MOST_RESULT_SUBSTEPS."""
 
 
 def _with_steps(h: Hypothesis, errors: Autocovariance, steps: int | None) -> Information:

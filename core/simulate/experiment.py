@@ -11,7 +11,6 @@ import numpy as np
 from ..errors import InputError
 from ..excitation import build_excitation
 from ..model import Model
-from ..processors import WORKERS
 from ..recording.recording import Recording
 from ..recording.spec import SimulateSpec
 from ..sensors import sensors
@@ -74,7 +73,7 @@ def simulate_recording(
     else:
         levels = [level for level in noise.by_output.values() if level > 0.0]
         tolerance = max(NOISE_SHARE * min(levels, default=0.0), DEFAULT_TOLERANCE)
-        result = simulate_within(model, numbers, task, tolerance, workers=WORKERS)
+        result = simulate_within(model, numbers, task, tolerance)
         trajectory = result.trajectory
         remarks = (
             f"Simulated non-linearly with {result.substeps} steps per sample; "

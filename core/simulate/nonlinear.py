@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..model import Model, Numbers
-from ..progress import current_progress, set_progress
-from ..simulate.batch import Job, finished, passes, run, run_many
-from ..simulate.modal_truncation import bending, left_out
+from ..processors import WORKERS
+from ..simulate.batch import Job, finished, passes, run_many
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
@@ -22,10 +20,6 @@ DEFAULT_TOLERANCE = 1e-6
 
 NOISE_SHARE = 0.1
 """Of a stated noise: an error of this size adds half a per cent to its standard deviation."""
-
-SHARE = 0.5
-"""Of what the modes leave out, or of the stated noise: an integration error of this size adds an
-eighth to it."""
 
 LEAST_GAIN, MOST_GAIN = 4.0, 6.0
 """By how much twice the steps reduce the error: the method is of second order, extrapolated of
@@ -62,8 +56,9 @@ def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Tra
 
 def difference(a: Trajectory, b: Trajectory) -> float:
     """The larger rms difference, of tip places (m) or of a joint's positions (rad or m)."""
+    tips = np.sqrt(np.mean(np.sum((a.tip()[0] - b.tip()[0]) ** 2, axis=1)))
     joints = np.sqrt(np.mean((a.joint_positions - b.joint_positions) ** 2, axis=0)).max()
-    worst = max(_rms_distance(a, b), float(joints))
+    worst = max(float(tips), float(joints))
     return worst if np.isfinite(worst) else np.inf
 
 
@@ -72,28 +67,6 @@ def torque_difference(a: Trajectory, b: Trajectory) -> float:
     size = float(np.sqrt(np.mean(b.torque**2)))
     apart = float(np.sqrt(np.mean((a.torque - b.torque) ** 2)))
     return apart / size if size > 0.0 else 0.0
-
-
-def simulate(
-    model: Model, numbers: Numbers, task: Task, noise: float = 0.0, workers: int = 2
-) -> Simulated:
-    """As exact as matters: steps are refined until they add at most SHARE of the tip's noise (m),
-    where one is stated, else of what the modes of the segments leave out.
-
-    More steps would be spent on a model that misses the beam anyway. Arms that do not bend are
-    simulated within DEFAULT_TOLERANCE.
-    """
-    if not (bending(model.arm) or noise):
-        return simulate_within(model, numbers, task)
-    gain, steps = _gain(np.nan, np.nan, numbers), model.steps(task.sample_time, FEWEST_SUBSTEPS)
-    (coarse, missing), fine = _pair(model, numbers, task, steps, workers, missing=True)
-    tolerance, apart = SHARE * (noise or missing), _rms_distance(coarse, fine)
-    while apart / (gain - 1.0) > tolerance and 2 * steps < MOST_SUBSTEPS:
-        steps *= 4
-        (coarse, _), fine = _pair(model, numbers, task, steps, workers, missing=False)
-        before, apart = apart, _rms_distance(coarse, fine)
-        gain = _gain(np.sqrt(before), np.sqrt(apart), numbers)
-    return Simulated(fine, 2 * steps, difference(coarse, fine) / (gain - 1.0))
 
 
 def _gain(before: float, after: float, numbers: Numbers) -> float:
@@ -105,50 +78,15 @@ def _gain(before: float, after: float, numbers: Numbers) -> float:
     return float(np.clip(before / after, least, MOST_GAIN)) if known else least
 
 
-def _pair(
-    model: Model, numbers: Numbers, task: Task, steps: int, workers: int, missing: bool
-) -> tuple[tuple[Trajectory, float], Trajectory]:
-    """The motion with `steps` per sample, beside it what the modes leave out (rms, m), and the
-    motion with twice the steps; compiled code holds no lock, so that both run at once."""
-
-    def coarser() -> tuple[Trajectory, float]:
-        motion = run(model, numbers, task, steps)
-        if not missing:
-            return motion, np.nan
-        joints = motion.joint_positions
-        if not np.isfinite(joints).all():
-            joints = np.tile(task.start[: model.arm.joints], (len(task.time), 1))
-        return motion, _rms(left_out(model, numbers, task, joints))
-
-    if workers < 2:
-        return coarser(), run(model, numbers, task, 2 * steps)
-    with ThreadPoolExecutor(1, initializer=set_progress, initargs=(current_progress(),)) as pool:
-        beside = pool.submit(coarser)
-        fine = run(model, numbers, task, 2 * steps)
-        return beside.result(), fine
-
-
-def _rms(distance: np.ndarray) -> float:
-    """Root mean square length of (N, 2)."""
-    return float(np.sqrt(np.mean(np.sum(distance * distance, axis=1))))
-
-
-def _rms_distance(a: Trajectory, b: Trajectory) -> float:
-    """Of the tips, m; infinite where one motion diverged."""
-    distance = _rms(a.tip()[0] - b.tip()[0])
-    return distance if np.isfinite(distance) else np.inf
-
-
 def simulate_within(
     model: Model,
     numbers: Numbers,
     task: Task,
     tolerance: float = DEFAULT_TOLERANCE,
-    torque_tolerance: float = np.inf,
-    workers: int = 1,
+    workers: int = WORKERS,
 ) -> Simulated:
     """`simulate_many` of one."""
-    return simulate_many([Job(model, numbers, task)], tolerance, torque_tolerance, workers)[0]
+    return simulate_many([Job(model, numbers, task)], tolerance, workers=workers)[0]
 
 
 def simulate_many(

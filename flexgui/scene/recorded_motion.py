@@ -62,6 +62,9 @@ def fitting_factor(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
 FRAMES_PER_SECOND = 50.0
 """Frames kept per second of the recording; screens show 60, the eye asks for less."""
 
+PIXEL = 1e-4
+"""m, rms: error of a simulated motion that nobody sees."""
+
 
 @dataclass(frozen=True)
 class RecordedMotion:
@@ -136,7 +139,7 @@ def simulated_motion(
     from flexgui.core.identify.prepared_recording import make_task
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.simulate.linear import respond
-    from flexgui.core.simulate.nonlinear import simulate
+    from flexgui.core.simulate.nonlinear import simulate_within
 
     # Only recordings to estimate from decide which outputs there are, and so the servo.
     chosen = [replace(recording, role="estimate")]
@@ -146,7 +149,7 @@ def simulated_motion(
     if model.level == "lpv":
         motion = respond(model, [numbers], [task])[0]
     else:
-        motion = simulate(model, numbers, task).trajectory
+        motion = simulate_within(model, numbers, task, PIXEL).trajectory
     stride = max(int(round(1.0 / (FRAMES_PER_SECOND * recording.sample_time))), 1)
     rows = slice(None, None, stride)
     parts = {name: getattr(motion, name)[rows] for name in ("q", "v", "torque")}

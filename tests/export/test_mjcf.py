@@ -15,7 +15,7 @@ from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.results import Outcome
 from flexgui.core.simulate.experiment import make_task
-from flexgui.core.simulate.nonlinear import simulate
+from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.simulate.posture import Posture, posture
 from flexgui.export.formats.mjcf import Mjcf, chain_frequencies
 from tests.export.arms import GRAVITY, MODELS
@@ -162,7 +162,7 @@ def test_it_moves_and_measures_like_the_simulation_in_no_more_steps_than_that_ta
     engine, data = built(outcome)
     spec = SimulateSpec(theta2=np.pi / 2, seconds=0.5, sample_time=SAMPLE, seed=3)
     task = make_task(model, spec, "x")[0]
-    expected = simulate(model, model.numbers(), task).trajectory
+    expected = simulate_within(model, model.numbers(), task).trajectory
     steps = round(SAMPLE / engine.opt.timestep)
     assert steps * engine.opt.timestep == pytest.approx(SAMPLE) and steps <= MOST_STEPS
     named = ("theta1", "theta2", "dtheta2", "u1", "deflection1", "deflection2")
