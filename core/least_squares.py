@@ -84,6 +84,9 @@ less than half as curved as they say, and its minimum more than twice as far."""
 SHORT = 1e-2
 """Damping above which a step was short, so that a small reduction says nothing of the next one."""
 WORST_DAMPING = 1e6
+SAME_START = 0.1
+"""Of a typical size: nearer starts end in the same minimum, as those within some ten per cent of a
+resonance do."""
 AT_BOUND = 1e-6
 """Of a typical size: nearer than this a parameter stands at its bound."""
 DIVERGED = 1e12

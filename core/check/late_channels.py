@@ -18,6 +18,7 @@ from ..check.gain_and_lag import ALIKE
 from ..check.link_bending import LIGHT, LinkBending, LinkShape
 from ..check.measured_recording import MeasuredRecording, lattice_step
 from ..least_squares import (
+    SAME_START,
     Descended,
     Limits,
     descend,
@@ -29,8 +30,6 @@ from ..recording.channels import DRIVES, Role, is_reference, role_of
 STIFFNESS_STARTS = tuple(np.geomspace(0.2, 5.0, 13))
 """Factors on the stated stiffness for the starts of a fit: estimates from a drawing are a factor of
 4 off, and a fit must start within some ten per cent of a resonance."""
-SAME_START = 0.1
-"""ln of stiffness: nearer starts end in the same minimum."""
 LAGS = (1.0, 2.0, 4.0, 7.0, 10.0, 13.0, 16.0)
 """Samples of lag for the starts of a fit, which finds what is within half a period."""
 GROWING_LAGS = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)

@@ -20,7 +20,7 @@ from ..identify.refinement import (
     first_samples_of,
     fit_at,
     scaled_limits,
-    start_over_horizon,
+    starts_over_horizon,
 )
 from ..identify.residuals import Residuals, channel_weights
 from ..identify.unknowns import Unknowns
@@ -101,7 +101,7 @@ def _searched(
         starts = several_starts(residuals, start, spec)
     if predictor.simulation_is_expensive and spec.refine and len(unknowns):
         progress.advance(0, "starting with the first vibrations of each recording")
-        starts = [start_over_horizon(residuals, s, lambda _: progress.stopped()) for s in starts]
+        starts = starts_over_horizon(residuals, starts, lambda _: progress.stopped())
     stopped = (searched is not None and searched.stopped) or progress.stopped()
     if not len(unknowns) or stopped or not spec.refine:
         best = starts[0]

@@ -190,11 +190,16 @@ def refine_from_starts(
 
     expensive = residuals.predictor.simulation_is_expensive
     tolerance = ROUGH_TOLERANCE if expensive else None
+    names = "the search's best and the nominal values" if searched else (
+        f"the nominal values and the best of {STARTS} points around them"
+    )  # fmt: skip
     first = refine(residuals, starts[0], report, tolerance)
-    if all(np.array_equal(starts[0], other) for other in starts[1:]):
+    if len(starts) == 1:
         return first, "One start: the nominal values."
     if progress.stopped():
         return first, ""
+    if np.array_equal(starts[0], starts[1]):
+        return first, f"Both starts ({names}) end in the same minimum."
     progress.advance(0, first_estimate_text(residuals.unknowns, first.vector))
 
     def meets(cost: float) -> bool:
@@ -206,9 +211,6 @@ def refine_from_starts(
         return first, ""
     low, high = sorted((first.cost, second.cost))
     agree = high - low <= AGREEMENT * low + ROUNDING * residuals.magnitude
-    names = "the search's best and the nominal values" if searched else (
-        f"the nominal values and the best of {STARTS} points around them"
-    )  # fmt: skip
     sentence = (
         f"Both starts ({names}) end at the same cost."
         if agree

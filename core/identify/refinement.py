@@ -18,7 +18,7 @@ from ..errors import InputError
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.residuals import Residuals
-from ..least_squares import Descended, Limits, cost_of, descend, limits_of
+from ..least_squares import SAME_START, Descended, Limits, cost_of, descend, limits_of
 from ..progress import StoppedError
 from ..recording.decimation import first_part
 
@@ -134,21 +134,38 @@ HORIZON_TOLERANCE = 1e-2
 """Relative cost reduction at which a descent ends before the next, longer one."""
 
 
-def start_over_horizon(residuals: Residuals, start: np.ndarray, on_step: OnStep) -> np.ndarray:
-    """The start (P,) of a descent over whole recordings, from descents over growing first parts."""
+def starts_over_horizon(
+    residuals: Residuals, starts: Sequence[np.ndarray], on_step: OnStep
+) -> list[np.ndarray]:
+    """The starts (P,) of descents over whole recordings, from descents over growing first parts.
+
+    Starts that meet over one part go on as one.
+    """
+    vectors = list(starts)
     if all(e.model.arm.coordinates == e.model.arm.joints for e in residuals.experiments):
-        return start  # what does not swing does not run out of step
-    vector = start
+        return vectors  # what does not swing does not run out of step
     for share in SHARES:
         parts = first_parts(residuals.experiments, share)
         counted = sum(int(e.counted.sum()) for e in parts)
-        if counted < FEWEST_PER_UNKNOWN * len(vector):
+        if counted < FEWEST_PER_UNKNOWN * len(residuals.unknowns):
             continue
-        fit = refine(_with_experiments(residuals, parts), vector, on_step, HORIZON_TOLERANCE)
-        if fit.stopped_before_first_step or not np.isfinite(fit.cost):
-            break
-        vector = fit.vector
-    return vector
+        shorter, ends = _with_experiments(residuals, parts), dict[int, np.ndarray]()
+        for vector in vectors:
+            if id(vector) not in ends:
+                ends[id(vector)] = _descended(shorter, vector, tuple(ends.values()), on_step)
+        vectors = [ends[id(vector)] for vector in vectors]
+    return vectors
+
+
+def _descended(
+    residuals: Residuals, start: np.ndarray, others: Sequence[np.ndarray], on_step: OnStep
+) -> np.ndarray:
+    """The end of a rough descent, or the one of the others that it meets."""
+    fit = refine(residuals, start, on_step, HORIZON_TOLERANCE)
+    if fit.stopped_before_first_step or not np.isfinite(fit.cost):
+        return start
+    near = SAME_START * residuals.scales
+    return next((x for x in others if np.all(np.abs(x - fit.vector) < near)), fit.vector)
 
 
 SEARCH_SAMPLES = 30_000

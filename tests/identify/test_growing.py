@@ -12,7 +12,7 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
-from flexgui.core.identify.refinement import first_parts, refine, start_over_horizon
+from flexgui.core.identify.refinement import first_parts, refine, starts_over_horizon
 from flexgui.core.identify.residuals import Residuals
 from flexgui.core.identify.unknowns import Unknown, Unknowns
 from flexgui.core.model import Model
@@ -82,7 +82,7 @@ def apart(vector: np.ndarray) -> float:
 def test_the_first_swings_lead_to_the_true_stiffness(experiment: Prepared) -> None:
     r = residuals(experiment, OFF)
     start = r.unknowns.parameters.vector()
-    led = start_over_horizon(r, start, lambda _: False)
+    (led,) = starts_over_horizon(r, [start], lambda _: False)
     assert apart(led) < FOUND
     at_once = refine(r, start, lambda _: False, 1e-6)
     assert apart(at_once.vector) > 10.0 * FOUND  # or the way by the first swings shows nothing

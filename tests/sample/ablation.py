@@ -52,8 +52,8 @@ def _fit(data: Any, fit: Any, *_: Any) -> Any:
     return fit
 
 
-def _start(residuals: Any, start: Any, *_: Any) -> Any:
-    return start
+def _starts(residuals: Any, starts: Any, *_: Any) -> Any:
+    return list(starts)
 
 
 def _plain_search(state: Any, options: Any, progress: Any, on_ranking: Any) -> Any:
@@ -75,7 +75,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "nominal start of a minimum": [("core.diagnose.cost_minimum.start_from_nominal", _none)],
     "nominal start of a refit": [("core.diagnose.refit_starts.differs_from_nominal", _no)],
     "progressive horizon, identification": [
-        ("core.identify.fit.start_over_horizon", _start),
+        ("core.identify.fit.starts_over_horizon", _starts),
     ],
     "shape refinement": [("core.diagnose.acceptance.refine_force_shape", _fit)],
     "successive halving": [("core.diagnose.search_round.still_competitive", _all_go_on)],
