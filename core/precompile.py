@@ -1,8 +1,8 @@
 """Compile kernels and arms ahead of time, in separate processes.
 
-The first start on a machine compiles the kernels in parallel. A new arm takes seconds, and a
-diagnosis tries half a dozen. The compiler blocks all Python code of its process; loading from the
-cache, which another process has filled, takes milliseconds.
+The first start on a machine compiles the kernels beside the work; who needs one waits for that one
+only. A new arm takes seconds, and a diagnosis tries half a dozen. The compiler blocks all Python
+code of its process; loading from the cache, which another process has filled, takes milliseconds.
 """
 
 from __future__ import annotations
@@ -16,25 +16,30 @@ import time
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 from .arm.arm import Structure
 from .arm.cache import cache_folder, sources_key
 from .arm.compiled import compile_arm, compile_wide_arm, is_compiled
+from .arm.signatures import Kernel
 from .processors import WORKERS
-from .progress import Progress
+from .progress import Progress, Silent, current_progress
 
-TITLE = "Compiling for this machine, once (about half a minute)"
+TITLE = "Compiling for this machine, once (about ten seconds)"
 
 _COMMAND = (
     "import os; getattr(os, 'nice', int)(5); "
     f"from {__package__}.simulate.{{}} import {{}} as kernel; kernel.compiled"
 )
-_KERNELS = (
-    ("rosenbrock", "integrate"), ("piecewise", "piecewise"), ("linear", "respond_lanes"),
-    ("along_motion", "followed"),
-)  # fmt: skip
-"""Module and name of the kernels of a first result, the slowest to compile first."""
+_KERNELS = {
+    "integrate": "rosenbrock", "respond_lanes": "linear", "followed": "along_motion",
+    "piecewise": "piecewise",
+}  # fmt: skip
+"""Kernels of a first result and their modules, in the order in which they are compiled."""
+
+_begun = threading.Lock()
+"""Held once this process has begun to compile the kernels."""
 
 _PAUSE = 0.05
 """s between two checks of the processes."""
@@ -46,32 +51,63 @@ def kernels_compiled() -> bool:
 
 
 def precompile_all(progress: Progress, arms: Iterable[Structure] = ()) -> None:
-    """Compiles all kernels where this was not done before.
+    """Starts to compile all kernels where this was not done before, and returns at once.
 
-    `arms` that are needed later are compiled in the background.
+    `arms` that are needed later are compiled in the background too.
     """
-    precompile_arms(arms)
-    if not kernels_compiled():
-        compile_kernels(progress)
+    if kernels_compiled() or not _begun.acquire(blocking=False):
+        precompile_arms(arms)
+        return
+    progress.stage(TITLE)
+
+    def compile_all() -> None:
+        compile_kernels(Silent(), max(WORKERS - 1, 1))  # this process compiles the first arm
+        precompile_arms(arms)
+
+    threading.Thread(target=compile_all, daemon=True).start()
 
 
-def compile_kernels(progress: Progress) -> None:
-    """Compiles in as many processes as the machine has processors; returns when all have ended."""
+def compile_kernels(progress: Progress, at_once: int = WORKERS) -> None:
+    """Compiles in `at_once` processes at a time; returns when all have ended.
+
+    Meanwhile the first call of a kernel in this process waits for the process that compiles it.
+    """
     progress.stage(TITLE, len(_KERNELS))
-    waiting = [_COMMAND.format(*kernel) for kernel in _KERNELS]
-    running: list[subprocess.Popen[str]] = []
+    ended = {name: threading.Event() for name in _KERNELS}
+    waiting, running = list(_KERNELS), dict[str, subprocess.Popen[str]]()
     complete = True
-    with suppress(OSError):  # no process or file can be made: whoever needs a kernel compiles it
+    Kernel.waits.update({name: partial(_wait, name, waiting, ended[name]) for name in _KERNELS})
+    try:
         while waiting or running:
-            while waiting and len(running) < WORKERS:
-                running.append(start_process(waiting.pop(0)))
+            while waiting and len(running) < at_once:
+                with suppress(IndexError):  # of a kernel that is compiled here meanwhile
+                    name = waiting.pop(0)
+                    running[name] = start_process(_COMMAND.format(_KERNELS[name], name))
             time.sleep(_PAUSE)
-            for process in [process for process in running if process.poll() is not None]:
-                running.remove(process)
-                complete = complete and process.returncode == 0
+            for name in [name for name, process in running.items() if process.poll() is not None]:
+                complete = running.pop(name).returncode == 0 and complete
+                ended[name].set()
                 progress.advance()
+            if not complete:  # as when this process ends
+                waiting.clear()
         if complete:
             (cache_folder() / f"warm_{sources_key()}").touch()
+    except OSError:  # no process or file can be made: whoever needs a kernel compiles it
+        pass
+    finally:
+        for event in ended.values():
+            event.set()
+
+
+def _wait(name: str, waiting: list[str], ended: threading.Event) -> None:
+    """Returns when another process has compiled the kernel, or none has begun to."""
+    progress = current_progress()
+    if progress is not None:
+        progress.advance(0, TITLE)
+    try:
+        waiting.remove(name)
+    except ValueError:
+        ended.wait()
 
 
 _ARMS_COMMAND = f"from {__name__} import main; main()"

@@ -51,8 +51,8 @@ HALVES = (
 """What nearly every test needs compiled, once per machine: each is half of the work, and neither
 compiles what the other does."""
 MARK = (
-    "from flexgui.core.progress import Silent; from flexgui.core.precompile import precompile_all; "
-    "precompile_all(Silent())"
+    "from flexgui.core.precompile import compile_kernels; "
+    "from flexgui.core.progress import Silent; compile_kernels(Silent())"
 )
 """Finds all of it there, and says so to the next start."""
 

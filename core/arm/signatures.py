@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from llvmlite import ir
 from llvmlite.binding import set_option
@@ -43,12 +43,24 @@ class Kernel:
     """A compiled function that Python calls. Importing its module compiles nothing: the first call
     does, or finds it in the cache."""
 
+    waits: ClassVar[dict[str, Callable[[], None]]] = {}
+    """By a kernel's name what waits until another process, which compiles it, has put it there."""
+
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
         self._function, self._signature = function, signature
 
-    @cached_property
+    @property
     def compiled(self) -> Callable[..., Any]:
         """The function itself; to ask for it compiles."""
+        name = self._function.__name__
+        wait = self.waits.get(name)
+        if wait is not None:  # outside of `_compiled`, whose lock all kernels share
+            wait()
+            self.waits.pop(name, None)
+        return self._compiled
+
+    @cached_property
+    def _compiled(self) -> Callable[..., Any]:
         return njit(self._signature, **OPTIONS)(self._function)
 
     def __call__(self, *arguments: Any) -> Any:

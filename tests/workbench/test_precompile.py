@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from numba import float64
 
 from flexgui.core import precompile
 from flexgui.core.arm.arm import Structure
 from flexgui.core.arm.compiled import is_compiled
-from flexgui.core.precompile import precompile_arms
+from flexgui.core.arm.signatures import Kernel
+from flexgui.core.precompile import compile_kernels, kernels_compiled, precompile_arms
+from flexgui.core.progress import Silent
 
 SMALL = Structure(joints=("revolute",), modes=(0,), mounts=("previous",))
 LONGEST = 120.0
@@ -23,6 +29,7 @@ def empty(tmp_path, monkeypatch):  # type: ignore[no-untyped-def]
     """A machine that has compiled nothing yet."""
     monkeypatch.setenv("FLEXGUI_CACHE", str(tmp_path))
     monkeypatch.setattr(precompile, "_requested", set())
+    monkeypatch.setattr(Kernel, "waits", {})
 
 
 @pytest.mark.long
@@ -57,3 +64,43 @@ def test_the_process_ends_with_the_one_that_began_it(empty) -> None:
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=LONGEST, check=True
     )
     assert not Path("/proc", done.stdout.strip()).exists()
+
+
+class Process:
+    """Of another processor that compiles until it is told to end."""
+
+    def __init__(self) -> None:
+        self.ended, self.returncode = threading.Event(), 0
+
+    def poll(self) -> int | None:
+        return 0 if self.ended.is_set() else None
+
+
+def test_who_needs_a_kernel_waits_for_that_one_only(empty, monkeypatch) -> None:
+    begun: dict[str, Process] = {}
+
+    def start(code: str) -> Process:
+        return begun.setdefault(
+            code.removesuffix(" as kernel; kernel.compiled").split()[-1], Process()
+        )
+
+    def integrate(x):  # type: ignore[no-untyped-def]
+        return x
+
+    def piecewise(x):  # type: ignore[no-untyped-def]
+        return x
+
+    monkeypatch.setattr(precompile, "start_process", start)
+    with ThreadPoolExecutor(2) as pool:
+        all_kernels = pool.submit(compile_kernels, Silent(), 2)
+        while len(begun) < 2:
+            time.sleep(0.01)
+        waiting = pool.submit(Kernel(integrate, float64(float64)), 1.0)
+        assert Kernel(piecewise, float64(float64))(2.0) == 2.0, "nobody has begun to compile it"
+        assert not waiting.done()
+        begun["integrate"].ended.set()
+        assert waiting.result(LONGEST) == 1.0 and not all_kernels.done()
+        while not all_kernels.done():
+            for process in list(begun.values()):
+                process.ended.set()
+    assert "piecewise" not in begun and kernels_compiled()
