@@ -11,7 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..check.gain_and_lag import DIRECT, LEAST_EXPLAINED, LOOP, Relation, fit_gains_and_lags, relate
+from ..check.gain_and_lag import (
+    DIRECT,
+    LEAST_EXPLAINED,
+    LOOP,
+    Relation,
+    fit_gains_and_lags,
+    relate,
+    smoothed,
+)
 from ..check.inverse_dynamics import torque_relations
 from ..check.link_bending import LinkShape
 from ..check.measured_recording import MeasuredRecording
@@ -23,7 +31,7 @@ from ..simulate.linear import respond
 from ..simulate.motion import Task, at_rest
 from ..trajectory import Trajectory
 
-SUBSTEPS = 8
+SUBSTEPS = 4
 """Steps per sample: the loop's motion within a per cent."""
 SMALL = 0.3
 """rad (m): below, responses to the references add up within a few per cent."""
@@ -133,7 +141,7 @@ def _by_reference(
     lag: float,
 ) -> list[Relation]:  # fmt: skip
     """Gains of all references in a channel, fitted together."""
-    fit = fit_gains_and_lags(y, parts, dt, lag)
+    fit = fit_gains_and_lags(smoothed(y), smoothed(np.array(parts)), dt, lag)
     return [
         Relation(name, (reference,), float(gain), float(late), 0.0, np.inf, fit.explained, LOOP,
                  part, step=dt)

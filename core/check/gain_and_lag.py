@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -84,28 +85,36 @@ def relate(
     x = np.sum(expected, axis=0)
     if not (np.std(x) > 0 and np.std(y) > 0):
         return None
-    lag, explained = _best_lag(y, x, dt)
+    moves = smoothed(np.array([y, x]))
+    lag, explained = _best_lag(moves[0], moves[1], dt)
     if explained < 0.02:
         return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, tolerance, x, dt)
-    fit = fit_gains_and_lags(y, [x], dt, lag, drifts=True)
+    fit = fit_gains_and_lags(moves[0], moves[1:], dt, lag, drifts=True)
     return Relation(
         output, inputs, float(fit.gains[0]), float(fit.lags[0]), fit.drift, fit.drift_error,
         fit.explained, tolerance, x, dt,
     )  # fmt: skip
 
 
-SLOW = scipy.signal.butter(2, 0.2, output="sos")
-"""Removes the fastest tenth of a signal, which is noise."""
+SLOW = 0.2
+"""Of half the sampling rate: what is faster is noise."""
 
 
 def smoothed(x: np.ndarray) -> np.ndarray:
-    """Signals (..., M) from their first values on, without their fastest tenth."""
-    return np.asarray(scipy.signal.sosfiltfilt(SLOW, x - x[..., :1])) if x.shape[-1] > 20 else x
+    """Signals (..., M) from their first values on, without what is faster than SLOW."""
+    if x.shape[-1] <= 20:
+        return x
+    return np.asarray(scipy.signal.sosfiltfilt(_low_pass(), x - x[..., :1]))
+
+
+@cache
+def _low_pass() -> np.ndarray:
+    return np.asarray(scipy.signal.butter(2, SLOW, output="sos"))
 
 
 def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
-    """The lag (s) at which both rates agree best, and the share explained."""
-    a, b = np.diff(smoothed(x)), np.diff(smoothed(y))
+    """The lag (s) at which the rates of smoothed signals agree best, and the share explained."""
+    a, b = np.diff(x), np.diff(y)
     a, b = a - a.mean(), b - b.mean()
     most = min(int(LAGS / dt), len(a) // 4)
     whole = scipy.signal.correlate(b, a, mode="full", method="fft")
@@ -160,9 +169,10 @@ class GainsAndLags(NamedTuple):
 
 
 def fit_gains_and_lags(
-    y: np.ndarray, parts: Sequence[np.ndarray], dt: float, lag: float, drifts: bool = False
+    y: np.ndarray, parts: np.ndarray, dt: float, lag: float, drifts: bool = False
 ) -> GainsAndLags:
-    """Gauss-Newton on the rate of y (M,), with free gain and lag of each part (M,).
+    """Gauss-Newton on the rate of a smoothed y (M,), with free gain and lag of each of the smoothed
+    parts (k, M).
 
     Args:
         dt: s
@@ -170,7 +180,7 @@ def fit_gains_and_lags(
         drifts: Whether the lags may change with time.
     """
     t, k = dt * np.arange(len(y)), len(parts)
-    ys, rates = (np.gradient(smoothed(each), dt, axis=-1) for each in (y, np.array(parts)))
+    ys, rates = (np.gradient(each, dt, axis=-1) for each in (y, parts))
     middle, lags, drift, error = t - t[-1] / 2, np.full(k, lag), 0.0, np.inf
     for _ in range(8):
         when = t - lags[:, None] - drift * middle

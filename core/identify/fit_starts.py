@@ -165,9 +165,9 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
     ]
     if not moved or not spec.refine or spec.generations == 0:
         return [start]
-    points = scipy.stats.qmc.LatinHypercube(
-        len(moved), rng=np.random.default_rng(spec.seed)
-    ).random(STARTS)
+    rng = np.random.default_rng(spec.seed)
+    cells = rng.permuted(np.tile(np.arange(STARTS), (len(moved), 1)), axis=1).T
+    points = (cells + rng.random(cells.shape)) / STARTS  # a Latin hypercube
     tried = np.tile(start, (STARTS, 1))
     tried[:, moved] *= SPREAD ** (2.0 * points - 1.0)
     p = residuals.unknowns.parameters

@@ -109,15 +109,17 @@ ROUNDING = 1e-9
 
 def _tapered(S: np.ndarray, gamma: np.ndarray, taper: np.ndarray) -> np.ndarray:
     """(P, P) of sensitivities (M, k, P) and covariances (2 width + 1, k, k) times a taper."""
-    _, k, P = S.shape
-    total = np.zeros((P, P))
+    M, k, P = S.shape
+    total, reach = np.zeros((P, P)), len(taper) - 1
+    size = scipy.fft.next_fast_len(M + 2 * reach, real=True)
+    waves = scipy.fft.rfft(S, size, axis=0)
     for a in range(k):
-        for b in range(k):
-            kernel = np.concatenate(
-                [(taper * gamma[:, b, a])[:0:-1], taper * gamma[:, a, b]]
-            )  # lags -2w..2w: gamma_ab(-l) = gamma_ba(l)
-            smooth = scipy.signal.fftconvolve(S[:, b, :], kernel[::-1, None], mode="same", axes=0)
-            total += S[:, a, :].T @ smooth
+        # Lags from -reach to reach: gamma_ab(-l) = gamma_ba(l).
+        kernels = np.concatenate([(taper * gamma[:, :, a].T)[:, :0:-1], taper * gamma[:, a].T], 1)
+        answers = scipy.fft.rfft(kernels[:, ::-1], size, axis=1)
+        mixed = np.einsum("bf,fbp->fp", answers, waves)
+        smooth = scipy.fft.irfft(mixed, size, axis=0)[reach : reach + M]
+        total += S[:, a, :].T @ smooth
     return np.asarray(0.5 * (total + total.T))
 
 

@@ -31,8 +31,10 @@ class WeakExcitation(Check):
             q = recording.counted(name)
             q = q[np.isfinite(q)]
             q = q[~far_out(q)]  # outliers are another fault, and look like noise
-            noise = quiet_noise(q)
             moved = float(np.std(q))
+            if moved > 2.0 * FEWEST * noise_of(q):
+                continue  # the noise without the motion's own fast part is no larger
+            noise = quiet_noise(q)
             if noise > 0 and moved < FEWEST * noise:
                 sentence = f"{name} moves by {moved:.3g} rms, {moved / noise:.2g} times its noise"
                 yield case.finding(self.kind, name, moved / noise, "", sentence)
