@@ -12,7 +12,6 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.arm.segment import Segment
 from flexgui.core.drives.law import DriveLaw
 from flexgui.core.drives.velocity_loop import VelocityLoop
-from flexgui.core.identify.predictor import Predictor
 from flexgui.core.lanes.wide import LANES
 from flexgui.core.model import Model, Numbers
 from flexgui.core.simulate import discrete
@@ -204,9 +203,3 @@ def relative_to_largest(a: np.ndarray, b: np.ndarray) -> float:
 def simulate_fixed(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
     """`run_many_extrapolated` of one."""
     return run_many_extrapolated([Job(model, numbers, task)], substeps)[0]
-
-
-def finer(predictor: Predictor, times: int) -> Predictor:
-    """The same with `times` as many steps per sample as the stated error needs."""
-    steps = {name: times * found for name, found in predictor.substeps.items()}
-    return Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps)

@@ -155,7 +155,6 @@ class Predictor:
     experiments: Sequence[Prepared]
     unknowns: Unknowns
     fixed: Mapping[str, float] = field(default_factory=dict)
-    substeps: dict[str, int] = field(default_factory=dict)
     steps: int | None = None
     """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis fixes
     them: friction and limits have edges, where extrapolation fails."""
@@ -258,34 +257,13 @@ class Predictor:
             prescribed = all(map(is_prescribed, models, numbers))
             smooth = prescribed and not any(n.elements for n in numbers)
             return (run_extrapolated if smooth else run_many)(jobs, self.steps, _workers)
-        names = [e.recording.name for e in chosen]
-        results = self._find_steps(names, chosen, jobs)
-        for steps in {self.substeps[name] for name in names}:
-            which = [
-                i
-                for i, name in enumerate(names)
-                if self.substeps[name] == steps and i not in results
-            ]
-            some = run_many_extrapolated([jobs[i] for i in which], steps, _workers)
-            results.update(zip(which, some, strict=True))
-        return [results[i] for i in range(len(jobs))]
-
-    def _find_steps(
-        self, names: Sequence[str], chosen: Sequence[Prepared], jobs: Sequence[Job]
-    ) -> dict[int, Trajectory]:
-        """Finds the steps per sample that the stated error needs, where unknown; returns the
-        motions simulated for it."""
-        first = {name: i for i, name in reversed(list(enumerate(names)))}
-        new = [i for name, i in first.items() if name not in self.substeps]
-        if not new:
-            return {}
-        servo = chosen[0].model.steering is not None
-        torque_compared = servo and any(s.kind == TORQUE for s in chosen[0].outputs)
+        torque_compared = chosen[0].model.steering is not None and any(
+            output.kind == TORQUE for output in chosen[0].outputs
+        )
         share = TORQUE_TOLERANCE if torque_compared else np.inf
-        results = simulate_many([jobs[i] for i in new], FIT_TOLERANCE, share, _workers)
-        for i, result in zip(new, results, strict=True):
-            self.substeps[names[i]], self.errors[names[i]] = result.substeps, result.error
-        return {i: result.trajectory for i, result in zip(new, results, strict=True)}
+        results = simulate_many(jobs, FIT_TOLERANCE, share, _workers)
+        self.errors |= {e.recording.name: x.error for e, x in zip(chosen, results, strict=True)}
+        return [result.trajectory for result in results]
 
     def simulated_at(self, vector: np.ndarray) -> MotionCache:
         """The motions at a vector (P,)."""

@@ -29,12 +29,13 @@ from flexgui.core.sensors import sensor
 from flexgui.core.simulate import motion
 from flexgui.core.simulate.batch import Job, run, run_many
 from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
-from tests.helpers import finer
 
 TRUTH = 1e9 * 0.05**4 / 12.0
 SPEC = IdentifySpec(parameters=("EI1", "EI2"), start={"EI1": 1.3 * TRUTH, "EI2": 0.7 * TRUTH})
 SAMPLES = 2_000
 
+FINE = 256
+"""Steps per sample of a reference: its own error is below a hundredth of a deviation."""
 SAME = 0.1
 """Deviations within which two answers are the same."""
 
@@ -144,12 +145,11 @@ def test_simulations_look_whether_they_are_wanted(
 
 
 def test_the_last_step_takes_the_error_of_few_steps_off(model: Model, recording: Recording) -> None:
-    """Against a descent whose simulations are all as fine as the tolerance needs, and finer."""
+    """Against a step whose simulations are all fine."""
     found = _identify(model, recording, Silent())
     experiments = [_prepared(model, recording)]
-    predictor = Predictor(experiments, collect_unknowns(model, SPEC, [recording]))
-    predictor.predict(found.vector)
-    exact = Residuals(finer(predictor, 4), channel_weights(experiments, {}))
+    predictor = Predictor(experiments, collect_unknowns(model, SPEC, [recording]), steps=FINE)
+    exact = Residuals(predictor, channel_weights(experiments, {}))
     slopes = exact.vector(exact.sensitivities(found.vector))
     step = np.linalg.lstsq(slopes, exact(found.vector), rcond=None)[0]
     deviations = np.array([e.std for e in found.fit.estimates])

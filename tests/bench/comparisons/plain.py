@@ -18,13 +18,12 @@ from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.workbench import load_recordings, model_at_level, run_scenario
 from tests.bench.case import write
 from tests.bench.row import Row, Size, seconds
-from tests.helpers import finer
 
 WITHIN = 0.1
 """Of a parameter's deviation: how far the answer may be from the tight reference."""
 
-TIGHT = 4
-"""Times the steps of the fit's tolerance, for the reference."""
+TIGHT = 128
+"""Steps per sample of the reference."""
 
 
 def rows(size: Size) -> list[Row]:
@@ -55,10 +54,8 @@ def _tight(file: Path) -> Residuals:
     unknowns = collect_unknowns(setup.model, spec, recordings)
     fixed = fixed_values(setup.model, spec, unknowns)
     experiments = [prepare(setup.model, r, setup.outputs, setup.processing) for r in recordings]
-    predictor = Predictor(experiments, unknowns, fixed)
-    predictor.predict(unknowns.parameters.vector())  # finds the steps of the fit's tolerance
-    weights = channel_weights(experiments, spec.weights)
-    return Residuals(finer(predictor, TIGHT), weights)
+    predictor = Predictor(experiments, unknowns, fixed, steps=TIGHT)
+    return Residuals(predictor, channel_weights(experiments, spec.weights))
 
 
 def _apart(residuals: Residuals, values: dict[str, tuple[float, float]]) -> float:
