@@ -36,8 +36,8 @@ def module_head(n: int, wide: bool) -> str:
     if wide:
         return _HEAD.format(
             whose="LANES arms side by side", columns=n, wide=wide, fast=("contract",),
-            core=core, functions=f"from {core}.lanes import algebra\n"
-            f"from {core}.lanes.functions import absolute, cos, maximum, sin", layout=":, ::1",
+            core=core, layout=":, ::1",
+            functions=f"from {core}.lanes.functions import absolute, cos, maximum, sin",
         )  # fmt: skip
     # Sums may be taken in any order, which lets them be taken side by side.
     return _HEAD.format(

@@ -7,31 +7,24 @@ from collections.abc import Sequence
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
-_C_FUNCTION = """
-
-@cfunc(types.void({kinds}), **OPTIONS)
-def {name}({names}):
-    {body}
-"""
-_STATEMENTS = """
+_FUNCTION = """
 
 @statements
 def {name}_statements({names}):
     {body}
+
+
+@cfunc(types.void({kinds}), **OPTIONS)
+def {name}({names}):
+    {name}_statements({names})
 """
 
 
-def c_function(name: str, names: str, body: str) -> str:
-    """A compiled function of arrays of numbers, with the names of its arguments."""
-    kinds = ", ".join(["numbers"] * len(names.split(", ")))
-    return _C_FUNCTION.format(name=name, names=names, kinds=kinds, body=body)
-
-
 def written_out(name: str, names: str, lines: Sequence[str]) -> str:
-    """The same of assignments, which are written straight as instructions."""
-    body = "\n    ".join(lines)
-    called = c_function(name, names, f"{name}_statements({names})")
-    return _STATEMENTS.format(name=name, names=names, body=body) + called
+    """A compiled function of arrays of numbers, with the names of its arguments, from assignments
+    that are written straight as instructions."""
+    kinds, body = ", ".join(["numbers"] * len(names.split(", "))), "\n    ".join(lines)
+    return _FUNCTION.format(name=name, names=names, kinds=kinds, body=body)
 
 
 class _Printer(PythonCodePrinter):

@@ -1,38 +1,25 @@
 """The linear algebra of one step for LANES arms, written out for their number of coordinates.
 
 Loops over a handful of entries cost more than what they compute: with every entry a name of its own
-the compiler keeps several sums under way at once. The methods are those of core.lanes.algebra.
+the compiler keeps several sums under way at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from ..arm.printing import c_function, written_out
-
-MOST_WRITTEN_OUT = 12
-"""Coordinates up to which that holds: the text grows with their third power (for 12 coordinates as
-long as the equations of such an arm), and more than a register file holds gains less."""
-
-_Body = Callable[[int], list[str]]
-"""The statements for a number of coordinates."""
+from ..arm.printing import written_out
 
 
 def solver_functions(n: int) -> list[str]:
     """The text of the functions of core.arm.compiled.WideArm.solvers for n coordinates."""
-    functions: Sequence[tuple[str, str, _Body, str]] = (
-        ("factor", "A, growth", factor, f"algebra.factor(A, {n}, growth)"),
-        ("substitute", "A, b", substitute, f"algebra.substitute(A, {n}, b)"),
-        (
-            "solve_positive", "A, b", solve_positive,
-            f"algebra.factor_positive(A, {n}); algebra.substitute_positive(A, {n}, b)",
-        ),
-        ("multiply", "A, x, out", multiply, "algebra.multiply(out, A, x)"),
-        ("subtract", "A, x, out", subtract, "algebra.add_product(out, -1.0, A, x)"),
-    )  # fmt: skip
-    if n > MOST_WRITTEN_OUT:
-        return [c_function(name, names, loop) for name, names, _, loop in functions]
-    return [written_out(name, names, written(n)) for name, names, written, _ in functions]
+    return [
+        written_out("factor", "A, growth", factor(n)),
+        written_out("substitute", "A, b", substitute(n)),
+        written_out("solve_positive", "A, b", solve_positive(n)),
+        written_out("multiply", "A, x, out", multiply(n)),
+        written_out("subtract", "A, x, out", subtract(n)),
+    ]
 
 
 def _less(first: str, products: Sequence[tuple[str, str]]) -> str:
@@ -40,8 +27,12 @@ def _less(first: str, products: Sequence[tuple[str, str]]) -> str:
 
 
 def factor(n: int) -> list[str]:
-    """LU factors of A in place, the diagonal as reciprocals; `growth` (1, LANES) becomes the
-    largest ratio of a diagonal entry to what was left of it, where that is larger."""
+    """LU factors of A in place, the diagonal as reciprocals; no rows are exchanged.
+
+    The matrices of a step are an inertia plus what damps and holds, so their pivots stay near the
+    diagonal they had. `growth` (1, LANES) becomes the largest ratio of a diagonal entry to what
+    was left of it, where that is larger: a caller takes shorter steps where it is too large.
+    """
     lines = ["most = growth[0]"]
 
     def left(i: int, k: int, terms: int) -> str:

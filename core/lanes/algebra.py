@@ -9,49 +9,7 @@ from __future__ import annotations
 from numba import njit
 
 from ..lanes.functions import INLINE
-from ..lanes.wide import absolute, get, maximum, put
-
-
-@njit(**INLINE)
-def factor(A, n, growth):  # type: ignore[no-untyped-def]
-    """LU factors of A (n, n) in place, the diagonal as reciprocals; no rows are exchanged.
-
-    The matrices of a step are an inertia plus what damps and holds, so their pivots stay near the
-    diagonal they had. `growth` (1,) becomes the largest ratio of a diagonal entry to what was
-    left of it, where that is larger: a caller takes shorter steps where it is too large.
-    """
-    for k in range(n):
-        for i in range(k):
-            total = get(A, i * n + k)
-            for j in range(i):
-                total -= get(A, i * n + j) * get(A, j * n + k)
-            put(A, i * n + k, total)
-        for i in range(k + 1):
-            total = get(A, k * n + i)
-            for j in range(i):
-                total -= get(A, k * n + j) * get(A, j * n + i)
-            if i < k:
-                put(A, k * n + i, total * get(A, i * n + i))
-            else:
-                inverse = 1.0 / total
-                ratio = absolute(get(A, k * n + k) * inverse)
-                put(growth, 0, maximum(get(growth, 0), ratio))
-                put(A, k * n + k, inverse)
-
-
-@njit(**INLINE)
-def substitute(A, n, b):  # type: ignore[no-untyped-def]
-    """Solves with LU factors; b (n,) becomes the solution."""
-    for i in range(1, n):
-        total = get(b, i)
-        for j in range(i):
-            total -= get(A, i * n + j) * get(b, j)
-        put(b, i, total)
-    for i in range(n - 1, -1, -1):
-        total = get(b, i)
-        for j in range(i + 1, n):
-            total -= get(A, i * n + j) * get(b, j)
-        put(b, i, total * get(A, i * n + i))
+from ..lanes.wide import get, put
 
 
 @njit(**INLINE)

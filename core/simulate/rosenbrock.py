@@ -172,7 +172,7 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
 ):  # fmt: skip
     """Fills states (N (2 n + ns + nw),) and drive torques (N nj,) at the N samples from the start
     y, which becomes the end. Returns (1,): by how much a pivot shrank at most, see
-    core.lanes.algebra.factor.
+    core.arm.solvers.factor.
 
     Each number stands for LANES arms, and matrices lie row by row. `solvers` is the number n of
     coordinates with the functions of core.arm.solvers; p (np,); `law` is `drive_matrices` with the

@@ -16,7 +16,7 @@ from flexgui.core.arm.cache import cached_module, module_file, sources_key
 from flexgui.core.arm.compiled import _name as name_of
 from flexgui.core.arm.compiled import compile_wide_arm
 from flexgui.core.arm.generate import module_head
-from flexgui.core.arm.solvers import MOST_WRITTEN_OUT, solver_functions
+from flexgui.core.arm.solvers import solver_functions
 from flexgui.core.lanes.wide import LANES
 from tests.helpers import chain
 
@@ -128,7 +128,3 @@ def test_products_are_numpys(n: int) -> None:
     work["subtract"](wide(A), wide(x), less)
     np.testing.assert_allclose(out, wide(A @ x), rtol=ROUNDING, atol=ROUNDING)
     np.testing.assert_allclose(less, wide(start - A @ x), rtol=ROUNDING, atol=ROUNDING)
-
-
-def test_both_ways_to_write_them_are_tried_here() -> None:
-    assert min(SIZES) < MOST_WRITTEN_OUT < max(SIZES)
