@@ -36,8 +36,12 @@ def element(x, v, w, e, out):
 class _Printer(PythonCodePrinter):
     """Plain arithmetic that Numba knows."""
 
-    def __init__(self) -> None:
-        super().__init__({"fully_qualified_modules": False, "allow_unknown_functions": False})
+    def __init__(self, **known: str) -> None:
+        """`known` are functions of formulas that have another name here."""
+        super().__init__({
+            "fully_qualified_modules": False, "allow_unknown_functions": False,
+            "user_functions": known,
+        })  # fmt: skip
 
     def _print_sign(self, expr: sp.sign) -> str:
         inner = self._print(expr.args[0])
@@ -60,6 +64,8 @@ class _Printer(PythonCodePrinter):
 
 
 _WIDE_HEAD = f'''"""A force law of LANES arms at once, written by {core}.forces.generate."""
+
+from math import nan
 
 from numba import carray, cfunc, types
 
@@ -84,6 +90,11 @@ def element(x_, v_, w_, e_, out_):
 class _WidePrinter(_Printer):
     """The same with the functions of core.lanes; what chooses between cases is no branch."""
 
+    printmethod = "_lanescode"  # which no function has: core.effects.real_functions say Python's
+
+    def __init__(self) -> None:
+        super().__init__(abs="absolute", min="minimum", max="maximum", sqrt="sqrt")
+
     def _print_Abs(self, expr: sp.Abs) -> str:  # noqa: N802
         return f"absolute({self._print(expr.args[0])})"
 
@@ -92,6 +103,13 @@ class _WidePrinter(_Printer):
 
     def _print_Heaviside(self, expr: sp.Heaviside) -> str:  # noqa: N802
         return f"step({self._print(expr.args[0])})"
+
+    def _print_Piecewise(self, expr: sp.Piecewise) -> str:  # noqa: N802
+        text = "nan"
+        for value, condition in reversed(expr.args):
+            one = self._print(value)
+            text = one if condition == True else f"select({self._print(condition)}, {one}, {text})"  # noqa: E712
+        return text
 
     def _folded(self, name: str, expr: sp.Expr) -> str:
         text = self._print(expr.args[0])

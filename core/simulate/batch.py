@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arm.arm import Structure
 from ..arm.compiled import compile_wide_arm
-from ..forces.compiled import compile_wide_law
+from ..forces.compiled import compile_law
 from ..forces.element import ElementArrays
 from ..lanes.wide import LANES
 from ..model import Model, Numbers
@@ -192,7 +192,7 @@ def _trajectory(job: Job, states: np.ndarray, torques: np.ndarray, lane: int) ->
 def _elements(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> tuple[np.ndarray, ...]:
     """The arrays of core.simulate.elements.WIDE_ELEMENTS."""
     like = packed[0]
-    addresses = np.array([compile_wide_law(law).address for law in like.laws], dtype=np.int64)
+    addresses = np.array([compile_law(law).wide_address for law in like.laws], dtype=np.int64)
     return (
         addresses, like.ports, like.states, like.parameters,
         _side_by_side([arrays.directions for arrays in packed]),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -9,9 +12,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from flexgui.core.arm.cache import cache_folder
+from flexgui.core.effects.real_functions import FUNCTIONS
 from flexgui.core.forces.compiled import compile_law
 from flexgui.core.forces.generate import module_text
 from flexgui.core.forces.law import ForceLaw, V, W, X, joint_law
+from flexgui.core.lanes.wide import LANES
 
 ROUNDING = 1e-12
 """Relative to the terms of the sum; printing must not change a number."""
@@ -39,6 +44,21 @@ TWO_PORTS = ForceLaw(
     (V - A * W,),
 )
 
+POINTER = ctypes.POINTER(ctypes.c_double)
+C_FUNCTION = ctypes.CFUNCTYPE(None, *[POINTER] * 5)
+
+
+def forms(law: ForceLaw, *arguments: Sequence[float]) -> list[np.ndarray]:
+    """The law's outputs in plain Python, of one arm and in each of LANES arms."""
+    found, compiled = [], compile_law(law)
+    for address, lanes in ((compiled.address, 1), (compiled.wide_address, LANES)):
+        arrays = [np.repeat(np.array(a, dtype=float), lanes) for a in arguments]
+        out = np.zeros(law.size * lanes)
+        C_FUNCTION(address)(*(a.ctypes.data_as(POINTER) for a in (*arrays, out)))
+        found += list(out.reshape(-1, lanes).T)
+    return [compiled(*(np.array(a) for a in arguments)), *found]
+
+
 number = st.floats(-2.0, 2.0).filter(lambda x: abs(x) > 1e-3)
 
 
@@ -59,9 +79,9 @@ def test_compiled_numbers_are_those_of_the_symbols(name, x, v, w, a, b) -> None:
     law = LAWS[name]
     states = [w][: len(law.states)]
     assume(abs(x) != b)  # in a corner a slope is what one chooses it to be
-    out = compile_law(law)(np.array([x]), np.array([v]), np.array(states), np.array([a, b]))
     expected = evaluated(law, [x], [v], states, [a, b])
-    assert np.abs(out - expected).max() <= ROUNDING * (1.0 + np.abs(expected).max())
+    for out in forms(law, [x], [v], states, [a, b]):
+        assert np.abs(out - expected).max() <= ROUNDING * (1.0 + np.abs(expected).max())
 
 
 @pytest.mark.parametrize("law", [*LAWS.values(), TWO_PORTS], ids=[*LAWS, "two ports"])
@@ -70,12 +90,20 @@ def test_the_number_of_outputs_is_known_beforehand(law: ForceLaw) -> None:
 
 
 def test_two_ports_and_a_state_keep_their_order() -> None:
-    out = compile_law(TWO_PORTS)(
-        np.array([0.5, 0.0]), np.array([3.0, 2.0]), np.array([0.1]), np.array([4.0, 7.0])
-    )
     root = np.sqrt(9.0 + 4.0)
     expected = [-2.0, -14.0 * root, -4.0, 0.0, 0.0, -7.0 * root, 2.6, 0.0, 1.0, -4.0]
-    assert np.allclose(out, expected, rtol=ROUNDING)
+    for out in forms(TWO_PORTS, [0.5, 0.0], [3.0, 2.0], [0.1], [4.0, 7.0]):
+        assert np.allclose(out, expected, rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("word", FUNCTIONS)
+def test_a_function_of_formulas_is_the_same_in_every_form(word: str) -> None:
+    function = FUNCTIONS[word]
+    arguments = (X, V)[: next(iter(function.nargs))]
+    plain, *compiled = forms(joint_law(A * function(*arguments), (A,)), [0.4], [0.3], [], [2.0])
+    assert plain[0] == pytest.approx(2.0 * function.value(*(0.4, 0.3)[: len(arguments)]))
+    for out in compiled:
+        assert np.allclose(out, plain, rtol=ROUNDING, atol=ROUNDING)
 
 
 @pytest.mark.parametrize("name", ["x", "out", "lambda", "e", "c0", "s1", "__import__"])
@@ -83,8 +111,8 @@ def test_any_name_of_a_parameter_is_harmless(name: str) -> None:
     """Symbols are renamed: the text of a law never holds a name that someone chose."""
     own = sp.Symbol(name, positive=True)
     law = joint_law(-own * X + sp.cos(own * V) * sp.cos(own * V), (own,))
-    out = compile_law(law)(np.array([2.0]), np.array([0.5]), np.zeros(0), np.array([3.0]))
-    assert out[0] == pytest.approx(-6.0 + np.cos(1.5) ** 2, rel=ROUNDING)
+    for out in forms(law, [2.0], [0.5], [], [3.0]):
+        assert out[0] == pytest.approx(-6.0 + np.cos(1.5) ** 2, rel=ROUNDING)
     assert name in ("x", "out", "e", "c0", "s1") or name not in module_text(law)
 
 
@@ -95,6 +123,7 @@ def test_a_parameter_that_is_a_port_too_is_refused() -> None:
 
 def test_a_law_is_compiled_once_and_kept_as_a_file() -> None:
     first = compile_law(LAWS["dry friction"])
+    assert first.address and first.wide_address
     assert compile_law(joint_law(-A * sp.tanh(V / B), (A, B))) is first
-    assert list(cache_folder().glob("force_*.py"))
-    assert not list(cache_folder().glob("force_*.tmp"))
+    assert list(cache_folder().glob("force_*.py")) and list(cache_folder().glob("wide_force_*.py"))
+    assert not list(cache_folder().glob("*force_*.tmp"))
