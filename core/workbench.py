@@ -19,6 +19,7 @@ from .diagnose.output_noise import stated_noise
 from .diagnose.repeated_motions import compare_repeated_runs
 from .diagnose.search_state import Options
 from .diagnosed_scenario import diagnosed_scenario
+from .errors import InputError
 from .identify import predictor
 from .identify.compare import compare_many
 from .identify.fit import Fitted
@@ -148,7 +149,12 @@ def _findings(
     if not files:
         return ()
     from_files = scenario.model_copy(update={"recordings": files})
-    findings = check_scenario(from_files, folder or Path(), data_folder, progress, explained)
+    try:
+        findings = check_scenario(from_files, folder or Path(), data_folder, progress, explained)
+    except InputError:
+        if progress.stopped():  # while a file was read
+            return ()
+        raise
     return tuple(finding.sentence for finding in findings if finding.is_fault)
 
 
