@@ -27,7 +27,8 @@ DECORATED = ["@model_validator", "@field_validator", "@infer_global", "@register
 """What libraries call: Pydantic, Numba, singledispatch, Typer."""
 
 PROTOCOLS = [
-    "_print_*", "_pythoncode", "_numpycode", "printmethod", "eval", "fdiff", "is_real",  # SymPy's printers
+    "_print_*", "printmethod", "_pythoncode", "_numpycode",  # SymPy's printers
+    "eval", "fdiff", "is_real",  # and functions
     "get_source", "fullname",  # importlib's loaders
     "model_config", "_repr_html_", "__*", "_", "CACHE_DIR", "get_suitable_cache_subpath",
     "animated", "up_direction", "cell_color", "section_color", "colors", "to_json",  # viser's
