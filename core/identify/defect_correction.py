@@ -4,7 +4,7 @@ The step error hardly depends on the parameters. So it is found at one vector, b
 extrapolation from two larger numbers of steps, and added to the errors with few steps at all
 others. The larger numbers are doubled until the extrapolated errors move no parameter by more than
 a small share of its standard deviation. Then a descent with few steps and this correction follows,
-and another correction where it led away (defect correction: H. J. Stetter, Numerische Mathematik
+and another correction where it moved far (defect correction: H. J. Stetter, Numerische Mathematik
 29, 1978).
 """
 
