@@ -99,6 +99,7 @@ def run_scenario(
                     linear = linear_model([f.fit for f in fits], comparisons, diagnosis)
                     diagnosis = replace(diagnosis, linear_model=linear)
         with clock.timed("load"):
+            progress.stage("Checking the recordings")
             found = findings()
     standing, values = _final_model(scenario, setup, fits, diagnosis)
     return Outcome(

@@ -31,7 +31,7 @@ from ..simulate.linear import respond
 from ..simulate.motion import Task, at_rest
 from ..trajectory import Trajectory
 
-SUBSTEPS = 4
+SUBSTEPS = 8
 """Steps per sample: the loop's motion within a per cent."""
 SMALL = 0.3
 """rad (m): below, responses to the references add up within a few per cent."""

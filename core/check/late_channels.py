@@ -18,6 +18,7 @@ from ..check.gain_and_lag import ALIKE
 from ..check.link_bending import LIGHT, LinkBending, LinkShape
 from ..check.measured_recording import MeasuredRecording, lattice_step
 from ..least_squares import (
+    GOOD_ENOUGH,
     SAME_START,
     Descended,
     Limits,
@@ -38,8 +39,6 @@ MOST_LAG = 1.5 * GROWING_LAGS[-1]
 """Largest samples of lag: a fit far beyond its starts has lost the period and is invalid."""
 CLOSEST = 3
 """Best scanned causes that are fitted."""
-LEAST_REDUCTION = 1e-2
-"""Of a channel's variance: a cause counts that takes half of it."""
 FINE = 1e-3
 """Share of a channel's spread: smallest model error."""
 STIFFEST, LIGHTEST = np.log(30.0), (np.log(1e-5), np.log(0.3))
@@ -316,7 +315,7 @@ class LinkFit:
             return [(np.column_stack(m) - r[:, None]) / steps for r, m in rests]
 
         before, cost = np.inf, self.cost(x, cause)
-        while before - cost > LEAST_REDUCTION:
+        while before - cost > GOOD_ENOUGH:
             sizes = np.sqrt(list(self._noise(self.residuals(cause, x)).values()))
             end = descend(errors, slopes, x, limits, most=3)
             x, before, cost = end.vector, cost, self.cost(end.vector, cause)

@@ -37,7 +37,7 @@ CUTS = (0.4, 0.25, 0.16, 0.1, 0.06, 0.04, 0.025, 0.016, 0.01)
 """Shares of the sample rate; the highest with a clean acceleration is used."""
 DRY = 0.05
 """Share of the rms speed over which dry friction changes its sign."""
-EDGE, MOST = 20, 1000
+EDGE, MOST = 20, 3000
 """Samples omitted at both ends, where a shifted channel has no values; rows of a regression."""
 
 
@@ -237,10 +237,9 @@ def _second_order(omega: float, damping: float, dt: float, x: np.ndarray) -> np.
     first = (grown - 1.0) / pole
     slope = (first - dt) / (pole * dt)
     at_start, at_end = first - slope, slope
-    # The imaginary part of a complex filter of first order, as a real one of second order.
-    back = np.conj(grown)
-    b = np.array([at_end, at_start - at_end * back, -at_start * back]).imag * omega**2 / pole.imag
-    return np.asarray(scipy.signal.lfilter(b, [1.0, -2.0 * grown.real, abs(grown) ** 2], x))
+    b, a = [at_end, at_start], [1.0, -grown]
+    state = scipy.signal.lfilter(b, a, x.astype(complex))
+    return np.asarray((omega**2 / pole.imag) * state.imag)
 
 
 def _low_passed(x: np.ndarray, cut: float) -> np.ndarray:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arm.arm import Arm
 from ..errors import InputError
 from ..excitation import build_excitation
 from ..model import Model
@@ -71,9 +72,7 @@ def simulate_recording(
     if spec.level == "lpv":
         trajectory = respond(model, [numbers], [task])[0]
     else:
-        levels = [level for level in noise.by_output.values() if level > 0.0]
-        tolerance = max(NOISE_SHARE * min(levels, default=0.0), DEFAULT_TOLERANCE)
-        result = simulate_within(model, numbers, task, tolerance)
+        result = simulate_within(model, numbers, task, simulation_tolerance(model.arm, noise))
         trajectory = result.trajectory
         remarks = (
             f"Simulated non-linearly with {result.substeps} steps per sample; "
@@ -86,6 +85,16 @@ def simulate_recording(
         name=name, time=task.time, channels=channels, role=role, source="simulation",
         warnings=remarks, theta2=theta2,
     )  # fmt: skip
+
+
+def simulation_tolerance(arm: Arm, noise: NoiseLevels) -> float:
+    """m or rad, rms: a share of the least noise of a place or an angle, where one is stated."""
+    levels = [
+        level
+        for kind, level in noise.by_output.items()
+        if level > 0.0 and {c.unit for c in sensors()[kind].channels(arm)} <= {"m", "rad"}
+    ]
+    return max(NOISE_SHARE * min(levels, default=0.0), DEFAULT_TOLERANCE)
 
 
 def start_joints(model: Model, spec: SimulateSpec, name: str) -> np.ndarray:

@@ -166,3 +166,10 @@ def test_one_per_cent_of_false_findings_at_most_in_untouched_recordings() -> Non
             ]
     print(false)
     assert len({(name, recording) for name, recording, *_ in false}) <= FALSE * recordings
+
+
+def test_an_encoder_that_only_changes_its_last_digit_now_and_then_is_weakly_excited() -> None:
+    flips = np.random.default_rng(0).random(2000) < 0.1
+    resting = MeasuredRecording("r", "estimate", 1e-3 * np.arange(2000), {"theta1": 1e-4 * flips})
+    found = checks()["weak_excitation"].find(Case(resting))
+    assert [finding.channel for finding in found] == ["theta1"]

@@ -15,7 +15,9 @@ from flexgui.core.simulate.experiment import (
     half_cosine_rate,
     make_task,
     simulate_recording,
+    simulation_tolerance,
 )
+from flexgui.core.simulate.nonlinear import DEFAULT_TOLERANCE, NOISE_SHARE
 from tests.helpers import ARMS, PAPER, looped
 from tests.simulate.test_linear_model import FILTERED
 
@@ -135,3 +137,10 @@ def test_what_cannot_be_simulated_is_said_in_one_sentence(drive, settings, words
         make_task(model, SimulateSpec(**settings), "th1")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_noise_of_a_torque_allows_no_larger_error_of_the_motion() -> None:
+    stated = {"torque": 0.05}
+    assert simulation_tolerance(PAPER, NoiseLevels(stated)) == DEFAULT_TOLERANCE
+    stated |= {"z": 3e-5}
+    assert simulation_tolerance(PAPER, NoiseLevels(stated)) == NOISE_SHARE * 3e-5

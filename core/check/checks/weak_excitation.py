@@ -32,7 +32,7 @@ class WeakExcitation(Check):
             q = q[np.isfinite(q)]
             q = q[~far_out(q)]  # outliers are another fault, and look like noise
             moved = float(np.std(q))
-            if moved > 2.0 * FEWEST * noise_of(q):
+            if 0.0 < 2.0 * FEWEST * noise_of(q) < moved:
                 continue  # the noise without the motion's own fast part is no larger
             noise = quiet_noise(q)
             if noise > 0 and moved < FEWEST * noise:
