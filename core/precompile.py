@@ -26,7 +26,7 @@ from .arm.signatures import Kernel
 from .processors import WORKERS
 from .progress import Progress, Silent, current_progress
 
-TITLE = "Compiling for this machine, once (about ten seconds)"
+TITLE = "Compiling for this machine, once (up to half a minute)"
 
 _COMMAND = (
     "import os; getattr(os, 'nice', int)(5); "

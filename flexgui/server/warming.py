@@ -15,7 +15,6 @@ from flexgui.core.progress import Silent
 from flexgui.jobs import JobPool
 from flexgui.page.in_browser import BUILDING, show_progress
 
-PREPARING = "Compiling the simulation for this machine, once: about half a minute."
 READY = "Ready."
 NOTICE = (
     "Compiling for this machine, once",
@@ -24,7 +23,7 @@ NOTICE = (
 log = logging.getLogger(__name__)
 
 FIRST_PAGE_WAIT = 6.0
-"""s after which the workers start even if no page was shown."""
+"""s after which compilers and workers start even if no page was shown."""
 LONGEST = 120.0
 """s that a page waits for the arm's equations; then it derives them itself."""
 
@@ -32,15 +31,18 @@ LONGEST = 120.0
 class Warming(Silent):
     """Prepares in the background: first what a page shows, then what its jobs need.
 
-    The workers start after the first page, so that they do not slow it down.
+    Compilers and workers start after the first page, so that they do not slow it down.
     """
 
     def __init__(self, pool: JobPool, print_line: Callable[[str], None]) -> None:
         self._pool, self._print_line = pool, print_line
         self._loaded, self._shown = threading.Event(), threading.Event()
         self._lock = threading.Lock()
+        self._ended = False
         self._parts: tuple[int, int] | None = None
         """Compiled so far, of how many; None while nothing is compiled."""
+        self._clients: list[viser.ClientHandle] = []
+        """Browsers that wait for the compilers, or may have to."""
         self._notices: list[viser.NotificationHandle] = []
 
     def start(self) -> threading.Thread:
@@ -61,18 +63,17 @@ class Warming(Silent):
         """Shows a browser, whose page is being built, the progress of compiling."""
         show_progress(client, BUILDING)
         with self._lock:
+            if not self._ended:
+                self._clients.append(client)
             if self._parts is not None:
-                self._notices.append(
-                    client.add_notification(
-                        NOTICE[0], NOTICE[1].format(*self._parts), loading=True,
-                        with_close_button=False, auto_close_seconds=None,
-                    )
-                )  # fmt: skip
+                self._add_notice(client, *self._parts)
 
     def stage(self, title: str, total: int | None = None) -> None:
         """Compiling starts, with so many parts."""
         with self._lock:
             self._parts = 0, total or 0
+            for client in self._clients:
+                self._add_notice(client, *self._parts)
 
     def advance(self, n: int = 1, text: str = "") -> None:
         """So many more parts are compiled."""
@@ -82,10 +83,19 @@ class Warming(Silent):
             for notice in self._notices:
                 notice.body = NOTICE[1].format(*self._parts)
 
+    def _add_notice(self, client: viser.ClientHandle, done: int, total: int) -> None:
+        self._notices.append(
+            client.add_notification(
+                NOTICE[0], NOTICE[1].format(done, total), loading=True,
+                with_close_button=False, auto_close_seconds=None,
+            )
+        )  # fmt: skip
+
     def _run(self) -> None:
         try:
             _load()
             self._loaded.set()
+            self._shown.wait(FIRST_PAGE_WAIT)
             self._compile()
         except Exception:
             log.exception("Warming up failed; the first page does it")
@@ -96,18 +106,18 @@ class Warming(Silent):
             self._pool.start()
 
     def _compile(self) -> None:
-        from flexgui.core.precompile import compile_kernels, kernels_compiled
+        from flexgui.core.precompile import TITLE, compile_kernels, kernels_compiled
 
-        if kernels_compiled():
-            return
-        self._print_line(PREPARING)
         try:
-            with self._pool.warming:
-                compile_kernels(self)
-            self._print_line(READY)
+            if not kernels_compiled():
+                self._print_line(f"{TITLE} ...")
+                with self._pool.warming:
+                    compile_kernels(self)
+                self._print_line(READY)
         finally:
             with self._lock:
-                self._parts = None
+                self._parts, self._ended = None, True
+                self._clients.clear()
                 for notice in self._notices:
                     notice.remove()
 

@@ -10,7 +10,7 @@ import pytest
 
 from flexgui.core import precompile
 from flexgui.server import warming
-from flexgui.server.warming import PREPARING, READY, Warming
+from flexgui.server.warming import READY, Warming
 
 PATIENCE = 10.0
 """s, far more than a thread needs to start."""
@@ -74,23 +74,25 @@ def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
     monkeypatch.setattr(precompile, "compile_kernels", compile_all)
     said: list[str] = []
     one, pool = warming_of(said)
+    early = Client()
+    one.add_client(early)  # type: ignore[arg-type]
     thread = one.start()
     assert begun.wait(PATIENCE)
     one.wait()  # returns though nothing is compiled
-    client = Client()
-    one.add_client(client)  # type: ignore[arg-type]
-    notice = client.notices[0]
-    assert notice.there and notice.body.startswith("0 of 3 parts")
+    late = Client()
+    one.add_client(late)  # type: ignore[arg-type]
+    notices = [client.notices[0] for client in (early, late)]
+    assert all(notice.there and notice.body.startswith("0 of 3 parts") for notice in notices)
     assert pool.warming.locked(), "a worker would compile the same once more"
     begun.clear()
     more.set()
     assert begun.wait(PATIENCE)
-    assert notice.body.startswith("1 of 3 parts")
+    assert all(notice.body.startswith("1 of 3 parts") for notice in notices)
     assert not pool.started.is_set()
     end.set()
     thread.join(PATIENCE)
-    assert pool.started.is_set() and not notice.there
-    assert said == [PREPARING, READY]
+    assert pool.started.is_set() and not any(notice.there for notice in notices)
+    assert said == [f"{precompile.TITLE} ...", READY]
 
 
 def test_a_warm_machine_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,13 +120,15 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(monkeypatch: pytest.Monke
     assert pool.started.is_set() and not pool.warming.locked()
 
 
-def test_the_workers_start_behind_the_first_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(precompile, "kernels_compiled", lambda: True)
+def test_compilers_and_workers_start_behind_the_first_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = threading.Event()
+    monkeypatch.setattr(precompile, "kernels_compiled", lambda: False)
+    monkeypatch.setattr(precompile, "compile_kernels", lambda progress: compiled.set())
     pool = Pool()
     shown = Warming(pool, print)  # type: ignore[arg-type]
     thread = shown.start()
     shown.wait()
-    assert not pool.started.wait(0.2)
+    assert not pool.started.wait(0.2) and not compiled.is_set()
     shown.page_is_shown()
     thread.join(PATIENCE)
-    assert pool.started.is_set()
+    assert compiled.is_set() and pool.started.is_set()

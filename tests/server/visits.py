@@ -21,6 +21,8 @@ from tests.server.served import Served, served, until
 
 LIFTED = "!document.getElementById('fx-curtain')"
 """The page is shown."""
+PLOTTED = "!!document.querySelector('.js-plotly-plot')"
+"""The plots have their final places: their library comes behind the page."""
 ASKED = (15.0, 3.0, 150.0, 15.0)
 """s of a first and of a later visit, ms from a move to the picture, frames per second."""
 SLIDERS = ("θ2 [deg]", "ε [GPa]", "d [mm]")
@@ -130,6 +132,7 @@ def main() -> None:
         folder = Path(name)
 
         def work(page: Any, server: Served) -> None:
+            page.wait_for_function(PLOTTED)
             for label in SLIDERS:
                 took = float(np.median(moved(page, label)))
                 said(f"from a move of {label} to its picture", took, "ms", move, took <= move)
