@@ -237,9 +237,10 @@ def _second_order(omega: float, damping: float, dt: float, x: np.ndarray) -> np.
     first = (grown - 1.0) / pole
     slope = (first - dt) / (pole * dt)
     at_start, at_end = first - slope, slope
-    b, a = [at_end, at_start], [1.0, -grown]
-    state = scipy.signal.lfilter(b, a, x.astype(complex))
-    return np.asarray((omega**2 / pole.imag) * state.imag)
+    # The imaginary part of that complex filter of first order, as a real one of second order.
+    b = np.array([at_end, at_start - at_end * grown.conjugate(), -at_start * grown.conjugate()])
+    a = [1.0, -2.0 * grown.real, abs(grown) ** 2]
+    return np.asarray((omega**2 / pole.imag) * scipy.signal.lfilter(b.imag, a, x))
 
 
 def _low_passed(x: np.ndarray, cut: float) -> np.ndarray:

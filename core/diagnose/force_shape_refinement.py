@@ -60,11 +60,16 @@ def joint_force_shape(change: OutputChange) -> dict[str, float]:
     }
 
 
-def best_force_shape(mine: Sequence[int], changes: Changes, w: np.ndarray) -> ShapedChanges:
-    """The shape that explains most at all joints, then the best shape of each joint.
+def best_force_shape(candidate: Effect, changes: Changes, w: np.ndarray) -> ShapedChanges:
+    """The shape of an effect that explains most at all joints, then the best shape of each joint.
 
-    `w` is the projected Gram matrix of all changes, `mine` those of the effect.
+    `w` is the projected Gram matrix of all changes, of which some must be those of the effect. A
+    response from neutral on is linear, so the sensitivities to what the effect includes, and the
+    model lacks, are added to its own.
     """
+    mine = [i for i, c in enumerate(changes) if c.effect is candidate]
+    slopes = () if any(changes[i].scanned for i in mine) else candidate.includes
+    included = [i for i, c in enumerate(changes) if c.effect.kind in slopes and not c.scanned]
     shapes = list(dict.fromkeys(changes[i].force_shape for i in mine))
     places = list(dict.fromkeys(joint_number(changes[i].parameter) for i in mine))
 
@@ -74,22 +79,18 @@ def best_force_shape(mine: Sequence[int], changes: Changes, w: np.ndarray) -> Sh
             for i in mine
             if changes[i].force_shape == shape_at[joint_number(changes[i].parameter)]
         ]
-        chosen = _best_per_parameter(fitting, changes, w)
+        chosen = [*_best_per_parameter(fitting, changes, w), *included]
         return chosen, explained_by(w, chosen, [changes[i].one_sided for i in chosen])
 
-    best, at = None, {}
-    for shape in shapes:
-        candidate = taken(dict.fromkeys(places, shape))
-        if best is None or candidate[1].cost_reduction > best[1].cost_reduction:
-            best, at = candidate, dict.fromkeys(places, shape)
-    assert best is not None
+    def reduction(shape_at: Mapping[str, ForceShapeValues]) -> float:
+        return taken(shape_at)[1].cost_reduction
+
+    at = max((dict.fromkeys(places, shape) for shape in shapes), key=reduction)
     for joint in places if len(places) > 1 else ():
-        for shape in shapes:
-            candidate = taken({**at, joint: shape})
-            if candidate[1].cost_reduction > best[1].cost_reduction:
-                best, at = candidate, {**at, joint: shape}
-    sizes = len(mine) / max(len(best[0]) * len(shapes), 1)
-    return ShapedChanges(*best, trial_count=sizes * float(len(shapes)) ** len(places))
+        at = max([at, *({**at, joint: shape} for shape in shapes)], key=reduction)
+    chosen, explained = taken(at)
+    sizes = len(mine) / max((len(chosen) - len(included)) * len(shapes), 1)
+    return ShapedChanges(chosen, explained, sizes * float(len(shapes)) ** len(places))
 
 
 def _best_per_parameter(mine: Sequence[int], changes: Changes, w: np.ndarray) -> list[int]:

@@ -17,6 +17,7 @@ from ..diagnose.output_changes import (
     Changes,
     OutputChange,
     Trial,
+    as_small_as,
     needs_compilation,
     simulate_output_change,
     trials,
@@ -124,9 +125,11 @@ def screen(
         return _score_candidates(errors, slopes, finished, candidates, remaining, rows)
 
     for number, which in enumerate(rounds, start=1):
+        sized = {i: as_small_as(planned[i], changes.values()) for i in which}
         running = on_threads(
-            lambda i: simulate_output_change(data, base, accepted, planned[i], base_errors), which
-        )  # noqa: B023
+            lambda i: simulate_output_change(data, base, accepted, sized[i], base_errors),  # noqa: B023
+            which,
+        )
         for i, change in zip(which, running, strict=True):
             changes[i] = change
             if on_progress(_finished_title(i, planned, changes)):
@@ -196,10 +199,9 @@ def _score(
     candidate: Effect, changes: Changes, w: np.ndarray, u: np.ndarray
 ) -> ScreenedCandidate | None:
     """`w`, `u`: projected Gram matrices, whitened and unwhitened."""
-    mine = [i for i, c in enumerate(changes) if c.effect is candidate]
-    if not mine:
+    if not any(c.effect is candidate for c in changes):
         return None
-    best, unwhitened_best = (best_force_shape(mine, changes, x) for x in (w, u))
+    best, unwhitened_best = (best_force_shape(candidate, changes, x) for x in (w, u))
     chosen, explained = best.chosen, best.explained
     score, parameters = explained.cost_reduction, len(chosen)
     fixed = [changes[i].one_sided for i in chosen]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from ..arm.arm import Arm, Structure
 from ..arm.compiled import is_compiled
 from ..diagnose.fit_problem import Data, Hypothesis, hypothesis
+from ..effects import effect
 from ..effects.effect import Effect, EffectParameter
 from ..identify.defect_correction import with_steps
 from ..identify.unknowns import Unknown
@@ -161,7 +162,7 @@ def _output_change(
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Change of the outputs by a trial, and the errors of the base; both (M, k) per recording."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
-    changed = dict(trial.values)
+    changed = _included_neutral(base, data, trial) | dict(trial.values)
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
     values = {**base.model.effect_values, **base.values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
@@ -173,6 +174,29 @@ def _output_change(
     errors = replace(trial_hypothesis.residuals, anchor=None).blocks(trial_hypothesis.vector)
     zero = base_errors.at(trial_hypothesis.residuals.predictor.steps)
     return [a - b for a, b in zip(zero, errors, strict=True)], zero
+
+
+def _included_neutral(base: Hypothesis, data: Data, trial: Trial) -> dict[str, float]:
+    """Neutral sizes of what the effect of a sensitivity includes and the base lacks: that has
+    sensitivities of its own."""
+    if trial.scanned:
+        return {}
+    have = {e.kind for e in base.model.effects}
+    parts = [effect(kind) for kind in trial.effect.includes if kind not in have]
+    arm, drive = base.model.arm, base.model.drive
+    sizes = [k for part in parts for k in part.parameters(arm, drive, data.sizes)]
+    return {k.parameter.name: k.neutral for k in sizes if not k.secondary}
+
+
+def as_small_as(trial: Trial, finished: Iterable[OutputChange]) -> Trial:
+    """The trial of a sensitivity at the size that another shape of the same force needed, so that
+    it seldom needs a second simulation."""
+    for change in finished:
+        if change.effect is trial.effect and change.parameter == trial.parameter:
+            for name, size in trial.sizes.items():
+                if not trial.scanned and abs(change.sizes[name]) < abs(size):
+                    return _smaller(trial, change.sizes[name] / size)
+    return trial
 
 
 def _smaller(trial: Trial, share: float) -> Trial:

@@ -239,8 +239,7 @@ def _best_competitors(
     for s in screened.candidates:
         if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in removed):
             continue  # an effect and its part are compared by the fit of their sizes
-        mine = [i for i, c in enumerate(screened.output_changes) if c.effect is s.effect]
-        shaped = best_force_shape(mine, screened.output_changes, products)
+        shaped = best_force_shape(s.effect, screened.output_changes, products)
         if shaped.explained.cost_reduction > SHARE * explained:
             chosen = [screened.output_changes[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)

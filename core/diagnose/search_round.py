@@ -111,7 +111,8 @@ def search_round(
     before = with_whitened_cost(before, screened.whitener)
     refitted: list[RefittedCandidate] = []
     # Within the noise nothing can be missing, whatever is explained below the floor.
-    chosen = [] if within_noise(data, before.errors) else most_promising(screened, data.count)
+    ends = on_progress("") or within_noise(data, before.errors)
+    chosen = [] if ends else most_promising(screened, data.count)
     for candidate in _refit_candidates(
         data, before, present, screened, chosen, len(candidates), on_progress
     ):

@@ -123,15 +123,15 @@ def _run_pass(
 ) -> list[Trajectory]:
     """The motions of up to LANES jobs of one structure."""
     states, torques, growth = simulate_lanes(jobs, packed, substeps)
-    motions = []
-    for lane, job in enumerate(jobs):
-        motion = _trajectory(job, states, torques, lane)
-        if growth[lane] * WEAK_PIVOT < 1.0:
-            motions.append(motion)
-        elif doublings:
-            motions += _run_pass([job], [packed[lane]], 2 * substeps, doublings - 1)
-        else:
-            motions.append(replace(motion, q=np.full_like(motion.q, np.nan)))
+    motions = [_trajectory(job, states, torques, lane) for lane, job in enumerate(jobs)]
+    weak = [lane for lane in range(len(jobs)) if not growth[lane] * WEAK_PIVOT < 1.0]
+    if weak and doublings:
+        again = [jobs[i] for i in weak], [packed[i] for i in weak]
+        for lane, motion in zip(weak, _run_pass(*again, 2 * substeps, doublings - 1), strict=True):
+            motions[lane] = motion
+    elif weak:
+        for lane in weak:
+            motions[lane] = replace(motions[lane], q=np.full_like(motions[lane].q, np.nan))
     return motions
 
 

@@ -106,11 +106,16 @@ def _smoothed(
         return None
     S = H @ ahead @ H.T + np.eye(len(C))
     gain = np.linalg.solve(S, H @ ahead).T
-    x, innovations = _forwards(F, H, gain, e)
+    # Forwards: what is predicted from the samples before each one, corrected by it.
+    inputs = np.vstack([np.zeros(len(F)), e[:-1] @ (F @ gain).T])
+    predicted = _recursion(F - F @ gain @ H, inputs)
+    innovations = e - predicted @ H.T
+    filtered = predicted + innovations @ gain.T
+    # Backwards: corrected by the samples after it.
     after = ahead - gain @ H @ ahead
     back = np.linalg.solve(ahead, F @ after).T
-    for k in range(len(x) - 2, -1, -1):
-        x[k] += back @ (x[k + 1] - F @ x[k])
+    inputs = np.vstack([filtered[:-1] @ (np.eye(len(F)) - back @ F).T, filtered[-1:]])
+    x = _recursion(back, inputs[::-1])[::-1]
     weighted = np.sum(innovations * np.linalg.solve(S, innovations.T).T)
     likelihood = -0.5 * float(weighted + len(e) * np.linalg.slogdet(S)[1])
     return JointTorque(x[:, nx:], x[:, :joints], x[:, n : n + joints], likelihood, agility)
@@ -143,15 +148,9 @@ def _step(at: Posture, dt: float) -> np.ndarray:
     return exponential(whole * dt)
 
 
-def _forwards(
-    F: np.ndarray, H: np.ndarray, gain: np.ndarray, e: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Filtered states (N, nx) and innovations (N, k)."""
-    x = np.zeros((len(e), len(F)))
-    innovations = np.zeros_like(e)
-    now = np.zeros(len(F))
-    for k, sample in enumerate(e):
-        innovations[k] = sample - H @ now
-        x[k] = now + gain @ innovations[k]
-        now = F @ x[k]
-    return x, innovations
+def _recursion(A: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    """(N, n): x[k] = A x[k - 1] + inputs[k], from rest."""
+    x = np.array(inputs)
+    for k in range(1, len(x)):
+        x[k] += A @ x[k - 1]
+    return x

@@ -44,7 +44,7 @@ def test_each_joint_has_its_own_shape() -> None:
     errors = [0.7 * wave(1, 3.0) - 0.2 * wave(2, 8.0)]
     slopes = [np.zeros((SAMPLES, 2, 0))]
     w = gram_matrix(errors, slopes, [c.blocks for c in tried], no_whitening).projected()
-    found = best_force_shape(range(len(tried)), tried, w)
+    found = best_force_shape(effect("torque_ripple"), tried, w)
     shape: dict[str, float] = {}
     for i in found.chosen:
         shape |= joint_force_shape(tried[i])

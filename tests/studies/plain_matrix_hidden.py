@@ -333,8 +333,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
         ).projected()
         lefts, taken = dict[str, float](), dict[str, dict[str, float]]()
         for c in tested:
-            mine = [i for i, column in enumerate(columns) if column.effect is c]
-            best = best_force_shape(mine, columns, products)
+            best = best_force_shape(c, columns, products)
             taken[c.kind] = _values_of(best, columns)
             lefts[c.kind] = max(products[-1, -1] - best.explained.cost_reduction, 0.0) / data.count
         close = sorted(lefts, key=lefts.__getitem__)[:FITTED]
