@@ -291,17 +291,17 @@ class LinkFit:
             moved = any(n in cause.channels for n in self.places)
             speed, dry = links.friction_inputs(q) if moved else self._friction
             torques = links.torques(whole)
-            smooth = list(links.smooth(np.array(ringing).T).T) if ringing else []
+            # Not smoothed: a filter of both directions only scales a vibration.
             rows |= {
-                n: np.array([torques[:, k], speed[:, k], dry[:, k], *smooth])
+                n: np.array([torques[:, k], speed[:, k], dry[:, k], *ringing])
                 for k, n in enumerate(self.driven)
                 if n in self._drive_signals
             }
         return rows
 
     def fit(self, cause: LateCause, x: np.ndarray) -> Descended:
-        """Least squares in units of the errors' standard deviations, which are updated until the
-        cost stays: a logarithm's tangent lies above it, so each descent lowers the cost."""
+        """Least squares in units of the errors' standard deviations, which are updated with each
+        step until the cost stays: a logarithm's tangent lies above it, so each step lowers it."""
         limits, steps = Limits(*self._bounds(x), self._strides(x)), 0.02 * self._strides(x)
         sizes = np.ones(0)
 
@@ -317,7 +317,7 @@ class LinkFit:
         before, cost = np.inf, self.cost(x, cause)
         while before - cost > GOOD_ENOUGH:
             sizes = np.sqrt(list(self._noise(self.residuals(cause, x)).values()))
-            end = descend(errors, slopes, x, limits, most=3)
+            end = descend(errors, slopes, x, limits, most=1)
             x, before, cost = end.vector, cost, self.cost(end.vector, cause)
         return end
 

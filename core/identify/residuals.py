@@ -164,7 +164,8 @@ class Residuals:
         """d(residual)/d(vector) per recording, (M_i, k, P), by differences; zero for entries
         that are not among `only`, where that is given."""
         shapes = [e.measured.shape for e in self.experiments]
-        slopes = [np.zeros((*shape, len(vector))) for shape in shapes]
+        # A column per unknown lies in one piece: written with gaps it took longer to fill.
+        slopes = [np.moveaxis(np.zeros((len(vector), *shape)), 0, -1) for shape in shapes]
         columns = range(len(vector)) if only is None else only
         which = {j: self._concerned(j) for j in columns}
         for j, i, change in self._changes(vector, which, central):
