@@ -268,13 +268,17 @@ SEEN = 1e-10
 move, since differences cannot separate their slopes from rounding."""
 
 
+_SMALLEST = 1e-200
+"""A square below it comes from what has died out: nothing shows that direction, which stays zero."""
+
+
 def pseudo_inverse(A: np.ndarray, relative: float = SEEN) -> np.ndarray:
     """Inverse of normal equations (P, P), scaled by their diagonal, on the directions whose
     `relative` eigenvalue is larger."""
     if not len(A):
         return A
     diagonal = np.diag(A)
-    d = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))  # what nothing shows stays zero
+    d = np.sqrt(np.where(diagonal > _SMALLEST, diagonal, 1.0))
     values, vectors = np.linalg.eigh(A / np.outer(d, d))
     kept = values > relative * values.max()
     inner = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
