@@ -16,9 +16,11 @@ from flexgui.core.diagnose.output_changes import (
     BaseErrors,
     OutputChange,
     Trial,
+    as_small_as,
     simulate_output_change,
     trials,
 )
+from flexgui.core.diagnose.search_round import applicable
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
@@ -47,6 +49,9 @@ SMALL = 1e-3
 PARALLEL = 0.95
 """Cosine between what was tried and the slope: the secant of a vibration that is out of step by a
 third of what it is asked to explain."""
+
+LINEAR = 5.0
+"""Times what a straight line gives; friction with few steps is no straight line."""
 
 
 @pytest.fixture(scope="module")
@@ -105,6 +110,31 @@ def test_a_size_that_puts_vibrations_out_of_step_is_made_smaller(
     assert found.values[found.parameter] - trial.values[found.parameter] == pytest.approx(
         found.sizes[found.parameter] - trial.sizes[found.parameter]
     )
+
+
+def test_a_sensitivity_vanishes_with_its_size_though_an_effect_includes_another(
+    data: Data,
+) -> None:
+    """Stribeck friction moved the outputs by what Coulomb friction of a plausible size does."""
+    base = hypothesis(data, (), {})
+    slopes = [t for c in applicable(data, ()) for t in trials(base, c, data) if not t.scanned]
+    assert any(t.effect.includes for t in slopes)
+    for trial in slopes:
+        found, small = (column(data, base, times_as_large(trial, x)) for x in (1.0, SMALL))
+        ratio = abs(small.sizes[trial.parameter] / found.sizes[trial.parameter])
+        assert rms(small.blocks) <= LINEAR * ratio * rms(found.blocks), trial.effect.kind
+
+
+def test_another_shape_of_a_force_begins_at_the_size_that_the_first_one_needed(
+    data: Data,
+) -> None:
+    base = hypothesis(data, (), {})
+    first, second, *_ = trials(base, effect("torque_ripple"), data)[::2]
+    assert first.parameter == second.parameter and first.force_shape != second.force_shape
+    found = column(data, base, times_as_large(first, 1000.0))
+    again = as_small_as(times_as_large(second, 1000.0), [found])
+    assert again.sizes == pytest.approx(found.sizes) and again.force_shape == second.force_shape
+    assert as_small_as(second, []) is second
 
 
 def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: Data) -> None:

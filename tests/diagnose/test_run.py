@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexgui.core.diagnose import search_round
 from flexgui.core.diagnose.output_noise import stated_noise
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.loading import load_recordings
@@ -116,7 +117,10 @@ class StopsAt(Silent):
         return self.seen
 
 
-def test_a_stopped_diagnosis_says_so_and_leaves_the_fit() -> None:
+def test_a_stopped_diagnosis_says_so_leaves_the_fit_and_refits_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(search_round, "begin_refit", None)
     outcome = ran(StopsAt("Camera delay"), diagnose=FEW + "max_effects = 1")
     assert outcome.fits
     assert outcome.diagnosis is not None

@@ -118,9 +118,11 @@ def weakened() -> Job:
 
 def test_where_a_pivot_vanishes_the_steps_are_doubled() -> None:
     weak = weakened()
-    again, beside = run_many([weak, replace(weak, numbers=weak.model.numbers())], 1)
-    finer, other = run_many([weak, replace(weak, numbers=weak.model.numbers())], 2)
+    jobs = [weak, replace(weak, numbers=weak.model.numbers()), weak]
+    again, beside, third = run_many(jobs, 1)
+    finer, other, _ = run_many(jobs, 2)
     assert np.isfinite(again.q).all() and np.array_equal(again.q, finer.q)
+    assert np.array_equal(third.q, finer.q)
     assert not np.array_equal(beside.q, other.q)
 
 
