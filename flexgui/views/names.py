@@ -73,8 +73,10 @@ def typeset(symbol: str, name: str) -> Markup:
 
 
 def equals(symbol: Markup | str, value: str) -> Markup:
-    """'f_c1 = 1.2 N m' for HTML, without a line break between number and unit."""
-    return Markup("<span style='white-space: nowrap'>{} = {}</span>").format(symbol, value)
+    """'f_c1 = 1.2 N m' for HTML, without a line break but before what stands in brackets."""
+    value, bracket, reason = value.partition(" (")
+    stated = Markup("<span style='white-space: nowrap'>{} = {}</span>").format(symbol, value)
+    return stated + bracket + reason
 
 
 def format_percent(value: float) -> str:
