@@ -93,10 +93,10 @@ class Shape:
     @cached_property
     def integral(self) -> np.ndarray:
         """(2 S - 1, S) m: from values between and at the S stations to the integral up to each."""
-        from scipy.integrate import cumulative_simpson  # late: it loads all of scipy.optimize
-
-        each = np.eye(self.slope.shape[1])
-        return np.asarray(cumulative_simpson(each, dx=0.5 * self.step, initial=0.0)[:, ::2])
+        total = np.zeros((self.slope.shape[1], len(self.x)))
+        for k in range(1, len(self.x)):  # Simpson's rule between each two stations
+            total[2 * k - 2 : 2 * k + 1, k:] += self.step / 6.0 * np.array([[1.0], [4.0], [1.0]])
+        return total
 
 
 class ArmGeometry:
