@@ -269,7 +269,7 @@ move, since differences cannot separate their slopes from rounding."""
 
 
 _SMALLEST = 1e-200
-"""A square below it comes from what has died out: nothing shows that direction, which stays zero."""
+"""A square below it comes from what has died out: that direction stays zero."""
 
 
 def pseudo_inverse(A: np.ndarray, relative: float = SEEN) -> np.ndarray:
