@@ -6,13 +6,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+import sympy as sp
 
+from flexgui.core.arm.arm import Arm
+from flexgui.core.drives.drive import Drive
+from flexgui.core.effects.effect import Effect, EffectParameter, Values
+from flexgui.core.effects.per_joint import joint_direction
+from flexgui.core.effects.sizes import Sizes
+from flexgui.core.forces.element import Element
+from flexgui.core.forces.law import V, W, joint_law
 from flexgui.core.recording.recording import Recording
 from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.study.detectability import crossing
 from flexgui.core.trajectory import Trajectory
-from tests.studies.outside import BREAKS, DraggingCable
 from tests.studies.plain_matrix_hidden import STRONG, Sight
 from tests.studies.plain_matrix_rigs import STEPS_HZ, Rig
 
@@ -59,6 +66,44 @@ def _pivot(rig: Rig, q: np.ndarray, joint: int) -> np.ndarray:
     return place
 
 
+_K, _Z = sp.Symbol("k_b", positive=True), sp.Symbol("z_b", positive=True)
+_POWER = 2
+CABLE = joint_law(
+    -_K * W,
+    (_K, _Z),
+    rate=V - sp.Rational(1, 2) * (V * sp.Abs(W) + sp.Abs(V) * W) * sp.Abs(W) / _Z**_POWER,
+)
+"""One Bouc-Wen slider of stiffness k that breaks away at z; with power 2 and equal shares it is
+near Jenkins's sharp one. R. Bouc 1967, Y.-K. Wen 1976."""
+
+BREAKS = (0.4, 1.6, 6.4)
+"""Of the joint's travel: beyond where presliding friction is looked for, so that the chain
+remembers the whole motion."""
+
+
+class DraggingCable(Effect):
+    """A cable loom at joint 1: a chain of sliders in parallel, between friction and a spring.
+
+    Not in the catalogue's folder, so nothing offers it.
+    """
+
+    kind = "dragging_cable"
+    location = "joint"
+    title = "Dragging cable"
+    edges = 2
+
+    def __init__(self, stiffness: Sequence[float], breaks: Sequence[float]) -> None:
+        self.stiffness, self.breaks = tuple(stiffness), tuple(breaks)
+
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        return ()
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        along = (joint_direction(arm, 0),)
+        pairs = zip(self.stiffness, self.breaks, strict=True)
+        return tuple(Element(CABLE, along, pair) for pair in pairs)
+
+
 def _dragging_cable(rig: Rig, rng: np.random.Generator) -> Maker:
     """A cable with hysteresis pulls at joint 1: sliders in parallel that remember the motion."""
     motions = [rig.roughly(rig.healthy, i) for i in range(len(rig.postures))]
@@ -83,13 +128,13 @@ def _drifting_stiffness(rig: Rig, rng: np.random.Generator) -> Maker:
         shares = np.maximum(1.0 + sign * 0.01 * m * np.linspace(0.0, 1.0, PIECES), 0.05)
         healthy = rig.healthy
         return [
-            rig.recording(healthy, i, _in_pieces(rig, rig.task(healthy, i), shares)) for i in which
+            rig.recording(healthy, i, in_pieces(rig, rig.task(healthy, i), shares)) for i in which
         ]
 
     return make
 
 
-def _in_pieces(rig: Rig, task: Task, shares: np.ndarray) -> Trajectory:
+def in_pieces(rig: Rig, task: Task, shares: np.ndarray) -> Trajectory:
     """The motion with the stiffnesses times each share for an equal part of the time; each piece
     starts from the last state of the one before."""
     model = rig.healthy

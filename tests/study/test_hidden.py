@@ -27,13 +27,15 @@ from flexgui.core.study.study_rig import (
     bare_model,
     readings,
 )
-from tests.studies.outside import STRONG
 from tests.study.helpers import least_squares_rest
 
 EXPERIMENTS = [
     Experiment(f"r{k}", SimulateSpec(theta2=x, seconds=0.3, seed=k + 1))
     for k, x in enumerate((0.5, 2.0))
 ]
+
+STRONG = 3.0
+"""How much what is hidden shows: noise rms per sample."""
 
 REFERENCE = 0.1
 """Relative: the reference takes exact simulations and bends the nominal parameters for good, the

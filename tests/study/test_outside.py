@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from flexgui.core.effects import catalogue
 from flexgui.core.forces.compiled import compile_law
-from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.batch import run
-from flexgui.core.study.detectability import CLOSE, Detectability
-from flexgui.core.study.study_rig import STEPS, Experiment, bare_model
-from tests.studies.outside import CABLE, OUTSIDE, PIECES, STRONG, disturbed, in_pieces
-
-EXPERIMENTS = [Experiment("r", SimulateSpec(theta2=1.2, seconds=0.4, seed=1))]
+from flexgui.core.study.detectability import CLOSE
+from tests.studies.plain_matrix_hidden import STRONG, Sight
+from tests.studies.plain_matrix_outside import CABLE, OUTSIDE, PIECES, disturbed, in_pieces
+from tests.studies.plain_matrix_rigs import STEPS_HZ, drawn
 
 ROUNDING = 1e-12
 """rad and m; pieces and the whole take the same steps."""
 
 
+@cache
+def sight() -> Sight:
+    return Sight(drawn(6))
+
+
 @pytest.mark.parametrize("kind", OUTSIDE)
 def test_a_disturbance_shows_as_much_as_was_asked_for(kind: str) -> None:
-    detectability = Detectability(bare_model(), EXPERIMENTS)
-    found = disturbed(kind, detectability, STRONG, np.random.default_rng(1))
-    assert found.level == pytest.approx(STRONG, rel=CLOSE)
-    assert detectability.seen(found.outputs) == pytest.approx(found.level, rel=1e-9)
+    recordings, level = disturbed(sight(), kind, np.random.default_rng(1))
+    assert STRONG[0] / (1.0 + CLOSE) < level < STRONG[1] * (1.0 + CLOSE)
+    assert sight().seen(recordings[: len(sight().plain.experiments)]) == pytest.approx(level)
 
 
 def test_none_of_them_is_in_the_catalogue() -> None:
@@ -32,10 +36,10 @@ def test_none_of_them_is_in_the_catalogue() -> None:
 
 
 def test_pieces_of_one_stiffness_are_the_whole() -> None:
-    model = bare_model()
-    task = EXPERIMENTS[0].task(model)
-    whole = run(model, model.numbers(), task, STEPS)
-    pieces = in_pieces(model, task, np.ones(PIECES))
+    rig = sight().bench
+    model, task = rig.healthy, rig.task(rig.healthy, 0)
+    whole = run(model, model.numbers(), task, int(np.ceil(STEPS_HZ / rig.rate)))
+    pieces = in_pieces(rig, task, np.ones(PIECES))
     assert np.abs(whole.q - pieces.q).max() < ROUNDING
     assert np.abs(whole.v - pieces.v).max() < 1e3 * ROUNDING  # rates are as much larger
 
