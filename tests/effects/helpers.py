@@ -21,7 +21,6 @@ from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.experiment import NoiseLevels, make_task, simulate_recording
 from flexgui.core.simulate.linear import respond
 from flexgui.core.simulate.motion import Task
-from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.trajectory import Trajectory
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import residuals_of, with_channels
@@ -81,9 +80,9 @@ def rig_of(model: Model, **changes: Any) -> Rig:
     return replace(given, **changes)
 
 
-def base_for(one: Effect, arm: Arm = PAPER, level: str = "nonlinear") -> Model:
-    """The velocity-loop model of the arm at the level, or at the one where the effect applies."""
-    model = looped(arm, level=level)
+def base_for(one: Effect, arm: Arm = PAPER) -> Model:
+    """The velocity-loop model of the arm, at the level where the effect applies."""
+    model = looped(arm)
     return looped(arm, level="lpv") if one.not_applicable(rig_of(model)) else model
 
 
@@ -94,10 +93,6 @@ def parameters_of(one: Effect, arm: Arm = PAPER) -> tuple[EffectParameter, ...]:
 
 def primary(one: Effect, arm: Arm = PAPER) -> tuple[EffectParameter, ...]:
     return tuple(k for k in parameters_of(one, arm) if not k.secondary)
-
-
-def starts(quantities: Sequence[EffectParameter]) -> dict[str, float]:
-    return {k.parameter.name: k.parameter.value for k in quantities}
 
 
 def neutral(quantities: Sequence[EffectParameter]) -> dict[str, float]:
@@ -125,7 +120,6 @@ def forced(one: Effect, base: Model, values: Mapping[str, float]) -> Model:
 class Recovery:
     """Sizes put into simulated recordings, and what a fit from elsewhere makes of them."""
 
-    names: tuple[str, ...]
     truth: np.ndarray
     found: np.ndarray
     std: np.ndarray
@@ -145,18 +139,16 @@ BEGIN = 0.7
 """Times the true size: where a fit begins."""
 
 
-def hidden_recordings(model: Model, **spec: Any) -> list[Recording]:
+def hidden_recordings(model: Model) -> list[Recording]:
     """Noisy recordings of a model, one per posture.
 
     The first sample of the encoders is exact: it is where a model starts, and its noise would
     be an error of all samples.
     """
-    given = {"seconds": SECONDS, "level": model.level, **spec}
     made = []
     for i, x in enumerate(POSTURES):
-        r = simulate_recording(
-            model, SimulateSpec(theta2=x, seed=10 + i, **given), f"r{i + 1}", noise=NOISE
-        )
+        spec = SimulateSpec(theta2=x, seed=10 + i, seconds=SECONDS, level=model.level)
+        r = simulate_recording(model, spec, f"r{i + 1}", noise=NOISE)
         exact = {}
         for k, place in enumerate((0.0, x)):
             name = f"theta{k + 1}"
@@ -165,8 +157,8 @@ def hidden_recordings(model: Model, **spec: Any) -> list[Recording]:
     return made
 
 
-def recover(kind: str, scale: float = 1.0, **spec: Any) -> Recovery:
-    """Simulates with the effect at `scale` times its start, and fits its sizes from elsewhere.
+def recover(kind: str) -> Recovery:
+    """Simulates with the effect at its start, and fits its sizes from elsewhere.
 
     What the effect includes and its secondary parameters are held at the truth; what these
     recordings cannot show is neutral.
@@ -174,28 +166,23 @@ def recover(kind: str, scale: float = 1.0, **spec: Any) -> Recovery:
     one = effect(kind)
     base = base_for(one)
     shown = [k for k in primary(one) if one.shown(k.parameter.name, rig_of(base))]
-    truth = {k.parameter.name: _size(k, scale) for k in shown}
-    begin = {k.parameter.name: _size(k, BEGIN * scale) for k in shown}
+    truth = {k.parameter.name: k.parameter.value for k in shown}
+    begin = {k.parameter.name: _begin(k) for k in shown}
     model = with_effect(kind, base, truth)
     weights = {name: 1.0 / NOISE.by_output[output] for name, output in CHANNELS.items()}
     residuals = residuals_of(
-        model, hidden_recordings(model, **spec), parameters=tuple(truth), output=OUTPUTS,
+        model, hidden_recordings(model), parameters=tuple(truth), output=OUTPUTS,
         start=begin, weights=weights,
     )  # fmt: skip
     refined = refine(residuals, residuals.unknowns.parameters.vector(), lambda cost: False)
     J = residuals.vector(residuals.sensitivities(refined.vector))
     std = np.sqrt(np.diag(np.linalg.inv(J.T @ J)))  # the weights make the noise one
     true = np.array(list(truth.values()))
-    return Recovery(tuple(truth), true, refined.vector, std, refined.cost / residuals.count)
+    return Recovery(true, refined.vector, std, refined.cost / residuals.count)
 
 
-def _size(quantity: EffectParameter, scale: float) -> float:
-    """The start `scale` times as far from neutral, where neutral is a size at all."""
+def _begin(quantity: EffectParameter) -> float:
+    """BEGIN times as far from neutral, where neutral is a size at all."""
     value, rest = quantity.parameter.value, quantity.neutral
     inside = quantity.parameter.lower <= rest <= quantity.parameter.upper
-    return rest + scale * (value - rest) if inside else scale * value
-
-
-def simulated(model: Model, task: Task) -> Trajectory:
-    """The motion to the simulator's own tolerance."""
-    return simulate_within(model, model.numbers(), task).trajectory
+    return rest + BEGIN * (value - rest) if inside else BEGIN * value

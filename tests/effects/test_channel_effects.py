@@ -79,25 +79,6 @@ def test_the_gain_of_an_encoder_says_where_the_joints_are():
     assert complex(recording["z1"][0], recording["z2"][0]) == pytest.approx(tip, abs=ROUNDING)
 
 
-@pytest.mark.parametrize(
-    ("kind", "values"),
-    [("sensor_delay", {"te1": 0.003, "tg2": 0.005}), ("sensor_gain", {"ge2": 0.02, "gg1": -0.4})],
-)
-def test_a_model_with_the_effect_predicts_the_recording_that_has_it(kind, values):
-    model = looped(PAPER).with_effects([effect(kind)], values)
-    recording = simulate_recording(model, SimulateSpec(theta2=1.0, seconds=0.3), "r")
-    outputs = [sensor(name) for name in ("z", "encoder", "deflection", "torque")]
-    ready = prepare(model, recording, outputs, Processing())
-    numbers = model.numbers()
-
-    def miss(sizes: dict[str, float]) -> float:
-        motion = simulate_within(model, numbers, ready.task_at(sizes)).trajectory
-        return float(np.abs(ready.predicted(motion, numbers, sizes) - ready.measured).max())
-
-    assert miss(values) < ROUNDING
-    assert miss({name: 0.5 * value for name, value in values.items()}) > 1e-4
-
-
 def rig(outputs=("z", "encoder"), servo=False, arm=PAPER, drive=None) -> Rig:
     return Rig(arm, drive or looped(arm).drive, "nonlinear", outputs, servo)
 
@@ -141,21 +122,18 @@ def test_a_servo_follows_the_joint_and_not_its_wrong_encoder(kind, values):
     """A late or scaled encoder asks for another torque; the effect takes that away again."""
     truth = Model(SLIDE, Torque())
     rig = truth.with_effects([effect(kind)], values)
-    recording = simulate_recording(rig, SimulateSpec(seconds=0.6, amplitude=200.0, hold=0.05), "r")
+    spec = SimulateSpec(seconds=0.6, amplitude=200.0, hold=0.05)
     servo = FollowingServo(Torque(), 60.0, (SLIDE.segments[0].mass,))
 
-    def missing(model: Model) -> np.ndarray:
+    def missing(model: Model, recorded: Model) -> np.ndarray:
+        recording = simulate_recording(recorded, spec, "r")
         ready = prepare(model.steered_by(servo), recording, [sensor("torque")], Processing())
         numbers = ready.model.numbers()
         motion = simulate_within(ready.model, numbers, ready.task_at({})).trajectory
         return (ready.predicted(motion, numbers, {}) - ready.measured)[20:-20]
 
-    right = simulate_recording(truth, SimulateSpec(seconds=0.6, amplitude=200.0, hold=0.05), "r")
-    ideal = prepare(truth.steered_by(servo), right, [sensor("torque")], Processing())
-    numbers = ideal.model.numbers()
-    motion = simulate_within(ideal.model, numbers, ideal.task).trajectory
-    least = (ideal.predicted(motion, numbers, {}) - ideal.measured)[20:-20]
-    wrong, put_back = missing(truth) - least, missing(rig) - least
+    least = missing(truth, truth)
+    wrong, put_back = missing(truth, rig) - least, missing(rig, rig) - least
     assert np.sqrt(np.mean(put_back**2)) < FOLLOWED * np.sqrt(np.mean(wrong**2))
 
 

@@ -26,7 +26,6 @@ from tests.effects.helpers import (
     primary,
     readings,
     rig_of,
-    starts,
     with_effect,
 )
 from tests.helpers import PAPER, looped, with_modes
@@ -88,6 +87,7 @@ def test_parameters_are_complete(kind: str) -> None:
         assert np.isfinite([item.lower, item.upper, quantity.neutral]).all()
         assert item.lower < item.value < item.upper
         assert item.value != quantity.neutral or quantity.secondary
+        assert item.value != 0.0
         assert all(item.lower <= size <= item.upper for size in quantity.grid)
         assert len(set(quantity.grid)) == len(quantity.grid)
         UNITS.parse_units(item.unit)
@@ -254,9 +254,3 @@ def test_what_is_included_comes_along_and_stays_when_the_rest_vanishes() -> None
     assert [one.kind for one in model.effects] == ["coulomb_friction", "stribeck_friction"]
     only = with_effect("stribeck_friction", base, {"fb1": 0.0, "fb2": 0.0})
     assert [one.kind for one in only.effects] == ["coulomb_friction"]
-
-
-def test_starts_are_inside_the_bounds_of_the_sizes_that_made_them() -> None:
-    for kind in KINDS:
-        for name, value in starts(parameters_of(effect(kind))).items():
-            assert np.isfinite(value) and value != 0.0, (kind, name)

@@ -12,7 +12,7 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects import Rig, effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.identify.prepared_recording import prepare
+from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.refinement import refine
 from flexgui.core.model import Model
@@ -116,31 +116,36 @@ def test_a_torque_constant_that_is_off_scales_what_the_current_does() -> None:
     assert Model(PAPER, Torque()).numbers({"kt1": 0.6}).law.R[0, 0] == 0.6
 
 
+def led(model: Model, channels: dict[str, np.ndarray]) -> Prepared:
+    """At 1 kHz, with joints that a servo leads along their encoders."""
+    time = np.arange(len(channels["i1"])) * 1e-3
+    servo = FollowingServo(model.drive, 60.0, (4.0, 0.8))
+    recording = Recording("r", time, channels)
+    return prepare(model.steered_by(servo), recording, [sensor("torque")], Processing())
+
+
+def missing(ready: Prepared, constants: dict[str, float]) -> np.ndarray:
+    """(M, 2) of the torque, with torque constants at these values."""
+    numbers = ready.model.numbers(constants)
+    motion = simulate_within(ready.model, numbers, ready.task_at(constants)).trajectory
+    return ready.predicted(motion, numbers, constants) - ready.measured
+
+
 @pytest.mark.parametrize("values", [{}, {"kt1": 1.2, "kt2": 0.9}], ids=["stated", "estimated"])
 def test_under_a_servo_a_known_torque_constant_leaves_no_missing_torque(values) -> None:
     """Whether the constant is an unknown with a value or a size that the model has."""
     truth = {"kt1": 1.2, "kt2": 0.9}
     stated = Model(PAPER, Torque(torque_constants=(2.0, 1.0)))
-    model = stated.with_effects([GAIN], truth)
-    servo = FollowingServo(model.drive, 60.0, (4.0, 0.8))
     t = np.arange(600) * 1e-3
     current = np.column_stack([np.sin(9.0 * t), np.cos(7.0 * t)])
     moved = looped(PAPER)  # any motion of joints will do: they are followed
     place = simulate_recording(moved, SimulateSpec(theta2=1.2, seconds=0.6), "r")
     channels = {"i1": current[:, 0], "i2": current[:, 1]}
     channels |= {name: place[name] for name in ("theta1", "theta2")}
-    ready = prepare(
-        model.steered_by(servo), Recording("r", t, channels), [sensor("torque")], Processing()
-    )
-
-    def residual(constants: dict[str, float]) -> np.ndarray:
-        numbers = ready.model.numbers(constants)
-        motion = simulate_within(ready.model, numbers, ready.task_at(constants)).trajectory
-        return ready.predicted(motion, numbers, constants) - ready.measured
-
+    ready = led(stated.with_effects([GAIN], truth), channels)
     # What is missing is stated in the recorded current's scale, at the stated constants.
-    needed = residual(values) * np.array([1.2 / 2.0, 0.9 / 1.0]) + current * np.array([1.2, 0.9])
-    free = residual({"kt1": 2.0, "kt2": 1.0}) + current * np.array([2.0, 1.0])
+    needed = missing(ready, values) * [1.2 / 2.0, 0.9 / 1.0] + current * [1.2, 0.9]
+    free = missing(ready, {"kt1": 2.0, "kt2": 1.0}) + current * [2.0, 1.0]
     size = np.sqrt(np.mean(needed**2))
     assert np.abs(needed - free)[5:].max() < SERVO * size
 
@@ -148,16 +153,9 @@ def test_under_a_servo_a_known_torque_constant_leaves_no_missing_torque(values) 
 def test_a_smaller_torque_constant_does_not_shrink_an_error_of_the_sensor() -> None:
     """Else any error would be explained away by a motor that gives hardly any torque."""
     model = Model(PAPER, Torque(torque_constants=(2.0, 1.0)))
-    servo = FollowingServo(model.drive, 60.0, (4.0, 0.8))
-    t = np.arange(400) * 1e-3
     noise = 0.1 * np.random.default_rng(1).standard_normal((400, 2))
-    channels = {"i1": noise[:, 0], "i2": noise[:, 1], "theta1": 0.0 * t, "theta2": 0.0 * t}
-    ready = prepare(
-        model.steered_by(servo), Recording("r", t, channels), [sensor("torque")], Processing()
-    )
-    sizes = []
-    for constants in ({}, {"kt1": 1.0, "kt2": 0.5}):
-        numbers = ready.model.numbers(constants)
-        motion = simulate_within(ready.model, numbers, ready.task_at(constants)).trajectory
-        sizes.append(np.std(ready.predicted(motion, numbers, constants) - ready.measured))
+    still = np.zeros(400)
+    channels = {"i1": noise[:, 0], "i2": noise[:, 1], "theta1": still, "theta2": still}
+    ready = led(model, channels)
+    sizes = [np.std(missing(ready, values)) for values in ({}, {"kt1": 1.0, "kt2": 0.5})]
     assert sizes[1] == pytest.approx(sizes[0], rel=SERVO)

@@ -121,12 +121,15 @@ def test_an_encoder_reads_its_offset_beside_the_true_angle():
         ("camera_delay", {"td": 0.004}),
         ("sensor_lag", {"ts": 0.004}),
         ("camera_misalignment", {"ca": 0.01, "cs": 0.02}),
+        ("sensor_delay", {"te1": 0.003, "tg2": 0.005}),
+        ("sensor_gain", {"ge2": 0.02, "gg1": -0.4}),
     ],
 )
 def test_a_model_with_the_effect_predicts_the_recording_that_has_it(kind, values):
     model = looped(PAPER).with_effects([effect(kind)], values)
     recording = simulate_recording(model, SimulateSpec(theta2=1.0, seconds=0.3), "r")
-    outputs = [sensor(name) for name in ("z", "y", "ydot", "encoder", "deflection")]
+    names = ("z", "y", "ydot", "encoder", "deflection", "torque")
+    outputs = [sensor(name) for name in names]
     ready = prepare(model, recording, outputs, Processing())
     numbers = model.numbers()
 
