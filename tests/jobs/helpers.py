@@ -15,7 +15,7 @@ import numpy as np
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress
 from flexgui.core.results import Generation
-from flexgui.jobs import Event, Task, file_jobs, worker
+from flexgui.jobs import Event, Job, JobPool, Task, file_jobs, worker
 from flexgui.jobs.messages import PoolSettings
 
 E = TypeVar("E", bound=Event)
@@ -147,6 +147,14 @@ class Listener:
 
 def task(function: Callable[..., Any], **arguments: Any) -> Task:
     return Task.of(function, "The test", **arguments)
+
+
+def begun(
+    pool: JobPool, function: Callable[..., Any], session: str = "s", **arguments: Any
+) -> tuple[Job, Listener]:
+    """A job of a session, and what is heard of it."""
+    heard = Listener()
+    return pool.submit(session, task(function, **arguments), heard), heard
 
 
 def eventually(condition: Callable[[], bool], timeout: float = PATIENCE) -> bool:

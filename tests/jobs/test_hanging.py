@@ -18,6 +18,7 @@ from tests.jobs.helpers import (
     MANY,
     PATIENCE,
     Listener,
+    begun,
     count,
     eventually,
     half_a_message,
@@ -41,8 +42,7 @@ def pool() -> Iterator[JobPool]:
 
 
 def worker_of(pool: JobPool) -> int:
-    heard = Listener()
-    pool.submit("s", task(process_id), heard)
+    _, heard = begun(pool, process_id)
     return int(heard.wait_for(Finished).result)
 
 
@@ -52,7 +52,7 @@ def test_a_stopped_worker_is_told_to_hang_and_replaced(pool: JobPool) -> None:
     heard.wait_for(Advanced)
     os.kill(before, signal.SIGSTOP)
     said = heard.wait_for(WorkerLost, SILENCE + PATIENCE).sentence
-    assert said.startswith("The test hangs") and said.endswith("start it again.")
+    assert said.startswith("The test stopped responding") and said.endswith("start it again.")
     assert worker_of(pool) != before
 
 
@@ -74,7 +74,7 @@ def test_a_worker_that_stands_still_while_it_is_sent_a_large_job_is_replaced(
     os.kill(before, signal.SIGSTOP)
     pool.submit("s", task(size_of, values=LARGE), heard)
     said = heard.wait_for(WorkerLost, SILENCE + PATIENCE).sentence
-    assert said.startswith("The test hangs") and said.endswith("start it again.")
+    assert said.startswith("The test stopped responding") and said.endswith("start it again.")
     again = Listener()
     pool.submit("s", task(size_of, values=LARGE), again)
     assert again.wait_for(Finished, PATIENCE).result == LARGE.size
@@ -92,8 +92,7 @@ def test_a_worker_that_stands_still_in_the_middle_of_a_message_is_lost(
 
 
 def test_a_task_that_says_nothing_does_not_hang(pool: JobPool) -> None:
-    heard = Listener()
-    pool.submit("s", task(sleep_deaf, seconds=1.5 * SILENCE), heard)
+    _, heard = begun(pool, sleep_deaf, seconds=1.5 * SILENCE)
     heard.wait_for(Finished, SILENCE + PATIENCE)
     assert not heard.of(WorkerLost)
 
@@ -117,5 +116,5 @@ def test_a_worker_whose_job_took_all_memory_goes_on_giving_signs_of_life(
 ) -> None:
     monkeypatch.setattr(worker, "HEARTBEAT_INTERVAL", 0.0)
     pipe = Narrow()
-    worker.Worker(cast(Any, pipe)).beat()
+    worker.Worker(cast(Any, pipe)).send_heartbeats()
     assert pipe.heard == [ALIVE] * 3

@@ -29,6 +29,7 @@ from tests.jobs.helpers import (
     MANY,
     PATIENCE,
     Listener,
+    begun,
     count,
     eventually,
     process_id,
@@ -41,8 +42,7 @@ RATE = 20.0
 
 
 def test_a_job_streams_and_finishes(pool):
-    heard = Listener()
-    job = pool.submit("s", task(count, steps=60), heard)
+    job, heard = begun(pool, count, steps=60)
     assert heard.wait_for(Finished).result == 60
     assert (job.state.phase, job.result, job.state.stage) == (DONE, 60, "Counting")
     kinds = [type(e) for e in heard.events]
@@ -53,8 +53,7 @@ def test_a_job_streams_and_finishes(pool):
 
 
 def test_generations_are_throttled_and_the_last_is_told(pool):
-    heard = Listener()
-    job = pool.submit("s", task(count, steps=200), heard)
+    job, heard = begun(pool, count, steps=200)
     heard.wait_for(Finished)
     told = [e.generation.number for e in heard.of(NewGeneration)]
     assert told == sorted(set(told)) and told[-1] == 200
@@ -64,8 +63,7 @@ def test_generations_are_throttled_and_the_last_is_told(pool):
 
 
 def test_stop_keeps_what_was_found(pool):
-    heard = Listener()
-    job = pool.submit("s", task(count, steps=MANY), heard)
+    job, heard = begun(pool, count, steps=MANY)
     heard.wait_for(NewGeneration)
     job.stop()
     job.stop()
@@ -91,8 +89,7 @@ def stands(job: Job) -> bool:
 
 
 def test_pause_holds_and_resume_goes_on(pool):
-    heard = Listener()
-    job = pool.submit("s", task(count, steps=300), heard)
+    job, heard = begun(pool, count, steps=300)
     heard.wait_for(NewGeneration)
     job.pause()
     heard.wait_for(Paused)
@@ -107,8 +104,7 @@ def test_pause_holds_and_resume_goes_on(pool):
 
 
 def test_a_paused_job_can_be_stopped(pool):
-    heard = Listener()
-    job = pool.submit("s", task(count, steps=MANY), heard)
+    job, heard = begun(pool, count, steps=MANY)
     heard.wait_for(NewGeneration)
     job.pause()
     time.sleep(0.2)
@@ -117,8 +113,7 @@ def test_a_paused_job_can_be_stopped(pool):
 
 
 def test_time_left_is_of_the_right_size(pool):
-    heard = Listener()
-    job = pool.submit("s", task(count, steps=200), heard)
+    job, heard = begun(pool, count, steps=200)
     assert eventually(lambda: job.state.stage != "" and sum(e.n for e in heard.of(Advanced)) > 50)
     told: list[tuple[float, float]] = []
     while (
@@ -136,8 +131,7 @@ def test_time_left_is_of_the_right_size(pool):
 
 
 def test_a_killed_worker_is_told_and_replaced(pool):
-    heard = Listener()
-    job = pool.submit("s", task(count, steps=40), heard)
+    job, heard = begun(pool, count, steps=40)
     heard.wait_for(NewGeneration)
     (pid,) = pool.worker_pids
     os.kill(pid, signal.SIGKILL)
@@ -156,8 +150,7 @@ def test_an_idle_worker_that_is_killed_is_replaced(pool):
 
 
 def test_bad_input_is_one_sentence(pool):
-    heard = Listener()
-    pool.submit("s", task(helpers.refuse), heard)
+    _, heard = begun(pool, helpers.refuse)
     assert heard.wait_for(Failed).sentence == "rig.csv has no column theta2; add it."
 
 
@@ -168,8 +161,7 @@ def test_bad_input_is_one_sentence(pool):
 def test_an_unexpected_error_is_a_plain_sentence_and_stands_in_the_log(
     pool, caplog, function, named
 ):
-    heard = Listener()
-    job = pool.submit("s", task(function), heard)
+    job, heard = begun(pool, function)
     sentence = heard.wait_for(Failed).sentence
     assert sentence.startswith("The test failed unexpectedly (") and named in sentence
     assert sentence.endswith("details are in the log.") and "\n" not in sentence
@@ -190,8 +182,7 @@ def test_a_function_that_does_not_exist_is_an_unexpected_error(pool):
 
 
 def test_a_task_that_ends_its_process_is_a_lost_worker(pool):
-    heard = Listener()
-    pool.submit("s", task(helpers.die_quietly), heard)
+    _, heard = begun(pool, helpers.die_quietly)
     assert "exit code 3" in heard.wait_for(WorkerLost).sentence
 
 
@@ -241,8 +232,7 @@ def test_a_worker_is_replaced_after_its_share_of_jobs():
 def test_workers_that_never_start_are_told_instead_of_waited_for(caplog):
     settings = PoolSettings(warm_up="tests.jobs.helpers:never_there")
     with JobPool(1, settings) as pool:
-        heard = Listener()
-        pool.submit("s", task(count, steps=1), heard)
+        _, heard = begun(pool, count, steps=1)
         assert "No worker process can be started" in heard.wait_for(Failed).sentence
     assert "could not be started (exit code 4)" in caplog.text
 

@@ -11,7 +11,7 @@ from flexgui.jobs import Finished, JobPool, Stopped
 from flexgui.jobs.job import PAUSED, RUNNING, STOPPED
 from flexgui.jobs.messages import NewGeneration, PoolSettings, Queued, Started
 from tests.jobs.conftest import LIGHT
-from tests.jobs.helpers import MANY, PATIENCE, Listener, count, eventually, task
+from tests.jobs.helpers import MANY, PATIENCE, Listener, begun, count, eventually, task
 
 
 def test_three_sessions_take_turns_and_see_their_place(pool):
@@ -73,8 +73,7 @@ def test_too_many_waiting_jobs_of_one_session_are_refused_in_a_sentence():
 
 def test_a_long_pause_ends_when_others_wait():
     with JobPool(1, PoolSettings(pause_limit=0.3, warm_up=None)) as pool:
-        heard = Listener()
-        job = pool.submit("a", task(count, steps=MANY), heard)
+        job, heard = begun(pool, count, session="a", steps=MANY)
         heard.wait_for(NewGeneration)
         job.pause()
         time.sleep(0.6)
