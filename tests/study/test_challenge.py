@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from flexgui.cli import app
@@ -19,9 +21,11 @@ from flexgui.core.progress import Silent
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.study.challenge import (
+    HEAD,
     SCENARIO,
     TRUTH_FILE,
     make_challenge,
+    obfuscate,
     reveal,
     write_challenge,
 )
@@ -130,3 +134,44 @@ def test_a_zip_without_a_challenge_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.zip").write_bytes(b"no zip")
     with pytest.raises(InputError, match="holds no challenge"):
         truth_of(tmp_path / "x.zip")
+
+
+TEXT = '{"effects": ["coulomb_friction"], "values": {"fc1": 0.2}}'
+
+
+@given(st.text(max_size=5000).map(str.rstrip), st.text(max_size=20))
+def test_what_is_sealed_comes_out(text: str, salt: str) -> None:
+    assert reveal(obfuscate(text, salt), "x") == text
+
+
+def test_the_same_text_gives_the_same_seal_and_another_salt_another() -> None:
+    assert obfuscate(TEXT, "1") == obfuscate(TEXT, "1")
+    body = {salt: obfuscate(TEXT, salt).splitlines()[1:] for salt in "12"}
+    assert not set(body["1"]) & set(body["2"])
+
+
+def test_nothing_can_be_read_and_the_length_tells_nothing() -> None:
+    sealed = obfuscate(TEXT, "1")
+    assert "coulomb" not in sealed
+    assert len(obfuscate("nothing", "1")) == len(sealed)
+
+
+@pytest.mark.parametrize("place", [0, 10, 300, -3])
+def test_a_changed_character_breaks_the_seal(place: int) -> None:
+    head, _, body = obfuscate(TEXT, "1").partition("\n")
+    at = place % len(body)
+    other = "A" if body[at] != "A" else "B"
+    with pytest.raises(InputError, match="truth.sealed: the file was changed"):
+        reveal(f"{head}\n{body[:at]}{other}{body[at + 1 :]}", "truth.sealed")
+
+
+@pytest.mark.parametrize(
+    "text", ["", HEAD, HEAD + "\n", HEAD + "\nAAAA\n", HEAD + "\n%%%\n", "{}", HEAD + "\nä\n"]
+)
+def test_what_is_no_seal_is_called_broken(text: str) -> None:
+    with pytest.raises(InputError, match="broken"):
+        reveal(text, "x")
+
+
+def test_other_line_ends_do_no_harm() -> None:
+    assert reveal(obfuscate(TEXT, "1").replace("\n", "\r\n"), "x") == TEXT
