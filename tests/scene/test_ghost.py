@@ -1,4 +1,4 @@
-"""The measured arm is rebuilt from what a rig measures."""
+"""The measured arm is rebuilt from what a rig measures; its bending is drawn so that it is seen."""
 
 from __future__ import annotations
 
@@ -6,9 +6,18 @@ import numpy as np
 import pytest
 
 from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.slots import arm_vector
 from flexgui.core.recording.recording import Recording
-from flexgui.scene.recorded_motion import filled, measured_postures
-from tests.helpers import ARMS, compiled, looped
+from flexgui.scene.arm_geometry import ArmGeometry
+from flexgui.scene.recorded_motion import (
+    FACTORS,
+    SHARE,
+    filled,
+    fitting_factor,
+    largest_deflection,
+    measured_postures,
+)
+from tests.helpers import ARMS, PAPER, compiled, looped, random_state
 
 RECOVERED = 1e-4
 """Relative to the largest modal coordinate: what the regularisation leaves after its steps."""
@@ -144,3 +153,41 @@ def test_columns_are_filled_between_their_samples() -> None:
     values = np.array([[np.nan], [1.0], [np.nan], [3.0]])
     assert filled(np.arange(4.0), values)[:, 0] == pytest.approx([1.0, 1.0, 2.0, 3.0])
     assert np.all(filled(np.arange(2.0), np.full((2, 1), np.nan)) == 0.0)
+
+
+STEP = 1.6
+"""Between a factor and what would be exact: half a step of 1, 2, 5, 10 is at most sqrt(2.5)."""
+
+P = arm_vector(PAPER)
+REACH = ArmGeometry(PAPER, P).reach
+
+
+def bent(by: float) -> np.ndarray:
+    """(5, n) postures whose bending is about `by`."""
+    return np.array([random_state(PAPER, seed, bend=by)[0] for seed in range(5)])
+
+
+@pytest.mark.parametrize("by", [0.003, 0.006, 0.012, 0.03, 0.08])
+def test_the_largest_deflection_is_drawn_at_a_share_of_the_reach(by: float) -> None:
+    q = bent(by)
+    drawn = fitting_factor(PAPER, P, q) * largest_deflection(PAPER, P, q) / REACH
+    least, most = FACTORS[0], FACTORS[-1]
+    if least < fitting_factor(PAPER, P, q) < most:
+        assert SHARE / STEP <= drawn <= SHARE * STEP
+
+
+def test_a_larger_bending_is_not_exaggerated_more() -> None:
+    factors = [fitting_factor(PAPER, P, bent(by)) for by in (1e-6, 1e-3, 1e-2, 1e-1, 1.0)]
+    assert factors == sorted(factors, reverse=True)
+    assert set(factors) <= set(FACTORS)
+
+
+def test_what_does_not_bend_is_drawn_as_it_is() -> None:
+    straight = bent(0.01)
+    straight[:, PAPER.joints :] = 0.0
+    assert fitting_factor(PAPER, P, straight) == 1.0
+    assert fitting_factor(PAPER, P, straight[:0]) == 1.0
+
+
+def test_frames_without_numbers_do_not_matter() -> None:
+    assert fitting_factor(PAPER, P, np.full((3, PAPER.coordinates), np.nan)) == 1.0

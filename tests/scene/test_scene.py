@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -11,8 +13,10 @@ import viser
 
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.slots import arm_vector
+from flexgui.page.scene_panel import has_camera
 from flexgui.scene.arm_scene import MOST_EXAGGERATION, ArmScene
 from tests.helpers import ARMS, chain, random_state, with_modes
+from tests.scene.test_view import in_sight
 
 SINGLE = 1e-6
 """m: vertices are single precision."""
@@ -208,16 +212,8 @@ def test_the_arm_is_in_sight(fresh: viser.ViserServer, aspect: float) -> None:
     q[1] = 1.2
     stage.show(q)
     view = stage.view(aspect)
-    eye, aim = np.array(view.position), np.array(view.look_at)
-    ahead = (aim - eye) / np.linalg.norm(aim - eye)
-    right = np.cross(ahead, view.up)
-    right /= np.linalg.norm(right)
-    up = np.cross(right, ahead)
     for place in (stage.pose.joints[0].place, stage.pose.tip.place):
-        ray = place - eye
-        spread = np.tan(0.5 * view.fov) * (ray @ ahead)
-        assert abs(ray @ up) < spread
-        assert abs(ray @ right) < spread * aspect
+        assert in_sight(view, aspect, place)
 
 
 def test_every_preset_can_be_shown(fresh: viser.ViserServer) -> None:
@@ -225,3 +221,26 @@ def test_every_preset_can_be_shown(fresh: viser.ViserServer) -> None:
         stage = ArmScene(fresh, arm, arm_vector(arm))
         stage.show(np.full(arm.coordinates, 0.01))
         fresh.scene.reset()
+
+
+FILE, SIMULATED = SimpleNamespace(simulate=None), SimpleNamespace(simulate=object())
+
+
+def session(columns: tuple[str, ...] | None, *specs: Any) -> Any:
+    recording = None if columns is None else SimpleNamespace(has=lambda *n: set(n) <= set(columns))
+    scenario = SimpleNamespace(recordings=specs)
+    playback, document = SimpleNamespace(recording=recording), SimpleNamespace(scenario=scenario)
+    return cast(Any, SimpleNamespace(playback=playback, document=document))
+
+
+@pytest.mark.parametrize(
+    ("columns", "drawn"), [(("theta1", "z1", "z2"), True), (("theta1", "z1"), False), ((), False)]
+)
+def test_what_the_recording_holds_decides(columns: tuple[str, ...], drawn: bool) -> None:
+    assert has_camera(session(columns, FILE)) == drawn
+
+
+def test_a_file_that_was_not_read_yet_shows_no_camera() -> None:
+    assert not has_camera(session(None, SIMULATED, FILE))
+    assert has_camera(session(None, SIMULATED))
+    assert has_camera(session(None))

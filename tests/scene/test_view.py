@@ -11,15 +11,22 @@ ASPECTS = (0.46, 0.7, 1.3, 2.0)
 REACHES = (0.3, 1.0, 4.0)
 
 
-def in_sight(view: View, aspect: float, place: np.ndarray) -> bool:
+def on_picture(view: View, place: np.ndarray) -> tuple[float, float]:
+    """To the right and up, in halves of the picture's height from its middle."""
     ahead = view.look_at - view.position
     ahead = ahead / np.linalg.norm(ahead)
     right = np.cross(ahead, view.up)
     right = right / np.linalg.norm(right)
     to = place - view.position
     half = np.tan(0.5 * view.fov) * (to @ ahead)
-    up = np.cross(right, ahead)
-    return bool(abs(to @ up) <= half and abs(to @ right) <= half * aspect)
+    return to @ right / half, to @ np.cross(right, ahead) / half
+
+
+def in_sight(view: View, aspect: float, place: np.ndarray) -> bool:
+    right, up = on_picture(view, place)
+    return bool((place - view.position) @ (view.look_at - view.position) > 0.0) and (
+        abs(up) <= 1.0 and abs(right) <= aspect
+    )
 
 
 @pytest.mark.parametrize("side", DIRECTIONS)
@@ -59,12 +66,7 @@ def test_the_aim_stands_in_the_middle_of_what_a_panel_leaves(side: str, share: f
     view = view_of(1.0, 1.0, side)
     down = lowered(view, share)
     moved = view._replace(position=view.position + down, look_at=view.look_at + down)
-    ahead = moved.look_at - moved.position
-    ahead = ahead / np.linalg.norm(ahead)
-    right = np.cross(ahead, moved.up)
-    up = np.cross(right / np.linalg.norm(right), ahead)
-    to = view.look_at - moved.position
-    height = (to @ up) / (to @ ahead) / np.tan(0.5 * moved.fov)
+    _, height = on_picture(moved, view.look_at)
     assert height == pytest.approx(share, abs=1e-9)  # from -1 below to +1 above
 
 
