@@ -17,8 +17,7 @@ from flexgui.core.simulate.posture_interpolation import midpoints
 from flexgui.export.formats.c_code import FOLDER, CCode, c_sources
 from flexgui.export.formats.fmu import compiler
 from flexgui.export.model_format import in_c, scheduled
-from tests.export.arms import MODELS
-from tests.export.helpers import inputs, outcome_of
+from tests.export.helpers import MODELS, inputs, outcome_of
 from tests.helpers import looped, relative_to_largest, straight
 
 SAME = 1e-12

@@ -13,8 +13,7 @@ import scipy.signal
 from flexgui.export.formats import fmu as module
 from flexgui.export.formats.fmu import compiler, fmu, library_place, shared_library
 from flexgui.export.formats.python_control import ELBOW
-from tests.export.arms import MODELS
-from tests.export.helpers import inputs, outcome_of
+from tests.export.helpers import MODELS, inputs, outcome_of
 from tests.helpers import relative_to_largest
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'flexgui[test]'")

@@ -18,8 +18,7 @@ from flexgui.core.simulate.experiment import make_task
 from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.simulate.posture import Posture, posture
 from flexgui.export.formats.mjcf import Mjcf, chain_frequencies
-from tests.export.arms import GRAVITY, MODELS
-from tests.export.helpers import outcome_of
+from tests.export.helpers import GRAVITY, MODELS, outcome_of
 from tests.helpers import ARMS, chain, loaded, looped, with_modes
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install mujoco")

@@ -13,8 +13,7 @@ import pytest
 from flexgui.core.effects import effect
 from flexgui.core.simulate.posture import posture
 from flexgui.export.formats.python_control import ControlScript, script
-from tests.export.arms import MODELS
-from tests.export.helpers import outcome_of
+from tests.export.helpers import MODELS, outcome_of
 from tests.helpers import ARMS, looped
 from tests.marks import long_except
 
