@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from flexgui import cli
-from tests.cli.helpers import COLUMNS, FILE, SCENARIO, TEXT, csv, swapped, table
+from tests.cli.helpers import COLUMNS, FILE, SCENARIO, TEXT, Case, arrange, csv, swapped, table
 
+GOOD = Case("good", ())
 LONGEST = 300
 """Characters of a sentence that somebody still reads to its end."""
 
@@ -70,8 +71,7 @@ NUMBERS = {
 @pytest.mark.parametrize("name", NUMBERS)
 def test_a_number_out_of_bounds_is_named_with_its_bound(name: str, command, tmp_path) -> None:  # type: ignore[no-untyped-def]
     text, *words = NUMBERS[name]
-    (tmp_path / SCENARIO).write_text(text)
-    (tmp_path / FILE).write_text(csv(table()))
+    arrange(Case(name, (), text), tmp_path)
     refused(command("export", SCENARIO, "--out", "out"), *words)
     assert not (tmp_path / "out").exists()
 
@@ -130,8 +130,7 @@ def test_too_many_are_counted(name: str, command, tmp_path: Path) -> None:  # ty
 def test_a_name_that_is_too_long_is_one_sentence(
     arguments: tuple[str, ...], length: int, command, tmp_path: Path
 ) -> None:  # type: ignore[no-untyped-def]
-    (tmp_path / SCENARIO).write_text(TEXT)
-    (tmp_path / FILE).write_text(csv(table()))
+    arrange(GOOD, tmp_path)
     refused(command(*(part.format("a" * length) for part in arguments)))
 
 
@@ -148,8 +147,7 @@ def test_a_file_in_the_way_of_a_challenge_is_told_before_the_work(
 
 
 def test_a_data_folder_that_is_none_is_told(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
-    (tmp_path / SCENARIO).write_text(TEXT)
-    (tmp_path / FILE).write_text(csv(table()))
+    arrange(GOOD, tmp_path)
     said = command("export", SCENARIO, "--out", "out", "--data", "nowhere")
     refused(said, "--data nowhere is no folder")
 
@@ -174,17 +172,16 @@ def test_thousands_of_columns_do_not_fill_the_sentence(command, tmp_path: Path) 
 def failing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):  # type: ignore[no-untyped-def]
     """Lets the work of `export` end in an error, with a warning of a library before it."""
 
-    def arrange(error: Exception) -> None:
+    def prepare(error: Exception) -> None:
         def fail(*given: object, **named: object) -> None:
             warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
             raise error
 
-        (tmp_path / SCENARIO).write_text(TEXT)
-        (tmp_path / FILE).write_text(csv(table()))
+        arrange(GOOD, tmp_path)
         monkeypatch.setattr("flexgui.core.workbench.run_scenario", fail)
         monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
-    return arrange
+    return prepare
 
 
 def test_a_place_that_the_system_refuses_is_named(command, failing) -> None:  # type: ignore[no-untyped-def]
