@@ -1,4 +1,4 @@
-"""The one picture of a diagnosis, and the ladder above it."""
+"""The one picture of a diagnosis, the law of an effect in it, and the ladder above it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.results import LadderStep, MissingTorque
 from flexgui.session.state import Cursor
 from flexgui.stages.diagnose.panel import DiagnosePanel
@@ -21,7 +22,10 @@ from flexgui.stages.diagnose.plots import (
     worst_channel,
 )
 from flexgui.views.ladder import BAND, ladder
-from flexgui.views.over_speed import OverSpeed
+from flexgui.views.over_speed import OverSpeed, over_speed
+from tests.effects.helpers import KINDS
+from tests.flexgui.test_diagnosis_report import FOUND, step
+from tests.helpers import PAPER, looped
 
 SPEED = np.sin(np.linspace(0.0, 20.0, 200))
 
@@ -124,3 +128,86 @@ def test_a_cursor_that_goes_to_another_recording_takes_the_residual_along() -> N
         session.playback.cursor = Cursor(name)
         panel.move_cursor()
     assert drawn == ["th2"]
+
+
+VALUES = {"fc1": 1.2, "fc2": 0.4, "fv1": 3.0, "fv2": 2.0, "fb1": 0.5, "fb2": 0.1}
+TIME = np.linspace(0.0, 1.0, 101)
+PLACE = np.column_stack([0.1 * np.sin(6 * TIME), 0.2 * np.cos(5 * TIME)])
+SPEEDS = np.gradient(PLACE, TIME, axis=0)
+
+
+def of(kind: str, **values: float) -> tuple[OverSpeed, ...]:
+    base = looped(PAPER)
+    model = base.with_effects([effect(kind)], {**VALUES, **values})
+    have = with_included([effect(kind)])
+    return over_speed(have, model.arm, model.numbers().p, model.effect_values, PLACE, SPEEDS)
+
+
+def test_coulomb_friction_is_a_step_against_the_motion() -> None:
+    first, second = of("coulomb_friction")
+    assert (first.joint, second.joint) == (1, 2) and first.line
+    np.testing.assert_allclose(first.torque, -1.2 * np.sign(first.speed))
+    np.testing.assert_allclose(second.torque, -0.4 * np.sign(second.speed))
+    assert first.speed.min() == SPEEDS[:, 0].min() and first.speed.max() == SPEEDS[:, 0].max()
+
+
+def test_viscous_friction_is_a_slope() -> None:
+    first, _ = of("viscous_friction")
+    np.testing.assert_allclose(first.torque, -3.0 * first.speed)
+
+
+def test_an_effect_is_drawn_with_what_it_includes() -> None:
+    first, _ = of("stribeck_friction", vs1=0.1, vs2=0.1)
+    v = first.speed
+    expected = -(1.2 + 0.5 * np.exp(-((v / 0.1) ** 2))) * np.sign(v)
+    np.testing.assert_allclose(first.torque, expected)
+
+
+def test_what_depends_on_the_place_is_drawn_along_the_motion() -> None:
+    values = {"ra1": 0.3, "rb1": 0.0, "nr1": 20.0, "ra2": 0.0, "rb2": 0.1, "nr2": 20.0}
+    first, _ = of("torque_ripple", **values)
+    assert not first.line
+    np.testing.assert_allclose(first.speed, SPEEDS[:, 0])
+    np.testing.assert_allclose(first.torque, 0.3 * np.cos(20.0 * PLACE[:, 0]))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_effect_has_a_law_for_each_joint_or_none(kind: str) -> None:
+    found = of(kind)
+    assert len(found) in (0, PAPER.joints)
+    assert all(np.isfinite(one.torque).all() for one in found)
+    if catalogue()[kind].acts_at in ("tip", "camera", "segments", "base"):
+        assert not found, "no law at a joint"
+
+
+def ticks(error: float) -> list[str]:
+    """Of a ladder that begins at so many floors."""
+    figure = ladder([replace(FOUND.steps[0], cost_per_sample=error**2, errors=())])
+    assert figure is not None
+    return list(figure["layout"]["xaxis"]["ticktext"])
+
+
+def test_the_axis_names_numbers_that_are_read_at_a_glance() -> None:
+    assert ticks(16.0) == ["1", "2", "5", "10", "20", "50"]
+
+
+def test_a_high_ladder_names_decades_only() -> None:
+    assert ticks(2000.0) == ["1", "10", "100", "1000", "10000"]
+
+
+@pytest.mark.parametrize("error", [0.5, 1.0, 9.99, 10.0, 299.0, 1e5])
+def test_the_floor_is_always_named(error: float) -> None:
+    assert ticks(error)[0] == "1"
+
+
+def test_a_row_is_as_high_however_many_there_are_and_its_name_stands_level() -> None:
+    kinds = ("Coulomb friction", "Structural damping", "Delay of one sensor against the others")
+    steps = (FOUND.steps[0], *(step(title, title, 4.0, 4.0) for title in kinds))
+    heights = [figure["layout"]["height"] for k in range(1, 5) if (figure := ladder(steps[:k]))]
+    assert np.ptp(np.diff(heights)) == 0
+    figure = ladder(steps)
+    assert figure is not None
+    assert figure["layout"]["yaxis"]["ticktext"] == [
+        "as given", "+ Coulomb friction", "+ Structural damping",
+        "+ Delay of one<br>sensor against the<br>others",
+    ]  # fmt: skip

@@ -1,14 +1,17 @@
-"""Each view is a pure function whose axes carry units."""
+"""Each view is a pure function whose axes carry units; lines, formulas and colours in it."""
 
 from __future__ import annotations
 
 import copy
 import re
+import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from flexgui.core.results import Outcome
 from flexgui.views import colours
@@ -16,11 +19,12 @@ from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import fit_dots, fit_table, variants
 from flexgui.views.identifiability import correlation, valley
-from flexgui.views.layout import Figure, figure_json
+from flexgui.views.layout import Figure, decimate, figure_json, trace
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.parameter_tables import parameters
 from flexgui.views.pooled import overall_estimates, tip_rms
 from flexgui.views.summary import alarms, summary
+from flexgui.views.table import ALLOWED, NAMESPACE, mathml
 
 LEAST_CONTRAST = 3.0
 """Of lines against their ground, WCAG 2.2, 1.4.11."""
@@ -189,3 +193,77 @@ def test_colours_are_readable_in_light_and_dark(ground: str) -> None:
     for colour in used:
         dark, light = sorted((_luminance(colour), _luminance(ground)))
         assert (light + 0.05) / (dark + 0.05) >= LEAST_CONTRAST, colour
+
+
+@given(st.integers(0, 9000), st.integers(0, 5), st.sampled_from([100, 2000]))
+def test_extremes_survive_and_points_are_few(n: int, seed: int, points: int) -> None:
+    rng = np.random.default_rng(seed)
+    values = rng.normal(size=n)
+    values[rng.random(n) < 0.2] = np.nan
+    index = decimate(np.arange(n) * 1e-3, values, points)
+    assert index.size <= points
+    assert np.all(np.diff(index) > 0)
+    assert np.all(np.isfinite(values[index]))
+    if np.isfinite(values).any():
+        assert values[index].max() == np.nanmax(values)
+        assert values[index].min() == np.nanmin(values)
+
+
+def test_a_line_breaks_where_samples_are_missing_for_long() -> None:
+    time = np.arange(5000) * 1e-3
+    values = np.sin(time)
+    values[2000:2500] = np.nan
+    x, y = trace(time, values)
+    (gap,) = np.flatnonzero(np.isnan(y))
+    assert x[gap - 1] < 2.0 + 1e-6
+    assert x[gap + 1] > 2.5 - 1e-6
+
+
+def test_a_slow_camera_draws_one_line() -> None:
+    time = np.arange(3000) * 1e-3
+    values = np.full(3000, np.nan)
+    values[::10] = np.sin(time[::10])
+    _, y = trace(time, values)
+    assert y.size == 300
+    assert np.isfinite(y).all()
+
+
+FORMULAS = (
+    r"M(q)\,\ddot{q} = F(q,\dot{q}) + G u",
+    r"\begin{bmatrix} 0 & I \\ -K & -D \end{bmatrix}",
+    r"\left[\begin{matrix}1 & 0\\0 & 1\end{matrix}\right]",
+    r"\frac{1}{2}\int_0^{l} EI\,\delta''^2\,dx",
+    r"\cos{\left(\theta_{2} \right)} < 1",
+    r"\text{<script>alert(1)</script>}",
+    r"\text{a \& b}",
+)
+HOSTILE = (r"\text{<script>alert(1)</script>}", r"<img src=x onerror=alert(1)>",
+           r"\href{javascript:alert(1)}{x}", r"\style{background:url(x)}{y}",
+           r"\class{a}{\text{</math><script>}}")  # fmt: skip
+
+
+@pytest.mark.parametrize("latex", FORMULAS)
+def test_formulas_become_well_formed_mathml(latex: str) -> None:
+    root = ET.fromstring(mathml(latex))
+    assert root.tag == f"{{{NAMESPACE}}}math"
+
+
+@pytest.mark.parametrize("latex", HOSTILE)
+def test_formulas_carry_no_other_elements_and_no_links(latex: str) -> None:
+    text = str(mathml(latex))
+    assert "<script" not in text
+    assert "<img" not in text
+    for element in ET.fromstring(text).iter():
+        assert element.tag == "code" or element.tag.split("}")[-1] in ALLOWED
+        assert not set(element.attrib) & {"href", "style", "onerror", "src"}
+
+
+@pytest.mark.parametrize("latex", [r"\bad{", "}{", ""])
+def test_what_is_no_formula_is_shown_as_text(latex: str) -> None:
+    ET.fromstring(mathml(latex))
+
+
+def test_brackets_of_matrices_do_not_need_a_mathematical_font() -> None:
+    text = str(mathml(r"\begin{bmatrix} 0 & I \\ -K & -D \end{bmatrix}"))
+    assert 'class="square"' in text
+    assert "[" not in text
