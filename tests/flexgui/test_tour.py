@@ -21,6 +21,7 @@ from flexgui.core.results import (
     Outcome,
     RankedEffect,
 )
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.job import QUEUED, RUNNING, STOPPING, JobState
 from flexgui.library.shipped import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.page.job_status import status_texts
@@ -62,7 +63,6 @@ WITH_FRICTION = apply_edits(hidden_scenario(), with_effect("coulomb_friction", N
 @pytest.fixture
 def session(tmp_path: Path) -> Iterator[Session]:
     """On the tour, with nothing done yet."""
-    (tmp_path / "own").mkdir()
     made = alone("a-person", tmp_path / "own")
     made.document.scenario = hidden_scenario()
     made.tour.step = STARTED
@@ -70,8 +70,10 @@ def session(tmp_path: Path) -> Iterator[Session]:
     made.close()
 
 
-def outcome() -> Outcome:
-    return cast(Outcome, SimpleNamespace(comparisons=()))
+def fitted(session: Session, scenario: Scenario) -> None:
+    """As after an identification of this scenario."""
+    session.identification.outcome = cast(Outcome, SimpleNamespace(comparisons=()))
+    session.identification.outcome_of = scenario
 
 
 def ranked(title: str) -> RankedEffect:
@@ -147,10 +149,7 @@ def test_walking_ahead_does_nothing_that_has_to_be_done(session: Session) -> Non
     [("Arm", LOOK), ("Data", LOOK), ("Identify", COMPARE), ("Compare", COMPARE)],
 )
 def test_the_card_goes_back_with_the_person(session: Session, stage: str, title: str) -> None:
-    session.identification.outcome, session.identification.outcome_of = (
-        outcome(),
-        session.document.scenario,
-    )
+    fitted(session, session.document.scenario)
     go(session, LACKING)
     assert at(session, "Diagnose").title == ADD
     assert at(session, stage).title == title
@@ -159,15 +158,12 @@ def test_the_card_goes_back_with_the_person(session: Session, stage: str, title:
 
 def test_after_the_fit_the_card_points_to_what_is_next(session: Session) -> None:
     assert "Press Start identification" in at(session, "Identify").text
-    session.identification.outcome, session.identification.outcome_of = (
-        outcome(),
-        session.document.scenario,
-    )
+    fitted(session, session.document.scenario)
     assert "Press Next: compare" in at(session, "Identify").text
 
 
 def test_a_fit_of_other_settings_is_to_be_done_again(session: Session) -> None:
-    session.identification.outcome, session.identification.outcome_of = outcome(), demo_scenario()
+    fitted(session, demo_scenario())
     assert "Press Start identification" in at(session, "Identify").text
 
 
@@ -243,10 +239,7 @@ def test_an_error_that_fell_halfway_leads_on_or_back(session: Session) -> None:
 
 def test_elsewhere_the_card_says_where_the_tour_goes_on(session: Session) -> None:
     assert "continues at Identify" in at(session, "Export").text
-    session.identification.outcome, session.identification.outcome_of = (
-        outcome(),
-        session.document.scenario,
-    )
+    fitted(session, session.document.scenario)
     assert next_stage(session) == "Compare"
     go(session, LACKING)
     assert "continues at Diagnose" in at(session, "Export").text
@@ -318,10 +311,7 @@ def test_on_the_tour_the_way_on_begins_what_is_done_there(
     to_diagnosis(context)
     assert session.stage == "Diagnose"
     assert begun == (["fit", "search"] if tours else [])
-    session.identification.outcome, session.identification.outcome_of = (
-        outcome(),
-        session.document.scenario,
-    )
+    fitted(session, session.document.scenario)
     go(session, LACKING)
     to_identification(context)
     to_diagnosis(context)

@@ -6,21 +6,18 @@ import sys
 import threading
 import traceback
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
 import viser
 
-from flexgui.classroom.board import Board
 from flexgui.jobs import JobPool
 from flexgui.page.page import Page, build_page
 from flexgui.session.session import Session
-from tests.page.helpers import FIRST
+from tests.page.helpers import FIRST, PATIENCE, SIZE
+from tests.session.conftest import Offered
 
-UPLOAD_LIMIT = 1_000_000
-VIEWPORT = {"width": 1600, "height": 900}
 FORGET = """() => {
   localStorage.clear();
   sessionStorage.clear();
@@ -30,18 +27,6 @@ FIRST_ANEW = """document.querySelectorAll('.uplot:not([data-before])').length >=
   && document.querySelectorAll('.js-plotly-plot:not([data-before])').length >= 1
   && document.querySelectorAll('[data-before]').length === 0"""
 """The plots of the first stage stand, and none from before."""
-PATIENCE = 30_000
-"""ms that a click or a sentence may take on a busy machine without a graphics card."""
-
-
-@dataclass(frozen=True)
-class Offered:
-    """What the server offers."""
-
-    pool: JobPool
-    data_folder: Path | None = None
-    upload_limit_bytes: int = UPLOAD_LIMIT
-    board: Board = field(default_factory=Board)
 
 
 class Desktop:
@@ -119,7 +104,7 @@ def session(desktop: Desktop, tmp_path: Path) -> Iterator[Session]:
 @pytest.fixture(scope="module")
 def tab(desktop: Desktop, chromium: Any) -> Iterator[Any]:
     """One for the tests of a file: two thirds of what a page costs is its scripts, read again."""
-    context = chromium.new_context(viewport=VIEWPORT, accept_downloads=True)
+    context = chromium.new_context(viewport=SIZE, accept_downloads=True)
     context.set_default_timeout(PATIENCE)
     yield context.new_page()
     context.close()
@@ -135,7 +120,7 @@ def page(desktop: Desktop, tab: Any, session: Session) -> Any:
         tab.goto(desktop.address)
         tab.wait_for_function(FIRST)
         return tab
-    tab.set_viewport_size(VIEWPORT)
+    tab.set_viewport_size(SIZE)
     tab.emulate_media(reduced_motion="null", color_scheme="null")
     tab.mouse.move(0, 0)
     tab.evaluate(FORGET)

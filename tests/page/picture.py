@@ -9,25 +9,22 @@ from __future__ import annotations
 import io
 import shutil
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
 import viser
 from PIL import Image
-from playwright.sync_api import sync_playwright
 
 from flexgui.jobs import JobPool
-from flexgui.page.in_browser import plotly_script, run_javascript
-from flexgui.server.viser_patches import skip_plotly_upload
 from flexgui.session.session import Session
-from tests.conftest import CHROMIUM, FLAGS, ROOT
-from tests.page.conftest import Desktop, Offered
+from tests.conftest import ROOT, headless_browser
+from tests.page.conftest import Offered
+from tests.page.helpers import SIZE
 from tests.page.test_diagnose import few
+from tests.page.test_walk import Served, finish
 
 FOLDER = ROOT / "docs" / "pictures"
 PICTURE, FILM = FOLDER / "page.png", FOLDER / "fall.gif"
-SIZE = {"width": 1600, "height": 900}
 SETTLED = 4000
 """ms after which everything is drawn, without a graphics card too."""
 AT = 0.4
@@ -41,20 +38,12 @@ WIDTH, SHADES = 960, 200
 """px and colours: a README's pictures are a few hundred KB."""
 
 
-class Served(Desktop):
-    """Draws with the same Plotly as the server does; without viser's button to share."""
+class Plain(Served):
+    """Without viser's button to share."""
 
     def _connected(self, client: viser.ClientHandle) -> None:
-        run_javascript(client, plotly_script())
-        skip_plotly_upload(client)
         client.gui.configure_theme(show_logo=False, show_share_button=False)
         super()._connected(client)
-
-
-def wait(session: Session) -> None:
-    """Until nothing is computed."""
-    while session.run.busy:
-        time.sleep(0.2)
 
 
 def film(page: Any) -> None:
@@ -82,25 +71,21 @@ def main() -> None:
     folder = Path(tempfile.mkdtemp())
     (folder / "own").mkdir()
     with JobPool(2) as pool:
-        desk = Served(Offered(pool))
+        desk = Plain(Offered(pool))
         session = desk.session = Session("picture", folder / "own", desk.services)
         few(session)
         session.tour.set_step(None)
-        session.identification.start()
-        wait(session)
-        session.diagnosis.search()
-        wait(session)
+        finish(session, session.identification.start())
+        finish(session, session.diagnosis.search())
         session.show("Diagnose")
         session.playback.move(time=AT)
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        with headless_browser() as browser:
             page = browser.new_page(viewport=SIZE)
             page.goto(desk.address)
             page.get_by_role("button", name=ADD, exact=True).wait_for()
             page.wait_for_timeout(SETTLED)
             page.screenshot(path=PICTURE)
             film(page)
-            browser.close()
         desk.server.stop()
         session.close()
     shutil.rmtree(folder, ignore_errors=True)

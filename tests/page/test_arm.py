@@ -9,10 +9,11 @@ import pytest
 
 from flexgui.core.scenario.read import read_scenario
 from flexgui.library.shipped import shipped_folder
+from flexgui.page.in_browser import PURPOSE
 from flexgui.session.session import Session
 from flexgui.stages.arm import panel as arm_panel
 from tests.page.conftest import Desktop
-from tests.page.helpers import FIRST, PLOTS, enter, plots, press, sees, still
+from tests.page.helpers import enter, labelled, plots, press, ready, redrawn, sees, still
 from tests.session.helpers import until
 
 SLIDERS = {"θ2 [deg]": "100", "ε [GPa]": "2", "d [mm]": "60", "SNR [dB]": "35"}
@@ -23,6 +24,7 @@ MORE = {
 FADED = """() => [...new Set([...document.querySelectorAll('.js-plotly-plot, .uplot')].map(
   node => getComputedStyle(node).opacity < 1))]"""
 """Whether the figures are; one answer where all agree."""
+BANNER = "You follow the teacher."
 FIRST_OF_ITS_KIND = 60_000
 """ms: another number of modes is compiled once per machine."""
 
@@ -37,11 +39,7 @@ def beams(desktop: Desktop) -> np.ndarray:
 def moved(page: Any, desktop: Desktop, label: str, value: str, arm_too: bool = True) -> None:
     before, arm = plots(page), beams(desktop)
     enter(page, label, value)
-    page.wait_for_function(
-        "([get, before]) => eval(get)() !== before",
-        arg=["(" + PLOTS + ")", before],
-        timeout=FIRST_OF_ITS_KIND,
-    )
+    redrawn(page, before, FIRST_OF_ITS_KIND)
     if arm_too:  # it is drawn on its own, before the plots or after them
         until(lambda: not np.array_equal(beams(desktop), arm))
 
@@ -90,9 +88,8 @@ def test_exaggeration_bends_the_drawn_arm_only(page: Any, desktop: Desktop) -> N
 
 @pytest.mark.long
 def test_an_arrow_key_moves_the_slider_and_not_the_view(page: Any, desktop: Desktop) -> None:
-    label = page.get_by_text("θ2 [deg]", exact=True).first.get_attribute("for")
     before, camera = still(page), desktop.pages[-1].context.client.camera.position.copy()
-    page.locator(f'[id="{label}"]').get_by_role("slider").focus()
+    labelled(page, "θ2 [deg]").get_by_role("slider").focus()
     page.keyboard.press("ArrowRight", delay=200)
     until(lambda: plots(page) != before)
     assert np.array_equal(desktop.pages[-1].context.client.camera.position, camera)
@@ -117,26 +114,14 @@ def test_a_mode_swings_the_arm(page: Any, desktop: Desktop, session: Session) ->
 
 
 @pytest.mark.long
-def test_the_page_is_rebuilt_from_the_session(
+def test_a_follower_is_told_and_sees_the_stage_and_changes_nothing(
     page: Any, desktop: Desktop, session: Session
 ) -> None:
-    enter(page, "ε [GPa]", "1.5")
-    press(page, "Data")
-    sees(page, "7 to fit, 1 to validate.")
-    page.reload()
-    sees(page, "7 to fit, 1 to validate.")
-    press(page, "Arm")
-    label = page.get_by_text("ε [GPa]", exact=True).first.get_attribute("for")
-    box = page.locator(f'[id="{label}"]').locator("xpath=..").get_by_role("textbox")
-    assert box.input_value() == "1.5"
-
-
-@pytest.mark.long
-def test_a_follower_sees_the_stage_and_changes_nothing(
-    page: Any, desktop: Desktop, session: Session
-) -> None:
+    sees(page, PURPOSE)
+    assert not page.get_by_text(BANNER).count()
     desktop.read_only = True
     page.reload()
+    sees(page, BANNER)
     sees(page, "Seven working points")
     press(page, "Data")
     page.wait_for_timeout(500)
@@ -155,7 +140,7 @@ def test_a_controller_with_rows_of_gains_has_no_slider_of_them(
     assert session.open(scenario)
     sees(page, scenario.title)
     page.reload()
-    page.wait_for_function(FIRST)
+    ready(page)
     page.get_by_text("EI2 [N m²]", exact=True).first.wait_for()
     still(page)
     moved(page, desktop, "θ2 [deg]", "100")

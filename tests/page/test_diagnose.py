@@ -13,15 +13,14 @@ import pytest
 
 from flexgui.core.study.challenge import reveal
 from flexgui.jobs.messages import DEFAULT
-from flexgui.session.scenario_edits import ScenarioDict, set_value
+from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.stages.diagnose.model_versions import ladder_steps
 from tests.page.conftest import Desktop
-from tests.page.helpers import LOOK, field, plots, press, sees
-from tests.page.scene import on_screen
-from tests.session.helpers import until
+from tests.page.helpers import LOOK, field, pick, plots, press, sees
+from tests.session.helpers import shortened, until
 
 FOUND = 60_000
 """ms: two searches of a few candidates on a busy machine."""
@@ -39,15 +38,9 @@ def apart(page: Any) -> Iterator[None]:
 
 def few(session: Session) -> None:
     """Two short recordings with hidden friction, a validation, and four candidates."""
-
-    def edit(document: ScenarioDict) -> None:
-        document["recordings"] = [document["recordings"][k] for k in (0, 1, 3)]
-        for entry in document["recordings"]:
-            entry["simulate"]["seconds"] = 1.0
-
     kinds = ["coulomb_friction", "viscous_friction", "rotor_inertia", "tip_payload"]
     assert session.choose("something hidden")
-    assert session.document.change(edit, set_value(("diagnose", "candidates"), kinds))
+    assert session.document.change(shortened(0, 1, 3), set_value(("diagnose", "candidates"), kinds))
 
 
 def bars(page: Any) -> list[str]:
@@ -95,6 +88,21 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
     press(page, "Undo the last step")
     sees(page, "Something is missing.")
     until(lambda: len(bars(page)) == 1 and not present(session.document.scenario))
+
+
+def on_screen(page: Any, camera: Any, place: np.ndarray) -> tuple[float, float]:
+    """px of a place (3,) m, as the client's camera sees it in its canvas."""
+    ahead = camera.look_at - camera.position
+    ahead = ahead / np.linalg.norm(ahead)
+    right = np.cross(ahead, camera.up_direction)
+    right = right / np.linalg.norm(right)
+    up, to = np.cross(right, ahead), place - camera.position
+    spread = np.tan(0.5 * camera.fov) * (to @ ahead)
+    boxes = [canvas.bounding_box() for canvas in page.locator("canvas").all()]
+    box = max(boxes, key=lambda b: b["width"] * b["height"])
+    x = 0.5 + 0.5 * (to @ right) / spread * box["height"] / box["width"]
+    y = 0.5 - 0.5 * (to @ up) / spread
+    return box["x"] + box["width"] * float(x), box["y"] + box["height"] * float(y)
 
 
 @pytest.mark.long
@@ -247,9 +255,7 @@ def test_a_size_is_committed_as_the_field_shows_it(page: Any, session: Session) 
 
 def choose(page: Any, title: str) -> None:
     """An effect as the guess."""
-    box = page.get_by_text("Your guess", exact=True).first.get_attribute("for")
-    page.locator(f'[id="{box}"]').click()
-    page.get_by_role("option", name=title, exact=True).click()
+    pick(page, "Your guess", title)
     page.wait_for_timeout(300)
 
 

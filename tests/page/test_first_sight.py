@@ -10,8 +10,8 @@ from flexgui.page.in_browser import PURPOSE
 from flexgui.page.layout import DARK
 from flexgui.server.access import LONGEST, SLOW, behind_curtain
 from flexgui.session.session import Session
-from tests.page.conftest import PATIENCE, Desktop
-from tests.page.helpers import FIRST, press, sees, still
+from tests.page.conftest import Desktop
+from tests.page.helpers import press, ready, sees, still, visit
 from tests.session.helpers import until
 
 SCHEME = "document.documentElement.dataset.mantineColorScheme === '{}'"
@@ -42,19 +42,14 @@ def test_open_plots_fit_a_phone(page: Any) -> None:
 def test_the_systems_theme_is_followed_and_a_choice_is_kept(
     desktop: Desktop, chromium: Any, session: Session
 ) -> None:
-    context = chromium.new_context(color_scheme="dark")
-    context.set_default_timeout(PATIENCE)
-    shown = context.new_page()
-    shown.goto(desktop.address)
-    shown.wait_for_function(FIRST)
-    shown.wait_for_function(SCHEME.format("dark"))
-    desktop.pages[-1].context.theme.choose("light")
-    shown.wait_for_function(SCHEME.format("light"))
-    shown.reload()
-    shown.wait_for_function(FIRST)
-    shown.wait_for_function(SCHEME.format("light"))
-    assert desktop.pages[-1].context.theme.chosen == "light" != DARK
-    context.close()
+    with visit(chromium, desktop.address, color_scheme="dark") as shown:
+        shown.wait_for_function(SCHEME.format("dark"))
+        desktop.pages[-1].context.theme.choose("light")
+        shown.wait_for_function(SCHEME.format("light"))
+        shown.reload()
+        ready(shown)
+        shown.wait_for_function(SCHEME.format("light"))
+        assert desktop.pages[-1].context.theme.chosen == "light" != DARK
 
 
 @pytest.mark.long

@@ -3,6 +3,7 @@ few clicks."""
 
 from __future__ import annotations
 
+import io
 import os
 from pathlib import Path
 from typing import Any
@@ -11,14 +12,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from flexgui.core.recording.save import save_recording
 from flexgui.core.results import MISSING, NOTHING, Outcome
-from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
 from tests.page.conftest import Desktop
 from tests.page.helpers import press, sees
 from tests.page.test_walk import BOXES, SETTLED
-from tests.session.helpers import until
+from tests.session.helpers import good_csv, until
 
 CLICKS = 7
 """From the first page to a verdict."""
@@ -40,10 +39,7 @@ NAMES = {
 @pytest.fixture
 def foreign(session: Session, tmp_path: Path) -> Path:
     """Other names, degrees, one gap and a swap."""
-    made = tmp_path / "made.csv"
-    name = session.document.scenario.recordings[0].name
-    save_recording(read_recording(session.document.scenario, name, session.folder), made)
-    table = pd.read_csv(made).rename(columns=NAMES)[list(NAMES.values())]
+    table = pd.read_csv(io.BytesIO(good_csv(session))).rename(columns=NAMES)[list(NAMES.values())]
     table[["enc_1", "enc_2"]] = np.degrees(table[["enc_1", "enc_2"]])
     table.loc[400:405, "enc_1"] = np.nan
     path = tmp_path / "bench.csv"

@@ -12,7 +12,7 @@ from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.views.names import output_title
 from flexgui.views.of_recording import recording_views
-from tests.page.helpers import press, sees
+from tests.page.helpers import pick, press, sees
 from tests.page.test_diagnose import few
 
 
@@ -23,12 +23,6 @@ def compared() -> fg.Identification:
     for entry in recordings:
         entry["simulate"]["seconds"] = 0.5
     return rig.with_settings(recordings=recordings, identify={"generations": 0}).identify()
-
-
-def pick(page: Any, title: str) -> None:
-    box = page.get_by_text("Show", exact=True).first.get_attribute("for")
-    page.locator(f'[id="{box}"]').click()
-    page.get_by_role("option", name=title, exact=True).click()
 
 
 @pytest.mark.long
@@ -45,9 +39,9 @@ def test_each_view_of_the_folder_is_offered_and_drawn(page: Any, session: Sessio
     session.show("Compare")
     sees(page, "± noise floor")
     for view in recording_views().values():
-        pick(page, view.title)
+        pick(page, "Show", view.title)
         page.get_by_text(view.about).or_(page.get_by_text(view.nothing)).first.wait_for()
-    pick(page, "signals")
+    pick(page, "Show", "signals")
     sees(page, "± noise floor")
 
 

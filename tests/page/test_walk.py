@@ -4,7 +4,6 @@ the console, no serious fault of accessibility; screenshots to be looked at in F
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -70,10 +69,7 @@ def walked(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
 
 def finish(session: Session, begun: bool) -> None:
     assert begun
-    end = time.monotonic() + FOUND
-    while session.run.busy:
-        assert time.monotonic() < end
-        time.sleep(0.2)
+    until(lambda: not session.run.busy, FOUND)
 
 
 @pytest.mark.parametrize("theme", THEMES)
@@ -121,3 +117,34 @@ def accessibility(page: Any) -> list[list[str]]:
         if fault["impact"] in GRAVE
         for node in fault["nodes"][:4]
     ]
+
+
+CUT = "<div style='width: 60px; overflow: hidden; white-space: nowrap'>much too long for it</div>"
+SCROLLS = "<div style='width: 60px; overflow: auto; white-space: nowrap'>long, but it scrolls</div>"
+ON = "<p style='position: absolute; top: 100px; left: 9px'>{}</p>"
+
+
+def faults(chromium: Any, body: str) -> list[list[str]]:
+    page = chromium.new_page()
+    page.set_content(f"<body>{body}</body>")
+    found = page.evaluate(BOXES)
+    page.close()
+    return list(found)
+
+
+def test_what_is_cut_is_found_and_what_scrolls_is_not(chromium: Any) -> None:
+    found = faults(chromium, CUT + SCROLLS)
+    assert [fault[:2] for fault in found] == [["cut", "much too long for it"]]
+
+
+def test_a_panel_that_scrolls_sideways_is_found(chromium: Any) -> None:
+    panel = "<div class='mantine-ScrollArea-viewport' style='overflow: auto; width: 90px'>{}</div>"
+    found = faults(chromium, panel.format("<div style='width: 98px'>a word</div>"))
+    assert [fault[0] for fault in found] == ["sideways"]
+    assert faults(chromium, panel.format("<div style='width: 90px'>a word</div>")) == []
+
+
+def test_texts_on_one_another_are_found(chromium: Any) -> None:
+    found = faults(chromium, ON.format("first words") + ON.format("other words"))
+    assert found == [["overlap", "first words", "other words"]]
+    assert faults(chromium, "<p>first words</p><p>other words</p>") == []

@@ -12,19 +12,16 @@ from typing import Any
 
 import pytest
 
-from flexgui.core.recording.save import save_recording
-from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
-from tests.page.helpers import enter, field, plots, press, sees, small
-from tests.session.helpers import until, worked
+from tests.page.helpers import enter, field, labelled, plots, press, sees, small
+from tests.session.helpers import good_csv, until, worked
 
 
 @pytest.fixture
 def good(session: Session, tmp_path: Path) -> Path:
     """A recording of the session's own arm."""
     path = tmp_path / "good.csv"
-    name = session.document.scenario.recordings[0].name
-    save_recording(read_recording(session.document.scenario, name, session.folder), path)
+    path.write_bytes(good_csv(session))
     return path
 
 
@@ -158,8 +155,7 @@ def test_columns_with_other_names_are_chosen_on_the_page(
 
 def pick(page: Any, label: str, option: str) -> None:
     """An option of a drop-down, by how it begins."""
-    found = page.get_by_text(label, exact=True).first.get_attribute("for")
-    page.locator(f'[id="{found}"]').click()
+    labelled(page, label).click()
     page.get_by_role("option").filter(has_text=re.compile(f"^{option}")).first.click()
 
 

@@ -72,3 +72,11 @@ def make_place(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Make
 @pytest.fixture
 def place(make_place: MakePlace) -> Place:
     return make_place()
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> FakeClock:
+    """What sessions go by."""
+    found = FakeClock()
+    monkeypatch.setattr(sessions, "monotonic", found)
+    return found

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from flexgui.server.sessions import STATE_VARIABLE
-from tests.server.helpers import Browser, action
+from tests.server.helpers import Browser, action, announcement, part
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = re.compile(r"http://127\.0\.0\.1:(\d+)/")
@@ -26,6 +26,9 @@ PATIENCE = 20.0
 END = 15.0
 """s; a server gives itself five."""
 MEGA = 2**20
+UPLOAD = "Upload a recording or a scenario"
+PIECE = 2**19
+"""Bytes of one part of an upload."""
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,19 @@ def widget(browser: Browser, label: str, kind: str = "") -> str:
 def show(browser: Browser, stage: str) -> None:
     """Another stage, as by its button."""
     browser.set(widget(browser, "Action"), action("stage", stage))
+
+
+def press(browser: Browser, label: str) -> None:
+    browser.set(widget(browser, label, "GuiButton"), True)
+
+
+def upload(browser: Browser, name: str, content: bytes) -> None:
+    """A file, in pieces as a browser sends it."""
+    pieces = [content[k : k + PIECE] for k in range(0, len(content), PIECE)]
+    start = announcement(widget(browser, UPLOAD), len(content), len(pieces), name)
+    browser.send(start)
+    for k, piece in enumerate(pieces):
+        browser.send(part(start, k, piece))
 
 
 def texts(browser: Browser) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import struct
-import threading
 import time
 import zipfile
 import zlib
@@ -14,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from tests.recording.test_large_files import mat_of_zeros
-from tests.server.helpers import Browser, announcement, part
-from tests.server.served import Served, served, until, widget
+from tests.server.helpers import Browser
+from tests.server.served import served, until, upload, widget
+from tests.session.helpers import largest
 
 pytestmark = pytest.mark.long
 
@@ -26,8 +26,6 @@ NEW_PAGE = 3.0
 """s until somebody who comes meanwhile has a page, on a machine that does nothing else."""
 REFUSED = 240.0
 """s for all three to be refused."""
-PIECE = 2**19
-"""Bytes of one part of an upload."""
 
 
 def gz_of_rows(size: int) -> bytes:
@@ -60,15 +58,6 @@ def bombs() -> dict[str, bytes]:
     }
 
 
-def upload(browser: Browser, name: str, content: bytes) -> None:
-    pieces = [content[k : k + PIECE] for k in range(0, len(content), PIECE)]
-    uuid = widget(browser, "Upload a recording or a scenario")
-    start = announcement(uuid, len(content), len(pieces), name)
-    browser.send(start)
-    for k, piece in enumerate(pieces):
-        browser.send(part(start, k, piece))
-
-
 def refused(browser: Browser, name: str) -> None:
     """Waits for the sentence."""
 
@@ -80,25 +69,6 @@ def refused(browser: Browser, name: str) -> None:
     until(said, REFUSED, f"a sentence about {name}")
 
 
-class Watch:
-    """The server's memory, all the time."""
-
-    def __init__(self, server: Served) -> None:
-        self.most, self._server, self._over = 0.0, server, threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
-
-    def _run(self) -> None:
-        while not self._over.wait(0.02):
-            self.most = max(self.most, self._server.memory[0])
-
-    def end(self) -> float:
-        """MB at most."""
-        self._over.set()
-        self._thread.join()
-        return self.most
-
-
 def test_the_server_neither_grows_nor_stands_still(tmp_path: Path) -> None:
     content = bombs()
     with served(tmp_path, "--workers", "1", nice=True) as server:
@@ -106,19 +76,20 @@ def test_the_server_neither_grows_nor_stands_still(tmp_path: Path) -> None:
         for browser in browsers.values():
             browser.__enter__()
             widget(browser, "3-D playback (HTML)", "GuiButton")
-        watch, waits = Watch(server), []
-        for name, browser in browsers.items():
-            upload(browser, name, content[name])
-        for _ in range(3):
-            begin = time.monotonic()
-            with server.browser() as newcomer:
-                widget(newcomer, "3-D playback (HTML)", "GuiButton")
-            waits.append(time.monotonic() - begin)
-        for name, browser in browsers.items():
-            refused(browser, name)
-            browser.__exit__(None, None, None)
-        most = watch.end()
-        print(f"\nat most {most:.0f} MB; new pages after {', '.join(f'{s:.1f}' for s in waits)} s")
-        assert most < MOST
+        waits = []
+        with largest(lambda: server.memory[0]) as most:
+            for name, browser in browsers.items():
+                upload(browser, name, content[name])
+            for _ in range(3):
+                begin = time.monotonic()
+                with server.browser() as newcomer:
+                    widget(newcomer, "3-D playback (HTML)", "GuiButton")
+                waits.append(time.monotonic() - begin)
+            for name, browser in browsers.items():
+                refused(browser, name)
+                browser.__exit__(None, None, None)
+        said = ", ".join(f"{s:.1f}" for s in waits)
+        print(f"\nat most {most[0]:.0f} MB; new pages after {said} s")
+        assert most[0] < MOST
         assert max(waits) < NEW_PAGE
         assert server.alive and "Traceback" not in server.log, server.log

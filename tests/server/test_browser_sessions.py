@@ -9,33 +9,14 @@ from typing import Any
 
 import pytest
 
-from tests.server.chromium import (
-    CHROMIUM,
-    NONE,
-    SMALL,
-    box,
-    drawn,
-    press,
-    ready,
-    redrawn,
-    sees,
-    shows,
-    visit,
-)
+from tests.page.helpers import box, enter, plots, press, ready, redrawn, sees, shows, visit
 from tests.server.served import Served, served
 
-pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NONE)
-
-THETA2 = "θ2 [deg]"
+THETA2, EPSILON = "θ2 [deg]", "ε [GPa]"
 COPY, FOLLOW = "Take my own copy", "Follow the teacher again"
+SMALL = {"width": 1280, "height": 720}
 STILL = 1000
 """ms in which a change that is not to come would have come."""
-
-
-@pytest.fixture(scope="module")
-def browser(chromium: Any) -> Any:
-    return chromium
 
 
 @pytest.fixture(scope="module")
@@ -45,29 +26,30 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 @pytest.fixture(scope="module")
-def mine(server: Served, browser: Any) -> Iterator[Any]:
+def mine(server: Served, chromium: Any) -> Iterator[Any]:
     """A person's page, which each test leaves at the first stage: opening one takes seconds."""
-    with visit(browser, server.address) as page:
+    with visit(chromium, server.address) as page:
         yield page
 
 
 @pytest.fixture(scope="module")
-def taught(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[tuple[Served, Any]]:
+def taught(tmp_path_factory: pytest.TempPathFactory, chromium: Any) -> Iterator[tuple[Served, Any]]:
     """A demo and its teacher's page, which all followers share as they do in a class."""
     with (
         served(tmp_path_factory.mktemp("demo"), "--demo", "--workers", "1") as demo,
-        visit(browser, demo.address) as teacher,
+        visit(chromium, demo.address) as teacher,
     ):
         yield demo, teacher
 
 
 def test_a_reload_keeps_sliders_and_data(mine: Any) -> None:
-    before = drawn(mine)
-    box(mine, THETA2).fill("100")
-    redrawn(mine, before)
+    for label, value in ((EPSILON, "1.5"), (THETA2, "100")):
+        before = plots(mine)
+        enter(mine, label, value)
+        redrawn(mine, before)
     press(mine, "Data")
     sees(mine, "7 to fit, 1 to validate.")
-    box(mine, "Points").fill("3")
+    enter(mine, "Points", "3")
     mine.wait_for_timeout(STILL / 2)
     press(mine, "Simulate these experiments")
     sees(mine, "3 to fit, 1 to validate.")
@@ -76,18 +58,19 @@ def test_a_reload_keeps_sliders_and_data(mine: Any) -> None:
     press(mine, "Arm")
     ready(mine)
     shows(mine, THETA2, "100")
+    shows(mine, EPSILON, "1.5")
 
 
 @pytest.mark.long
-def test_two_browsers_do_not_see_each_other(server: Served, browser: Any, mine: Any) -> None:
-    with visit(browser, server.address) as yours:
-        before = drawn(yours)
-        first = drawn(mine)
-        box(mine, THETA2).fill("120")
+def test_two_browsers_do_not_see_each_other(server: Served, chromium: Any, mine: Any) -> None:
+    with visit(chromium, server.address) as yours:
+        before = plots(yours)
+        first = plots(mine)
+        enter(mine, THETA2, "120")
         redrawn(mine, first)
         yours.wait_for_timeout(STILL)
         assert box(yours, THETA2).input_value() == "60"
-        assert drawn(yours) == before
+        assert plots(yours) == before
         yours.reload()
         ready(yours)
         shows(yours, THETA2, "60")
@@ -95,15 +78,15 @@ def test_two_browsers_do_not_see_each_other(server: Served, browser: Any, mine: 
 
 @pytest.mark.long
 def test_a_follower_sees_the_teacher_and_takes_a_copy(
-    taught: tuple[Served, Any], browser: Any
+    taught: tuple[Served, Any], chromium: Any
 ) -> None:
     demo, teacher = taught
-    with visit(browser, demo.address) as follower:
-        before = drawn(follower)
-        box(teacher, THETA2).fill("100")
+    with visit(chromium, demo.address) as follower:
+        before = plots(follower)
+        enter(teacher, THETA2, "100")
         redrawn(follower, before)
         shows(follower, THETA2, "100")
-        box(follower, THETA2).fill("150")
+        enter(follower, THETA2, "150")
         sees(follower, "You follow the teacher")
         shows(follower, THETA2, "100")
         assert box(teacher, THETA2).input_value() == "100"
@@ -119,11 +102,11 @@ def test_a_follower_sees_the_teacher_and_takes_a_copy(
         follower.get_by_role("button", name=FOLLOW).wait_for()
         ready(follower)
         shows(follower, THETA2, "100")
-        box(follower, THETA2).fill("140")
+        enter(follower, THETA2, "140")
         shows(follower, THETA2, "140")
         teacher.wait_for_timeout(STILL)
         assert box(teacher, THETA2).input_value() == "100"
-        box(teacher, THETA2).fill("80")
+        enter(teacher, THETA2, "80")
         follower.wait_for_timeout(STILL)
         assert box(follower, THETA2).input_value() == "140"
         press(follower, FOLLOW)
@@ -134,37 +117,37 @@ def test_a_follower_sees_the_teacher_and_takes_a_copy(
 
 
 @pytest.mark.long
-def test_a_copy_in_a_small_window_is_a_live_page(taught: tuple[Served, Any], browser: Any) -> None:
+def test_a_copy_in_a_small_window_is_a_live_page(taught: tuple[Served, Any], chromium: Any) -> None:
     """Its figures are narrower than those of a wide window, from which they begin."""
     demo, _ = taught
-    with visit(browser, demo.address, SMALL) as follower:
+    with visit(chromium, demo.address, SMALL) as follower:
         for way, back in ((COPY, FOLLOW), (FOLLOW, COPY), (COPY, FOLLOW)):
             press(follower, way)
             follower.get_by_role("button", name=back).wait_for()
             ready(follower)
-        before = drawn(follower)
-        box(follower, THETA2).fill("140")
+        before = plots(follower)
+        enter(follower, THETA2, "140")
         redrawn(follower, before)
         follower.set_viewport_size({"width": 1100, "height": 700})
         follower.wait_for_timeout(STILL)
-        before = drawn(follower)
-        box(follower, THETA2).fill("100")
+        before = plots(follower)
+        enter(follower, THETA2, "100")
         redrawn(follower, before)
         assert not demo.log, demo.log
 
 
 @pytest.mark.long
 def test_a_lost_connection_is_told_and_the_work_is_offered_again(
-    tmp_path: Path, browser: Any
+    tmp_path: Path, chromium: Any
 ) -> None:
     port = ("--port", str(free_port()))
     with (
         served(tmp_path, "--workers", "1", *port) as before,
-        visit(browser, before.address) as page,
+        visit(chromium, before.address) as page,
     ):
         press(page, "Data")
         sees(page, "7 to fit, 1 to validate.")
-        box(page, "Points").fill("3")
+        enter(page, "Points", "3")
         page.wait_for_timeout(STILL / 2)
         press(page, "Simulate these experiments")
         sees(page, "3 to fit, 1 to validate.")

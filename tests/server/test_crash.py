@@ -9,10 +9,10 @@ from random import Random
 import pytest
 
 from flexgui.core.scenario.read import scenario_toml
-from flexgui.session.scenario_edits import ScenarioDict, set_value
-from tests.server.helpers import Browser, action, announcement, part
-from tests.server.served import Served, sees, served, show, texts, until, widget
-from tests.session.helpers import alone, good_csv
+from flexgui.session.scenario_edits import set_value
+from tests.server.helpers import Browser, action
+from tests.server.served import Served, press, sees, served, show, texts, until, upload, widget
+from tests.session.helpers import alone, good_csv, shortened
 
 pytestmark = pytest.mark.long
 
@@ -20,7 +20,6 @@ JOB = 90.0
 """s for a worker to be warm and a small job to end, on a busy machine."""
 SLOW = 600.0
 """s: a first and a second look at a model on a machine that does other things too."""
-UPLOAD = "Upload a recording or a scenario"
 ADD = "data-action='add effect'"
 FRICTION = f"{ADD} data-value='coulomb_friction' title=''>"
 UNJUDGED, MISSING = "2 recordings to diagnose.", "Something is missing."
@@ -33,22 +32,10 @@ busy one, so that some kills come in the middle of it and some after it."""
 
 @pytest.fixture
 def recording(tmp_path: Path) -> bytes:
-    folder = tmp_path / "made"
-    folder.mkdir()
-    session = alone("maker", folder)
+    session = alone("maker", tmp_path / "made")
     content = good_csv(session)
     session.close()
     return content
-
-
-def upload(browser: Browser, name: str, content: bytes) -> None:
-    start = announcement(widget(browser, UPLOAD), len(content), 1, name)
-    browser.send(start)
-    browser.send(part(start, 0, content))
-
-
-def press(browser: Browser, label: str, value: object = True) -> None:
-    browser.set(widget(browser, label, "GuiButton"), value)
 
 
 def addable(browser: Browser) -> bool:
@@ -125,18 +112,10 @@ def test_upload_edit_and_fit_survive_a_kill(tmp_path: Path, recording: bytes) ->
 @pytest.fixture
 def hidden(tmp_path: Path) -> bytes:
     """Two short recordings with hidden friction, and two candidates."""
-
-    def edit(document: ScenarioDict) -> None:
-        document["recordings"] = document["recordings"][:2]
-        for entry in document["recordings"]:
-            entry["simulate"]["seconds"] = 1.0
-
-    folder = tmp_path / "made"
-    folder.mkdir()
-    session = alone("maker", folder)
+    session = alone("maker", tmp_path / "made")
     assert session.choose("something hidden")
     kinds = set_value(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"])
-    assert session.document.change(edit, kinds)
+    assert session.document.change(shortened(0, 1), kinds)
     content = scenario_toml(session.document.scenario).encode()
     session.close()
     return content

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -137,22 +138,24 @@ def test_in_a_class_the_teacher_is_who_has_the_token(make_place: MakePlace) -> N
             assert place.page(early).session is place.page(teacher).session
 
 
-def made(folder: Path, key: str) -> Session:
-    (folder / key).mkdir()
-    return alone(key, folder / key)
+@pytest.fixture
+def both(tmp_path: Path) -> Iterator[list[Session]]:
+    """A teacher's session and one that takes a copy."""
+    made = [alone(key, tmp_path / key) for key in ("teacher", "own")]
+    yield made
+    for session in made:
+        session.close()
 
 
-def test_a_copy_has_what_the_teacher_found(tmp_path: Path) -> None:
-    teacher, own = made(tmp_path, "teacher"), made(tmp_path, "own")
+def test_a_copy_has_what_the_teacher_found(both: list[Session]) -> None:
+    teacher, own = both
     teacher.diagnosis.versions = (ModelVersion(teacher.document.scenario),)
     copy_session(teacher, own)
     assert own.diagnosis.versions == teacher.diagnosis.versions and own.challenge.state is None
-    teacher.close()
-    own.close()
 
 
-def test_a_copy_of_a_challenge_begins_anew(tmp_path: Path) -> None:
-    teacher, own = made(tmp_path, "teacher"), made(tmp_path, "own")
+def test_a_copy_of_a_challenge_begins_anew(both: list[Session]) -> None:
+    teacher, own = both
     (teacher.folder / "th1.csv").write_text("t\n")
     teacher.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia"),))
     teacher.diagnosis.versions = (ModelVersion(teacher.document.scenario),)
@@ -162,5 +165,3 @@ def test_a_copy_of_a_challenge_begins_anew(tmp_path: Path) -> None:
     assert known is not None and (known.seed, known.level, known.sealed) == (7, "hard", "sealed")
     assert not known.guesses and known.count == 2
     assert not own.diagnosis.versions, "the teacher's findings would give it away"
-    teacher.close()
-    own.close()

@@ -87,20 +87,6 @@ def test_only_the_value_of_a_widget_can_be_set(place: Place) -> None:
 
 
 @pytest.mark.parametrize(
-    "raw",
-    [
-        b"", b"\xc1", b"\x93\x01\x02\x03", "text", b"\x80", b"\x91" * 5000,
-        b"\x81\xa4type\xa7Message", b"\x81\xa4type\x01",
-    ],
-    ids=repr,
-)  # fmt: skip
-def test_nonsense_is_passed_over(place: Place, raw: bytes | str) -> None:
-    with Browser(place.server) as browser:
-        browser.send_raw(raw)
-        assert works(place, browser)
-
-
-@pytest.mark.parametrize(
     "message",
     [
         {"type": "ShareUrlRequest"},
@@ -214,31 +200,27 @@ def test_a_message_that_is_too_large_ends_its_own_connection_only(make_place: Ma
         assert works(place, other)
 
 
-NO_UTF8 = [
-    b"\x81\xa4type\xa2\xff\xfe", b"\x81\xa2\xff\xfe\xa1a", b"\xa1\xff", b"\x91\xa3\xed\xa0\x80",
-    b"\x82\xa4type\xb0GuiUpdateMessage\xa4uuid\xa1\x80",
-]  # fmt: skip
+FRAMES: dict[str, list[bytes | str]] = {
+    "nonsense": [
+        b"", b"\xc1", b"\x93\x01\x02\x03", "text", b"\x80", b"\x91" * 5000,
+        b"\x81\xa4type\xa7Message", b"\x81\xa4type\x01",
+    ],
+    "no utf-8": [
+        b"\x81\xa4type\xa2\xff\xfe", b"\x81\xa2\xff\xfe\xa1a", b"\xa1\xff",
+        b"\x91\xa3\xed\xa0\x80", b"\x82\xa4type\xb0GuiUpdateMessage\xa4uuid\xa1\x80",
+    ],
+    "at random": [bytes([k % 256]) + Random(k).randbytes(k % 23) for k in range(400)],
+}  # fmt: skip
 
 
-def test_text_that_is_no_utf8_is_refused_without_a_word(
-    place: Place, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize("kind", FRAMES)
+def test_frames_that_are_no_message_are_refused_without_a_word(
+    place: Place, kind: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     with Browser(place.server) as browser:
         place.page(browser)
-        for frame in NO_UTF8:
+        for frame in FRAMES[kind]:
             browser.send_raw(frame)
-        assert works(place, browser)
-    assert not [r for r in caplog.records if r.levelname in ("WARNING", "ERROR", "CRITICAL")]
-
-
-def test_random_bytes_are_refused_without_a_word(
-    place: Place, caplog: pytest.LogCaptureFixture
-) -> None:
-    random = Random(1)
-    with Browser(place.server) as browser:
-        place.page(browser)
-        for k in range(400):
-            browser.send_raw(bytes([k % 256]) + random.randbytes(k % 23))
         assert works(place, browser)
     assert not [r for r in caplog.records if r.levelname in ("WARNING", "ERROR", "CRITICAL")]
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from flexgui.jobs.inbox import IDLE_SECONDS
-from flexgui.server import sessions
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
 from flexgui.server.services import Limits
@@ -58,13 +57,6 @@ def test_a_hundred_visits_leave_nothing(place: Place) -> None:
         with Browser(place.server) as browser:
             place.page(browser)
     settled(place.server, place.clock, before)
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> FakeClock:
-    found = FakeClock()
-    monkeypatch.setattr(sessions, "monotonic", found)
-    return found
 
 
 @pytest.fixture

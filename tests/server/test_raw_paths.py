@@ -11,8 +11,8 @@ from flexgui.classroom.demo import COPY
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
 from flexgui.session.session import Session
-from tests.server.helpers import Browser, announcement, part
-from tests.server.served import until, widget
+from tests.server.helpers import Browser
+from tests.server.served import press, until, upload, widget
 from tests.session.elsewhere import SECRET, names, secret, stated
 from tests.session.helpers import alone
 
@@ -39,16 +39,6 @@ def server(sessions: list[Session]) -> Iterator[PageServer]:
     made.close()
 
 
-def upload(browser: Browser, uuid: str, name: str, content: bytes) -> None:
-    start = announcement(uuid, len(content), 1, name)
-    browser.send(start)
-    browser.send(part(start, 0, content))
-
-
-def press(browser: Browser, label: str) -> None:
-    browser.set(widget(browser, label, "GuiButton"), True)
-
-
 @pytest.mark.long
 def test_nothing_of_the_server_reaches_a_browser(
     server: PageServer, sessions: list[Session], tmp_path: Path
@@ -59,11 +49,10 @@ def test_nothing_of_the_server_reaches_a_browser(
         with Browser(server) as browser:
             own = own_copy(browser, sessions)
             files = names(own.folder, hidden)
-            button = widget(browser, "Upload a recording or a scenario")
             for file in files:
-                tried(browser, button, own, "it.toml", file)
+                tried(browser, own, "it.toml", file)
             for name in files[::4]:
-                tried(browser, button, own, name[:LONGEST], "th1.csv")
+                tried(browser, own, name[:LONGEST], "th1.csv")
             browser.listen(1.0)
             assert own.wait_idle()
             heard = repr(browser.heard)
@@ -92,10 +81,10 @@ def own_copy(browser: Browser, sessions: list[Session]) -> Session:
     return sessions[-1]
 
 
-def tried(browser: Browser, button: str, own: Session, name: str, file: str) -> None:
+def tried(browser: Browser, own: Session, name: str, file: str) -> None:
     """Uploads under a name a scenario that names a file, and takes the scenario away."""
     number = own.message.number
-    upload(browser, button, name, stated(file).encode())
+    upload(browser, name, stated(file).encode())
 
     def answered() -> bool:
         browser.listen(0.02)

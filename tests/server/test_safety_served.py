@@ -6,13 +6,12 @@ import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from websockets.exceptions import InvalidStatus
 
 from tests.server.helpers import Browser, announcement, part
-from tests.server.served import Served, sees, served, show, until, widget
+from tests.server.served import PIECE, UPLOAD, Served, press, sees, served, show, until, widget
 
 GIGA = 10**9
 WRONG = (float("nan"), float("inf"), 1e9, -1e9, "100", None, True, [100.0], {"a": 1}, b"100")
@@ -77,21 +76,17 @@ def test_wrong_values_change_nothing_and_end_nothing(server: Served) -> None:
 
 def test_a_gigabyte_is_refused_before_it_comes(server: Served) -> None:
     with server.browser() as browser:
-        uuid = widget(browser, "Upload a recording or a scenario")
-        start = announcement(uuid, GIGA, GIGA // 2**19 + 1, "huge.csv")
+        uuid = widget(browser, UPLOAD)
+        start = announcement(uuid, GIGA, GIGA // PIECE + 1, "huge.csv")
         browser.send(start)
         until(lambda: browser.listen() and browser.notes, JOB, "a refusal")
         assert "huge.csv has 1,000 MB; a file may have 100 MB" in " ".join(browser.notes)
         before = server.memory[0]
         for k in range(20):
-            browser.send(part(start, k, bytes(2**19)))
+            browser.send(part(start, k, bytes(PIECE)))
         moved(browser, 92.0)
         assert server.memory[0] - before < GIGA / 1e6 / 20
     assert server.alive
-
-
-def press(browser: Browser, label: str, **value: Any) -> None:
-    browser.set(widget(browser, label, "GuiButton"), value.get("value", True))
 
 
 @pytest.mark.long

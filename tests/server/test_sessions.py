@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from flexgui.core.errors import InputError
-from flexgui.server import sessions
 from flexgui.server.services import Limits
 from flexgui.server.sessions import SessionStore
 from tests.server.conftest import SMALL, MakePlace, Place
@@ -116,13 +115,6 @@ def test_a_full_server_says_so_on_the_page(make_place: MakePlace) -> None:
         assert "1 sessions are open" in str(message)
         two.listen(SILENCE)
         assert len(place.pages.all) == 1
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> FakeClock:
-    found = FakeClock()
-    monkeypatch.setattr(sessions, "monotonic", found)
-    return found
 
 
 @pytest.fixture

@@ -16,7 +16,8 @@ import numpy as np
 
 from flexgui.core.arm.cache import VARIABLE
 from flexgui.server.warming import READY
-from tests.server.chromium import SIZE, chromium, press
+from tests.conftest import headless_browser
+from tests.page.helpers import SIZE, labelled, press
 from tests.server.served import Served, served, until
 
 LIFTED = "!document.getElementById('fx-curtain')"
@@ -79,7 +80,7 @@ def visited(folder: Path, cache: Path, more: Any) -> float:
     `more(page, server)` follows."""
     os.environ[VARIABLE] = str(cache)
     folder.mkdir()
-    with chromium() as browser:
+    with headless_browser() as browser:
         page = browser.new_context(viewport=SIZE).new_page()
         page.set_default_timeout(PATIENCE)
         began = time.monotonic()
@@ -98,8 +99,7 @@ def until_compiled(page: Any, server: Served) -> None:
 
 def moved(page: Any, label: str) -> list[float]:
     """ms from each arrow key on a slider to the frame that shows what it changes."""
-    place = page.get_by_text(label, exact=True).first.get_attribute("for")
-    page.locator(f'[id="{place}"]').get_by_role("slider").focus()
+    labelled(page, label).get_by_role("slider").focus()
     page.evaluate(WATCH)
     for k in range(WARM_MOVES + MOVES):
         page.keyboard.press("ArrowRight")

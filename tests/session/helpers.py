@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from flexgui.cli import run
 from flexgui.jobs import JobPool
-from flexgui.session.scenario_edits import ScenarioDict, set_value
+from flexgui.session.scenario_edits import Edit, ScenarioDict, set_value
 from flexgui.session.session import Session
-from flexgui.session.state import Services
 from tests.session.conftest import Offered
 
 SOON = 60.0
@@ -20,27 +21,51 @@ SOON = 60.0
 
 
 def alone(key: str, folder: Path) -> Session:
-    """A session that begins no job."""
+    """A session that begins no job, in a folder that is made where there is none."""
+    folder.mkdir(exist_ok=True)
     return Session(key, folder, Offered(JobPool()))
 
 
-def small(session: Session, generations: int = 4) -> None:
-    """Two short recordings and a small population: an identification takes a moment."""
+def shortened(*kept: int, seconds: float = 1.0) -> Edit:
+    """Leaves the simulated recordings of these numbers, each as long as that."""
 
     def edit(document: ScenarioDict) -> None:
-        document["recordings"] = document["recordings"][1:3]
+        document["recordings"] = [document["recordings"][k] for k in kept]
         for entry in document["recordings"]:
-            entry["simulate"]["seconds"] = 0.5
+            entry["simulate"]["seconds"] = seconds
 
+    return edit
+
+
+def small(session: Session) -> None:
+    """Two short recordings and a small population: an identification takes a moment."""
     assert session.document.change(
-        edit,
+        shortened(1, 2, seconds=0.5),
         set_value(("identify", "population"), 8),
-        set_value(("identify", "generations"), generations),
+        set_value(("identify", "generations"), 4),
     )
 
 
 LONG = {"population": 60, "generations": 20_000}
 """An identification that nobody waits for: some minutes."""
+
+
+@contextmanager
+def largest(look: Callable[[], float]) -> Iterator[list[float]]:
+    """The largest value of what is looked at all the time, so far."""
+    found, over = [look()], threading.Event()
+
+    def watch() -> None:
+        while not over.wait(0.005):
+            found[0] = max(found[0], look())
+
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        yield found
+    finally:
+        over.set()
+        watcher.join()
 
 
 def until(condition: Callable[[], bool], seconds: float = SOON) -> None:
@@ -51,7 +76,7 @@ def until(condition: Callable[[], bool], seconds: float = SOON) -> None:
         time.sleep(0.02)
 
 
-def bring(session: Session, name: str, content: bytes, services: Services) -> bool:
+def bring(session: Session, name: str, content: bytes) -> bool:
     """Uploads a recording and uses it beside those that stand."""
     return session.recordings.upload(name, content).result() and settle(session)
 

@@ -11,7 +11,6 @@ import pytest
 from flexgui.core.recording.spec import GapsSpec
 from flexgui.session.session import Session
 from flexgui.stages.data.rows import SHORT_GAP, Rows, settings
-from tests.session.conftest import Offered
 from tests.session.test_columns import good_csv
 
 NAMES = {
@@ -32,9 +31,7 @@ def content(table: pd.DataFrame) -> bytes:
     return table.to_csv(index=False).encode()
 
 
-def test_files_with_the_same_columns_are_read_with_one_table(
-    session: Session, services: Offered
-) -> None:
+def test_files_with_the_same_columns_are_read_with_one_table(session: Session) -> None:
     good = foreign(session)
     gap = good.copy()
     gap.loc[400:405, "enc_1 [rad]"] = np.nan
@@ -50,7 +47,7 @@ def test_files_with_the_same_columns_are_read_with_one_table(
     session.check.close()
 
 
-def test_an_uneven_clock_is_no_dead_end(session: Session, services: Offered) -> None:
+def test_an_uneven_clock_is_no_dead_end(session: Session) -> None:
     table = foreign(session)
     rng = np.random.default_rng(0)
     table["clock"] += STEP * rng.uniform(-0.3, 0.3, len(table))
@@ -67,9 +64,7 @@ def test_an_uneven_clock_is_no_dead_end(session: Session, services: Offered) -> 
     session.check.close()
 
 
-def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(
-    session: Session, services: Offered
-) -> None:
+def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(session: Session) -> None:
     table = foreign(session)
     table["clock"] += STEP * np.random.default_rng(0).uniform(-0.3, 0.3, len(table))
     table.loc[400:405, "enc_1 [rad]"] = np.nan
@@ -82,7 +77,7 @@ def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(
     session.check.close()
 
 
-def test_a_file_with_other_columns_is_asked_about_next(session: Session, services: Offered) -> None:
+def test_a_file_with_other_columns_is_asked_about_next(session: Session) -> None:
     one = foreign(session)
     other = one.rename(columns={"clock": "zeit"})
     session.recordings.upload("a.csv", content(one)).result()
@@ -108,9 +103,7 @@ def test_a_file_with_other_columns_is_asked_about_next(session: Session, service
     ]
 
 
-def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(
-    session: Session, services: Offered
-) -> None:
+def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(session: Session) -> None:
     good = foreign(session)
     bad = good.copy()
     bad["clock"] = np.r_[good["clock"][:1500], good["clock"][: len(good) - 1500]]
@@ -121,7 +114,7 @@ def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(
     assert [spec.file for spec in session.document.scenario.recordings] == ["a.csv"]
 
 
-def test_what_is_left_leaves_no_file_behind(session: Session, services: Offered) -> None:
+def test_what_is_left_leaves_no_file_behind(session: Session) -> None:
     one = foreign(session)
     session.recordings.upload("a.csv", content(one)).result()
     session.recordings.upload("b.csv", content(one)).result()

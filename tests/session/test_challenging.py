@@ -14,7 +14,6 @@ from flexgui.session.session import Session
 from flexgui.stages.challenge.judging import Entry, judge, read_sizes, size_fields
 from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.views.summary import validation_warning
-from tests.session.conftest import Offered
 from tests.session.helpers import until
 
 SEED = 6
@@ -28,7 +27,7 @@ TRUTH = {
 
 
 @pytest.mark.long
-def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
+def test_from_hiding_to_the_truth(session: Session) -> None:
     assert not session.challenge.guess((FRICTION,)) and session.message.bad
     assert session.challenge.hide(SEED, "easy")
     until(lambda: session.challenge.state is not None)
@@ -39,7 +38,7 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert "coulomb" not in told and "fc1" not in told
     assert not session.challenge.reveal() and session.message.bad, "no truth before a guess"
     assert session.challenge.guess((FRICTION,), " Ada \n Lovelace ")
-    assert services.board.guessing(SEED, "easy") == 1
+    assert session.services.board.guessing(SEED, "easy") == 1
     assert not session.challenge.guess((Guess("rotor_inertia"),)), "a guess stands"
     assert session.challenge.reveal()
     found = session.challenge.state
@@ -52,10 +51,10 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert not found.revealed.asked
     assert not session.challenge.guess((Guess("rotor_inertia"),)), "the truth is known"
     assert not session.challenge.change_guess()
-    entry = services.board.entries(SEED, "easy")[0]
+    entry = session.services.board.entries(SEED, "easy")[0]
     assert (entry.name, entry.complete) == ("Ada Lovelace", True)
     assert not entry.asked and not entry.changed
-    assert services.board.guessing(SEED, "easy") == 0
+    assert session.services.board.guessing(SEED, "easy") == 0
     # Whoever did not ask the tool gets its verdict beside the truth.
     assert session.run.busy
     until(lambda: session.challenge.tool_answer is not None)
@@ -75,7 +74,7 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
         )
 
 
-def test_a_class_hears_of_each_other(session: Session, services: Offered, tmp_path: Path) -> None:
+def test_a_class_hears_of_each_other(session: Session, tmp_path: Path) -> None:
     assert session.challenge.hide(SEED, "easy")
     until(lambda: session.challenge.state is not None)
     known = session.challenge.state
@@ -109,7 +108,7 @@ def test_a_guess_after_the_tool_is_noted() -> None:
     assert Challenge(1, "easy", "sealed").committed((FRICTION,), asked=True).asked
 
 
-def test_no_truth_while_the_guess_is_being_changed(session: Session, services: Offered) -> None:
+def test_no_truth_while_the_guess_is_being_changed(session: Session) -> None:
     session.challenge.state = Challenge(1, "easy", "sealed")
     assert not session.challenge.change_guess(), "there is none yet"
     assert session.challenge.guess((FRICTION,)) and session.challenge.change_guess()
@@ -212,7 +211,7 @@ def test_a_board_keeps_no_more_than_a_class_needs() -> None:
     assert not board.entries(1, "easy"), "old seeds are forgotten"
 
 
-def test_a_wrong_level_and_another_scenario(session: Session, services: Offered) -> None:
+def test_a_wrong_level_and_another_scenario(session: Session) -> None:
     assert session.challenge.hide(SEED, "absurd")
     until(lambda: not session.run.busy and session.message.bad)
     assert "absurd" in session.message.text and session.challenge.state is None

@@ -15,7 +15,6 @@ from flexgui.session.session import Session
 from flexgui.stages.data.panel_recording import wording_of
 from flexgui.views.preview import finding_html, title_of
 from flexgui.views.sketch import sparkline
-from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, until
 
 
@@ -33,8 +32,8 @@ def checked(session: Session) -> bool:
 
 
 @pytest.fixture
-def brought(session: Session, services: Offered) -> Session:
-    assert bring(session, "rig.csv", spoilt(session), services)
+def brought(session: Session) -> Session:
+    assert bring(session, "rig.csv", spoilt(session))
     until(lambda: checked(session))
     return session
 

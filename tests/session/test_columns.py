@@ -11,7 +11,6 @@ import pytest
 from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import scenario_file
-from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, settle
 
 TEXT_DIGITS = 1e-9
@@ -24,14 +23,14 @@ def foreign(session: Session) -> bytes:
     return text.replace(b",theta1,", b",motor,", 1).replace(b"dtheta1_ref", b"speed", 1)
 
 
-def waits(session: Session, services: Offered) -> None:
+def waits(session: Session) -> None:
     """Without what a first look has guessed."""
     assert not session.recordings.upload("rig.csv", foreign(session)).result()
     assert session.recordings.waiting is not None
     session.recordings.ask_again()
 
 
-def test_a_file_with_other_names_waits_for_its_columns(session: Session, services: Offered) -> None:
+def test_a_file_with_other_names_waits_for_its_columns(session: Session) -> None:
     assert not session.recordings.upload("rig.csv", foreign(session)).result()
     waiting = session.recordings.waiting
     assert waiting is not None and "clock" in waiting.headers
@@ -41,10 +40,10 @@ def test_a_file_with_other_names_waits_for_its_columns(session: Session, service
     assert (session.folder / "rig.csv").is_file()
 
 
-def test_chosen_columns_make_it_a_recording(session: Session, services: Offered) -> None:
+def test_chosen_columns_make_it_a_recording(session: Session) -> None:
     shown = session.document.scenario.recordings[0].name
     plain = read_recording(session.document.scenario, shown, session.folder)
-    waits(session, services)
+    waits(session)
     assert session.recordings.map_column("t", "clock")
     assert session.recordings.map_column("dtheta1_ref", "speed")
     assert session.recordings.map_column("theta1", "motor", gain=2.0, sign=-1, unit="deg")
@@ -57,10 +56,8 @@ def test_chosen_columns_make_it_a_recording(session: Session, services: Offered)
     assert found["dtheta1_ref"] == pytest.approx(plain["dtheta1_ref"])
 
 
-def test_it_is_not_read_while_a_needed_column_is_missing(
-    session: Session, services: Offered
-) -> None:
-    waits(session, services)
+def test_it_is_not_read_while_a_needed_column_is_missing(session: Session) -> None:
+    waits(session)
     before = session.document.scenario
     assert session.recordings.map_column("t", "clock")
     assert not session.recordings.read_waiting().result()
@@ -69,29 +66,25 @@ def test_it_is_not_read_while_a_needed_column_is_missing(
 
 
 @pytest.mark.parametrize("pair", [("t", "nobody"), ("theta9", "clock")])
-def test_what_is_not_there_cannot_be_chosen(
-    session: Session, services: Offered, pair: tuple[str, str]
-) -> None:
-    waits(session, services)
+def test_what_is_not_there_cannot_be_chosen(session: Session, pair: tuple[str, str]) -> None:
+    waits(session)
     before = session.recordings.waiting
     assert not session.recordings.map_column(*pair)
     assert session.recordings.waiting == before
 
 
-def test_a_file_that_needs_no_answers_is_read_while_another_one_waits(
-    session: Session, services: Offered
-) -> None:
-    waits(session, services)
+def test_a_file_that_needs_no_answers_is_read_while_another_one_waits(session: Session) -> None:
+    waits(session)
     before = session.recordings.waiting
-    assert bring(session, "th1.csv", good_csv(session), services)
+    assert bring(session, "th1.csv", good_csv(session))
     assert session.recordings.waiting == before
     assert sorted(p.name for p in session.folder.iterdir()) == ["rig.csv", "th1.csv"]
     session.recordings.leave_file()
     assert [p.name for p in session.folder.iterdir()] == ["th1.csv"]
 
 
-def test_a_bad_file_is_named_while_another_one_waits(session: Session, services: Offered) -> None:
-    waits(session, services)
+def test_a_bad_file_is_named_while_another_one_waits(session: Session) -> None:
+    waits(session)
     before = session.recordings.waiting
     heavy = good_csv(session).replace(b"z1 [m]", b"z1 [kg]", 1)
     assert not session.recordings.upload("heavy.csv", heavy).result()
@@ -99,8 +92,8 @@ def test_a_bad_file_is_named_while_another_one_waits(session: Session, services:
     assert session.recordings.waiting == before
 
 
-def test_columns_of_a_recording_can_be_chosen_again(session: Session, services: Offered) -> None:
-    assert bring(session, "th1.csv", good_csv(session), services)
+def test_columns_of_a_recording_can_be_chosen_again(session: Session) -> None:
+    assert bring(session, "th1.csv", good_csv(session))
     assert session.recordings.choose_columns("th1").result()
     one, two = (
         next(h for h in session.recordings.waiting.headers if h.startswith(name))  # type: ignore[union-attr]
@@ -127,8 +120,8 @@ def test_a_simulated_recording_has_no_columns_to_choose(session: Session) -> Non
     assert session.message.bad
 
 
-def test_the_choice_travels_with_the_scenario(session: Session, services: Offered) -> None:
-    waits(session, services)
+def test_the_choice_travels_with_the_scenario(session: Session) -> None:
+    waits(session)
     session.recordings.map_column("t", "clock")
     session.recordings.map_column("dtheta1_ref", "speed")
     assert session.recordings.read_waiting().result() and settle(session)
@@ -157,7 +150,7 @@ ANSWERS = {"t": "Zeit", "dtheta1_ref": "ref A", "dtheta2_ref": "ref B", "theta1"
            "z1": "cam x", "z2": "cam y"}  # fmt: skip
 
 
-def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: Offered) -> None:
+def test_what_is_asked_follows_the_answers_and_ends(session: Session) -> None:
     assert not session.recordings.upload("rig.csv", bare(session)).result()
     session.recordings.ask_again()
     asked = []
@@ -181,8 +174,8 @@ def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: 
     assert session.playback.motion is not None and not session.message.bad
 
 
-def test_a_column_holds_one_channel(session: Session, services: Offered) -> None:
-    waits(session, services)
+def test_a_column_holds_one_channel(session: Session) -> None:
+    waits(session)
     assert session.recordings.map_column("t", "clock")
     before = session.recordings.waiting
     assert not session.recordings.map_column("dtheta1_ref", "clock")
@@ -193,9 +186,7 @@ def test_a_column_holds_one_channel(session: Session, services: Offered) -> None
     )
 
 
-def test_the_working_point_is_needed_where_no_column_has_it(
-    session: Session, services: Offered
-) -> None:
+def test_the_working_point_is_needed_where_no_column_has_it(session: Session) -> None:
     before = session.document.scenario
     content = good_csv(session).replace(b",theta2,", b",column 7,", 1)
     assert not session.recordings.upload("rig.csv", content).result()
@@ -209,7 +200,7 @@ def test_the_working_point_is_needed_where_no_column_has_it(
     assert [spec.theta2 for spec in session.document.scenario.recordings] == [0.5]
 
 
-def test_what_is_only_useful_may_be_absent(session: Session, services: Offered) -> None:
+def test_what_is_only_useful_may_be_absent(session: Session) -> None:
     content = good_csv(session).replace(b",z1 ", b",remark ", 1)
     assert not session.recordings.upload("rig.csv", content).result()
     assert session.recordings.waiting is not None and session.recordings.waiting.questions == (
@@ -222,15 +213,15 @@ def test_what_is_only_useful_may_be_absent(session: Session, services: Offered) 
     assert session.recordings.waiting.questions == () and session.recordings.read_waiting().result()
 
 
-def test_begun_again_nothing_is_known(session: Session, services: Offered) -> None:
-    waits(session, services)
+def test_begun_again_nothing_is_known(session: Session) -> None:
+    waits(session)
     first = session.recordings.waiting
     assert session.recordings.map_column("t", "clock")
     session.recordings.ask_again()
     assert session.recordings.waiting == first
 
 
-def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session, services: Offered) -> None:
+def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session) -> None:
     """Degrees without a unit, encoders under each other's name, six empty cells: one table."""
     table = pd.read_csv(io.BytesIO(good_csv(session)))
     table = table.rename(columns={
@@ -253,8 +244,8 @@ def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session, service
     assert spec.gaps is not None and spec.gaps.how == "interpolate"
 
 
-def test_channels_are_named_in_plain_words(session: Session, services: Offered) -> None:
-    waits(session, services)
+def test_channels_are_named_in_plain_words(session: Session) -> None:
+    waits(session)
     assert session.recordings.waiting is not None
     said = [
         session.recordings.waiting.words(channel) for channel in session.recordings.waiting.offered

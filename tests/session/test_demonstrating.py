@@ -5,25 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from flexgui.core.results import LadderStep, MissingTorque, RecordingComparison
-from flexgui.session.scenario_edits import ScenarioDict
 from flexgui.session.session import Session
 from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 from flexgui.stages.diagnose.plots import demonstration, demonstration_summary
 from flexgui.views.missing_torque import missing_cloud
-from tests.session.conftest import Offered
-from tests.session.helpers import until
+from tests.session.helpers import shortened, until
 
 
 def short(session: Session) -> None:
-    def edit(document: ScenarioDict) -> None:
-        document["recordings"] = document["recordings"][:1]
-        document["recordings"][0]["simulate"]["seconds"] = 1.0
-
     session.choose("something hidden")
-    assert session.document.change(edit)
+    assert session.document.change(shortened(0))
 
 
-def test_an_effect_is_shown_where_it_changes_most(session: Session, services: Offered) -> None:
+def test_an_effect_is_shown_where_it_changes_most(session: Session) -> None:
     short(session)
     assert session.demonstration.start("coulomb_friction")
     until(lambda: session.demonstration.shown is not None or bool(session.demonstration.not_shown))
@@ -41,9 +35,7 @@ def test_an_effect_is_shown_where_it_changes_most(session: Session, services: Of
     assert session.demonstration.shown is None
 
 
-def test_every_listed_effect_is_shown_and_another_says_why_not(
-    session: Session, services: Offered
-) -> None:
+def test_every_listed_effect_is_shown_and_another_says_why_not(session: Session) -> None:
     """A diagnosis ranks in all that was measured, not only in the tip that is fitted here."""
     short(session)
     assert session.document.scenario.identify.output == ("z",)
@@ -59,7 +51,7 @@ def test_every_listed_effect_is_shown_and_another_says_why_not(
     assert session.demonstration.not_shown.endswith((".", "?"))
 
 
-def test_another_model_ends_it(session: Session, services: Offered) -> None:
+def test_another_model_ends_it(session: Session) -> None:
     short(session)
     session.demonstration.start("viscous_friction")
     until(lambda: session.demonstration.shown is not None)
@@ -67,9 +59,7 @@ def test_another_model_ends_it(session: Session, services: Offered) -> None:
     assert session.demonstration.shown is None and not session.demonstration.kind
 
 
-def test_the_missing_torque_is_shown_with_the_law_of_the_effect_in_it(
-    session: Session, services: Offered
-) -> None:
+def test_the_missing_torque_is_shown_with_the_law_of_the_effect_in_it(session: Session) -> None:
     short(session)
     assert session.demonstration.start("coulomb_friction")
     until(lambda: session.demonstration.shown is not None)
@@ -91,7 +81,7 @@ def test_the_missing_torque_is_shown_with_the_law_of_the_effect_in_it(
 
 
 def test_an_effect_that_is_in_the_model_is_not_drawn_into_what_the_model_lacks(
-    session: Session, services: Offered
+    session: Session,
 ) -> None:
     short(session)
     fixed = {"id": "coulomb_friction", "fc1": 1.2, "fc2": 0.4}

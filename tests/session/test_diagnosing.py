@@ -19,7 +19,7 @@ from flexgui.jobs import JobPool
 from flexgui.jobs.job import DONE, FAILED
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
-from flexgui.session.scenario_edits import ScenarioDict, set_value
+from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import diagnosed_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
@@ -27,7 +27,7 @@ from flexgui.stages.diagnose.model_versions import ModelFindings, combined_diagn
 from flexgui.views.headline import current_verdict, final_estimates
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered
-from tests.session.helpers import exported, until
+from tests.session.helpers import exported, shortened, until
 
 CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
 FLOOR = 1.1
@@ -44,13 +44,8 @@ SAME_LADDER = 1e-2
 def friction(session: Session) -> Session:
     """Two short recordings with Coulomb friction that the model lacks."""
     session.choose("something hidden")
-
-    def edit(document: ScenarioDict) -> None:
-        document["recordings"] = [document["recordings"][k] for k in (0, 1, 3)]
-        for entry in document["recordings"]:
-            entry["simulate"]["seconds"] = 1.0
-
-    assert session.document.change(edit, set_value(("diagnose", "candidates"), CANDIDATES))
+    kinds = set_value(("diagnose", "candidates"), CANDIDATES)
+    assert session.document.change(shortened(0, 1, 3), kinds)
     return session
 
 
@@ -59,7 +54,7 @@ def over(session: Session) -> None:
 
 
 def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
-    friction: Session, services: Offered
+    friction: Session,
 ) -> None:
     seen: list[tuple[str, ...]] = []
     friction.subscribe(
@@ -104,9 +99,7 @@ def one_fit(session: Session) -> None:
 
 
 @pytest.mark.long
-def test_add_lets_the_error_fall_and_undo_brings_it_back(
-    friction: Session, services: Offered, tmp_path: Path
-) -> None:
+def test_add_lets_the_error_fall_and_undo_brings_it_back(friction: Session, tmp_path: Path) -> None:
     """The whole way in one test: what is asserted of its end needs all that came before."""
     assert not friction.diagnosis.known_biased
     friction.diagnosis.search()
@@ -136,7 +129,7 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(
     alone = headless(scenario_toml(friction.document.scenario), tmp_path)
     rms = [e["rms"] for e in alone["steps"][0]["errors"]]
     assert rms == pytest.approx([e.rms for e in second.errors], rel=SAME_LADDER)
-    headline_of_the_whole_way(friction, reported(friction, services))
+    headline_of_the_whole_way(friction, reported(friction))
     assert friction.diagnosis.undo()
     assert friction.comparison.shown is friction.diagnosis.versions[0].comparisons
     assert friction.document.scenario == given and friction.identification.outcome is outcome
@@ -175,7 +168,7 @@ def every_channel_agrees(session: Session) -> None:
     assert session.comparison.floors == {e.channel: e.floor for e in last.errors}
 
 
-def reported(session: Session, services: Offered) -> dict[str, Any]:
+def reported(session: Session) -> dict[str, Any]:
     """What the page's own report holds."""
     done: list[Path] = []
     assert session.export.report(done.append)
@@ -184,7 +177,7 @@ def reported(session: Session, services: Offered) -> dict[str, Any]:
 
 
 def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_stands(
-    friction: Session, services: Offered
+    friction: Session,
 ) -> None:
     friction.diagnosis.search()
     until(lambda: friction.diagnosis.newest is not None and bool(friction.diagnosis.newest.ranking))
@@ -212,9 +205,7 @@ def headless(scenario: str, folder: Path) -> dict[str, Any]:
     return result
 
 
-def test_a_formula_is_fitted_and_a_hostile_one_refused(
-    friction: Session, services: Offered
-) -> None:
+def test_a_formula_is_fitted_and_a_hostile_one_refused(friction: Session) -> None:
     friction.diagnosis.search()
     over(friction)
     given = friction.document.scenario
@@ -237,7 +228,7 @@ def test_a_formula_is_fitted_and_a_hostile_one_refused(
     assert 10.0 < (mine.refit_drop_percent or 0.0) < (ranking[0].refit_drop_percent or 0.0)
     assert [e.name for e in mine.parameters] == ["a"] and mine.predicted
     assert own_place(*friction.diagnosis.versions).startswith("Your formula is number ")
-    assert reported(friction, services)["ranking"]
+    assert reported(friction)["ranking"]
     assert friction.diagnosis.remove("own_1")
     assert friction.document.scenario == given
     assert friction.diagnosis.add("own_1"), "from the list"
@@ -245,7 +236,7 @@ def test_a_formula_is_fitted_and_a_hostile_one_refused(
     assert [kind for kind, _ in present(friction.document.scenario)] == ["own_1"]
 
 
-def test_a_stop_and_a_failure_leave_the_last_result(friction: Session, services: Offered) -> None:
+def test_a_stop_and_a_failure_leave_the_last_result(friction: Session) -> None:
     friction.diagnosis.search()
     over(friction)
     complete, given = friction.diagnosis.versions, friction.document.scenario
@@ -261,7 +252,7 @@ def test_a_stop_and_a_failure_leave_the_last_result(friction: Session, services:
 
 
 @pytest.mark.long
-def test_an_effect_in_the_middle_can_go(friction: Session, services: Offered) -> None:
+def test_an_effect_in_the_middle_can_go(friction: Session) -> None:
     friction.diagnosis.add("viscous_friction")
     over(friction)
     friction.diagnosis.add("coulomb_friction")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import os
-import threading
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -18,7 +17,7 @@ from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from tests.recording.test_large_files import long_csv, mat_of_zeros
 from tests.session.conftest import SOON, Offered
-from tests.session.helpers import good_csv, until
+from tests.session.helpers import good_csv, largest, until
 
 LARGE = 600_000_000
 """Bytes that the bombs unpack to: more than a file may have."""
@@ -49,28 +48,17 @@ def test_a_bomb_is_refused_and_this_process_does_not_grow(
 ) -> None:
     content = bomb(file)
     assert len(content) < services.upload_limit_bytes
-    before, most, over = resident(), 0, threading.Event()
-
-    def watch() -> None:
-        nonlocal most
-        while not over.wait(0.005):
-            most = max(most, resident())
-
-    watcher = threading.Thread(target=watch)
-    watcher.start()
-    try:
+    before = resident()
+    with largest(resident) as most:
         assert not session.recordings.upload(file, content).result()
-    finally:
-        over.set()
-        watcher.join()
     assert session.message.bad and file in session.message.text
     assert "more than" in session.message.text
-    assert most - before < ROOM
+    assert most[0] - before < ROOM
     assert not list(session.folder.iterdir())
 
 
 def test_sliders_answer_while_more_files_than_threads_wait_for_a_worker(
-    session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
+    session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     content, names = good_csv(session), [f"{k}.csv" for k in range(CALLBACK_THREADS)]
     with ThreadPoolExecutor(CALLBACK_THREADS) as threads, JobPool(0, file_jobs.SETTINGS) as nobody:
@@ -84,9 +72,7 @@ def test_sliders_answer_while_more_files_than_threads_wait_for_a_worker(
     assert session.message.bad and not list(session.folder.iterdir())
 
 
-def test_how_far_a_long_file_is_read_is_said_meanwhile(
-    session: Session, services: Offered, tmp_path
-) -> None:
+def test_how_far_a_long_file_is_read_is_said_meanwhile(session: Session, tmp_path) -> None:
     said: list[str] = []
     session.subscribe(lambda topic: said.append(session.message.text))
     content = long_csv(tmp_path / "th1.csv", 60_000).read_bytes()

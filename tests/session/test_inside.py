@@ -20,7 +20,7 @@ from flexgui.session.session import Session
 from flexgui.stages.data.inspect import headers, read_file
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpack, zipped
 from flexgui.stages.identify.task import identify
-from tests.session.conftest import UPLOAD_LIMIT, Offered
+from tests.session.conftest import UPLOAD_LIMIT
 from tests.session.elsewhere import (
     CONTENT,
     SECRET,
@@ -77,9 +77,7 @@ def test_there_are_many_ways(trapped: Trapped) -> None:
     assert len(set(trapped.names)) >= MANY
 
 
-def test_an_uploaded_scenario_reads_nothing_from_elsewhere(
-    trapped: Trapped, services: Offered
-) -> None:
+def test_an_uploaded_scenario_reads_nothing_from_elsewhere(trapped: Trapped) -> None:
     for file in trapped.names:
         trapped.session.recordings.upload("it.toml", stated(file).encode()).result()
         trapped.gives_nothing_away(file, trapped.session)
@@ -131,7 +129,6 @@ def test_a_followers_copy_takes_nothing_from_elsewhere(trapped: Trapped) -> None
     """Neither by the scenario's names nor by links in the teacher's folder."""
     for k, file in enumerate(trapped.names):
         folder = trapped.folder.parent / f"own-{k}"
-        folder.mkdir()
         own = alone(f"own-{k}", folder)
         trapped.session.document.scenario = scenario(file)
         copy_session(trapped.session, own)
@@ -140,9 +137,7 @@ def test_a_followers_copy_takes_nothing_from_elsewhere(trapped: Trapped) -> None
         own.close()
 
 
-def test_a_zip_brings_no_file_out_of_the_folder_and_none_in(
-    trapped: Trapped, services: Offered
-) -> None:
+def test_a_zip_brings_no_file_out_of_the_folder_and_none_in(trapped: Trapped) -> None:
     before = set(trapped.folder.parent.rglob("*"))
     for file in trapped.names:
         if "\0" in file or not file.strip("./ "):
@@ -165,9 +160,7 @@ def linked(name: str, target: Path) -> zipfile.ZipInfo:
     return member
 
 
-def test_an_upload_stays_in_the_folder_under_every_name(
-    trapped: Trapped, services: Offered
-) -> None:
+def test_an_upload_stays_in_the_folder_under_every_name(trapped: Trapped) -> None:
     before = set(trapped.folder.parent.rglob("*"))
     for file in trapped.names:
         trapped.session.recordings.upload(f"{file}.toml", stated("th1.csv").encode()).result()
@@ -182,9 +175,7 @@ def test_a_plain_name_of_an_uploaded_file_is_found(session: Session) -> None:
     assert ConfinedFolder(session.folder).find(path.name) == path
 
 
-def test_a_scenario_with_its_recordings_in_folders_is_refused_in_words(
-    session: Session, services: Offered
-) -> None:
+def test_a_scenario_with_its_recordings_in_folders_is_refused_in_words(session: Session) -> None:
     before = session.document.scenario
     content = zipped({"it.toml": stated("data/th1.csv").encode(), "data/th1.csv": b"t\n"})
     assert not session.recordings.upload("work.zip", content).result()

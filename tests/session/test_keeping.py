@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from random import Random
 from typing import Any
 from zlib import crc32
 
@@ -127,21 +126,6 @@ def test_every_scenario_is_the_same_after_writing_and_reading(path: Path) -> Non
         assert deserialize(serialize(scenario), Scenario) == scenario
 
 
-def test_damaged_bytes_are_told_in_words() -> None:
-    random, content = Random(1), serialize(SavedWork(demo_scenario()))
-    for _ in range(300):
-        bad = bytearray(content)
-        for _ in range(random.randint(1, 8)):
-            bad[random.randrange(len(bad))] = random.randrange(256)
-        try:
-            deserialize(
-                bytes(bad[: random.randint(0, len(bad))] if random.random() < 0.5 else bad),
-                SavedWork,
-            )
-        except InputError as error:
-            assert "damaged" in str(error)
-
-
 def test_what_is_no_record_is_neither_written_nor_read() -> None:
     with pytest.raises(TypeError):
         serialize({"a": Path("x")})
@@ -155,7 +139,7 @@ def test_edits_files_and_a_challenge_are_there_again(
     session: Session, work: SavedWorkFolders, services: Offered
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
-    assert bring(session, "own.csv", good_csv(session), services)
+    assert bring(session, "own.csv", good_csv(session))
     session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
     session.notify(Topic.CHALLENGE)
     scenario, content = session.document.scenario, (session.folder / "own.csv").read_bytes()
@@ -169,9 +153,7 @@ def test_edits_files_and_a_challenge_are_there_again(
     made.close()
 
 
-def test_results_are_there_again(
-    session: Session, work: SavedWorkFolders, found: Session, services: Offered
-) -> None:
+def test_results_are_there_again(session: Session, work: SavedWorkFolders, found: Session) -> None:
     session.document.scenario = found.document.scenario
     session.identification.outcome = found.identification.outcome
     session.identification.outcome_of = found.identification.outcome_of
@@ -411,15 +393,14 @@ def test_results_that_cannot_be_read_are_set_aside_and_the_work_goes_on(
 @pytest.mark.parametrize(
     "act",
     [
-        lambda session, services: session.document.change(set_value(("title",), "Another one")),
-        lambda session, services: session.diagnosis.add("coulomb_friction"),
+        lambda session: session.document.change(set_value(("title",), "Another one")),
+        lambda session: session.diagnosis.add("coulomb_friction"),
     ],
     ids=["edit", "add"],
 )
 def test_a_slow_disk_holds_up_nobody_who_moves_something_else(
     session: Session,
-    services: Offered,
-    act: Callable[[Session, Offered], bool],
+    act: Callable[[Session], bool],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked, free = threading.Event(), threading.Event()
@@ -434,7 +415,7 @@ def test_a_slow_disk_holds_up_nobody_who_moves_something_else(
     monkeypatch.setattr(saved_work, "replacing", slow)
     with ThreadPoolExecutor() as threads:
         try:
-            note_activity = threads.submit(act, session, services)
+            note_activity = threads.submit(act, session)
             assert asked.wait(SOON)
             threads.submit(session.playback.move, time=0.5).result(SOON)
         finally:

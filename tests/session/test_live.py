@@ -1,17 +1,24 @@
-"""The model of the sliders."""
+"""The model of the sliders, and a slider under a hand."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 
+from flexgui.core.bounded_cache import BoundedCache
+from flexgui.core.errors import InputError
+from flexgui.places import WORK, has_saved_work
 from flexgui.session import edited_scenario, playback
-from flexgui.session.scenario_edits import set_arm
+from flexgui.session.saved_work import SavedWork
+from flexgui.session.scenario_edits import Edit, apply_edits, set_arm, set_value
+from flexgui.session.scheduling import COMPUTE_TURNS
+from flexgui.session.serialization import deserialize, serialize
 from flexgui.session.session import Session
-from flexgui.session.state import PagePart, Topic
+from flexgui.session.state import LiveSettings, PagePart, Topic
 from flexgui.stages.arm.live import LiveModel
 
 
@@ -120,3 +127,119 @@ def test_newest_wish_wins(session: Session) -> None:
 def test_model_without_bending_has_no_modes_to_bend(session: Session) -> None:
     session.document.change(set_arm(session.document.scenario, "modes", [0, 0]))
     assert live(session).q == pytest.approx([0.0, session.document.live.theta2])
+
+
+SOON = 60.0
+"""s on a busy machine; only waited for where something is wrong."""
+
+
+def stiffness(session: Session, value: float) -> Edit:
+    """Of the segments' material, in Pa."""
+    return set_arm(session.document.scenario, "young_modulus", value)
+
+
+def drawn(session: Session, value: float) -> bool:
+    """Whether the arm that is shown has it."""
+    view = session.document.live_model
+    return view is not None and view.scenario.arm.model_dump()["young_modulus"] == value
+
+
+@pytest.fixture
+def kept(session: Session) -> Session:
+    session.store.begin()
+    session.document.refresh()
+    assert session.wait_idle(SOON)
+    return session
+
+
+def test_places_that_a_hand_passes_are_not_heard_and_the_last_one_is_written_before_it_is(
+    kept: Session,
+) -> None:
+    heard: list[tuple[Topic, float]] = []
+
+    def listen(topic: Topic) -> None:
+        if topic in (Topic.SCENARIO, Topic.LIVE):
+            written = deserialize((kept.folder / WORK).read_bytes(), SavedWork).scenario
+            heard.append((topic, written.arm.model_dump()["young_modulus"]))
+
+    kept.subscribe(listen)
+    with COMPUTE_TURNS.for_computing():  # nobody else computes meanwhile
+        for value in (0.91e9, 0.92e9, 0.93e9):
+            assert kept.document.change_while_dragging(stiffness(kept, value))
+        assert not heard and not has_saved_work(kept.folder)
+    assert kept.wait_idle(SOON) and drawn(kept, 0.93e9)
+    assert [topic for topic, _ in heard].count(Topic.SCENARIO) == 1
+    assert {value for _, value in heard} == {0.93e9}
+
+
+def test_a_slid_scenario_is_heard_of_and_written_even_where_its_arm_cannot_be_computed(
+    kept: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> LiveModel:
+        raise InputError("no such arm")
+
+    monkeypatch.setattr(edited_scenario, "live_model", fails)
+    heard: list[Topic] = []
+    kept.subscribe(heard.append)
+    assert kept.document.change_while_dragging(stiffness(kept, 0.94e9))
+    assert kept.wait_idle(SOON)
+    assert Topic.SCENARIO in heard and has_saved_work(kept.folder)
+
+
+def test_what_is_no_scenario_changes_nothing_under_a_hand_either(kept: Session) -> None:
+    before = kept.document.scenario
+    assert not kept.document.change_while_dragging(set_value(("arm", "young_modulus"), -1.0))
+    assert kept.document.scenario is before and kept.message.bad
+
+
+def test_sessions_at_the_same_place_share_scenario_and_model(kept: Session, tmp_path: Path) -> None:
+    folder = tmp_path / "another"
+    folder.mkdir()
+    other = Session("another-person", folder, kept.services)
+    for each in (kept, other):
+        assert each.document.change_while_dragging(stiffness(each, 0.95e9))
+        assert each.wait_idle(SOON)
+    assert kept.document.scenario is other.document.scenario
+    assert kept.document.live_model is other.document.live_model is not None
+    other.document.set_live(theta2=2.0)
+    assert other.wait_idle(SOON)
+    assert (
+        kept.document.live_model is not other.document.live_model
+        and kept.document.live_model.model is other.document.live_model.model
+    )  # type: ignore[union-attr]
+    other.close()
+
+
+def test_numbers_that_are_equal_but_not_the_same_kind_are_two_documents(kept: Session) -> None:
+    title = kept.document.scenario.title
+    one = apply_edits(
+        kept.document.scenario, set_value(("arm", "tip_mass"), 1.0), set_value(("title",), title)
+    )
+    two = apply_edits(
+        kept.document.scenario, set_value(("arm", "tip_mass"), 2.0), set_value(("title",), title)
+    )
+    assert one != two
+    assert apply_edits(kept.document.scenario, set_value(("arm", "tip_mass"), 1.0)) is one
+
+
+def test_what_is_known_is_bounded_and_the_oldest_goes_first() -> None:
+    known: BoundedCache[list[int]] = BoundedCache(3)
+    first = known.get(0, lambda: [0])
+    for k in (1, 2, 0, 3):
+        known.get(k, lambda k=k: [k])  # type: ignore[misc]
+    assert known.get(0, list) is first
+    assert known.get(1, list) == [], "1 was used longest ago when 3 came"
+
+
+def test_no_changed_byte_of_kept_work_is_taken_for_the_work() -> None:
+    content = serialize(LiveSettings(theta2=1.5))
+    assert deserialize(content, LiveSettings) == LiveSettings(theta2=1.5)
+    for place in range(len(content)):
+        for bit in (1, 4):
+            damaged = bytearray(content)
+            damaged[place] ^= bit
+            with pytest.raises(InputError, match="damaged"):
+                deserialize(bytes(damaged), LiveSettings)
+    for length in range(len(content)):
+        with pytest.raises(InputError, match="damaged"):
+            deserialize(content[:length], LiveSettings)

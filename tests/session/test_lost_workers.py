@@ -28,12 +28,12 @@ SILENCE = 15.0
 WARM = 300.0
 """s for a worker to take the place of a lost one, on a busy machine."""
 
-Try = Callable[[Session, Offered], bool]
+Try = Callable[[Session], bool]
 """Does something that a worker is needed for; whether it succeeded."""
 
 
 @pytest.fixture(scope="module")
-def offered() -> Iterator[Offered]:
+def services() -> Iterator[Offered]:
     with JobPool(1, replace(EVEN, silence=SILENCE)) as pool:
         yield Offered(pool)
 
@@ -45,7 +45,7 @@ def readers() -> Iterator[JobPool]:
 
 
 @pytest.fixture
-def identified(session: Session, offered: Offered) -> Session:
+def identified(session: Session) -> Session:
     assert session.choose("something hidden")
     small(session)
     assert session.document.change(set_value(("diagnose", "candidates"), ["coulomb_friction"]))
@@ -60,40 +60,40 @@ def idle(session: Session, before: object, found: Callable[[], object]) -> bool:
     return found() is not before
 
 
-def identify(session: Session, offered: Offered) -> bool:
+def identify(session: Session) -> bool:
     before = session.identification.outcome
     assert session.identification.start()
     return idle(session, before, lambda: session.identification.outcome)
 
 
-def diagnose(session: Session, offered: Offered) -> bool:
+def diagnose(session: Session) -> bool:
     before = session.diagnosis.versions
     assert session.diagnosis.search()
     return idle(session, before, lambda: session.diagnosis.versions)
 
 
-def add(session: Session, offered: Offered) -> bool:
+def add(session: Session) -> bool:
     model = session.document.scenario.model
     assert session.diagnosis.add("coulomb_friction")
     until(lambda: not session.run.busy and session.diagnosis.pending is None, WARM)
     return session.document.scenario.model != model
 
 
-def report(session: Session, offered: Offered) -> bool:
+def report(session: Session) -> bool:
     done: list[Path] = []
     assert session.export.report(done.append)
     until(lambda: not session.run.busy, WARM)
     return bool(done)
 
 
-def hide(session: Session, offered: Offered) -> bool:
+def hide(session: Session) -> bool:
     said = session.message.number
     assert session.challenge.hide(3, "easy")
     until(lambda: session.challenge.state is not None or session.message.number > said, WARM)
     return session.challenge.state is not None
 
 
-def demonstrate(session: Session, offered: Offered) -> bool:
+def demonstrate(session: Session) -> bool:
     session.demonstration.start("coulomb_friction")
     until(
         lambda: session.demonstration.shown is not None or session.demonstration.not_shown != "",
@@ -107,23 +107,23 @@ def demonstrate(session: Session, offered: Offered) -> bool:
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 @pytest.mark.parametrize("attempt", [identify, diagnose, add, report, demonstrate, hide])
 def test_a_lost_worker_costs_one_try(
-    identified: Session, offered: Offered, attempt: Try, number: int
+    identified: Session, services: Offered, attempt: Try, number: int
 ) -> None:
-    lose_worker(offered.pool, number)
+    lose_worker(services.pool, number)
     outcome, versions = identified.identification.outcome, identified.diagnosis.versions
-    assert not attempt(identified, offered)
+    assert not attempt(identified)
     assert identified.message.bad and "start it again" in identified.message.text
     assert (identified.identification.outcome, identified.diagnosis.versions) == (outcome, versions)
-    assert attempt(identified, offered), identified.message
+    assert attempt(identified), identified.message
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_lost_worker_costs_a_study_nothing(
-    session: Session, offered: Offered, number: int
+    session: Session, services: Offered, number: int
 ) -> None:
     assert session.open(short().scenario)
     session.study.choose(runs=2, at_once=1)
-    lose_worker(offered.pool, number)
+    lose_worker(services.pool, number)
     assert session.study.start()
     until(lambda: not session.study.state.busy, WARM)
     assert (session.study.state.phase, session.study.state.done) == (DONE, 4), (
@@ -134,7 +134,6 @@ def test_a_lost_worker_costs_a_study_nothing(
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_lost_reader_costs_one_upload(
     session: Session,
-    offered: Offered,
     readers: JobPool,
     number: int,
     monkeypatch: pytest.MonkeyPatch,

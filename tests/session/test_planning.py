@@ -6,32 +6,26 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.session.scenario_edits import ScenarioDict
 from flexgui.session.session import Session
-from tests.session.conftest import Offered
-from tests.session.helpers import until
+from tests.session.helpers import shortened, until
 
 
-def brief(session: Session) -> None:
-    def edit(document: ScenarioDict) -> None:
-        document["recordings"] = document["recordings"][:2]
-        for recording in document["recordings"]:
-            recording["simulate"]["seconds"] = 1.0
-
-    assert session.document.change(edit)
+@pytest.fixture
+def brief(session: Session) -> Session:
+    assert session.document.change(shortened(0, 1))
+    return session
 
 
-def test_the_files_to_play_and_the_words_are_handed_on(session: Session, services: Offered) -> None:
-    brief(session)
+def test_the_files_to_play_and_the_words_are_handed_on(brief: Session) -> None:
     folders: list[Path] = []
     limits = {"speed": [0.3, 0.5]}
-    assert session.export.plan(2.0, limits, folders.append)
-    until(lambda: not session.run.busy)
+    assert brief.export.plan(2.0, limits, folders.append)
+    until(lambda: not brief.run.busy)
     (folder,) = folders
     names = {path.name for path in folder.iterdir()}
     assert {"play1.csv", "expected1.csv", "plan.json", "plan.txt", "planned.toml"} <= names
-    assert session.export.planned[0].startswith("Record ")
-    assert "limits" not in session.document.scenario.model_dump(exclude_unset=True), (
+    assert brief.export.planned[0].startswith("Record ")
+    assert "limits" not in brief.document.scenario.model_dump(exclude_unset=True), (
         "it is left as it is"
     )
     text = (folder / "planned.toml").read_text(encoding="utf-8")
@@ -39,18 +33,14 @@ def test_the_files_to_play_and_the_words_are_handed_on(session: Session, service
 
 
 @pytest.mark.long
-def test_a_shorter_plan_leaves_nothing_of_the_one_before(
-    session: Session, services: Offered
-) -> None:
-    brief(session)
+def test_a_shorter_plan_leaves_nothing_of_the_one_before(brief: Session) -> None:
     folders: list[Path] = []
     for seconds, last in ((2.0, True), (1.0, False)):
-        assert session.export.plan(seconds, {}, folders.append)
-        until(lambda: not session.run.busy)
+        assert brief.export.plan(seconds, {}, folders.append)
+        until(lambda: not brief.run.busy)
         assert (folders[-1] / "play2.csv").exists() is last
 
 
-def test_a_wrong_limit_is_said(session: Session, services: Offered) -> None:
-    brief(session)
-    assert not session.export.plan(2.0, {"speed": [-1.0]}, lambda _: None)
-    assert "limits" in session.message.text
+def test_a_wrong_limit_is_said(brief: Session) -> None:
+    assert not brief.export.plan(2.0, {"speed": [-1.0]}, lambda _: None)
+    assert "limits" in brief.message.text

@@ -22,7 +22,7 @@ from flexgui.stages.export.panel import ExportPanel
 from flexgui.stages.identify.panel import WORDS
 from flexgui.views.comparison import live_worst
 from flexgui.views.convergence import live_descent
-from tests.session.conftest import SOON, Offered
+from tests.session.conftest import SOON
 from tests.session.helpers import LONG, bring, exported, good_csv, small, until
 
 SAME = 1e-9
@@ -50,7 +50,14 @@ def test_only_the_newest_population_is_kept() -> None:
     assert [g.population is None for g in run.history["all"]] == [True, True, False]
 
 
-def test_identification_gives_an_outcome_that_plays(session: Session, services: Offered) -> None:
+def test_how_far_a_file_is_read_stands_in_the_sentence() -> None:
+    run = JobState(kind="identify")
+    for event in (Started(), Stage("Reading the recordings", 1), Advanced(0, "th1.csv, 40% read")):
+        run = run.after(event)
+    assert "Reading the recordings 0 of 1: th1.csv, 40% read." in WORDS.state(run, None)
+
+
+def test_identification_gives_an_outcome_that_plays(session: Session) -> None:
     small(session)
     assert session.identification.start()
     until(lambda: session.identification.outcome is not None)
@@ -65,7 +72,7 @@ def test_identification_gives_an_outcome_that_plays(session: Session, services: 
 
 
 def test_nobody_begins_another_job_before_the_result_of_the_first_is_taken_over(
-    session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
+    session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     taken, keep, said = threading.Event(), session.identification._identified, list[bool]()
 
@@ -86,7 +93,7 @@ def test_nobody_begins_another_job_before_the_result_of_the_first_is_taken_over(
     assert said == [True], "whichever thread asks"
 
 
-def test_a_second_job_is_refused_in_words(session: Session, services: Offered) -> None:
+def test_a_second_job_is_refused_in_words(session: Session) -> None:
     session.document.change(lambda d: d["identify"].update(LONG))
     assert session.identification.start()
     assert not session.identification.start()
@@ -95,7 +102,7 @@ def test_a_second_job_is_refused_in_words(session: Session, services: Offered) -
     until(lambda: not session.run.state.busy)
 
 
-def test_stop_keeps_the_last_complete_result(session: Session, services: Offered) -> None:
+def test_stop_keeps_the_last_complete_result(session: Session) -> None:
     small(session)
     session.identification.start()
     until(lambda: session.identification.outcome is not None)
@@ -108,9 +115,7 @@ def test_stop_keeps_the_last_complete_result(session: Session, services: Offered
     assert session.identification.outcome is complete
 
 
-def test_stop_without_an_earlier_result_shows_the_best_so_far(
-    session: Session, services: Offered
-) -> None:
+def test_stop_without_an_earlier_result_shows_the_best_so_far(session: Session) -> None:
     session.document.change(lambda d: d["identify"].update(LONG))
     session.identification.start()
     until(lambda: bool(session.run.state.history))
@@ -122,7 +127,7 @@ def test_stop_without_an_earlier_result_shows_the_best_so_far(
     )
 
 
-def test_a_scenario_that_cannot_run_says_why(session: Session, services: Offered) -> None:
+def test_a_scenario_that_cannot_run_says_why(session: Session) -> None:
     session.document.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
     session.identification.start()
     until(lambda: not session.run.state.busy)
@@ -130,7 +135,7 @@ def test_a_scenario_that_cannot_run_says_why(session: Session, services: Offered
 
 
 def test_downloaded_scenario_gives_the_same_numbers_on_the_command_line(
-    session: Session, services: Offered, tmp_path: Path
+    session: Session, tmp_path: Path
 ) -> None:
     small(session)
     session.identification.start()
@@ -144,7 +149,7 @@ def test_downloaded_scenario_gives_the_same_numbers_on_the_command_line(
     assert {p["name"]: p["value"] for p in told} == pytest.approx(ours, rel=SAME)
 
 
-def test_report_is_written_by_the_pool(session: Session, services: Offered) -> None:
+def test_report_is_written_by_the_pool(session: Session) -> None:
     assert not session.export.report(lambda folder: None)
     small(session)
     session.identification.start()
@@ -156,9 +161,7 @@ def test_report_is_written_by_the_pool(session: Session, services: Offered) -> N
     assert (done[0] / "report.html").stat().st_size > 0
 
 
-def test_a_job_of_a_scenario_that_was_left_is_not_heard_of_again(
-    session: Session, services: Offered
-) -> None:
+def test_a_job_of_a_scenario_that_was_left_is_not_heard_of_again(session: Session) -> None:
     session.document.change(lambda d: d["identify"].update(LONG))
     session.identification.start()
     until(lambda: bool(session.run.state.history))
@@ -173,7 +176,7 @@ def test_a_job_of_a_scenario_that_was_left_is_not_heard_of_again(
     )
 
 
-def exporting(session: Session, services: Offered) -> tuple[ExportPanel, dict[str, bytes]]:
+def exporting(session: Session) -> tuple[ExportPanel, dict[str, bytes]]:
     """A panel without a page, and what it sends to the browser."""
     panel, sent = ExportPanel.__new__(ExportPanel), dict[str, bytes]()
 
@@ -181,17 +184,17 @@ def exporting(session: Session, services: Offered) -> tuple[ExportPanel, dict[st
         sent[name] = content
 
     client = SimpleNamespace(send_file_download=send)
-    panel.context = cast(Any, SimpleNamespace(client=client, session=session, services=services))
+    panel.context = cast(Any, SimpleNamespace(client=client, session=session))
     return panel, sent
 
 
-def test_everything_says_which_recording_it_lacks(session: Session, services: Offered) -> None:
+def test_everything_says_which_recording_it_lacks(session: Session) -> None:
     small(session)
-    assert bring(session, "own.csv", good_csv(session), services)
+    assert bring(session, "own.csv", good_csv(session))
     session.identification.start()
     until(lambda: not session.run.busy and session.identification.outcome is not None)
     (session.folder / "own.csv").unlink()
-    panel, sent = exporting(session, services)
+    panel, sent = exporting(session)
     panel.send_export("")
     until(lambda: not session.run.busy and bool(sent))
     assert session.message.bad
@@ -199,7 +202,7 @@ def test_everything_says_which_recording_it_lacks(session: Session, services: Of
 
 
 def test_compilers_and_second_servers_run_in_no_process_of_a_page(
-    session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
+    session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def here(*arguments: object, **options: object) -> None:
         raise AssertionError("in the page's process")
@@ -209,7 +212,7 @@ def test_compilers_and_second_servers_run_in_no_process_of_a_page(
     small(session)
     session.identification.start()
     until(lambda: not session.run.busy and session.playback.motion is not None)
-    panel, sent = exporting(session, services)
+    panel, sent = exporting(session)
     for one in model_formats():
         panel._save_model(one)
         until(lambda: not session.run.busy)

@@ -99,9 +99,7 @@ def test_noise_reaches_the_experiments_and_not_the_sweep(session: Session) -> No
     assert levels == [30.0] * 7 + [None]
 
 
-def test_every_ready_made_scenario_can_be_opened_or_says_what_is_missing(
-    session: Session, services: object
-) -> None:
+def test_every_ready_made_scenario_can_be_opened_or_says_what_is_missing(session: Session) -> None:
     assert set(scenarios()) < set(scenario_choices()), "one list for page and command line"
     for name in scenario_choices():
         opened = session.choose(name)

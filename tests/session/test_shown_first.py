@@ -12,7 +12,7 @@ from flexgui.core.results import ChannelComparison, LadderStep, RecordingCompari
 from flexgui.stages.compare.panel_plots import worst_output
 from flexgui.stages.diagnose.model_versions import ModelFindings, refitted_only
 from flexgui.views.preview import preview
-from tests.session.test_candidate_rows import ONE
+from tests.session.test_candidates import ONE
 
 TIME = np.linspace(0.0, 1.0, 200)
 

@@ -58,9 +58,7 @@ def titles(session: Session) -> list[str]:
 
 
 @pytest.mark.long
-def test_a_study_gives_the_same_numbers_as_without_a_page(
-    quick: Session, services: Offered
-) -> None:
+def test_a_study_gives_the_same_numbers_as_without_a_page(quick: Session) -> None:
     assert quick.study.start()
     ended(quick)
     assert (quick.study.state.phase, quick.study.state.done, quick.study.state.total) == (
@@ -73,7 +71,7 @@ def test_a_study_gives_the_same_numbers_as_without_a_page(
     assert numbers(quick.study.run.records) == numbers(expected)
 
 
-def test_tables_and_figures_come_while_it_runs(quick: Session, services: Offered) -> None:
+def test_tables_and_figures_come_while_it_runs(quick: Session) -> None:
     seen: list[tuple[int, bool]] = []
 
     def told(topic: Topic) -> None:
@@ -91,7 +89,7 @@ def test_tables_and_figures_come_while_it_runs(quick: Session, services: Offered
     assert "Estimates at" in quick.study.state.sections[0].words
 
 
-def test_a_stopped_study_goes_on_and_repeats_nothing(quick: Session, services: Offered) -> None:
+def test_a_stopped_study_goes_on_and_repeats_nothing(quick: Session) -> None:
     quick.study.choose(runs=MANY)
     quick.study.start()
     until(lambda: quick.study.state.done >= 2)
@@ -112,9 +110,7 @@ def test_a_stopped_study_goes_on_and_repeats_nothing(quick: Session, services: O
     assert len(keys) == len(set(keys))
 
 
-def test_the_export_is_what_the_command_goes_on_from(
-    quick: Session, services: Offered, tmp_path: Path
-) -> None:
+def test_the_export_is_what_the_command_goes_on_from(quick: Session, tmp_path: Path) -> None:
     assert not quick.study.export(lambda folder: None)
     assert quick.message.bad
     quick.study.start()
@@ -133,7 +129,7 @@ def test_the_export_is_what_the_command_goes_on_from(
     assert len(known) == 4
 
 
-def test_another_scenario_ends_the_study_of_the_first(quick: Session, services: Offered) -> None:
+def test_another_scenario_ends_the_study_of_the_first(quick: Session) -> None:
     quick.study.choose(runs=MANY)
     quick.study.start()
     until(lambda: quick.study.state.done >= 1)
@@ -170,7 +166,7 @@ def test_a_killed_worker_costs_no_case(quick: Session, services: Offered) -> Non
     assert (quick.study.state.phase, quick.study.state.done) == (DONE, 40)
 
 
-def test_a_closed_session_leaves_no_thread(quick: Session, services: Offered) -> None:
+def test_a_closed_session_leaves_no_thread(quick: Session) -> None:
     quick.study.choose(runs=MANY)
     quick.study.start()
     run = quick.study.run
@@ -180,7 +176,7 @@ def test_a_closed_session_leaves_no_thread(quick: Session, services: Offered) ->
     assert not quick.folder.exists()
 
 
-def test_other_sessions_have_their_turn(quick: Session, services: Offered, tmp_path: Path) -> None:
+def test_other_sessions_have_their_turn(quick: Session, tmp_path: Path) -> None:
     """One worker, a study of hundreds of cases, and somebody who wants something small."""
     quick.study.choose(runs=MANY)
     quick.study.start()
@@ -198,7 +194,7 @@ def test_other_sessions_have_their_turn(quick: Session, services: Offered, tmp_p
     ended(quick)
 
 
-def test_a_second_start_is_refused_in_words(quick: Session, services: Offered) -> None:
+def test_a_second_start_is_refused_in_words(quick: Session) -> None:
     quick.study.choose(runs=MANY)
     quick.study.start()
     assert not quick.study.start()
@@ -208,13 +204,13 @@ def test_a_second_start_is_refused_in_words(quick: Session, services: Offered) -
     ended(quick)
 
 
-def test_no_part_is_no_study(quick: Session, services: Offered) -> None:
+def test_no_part_is_no_study(quick: Session) -> None:
     quick.study.choose(parts=())
     assert not quick.study.start()
     assert quick.message.bad and "Estimates" in quick.message.text
 
 
-def test_a_part_without_work_is_told(quick: Session, services: Offered) -> None:
+def test_a_part_without_work_is_told(quick: Session) -> None:
     assert quick.document.change(
         lambda d: d["identify"].update(parameters=["EI1", "EI2"], bounds={})
     )
@@ -223,7 +219,7 @@ def test_a_part_without_work_is_told(quick: Session, services: Offered) -> None:
     assert quick.message.bad and "Estimates" in quick.message.text
 
 
-def test_a_scenario_of_files_says_why(session: Session, services: Offered) -> None:
+def test_a_scenario_of_files_says_why(session: Session) -> None:
     session.document.scenario = read_scenario(NOT_THE_PAPERS)
     assert "study" in session.study.refusal and session.study.refusal.count(".\n") == 0
     assert not session.study.start()
@@ -235,7 +231,7 @@ def test_the_demo_can_be_studied(session: Session) -> None:
     assert session.study.choice == StudyChoice()
 
 
-def test_a_failing_case_ends_the_study_in_a_sentence(quick: Session, services: Offered) -> None:
+def test_a_failing_case_ends_the_study_in_a_sentence(quick: Session) -> None:
     assert quick.document.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
     quick.study.start()
     ended(quick)

@@ -20,7 +20,7 @@ from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
-from tests.session.conftest import UPLOAD_LIMIT, Offered
+from tests.session.conftest import UPLOAD_LIMIT
 from tests.session.helpers import bring, good_csv, worked
 
 
@@ -37,9 +37,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_a_bad_file_leaves_one_sentence_and_nothing_else(
-    session: Session, services: Offered, case: str
-) -> None:
+def test_a_bad_file_leaves_one_sentence_and_nothing_else(session: Session, case: str) -> None:
     make, said = BAD[case]
     before = session.document.scenario
     content = make(good_csv(session))
@@ -50,9 +48,7 @@ def test_a_bad_file_leaves_one_sentence_and_nothing_else(
     assert not list(session.folder.iterdir())
 
 
-def test_rows_out_of_order_are_not_refused_but_asked_about(
-    session: Session, services: Offered
-) -> None:
+def test_rows_out_of_order_are_not_refused_but_asked_about(session: Session) -> None:
     rows = good_csv(session).splitlines(keepends=True)
     swapped = b"".join([*rows[:9], rows[10], rows[9], *rows[11:]])
     assert not session.recordings.upload("unsorted.csv", swapped).result()
@@ -66,7 +62,7 @@ def test_rows_out_of_order_are_not_refused_but_asked_about(
 
 
 def test_a_file_that_our_own_fault_keeps_from_being_read_is_not_blamed(
-    session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
+    session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(*_: object) -> None:
         raise ZeroDivisionError
@@ -79,17 +75,15 @@ def test_a_file_that_our_own_fault_keeps_from_being_read_is_not_blamed(
     assert session.recordings.upload("own.csv", content).result()
 
 
-def test_a_good_file_becomes_a_recording_and_is_shown(session: Session, services: Offered) -> None:
-    assert bring(session, "th1.csv", good_csv(session), services)
+def test_a_good_file_becomes_a_recording_and_is_shown(session: Session) -> None:
+    assert bring(session, "th1.csv", good_csv(session))
     assert session.document.scenario.recordings[-1].file == "th1.csv"
     assert session.wait_idle()
     assert session.playback.recording is not None and session.playback.recording.name == "th1"
     assert session.playback.motion is not None and session.playback.motion.ghost is not None
 
 
-def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(
-    session: Session, services: Offered
-) -> None:
+def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(session: Session) -> None:
     worked(session)
     before = session.document.scenario
     assert session.recordings.upload("own.csv", good_csv(session)).result()
@@ -99,9 +93,7 @@ def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(
     assert not list(session.folder.iterdir())
 
 
-def test_what_nobody_has_touched_makes_room_without_a_question(
-    session: Session, services: Offered
-) -> None:
+def test_what_nobody_has_touched_makes_room_without_a_question(session: Session) -> None:
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     scenario, imports = session.document.scenario, session.recordings.imports
     assert [spec.file for spec in scenario.recordings] == ["own.csv"]
@@ -111,9 +103,7 @@ def test_what_nobody_has_touched_makes_room_without_a_question(
     assert scenario.sensors == SensorsSpec(), "what was simulated says nothing of them"
 
 
-def test_what_a_person_has_stated_is_kept_with_their_recordings(
-    session: Session, services: Offered
-) -> None:
+def test_what_a_person_has_stated_is_kept_with_their_recordings(session: Session) -> None:
     session.document.change(
         set_value(("identify", "parameters"), ["m1"]), set_value(("identify", "bounds"), None)
     )
@@ -122,7 +112,7 @@ def test_what_a_person_has_stated_is_kept_with_their_recordings(
 
 
 def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
-    session: Session, services: Offered
+    session: Session,
 ) -> None:
     worked(session)
     before = session.document.scenario.recordings
@@ -135,9 +125,7 @@ def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
     assert session.document.scenario.recordings[-1].file == "own.csv"
 
 
-def test_own_recordings_stand_together_without_being_asked(
-    session: Session, services: Offered
-) -> None:
+def test_own_recordings_stand_together_without_being_asked(session: Session) -> None:
     worked(session)
     content = good_csv(session)
     assert session.recordings.upload("a.csv", content).result() and session.recordings.imports.use(
@@ -150,7 +138,7 @@ def test_own_recordings_stand_together_without_being_asked(
     assert [s.file for s in session.document.scenario.recordings] == ["a.csv", "b.csv"]
 
 
-def test_two_files_that_arrive_wait_for_one_answer(session: Session, services: Offered) -> None:
+def test_two_files_that_arrive_wait_for_one_answer(session: Session) -> None:
     worked(session)
     content = good_csv(session)
     assert session.recordings.upload("a.csv", content).result()
@@ -159,7 +147,7 @@ def test_two_files_that_arrive_wait_for_one_answer(session: Session, services: O
     assert [s.file for s in session.document.scenario.recordings] == ["a.csv", "b.csv"]
 
 
-def test_another_scenario_forgets_what_stood_aside(session: Session, services: Offered) -> None:
+def test_another_scenario_forgets_what_stood_aside(session: Session) -> None:
     worked(session)
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.recordings.imports.use(alone=True)
@@ -172,25 +160,23 @@ def test_another_scenario_forgets_what_stood_aside(session: Session, services: O
     )
 
 
-def test_a_challenge_waits_while_own_recordings_are_used_alone(
-    session: Session, services: Offered
-) -> None:
+def test_a_challenge_waits_while_own_recordings_are_used_alone(session: Session) -> None:
     known = session.challenge.state = Challenge(4, "easy", "sealed")
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.recordings.imports.use(alone=True) and session.challenge.state is None
     assert session.recordings.imports.restore() and session.challenge.state == known
 
 
-def test_the_same_name_twice_gives_two_recordings(session: Session, services: Offered) -> None:
+def test_the_same_name_twice_gives_two_recordings(session: Session) -> None:
     content = good_csv(session)
-    assert bring(session, "th1.csv", content, services)
-    assert bring(session, "th1.csv", content, services)
+    assert bring(session, "th1.csv", content)
+    assert bring(session, "th1.csv", content)
     assert [s.file for s in session.document.scenario.recordings[-2:]] == ["th1.csv", "th1-2.csv"]
 
 
-def test_a_scenario_with_files_is_one_zip(session: Session, services: Offered) -> None:
+def test_a_scenario_with_files_is_one_zip(session: Session) -> None:
     content = good_csv(session)
-    bring(session, "th1.csv", content, services)
+    bring(session, "th1.csv", content)
     name, data = scenario_file(session.document.scenario, session.folder)
     assert name.endswith(".zip")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -198,17 +184,15 @@ def test_a_scenario_with_files_is_one_zip(session: Session, services: Offered) -
         assert any(n.endswith(".toml") for n in archive.namelist())
 
 
-def test_a_scenario_can_be_brought_back(session: Session, services: Offered) -> None:
+def test_a_scenario_can_be_brought_back(session: Session) -> None:
     name, data = scenario_file(session.document.scenario, session.folder)
     session.document.change(lambda d: d["recordings"].clear())
     assert session.recordings.upload(name, data).result()
     assert len(session.document.scenario.recordings) == 8
 
 
-def test_a_zip_of_scenario_and_recordings_can_be_brought_back(
-    session: Session, services: Offered
-) -> None:
-    bring(session, "th1.csv", good_csv(session), services)
+def test_a_zip_of_scenario_and_recordings_can_be_brought_back(session: Session) -> None:
+    bring(session, "th1.csv", good_csv(session))
     name, data = scenario_file(session.document.scenario, session.folder)
     (session.folder / "th1.csv").unlink()
     session.choose("demo")
@@ -218,7 +202,7 @@ def test_a_zip_of_scenario_and_recordings_can_be_brought_back(
 
 
 @pytest.mark.parametrize("content", [b"no zip at all", zipped({"a.csv": b"t"})])
-def test_a_bad_zip_is_refused_in_words(session: Session, services: Offered, content: bytes) -> None:
+def test_a_bad_zip_is_refused_in_words(session: Session, content: bytes) -> None:
     before = session.document.scenario
     assert not session.recordings.upload("work.zip", content).result()
     assert session.message.bad and "work.zip" in session.message.text
@@ -275,9 +259,7 @@ def test_a_zip_that_lies_about_its_sizes_is_counted(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["work.zip"]
 
 
-def test_a_zip_with_the_name_of_a_folder_is_refused_in_words(
-    session: Session, services: Offered
-) -> None:
+def test_a_zip_with_the_name_of_a_folder_is_refused_in_words(session: Session) -> None:
     """As a session has them for its reports and studies."""
     (session.folder / "export").mkdir()
     content = archive(zipfile.ZIP_STORED, a_toml=b"title = 3\n", export=b"t\n0\n")
