@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import pytest
 from numba import njit
@@ -12,8 +14,11 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.arm.segment import Segment
 from flexgui.core.drives.law import DriveLaw
 from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.errors import InputError
 from flexgui.core.lanes.wide import LANES
 from flexgui.core.model import Model, Numbers
+from flexgui.core.recording.recording import Recording
+from flexgui.core.sensors import sensor
 from flexgui.core.simulate import discrete
 from flexgui.core.simulate.batch import Job
 from flexgui.core.simulate.motion import Task, at_rest
@@ -129,6 +134,23 @@ def task_from(
     return Task(time, references, start, start[None, : model.arm.coordinates])
 
 
+def from_rest(
+    model: Model, joints: Sequence[float], references: np.ndarray, dt: float = 1e-3
+) -> Task:
+    """A task from rest with the joints at these places and references (N, nr)."""
+    return task_from(model, at_rest(np.array(joints), model.arm.coordinates), references, dt)
+
+
+def read(model: Model, task: Task, motion: Trajectory, *kinds: str) -> Recording:
+    """What sensors of these kinds read of a motion without noise, beside its references."""
+    names = model.drive.reference_channels(model.arm)
+    channels = {name: task.references[:, k] for k, name in enumerate(names)}
+    for kind in kinds:
+        seen = np.array(sensor(kind).measure(motion))
+        channels |= {c.name: seen[:, k] for k, c in enumerate(sensor(kind).channels(model.arm))}
+    return Recording("r", task.time, channels)
+
+
 @njit
 def solve(A, n, b, columns):  # type: ignore[no-untyped-def]
     """What only compiled code may call."""
@@ -187,6 +209,14 @@ def jacobian(function, x: np.ndarray, step: float = 1e-3) -> np.ndarray:  # type
         near, far = function(x + e) - function(x - e), function(x + 2 * e) - function(x - 2 * e)
         columns.append((8.0 * near - far) / (12.0 * step))
     return np.array(columns).T
+
+
+def refusal(action: Callable[[], object]) -> str:
+    """The one line with which it is refused."""
+    with pytest.raises(InputError) as caught:
+        action()
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
 
 
 def fit_percent(y: np.ndarray, yhat: np.ndarray) -> float:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import pytest
 
 from flexgui.core.results import Diagnosis
-from flexgui.core.scenario.read import parse_scenario
-from flexgui.core.workbench import run_scenario
+from tests.diagnose.fits import diagnosis_of
+from tests.diagnose.test_resolution import MODE, scenario
 
-MODE = "extra_bending_mode"
 TRUE_EI = 520.8333
 """N m^2, of the paper's second beam."""
 
@@ -19,38 +18,10 @@ SPREAD = 0.03
 """Relative: with one shape too few the stiffness was 35 % off, and stated to 0.3 %."""
 
 
-def diagnosed(noise: float, hidden: str) -> Diagnosis:
+def diagnosed(noise: float, hidden: dict[str, dict[str, float]]) -> Diagnosis:
     """One beam that bends in one shape by the model; all sensors noisy alike at the tip."""
-    scenario = parse_scenario(
-        f"""
-title = "x"
-[arm]
-preset = "paper"
-modes = [0, 1]
-[drive]
-kind = "velocity_loop"
-gains = [60.0, 30.0]
-[sensors]
-camera_noise = {noise}
-encoder_noise = {noise / 3.0}
-deflection_noise = {noise}
-[identify]
-parameters = ["EI2"]
-generations = 0
-start = {{ EI2 = 680.0 }}
-[diagnose]
-max_effects = 2
-candidates = ["{MODE}", "sensor_lag"]
-[[recordings]]
-simulate = {{ theta2 = 1.2, seconds = 1.0, sample_time = 0.002, hidden = {{ {hidden} }} }}
-[[recordings]]
-simulate = {{ theta2 = 2.2, seconds = 1.0, sample_time = 0.002, seed = 2, hidden = {{ {hidden} }} }}
-""",
-        "x",
-    )
-    found = run_scenario(scenario).diagnosis
-    assert found is not None
-    return found
+    sensors = {"camera_noise": noise, "encoder_noise": noise / 3.0, "deflection_noise": noise}
+    return diagnosis_of(scenario((0, 1), hidden, sensors, ("sensor_lag",)))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +36,7 @@ def test_a_shape_is_named_although_the_coarse_model_leaves_hardly_more_than_nois
     noise: float, of_given: tuple[float, float]
 ) -> None:
     """`of_given`: between which the coarse model's error lies, in floors."""
-    found = diagnosed(noise, f"{MODE} = {{}}")
+    found = diagnosed(noise, {MODE: {}})
     low, high = of_given
     assert low < found.steps[0].cost_per_sample ** 0.5 < high
     assert [step.added for step in found.steps] == [None, MODE]
@@ -76,6 +47,6 @@ def test_a_shape_is_named_although_the_coarse_model_leaves_hardly_more_than_nois
 
 
 def test_none_is_named_where_the_machine_has_no_more() -> None:
-    found = diagnosed(1e-3, "")
+    found = diagnosed(1e-3, {})
     assert [step.added for step in found.steps] == [None]
     assert found.verdict == found.final_verdict == "nothing_missing"

@@ -17,10 +17,8 @@ from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknown
 from flexgui.core.model import Model
 from flexgui.core.parameters import Parameter
-from flexgui.core.recording.recording import Recording
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.motion import Task, at_rest
-from tests.helpers import simulate_fixed
+from tests.helpers import from_rest, read, simulate_fixed
 
 STEP, SAMPLES = 5e-3, 200
 SWINGS = {"at half the sampling rate": 3300.0, "slowly": 3.3}
@@ -43,17 +41,12 @@ FEW = 4
 def data(EI: float) -> Data:
     arm = Arm(segments=(Segment(length=0.45, mass=3.0, EI=EI, hub_inertia=0.05, modes=1),))
     bare = Model(arm, VelocityLoop(gains=(7.2,)), "nonlinear")
-    rng, n = np.random.default_rng(1), arm.coordinates
-    start = at_rest(np.array([0.2]), n)
+    rng = np.random.default_rng(1)
     speeds = 0.3 * np.sign(rng.standard_normal((SAMPLES // 10, 1))).repeat(10, axis=0)
-    task = Task(np.arange(SAMPLES) * STEP, speeds, start, start[None, :n])
+    task = from_rest(bare, [0.2], speeds, STEP)
     motion = simulate_fixed(bare, bare.numbers(), task, EXACTLY)
     camera = sensor("z")
-    seen = np.array(camera.measure(motion))
-    channels = {c.name: seen[:, k] for k, c in enumerate(camera.channels(arm))}
-    channels |= {n: speeds[:, k] for k, n in enumerate(bare.drive.reference_channels(arm))}
-    channels["theta1"] = motion.q[:, 0]
-    one = prepare(bare, Recording("r", task.time, channels), [camera], Processing())
+    one = prepare(bare, read(bare, task, motion, "z", "encoder"), [camera], Processing())
     unknown = Unknown(Parameter("EI1", EI, "N m²", 0.1 * EI, 10.0 * EI))
     floors = {c.name: 1e-4 for c in camera.channels(arm)}
     weights = (np.full(2, 1e4),)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -29,7 +28,7 @@ LARGE = 1e3
 
 FOUR = ("viscous_friction", "tip_payload", "structural_damping", "torque_offset")
 STAND_IN = "gravity_tilt"
-WORSE, BOUND = Objection(Reason.UNSEEN), Objection(Reason.AT_BOUND)
+BOUND = Objection(Reason.AT_BOUND)
 
 
 def column(kind: str, block: np.ndarray) -> OutputChange:
@@ -101,18 +100,15 @@ def test_a_part_of_a_set_that_promises_little_is_not_accepted_for_it(promised, a
 
 
 class Scripted(Acceptance):
-    """Refits are not made: one effect by itself spoils unseen recordings, a pair as scripted."""
-
-    good: tuple[str, ...] = ()
+    """Refits are not made, and what is asked for beside the best effect is noted."""
 
     def _converge(self, best):
         after = SimpleNamespace(cost=SAMPLES, hypothesis=best.screened.effect.kind)
         return best, self.data, after
 
     def try_jointly(self, together, found):
-        self.seen.asked.append(tuple(s.effect.kind for s in together.members))
-        joint = replace(self._still(found), accepted=found[0])
-        return (joint if self.seen.asked[-1] == self.good else None), set()
+        self.seen.asked.append("jointly")
+        return None, set()
 
     def try_sets(self, found, most, allowed):
         self.seen.asked.append("sets") if allowed else None
@@ -122,38 +118,26 @@ class Scripted(Acceptance):
         return Round(self.seen, tuple(found), None, self.before, self.before, self.data)
 
 
-def in_company(
-    good: tuple[str, ...], against: Objection | None = WORSE, most: int = 2, explains: float = 0.9,
-    others: Sequence[tuple[str, float]] = (),
-) -> tuple:  # fmt: skip
-    """What becomes of STAND_IN, which the gate refuses; the screen scores the others by place."""
+def in_company(explains: float = 0.9) -> tuple:
+    """What becomes of STAND_IN, which leaves a share of the error, beside a weaker effect."""
     kinds = ("viscous_friction", STAND_IN, "tip_payload", "torque_offset")
     scored = {k: SimpleNamespace(effect=effect(k), score=-i) for i, k in enumerate(kinds)}
     screen = SimpleNamespace(candidates=tuple(reversed(scored.values())), asked=[])
     before, data = SimpleNamespace(cost=3.0 * SAMPLES), SimpleNamespace(count=SAMPLES)
     one = replace(weighed(explains), screened=scored[STAND_IN])
-    more = [replace(weighed(share), screened=scored[kind]) for kind, share in others]
-    work = type("One", (Scripted,), {"good": good})(
-        data, before, (), screen, 1, lambda: False, lambda *_: against
-    )
-    return work.try_single([one, *more], EffectSet((), 0.0), most), screen.asked
+    weaker = replace(weighed(0.5), screened=scored["viscous_friction"])
+    work = Scripted(data, before, (), screen, 1, lambda: False, lambda *_: None)
+    return work.try_single([one, weaker], EffectSet((), 0.0), 2), screen.asked
 
 
-@pytest.fixture
-def sizes_as_they_are(monkeypatch):
-    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: None)
-    monkeypatch.setattr(acceptance, "near_neutral_objection", lambda *_: None)
-
-
-@pytest.mark.usefixtures("sizes_as_they_are")
 def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(monkeypatch):
     """Whatever is missing acts as it does; a weaker effect by itself would stand in as well."""
     ended = lambda after, _: BOUND if after.hypothesis == STAND_IN else None  # noqa: E731
     monkeypatch.setattr(acceptance, "ended_at_bound", ended)
-    weaker = ("viscous_friction", 0.5)
-    refused, asked = in_company((), against=None, others=[weaker])
+    monkeypatch.setattr(acceptance, "near_neutral_objection", lambda *_: None)
+    refused, asked = in_company()
     assert refused.accepted is None and refused.refusals[0].objection == BOUND and asked == ["sets"]
-    added, asked = in_company((), against=None, others=[weaker], explains=0.6)
+    added, asked = in_company(explains=0.6)
     assert added.accepted.screened.effect.kind == "viscous_friction" and not asked
 
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.base_fit import fit_base
 from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.diagnose.force_shape_refinement import (
     JointForce,
@@ -20,12 +18,8 @@ from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
 from flexgui.core.effects.torque_ripple import every_order
-from flexgui.core.identify.setup import make_setup
-from flexgui.core.loading import load_recordings
-from flexgui.core.progress import Silent
-from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.study.study_rig import bare_model
+from tests.diagnose import fits
 from tests.marks import long_except
 
 SAMPLES, DT = 2000, 1e-3
@@ -106,26 +100,17 @@ def with_a_filter(stated: bool = True) -> tuple[Data, Refit]:
     """Short recordings with a ripple at three working points, fitted from wrong orders; `stated`:
     whether they say at which."""
     hidden = {"torque_ripple": dict(RIPPLE)}
-    scenario = Scenario.model_validate({
-        "title": "filtered",
-        "arm": {"preset": "paper"},
-        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]},
-        "model": {"level": "nonlinear"},
-        "sensors": {"encoder_noise": 2e-6},
-        "identify": {"parameters": ["EI"], "output": ["encoder"], "filter": {"cutoff_hz": CUTOFF}},
-        "recordings": [
+    scenario = fits.on_paper(
+        sensors={"encoder_noise": 2e-6},
+        identify={"parameters": ["EI"], "output": ["encoder"], "filter": {"cutoff_hz": CUTOFF}},
+        recordings=[
             {"simulate": {"theta2": x, "seconds": 0.6}, "hidden": hidden} for x in (0.6, 1.0, 1.4)
         ],
-    })  # fmt: skip
-    model = base_model(scenario)
-    recordings = load_recordings(scenario, model, Path(), None, Silent())
+    )
+    setup, recordings = fits.set_up(scenario)
     if not stated:
         recordings = [replace(r, theta2=None) for r in recordings]
-    setup = make_setup(model, scenario.identify, recordings)
-    found = fit_base(
-        model, setup.outputs, setup.processing, scenario.identify, recordings,
-        {"theta1": 2e-6, "theta2": 2e-6}, 1e-3,
-    )  # fmt: skip
+    found = fits.fitted(setup, recordings, scenario, {"theta1": 2e-6, "theta2": 2e-6})
     wrong = {**found.base.hypothesis.values(), **RIPPLE, "nr1": WRONG, "nr2": WRONG}
     start = hypothesis(found.data, [effect("torque_ripple")], wrong)
     return found.data, fit(start, None, lambda: False, 4)

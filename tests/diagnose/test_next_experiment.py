@@ -34,6 +34,7 @@ from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
 from tests.helpers import PAPER, looped
+from tests.identify.helpers import simulated, without
 
 CAMERA, ENCODER = 3e-5, 1e-5
 """m and rad, rms of the sensors' noise."""
@@ -55,27 +56,17 @@ class Pair:
     second: Hypothesis
 
 
-def recorded(model: Model, hidden: Mapping[str, Any], **spec: Any) -> list[Recording]:
-    true = model.with_effects([effect(k) for k in hidden], {n: v for t in hidden.values()
-                                                             for n, v in t.items()})  # fmt: skip
-    given = {"level": true.level, "seconds": 1.0, **spec}
-    return [
-        without_gauges(
-            simulate_recording(true, SimulateSpec(theta2=x, seed=k, **given), f"th{k}", noise=NOISE)
-        )
-        for k, x in enumerate((0.9, 2.0))
-    ]
-
-
-def without_gauges(recording: Recording) -> Recording:
-    """A rig with encoders and a camera: a gauge that lags too would tell the effects apart."""
-    kept = {k: v for k, v in recording.channels.items() if not k.startswith("deflection")}
-    return replace(recording, channels=kept)
+def recorded(model: Model, kind: str, sizes: Mapping[str, float], **spec: Any) -> list[Recording]:
+    """By encoders and a camera: a gauge that lags too would tell the effects apart."""
+    true = model.with_effects([effect(kind)], sizes)
+    given = {"seconds": 1.0, "level": true.level, **spec}
+    made = simulated(true, points=(0.9, 2.0), seed=0, noise=NOISE, **given)
+    return [without(r, "deflection") for r in made]
 
 
 def pair(level: str, first: str, sizes: Mapping[str, float], second: str, **spec: Any) -> Pair:
     model = looped(PAPER, level=level)
-    recordings = recorded(model, {first: sizes}, **spec)
+    recordings = recorded(model, first, sizes, **spec)
     asked = IdentifySpec(parameters=("EI1", "EI2"), output=("z", "encoder"), generations=0)
     setup = make_setup(model, asked, recordings)
     begun = fit_base(setup.model, setup.outputs, setup.processing, asked, recordings, STATED, 1e-3)

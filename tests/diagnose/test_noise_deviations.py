@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.base_fit import BaseFit, fit_base
+from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.cost_minimum import with_simulated_deviations
 from flexgui.core.diagnose.refit import Refit, with_robust_covariance
-from flexgui.core.identify.setup import make_setup
-from flexgui.core.loading import load_recordings
-from flexgui.core.progress import Silent
-from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model
+from tests.diagnose import fits
 
 NOISE = 1e-5
 """rad, of both encoders."""
@@ -36,23 +31,15 @@ EQUAL = 1e-12
 @cache
 def begun(seed: int) -> BaseFit:
     """The paper's arm under recorded torques, with nothing hidden."""
-    scenario = Scenario.model_validate({
-        "title": "shaken",
-        "arm": {"preset": "paper"},
-        "drive": {"kind": "torque"},
-        "model": {"level": "nonlinear"},
-        "sensors": {"encoder_noise": NOISE},
-        "identify": {"parameters": ["EI", "m2"]},
-        "recordings": [{"simulate": {
+    return fits.begun(fits.on_paper(
+        drive={"kind": "torque"},
+        sensors={"encoder_noise": NOISE},
+        identify={"parameters": ["EI", "m2"]},
+        recordings=[{"simulate": {
             "theta2": 1.2, "seconds": 1.0, "sample_time": 0.002, "seed": seed,
             "excitation": "prbs", "amplitude": 2.0, "hold": 0.05,
         }}],
-    })  # fmt: skip
-    model = base_model(scenario)
-    recordings = load_recordings(scenario, model, Path(), None, Silent())
-    setup = make_setup(model, scenario.identify, recordings)
-    parts = setup.model, setup.outputs, setup.processing, scenario.identify, recordings
-    return fit_base(*parts, {}, 1e-3)
+    ))  # fmt: skip
 
 
 def off(refit: Refit) -> float:

@@ -36,7 +36,7 @@ from flexgui.core.simulate.motion import at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
 from tests.diagnose import floors
 from tests.diagnose.floors import Case, found_and_true
-from tests.helpers import task_from
+from tests.helpers import from_rest, task_from
 from tests.marks import long_except
 
 FACTOR = 1.5
@@ -259,8 +259,7 @@ def pushed(seed: int, draw: int) -> Recording:
     rng = np.random.default_rng(seed)
     torque = np.repeat(rng.choice([-1.0, 1.0], (40, 2)) * [6.0, 2.0], 20, axis=0)
     model = Model(FLEXIBLE, Torque(), "nonlinear")
-    start = at_rest(np.array([0.0, 1.2]), FLEXIBLE.coordinates)
-    task = task_from(model, start, torque)
+    task = from_rest(model, [0.0, 1.2], torque)
     trajectory = simulate_within(model, model.numbers(), task).trajectory
     place, tip = trajectory.joint_positions, np.array(sensor("z").measure(trajectory))
     if draw:

@@ -13,11 +13,9 @@ from flexgui.core.diagnose.noise_floor import UNCERTAINTY
 from flexgui.core.diagnose.noise_floor_update import LEAST_RATIO
 from flexgui.core.diagnose.output_noise import output_noise
 from flexgui.core.diagnose.search_state import Options
-from flexgui.core.identify.setup import make_setup
-from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.read import read_scenario
-from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
+from tests.diagnose.fits import set_up
 from tests.sample.cases import TORQUE
 from tests.sample.torque_rigs import written
 
@@ -41,11 +39,8 @@ def test_a_floor_is_the_same_whatever_the_draws(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenario = read_scenario(written(TORQUE[name], 100, tmp_path))
-    model = base_model(scenario)
-    spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    recordings = load_recordings(scenario, model, tmp_path, None, Silent())
-    setup = make_setup(model, spec, recordings)
-    begun = fit_base_to_recordings(setup, spec, recordings, Options(), Silent())
+    setup, recordings = set_up(scenario, tmp_path)
+    begun = fit_base_to_recordings(setup, scenario.identify, recordings, Options(), Silent())
     h = begun.base.hypothesis
     experiments, motions = h.residuals.experiments, h.motions()
     floors = []

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from flexgui.core.diagnose.base_fit import BaseFit, fit_base
+from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.cost_minimum import converge
 from flexgui.core.diagnose.final_ladder import final_ladder
 from flexgui.core.diagnose.fit_problem import hypothesis
@@ -23,11 +22,8 @@ from flexgui.core.diagnose.noise_floor_update import (
 from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
 from flexgui.core.diagnose.search_state import Options, State, base_ladder_step
 from flexgui.core.effects import effect
-from flexgui.core.identify.setup import make_setup
-from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
-from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
+from tests.diagnose import fits
 from tests.diagnose.test_stated_effects import bare
 
 HIDDEN = 60.0
@@ -60,16 +56,24 @@ class Stopped(Silent):
         return True
 
 
+def with_floors(times: float, uncertainty: float = 1.0) -> BaseFit:
+    """The model as given, in floors that many times as large as they are."""
+    begun = bare()
+    large = {
+        n: Floor(times * f, times * f, "estimated", uncertainty)
+        for n, f in begun.data.floors.items()
+    }
+    data = begun.data.in_floors(large)
+    data, base = converge(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
+    return replace(begun, data=data, base=base)
+
+
 def found_with(floors: float, kind: str = "torque_offset") -> tuple[State, BaseFit]:
     """A model with one effect, by default of no use in the place of the friction; floors that many
     times as large as they are."""
-    begun = bare()
-    large = {n: Floor(f * floors, f * floors, "estimated") for n, f in begun.data.floors.items()}
-    data = begun.data.in_floors(large)
-    base = converge(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
-    added = [effect(kind)]
-    there = converge(base[0], hypothesis(base[0], added, base[1].hypothesis.values()), None, never)
-    given = replace(begun, data=base[0], base=base[1])
+    given, added = with_floors(floors), [effect(kind)]
+    start = hypothesis(given.data, added, given.base.hypothesis.values())
+    there = converge(given.data, start, None, never)
     return State(*there, added, 0, [], [base_ladder_step(given)], None), given
 
 
@@ -151,15 +155,8 @@ def test_what_no_effect_explains_changes_nothing() -> None:
 
 def test_noise_is_at_most_what_no_effect_explains() -> None:
     """The friction that is missing stays below a noise that seems 60 times as large as it is."""
-    begun = bare()
-    large = {
-        n: Floor(HIDDEN * f, HIDDEN * f, "estimated", UNCERTAINTY)
-        for n, f in begun.data.floors.items()
-    }
-    data = begun.data.in_floors(large)
-    data, base = converge(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
-    given = replace(begun, data=data, base=base)
-    state = State(data, base, [], 0, [], [base_ladder_step(given)], None)
+    given = with_floors(HIDDEN, UNCERTAINTY)
+    state = State(given.data, given.base, [], 0, [], [base_ladder_step(given)], None)
     assert within_noise(state.data, state.refit.errors)
     options = Options(max_effects=2, candidates=("viscous_friction", "torque_offset"))
     ended, _ = search_with_new_floors(state, options, Silent(), None)
@@ -173,21 +170,13 @@ def on_a_soft_base() -> tuple[State, BaseFit]:
         {"length": L, "mass": m, "EI": EI, "hub_inertia": J, "modes": 1} for L, m, EI, J in beams
     ]
     hidden = {"base_compliance": {"cb": TRUE["cb"]}}
-    scenario = Scenario.model_validate({
-        "title": "shaken",
-        "arm": {"segments": segments},
-        "drive": {"kind": "torque"},
-        "model": {"level": "nonlinear"},
-        "sensors": {"encoder_noise": 3e-6},
-        "identify": {"parameters": ["EI1", "EI2"], "filter": {"cutoff_hz": 60.0}},
-        "recordings": [{"simulate": {"theta2": 1.2, "seconds": 1.0}, "hidden": hidden}],
-    })  # fmt: skip
-    model = base_model(scenario)
-    spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    recordings = load_recordings(scenario, model, Path(), None, Silent())
-    setup = make_setup(model, spec, recordings)
-    parts = setup.model, setup.outputs, setup.processing
-    given = fit_base(*parts, spec, recordings, {}, 1e-3)
+    given = fits.begun(fits.on_paper(
+        arm={"segments": segments},
+        drive={"kind": "torque"},
+        sensors={"encoder_noise": 3e-6},
+        identify={"parameters": ["EI1", "EI2"], "filter": {"cutoff_hz": 60.0}},
+        recordings=[{"simulate": {"theta2": 1.2, "seconds": 1.0}, "hidden": hidden}],
+    ))  # fmt: skip
     added = [effect("base_compliance")]
     there = converge(given.data, hypothesis(given.data, added, TRUE), None, never)
     return State(*there, added, 0, [], [base_ladder_step(given)], None), given

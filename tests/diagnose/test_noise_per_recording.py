@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from flexgui.core.diagnose.sensor_noise import autoregressive_noise, noise_ratios
 from flexgui.core.results import Diagnosis
-from flexgui.core.scenario.schema import Scenario
-from flexgui.core.workbench import run_scenario
+from tests.diagnose.fits import diagnosis_of, on_paper
 
 N = 8000
 KNOWN = 0.12
@@ -64,15 +63,11 @@ def diagnosed(snrs: list[float | None], seed: int, **more: Any) -> Diagnosis:
         simulate = {"theta2": 0.3927 * (k + 1), "seconds": 0.7, "seed": seed + k}
         simulate |= {} if snr is None else {"snr_db": snr}
         recordings.append({"name": f"th{k + 1}", "simulate": simulate})
-    document = {
-        "title": "Nothing hidden", "arm": {"preset": "paper"},
-        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]}, "recordings": recordings,
-        "identify": {"parameters": ["EI1", "EI2"], "generations": 0},
-        "diagnose": {"max_effects": 1, **more},
-    }  # fmt: skip
-    found = run_scenario(Scenario.model_validate(document)).diagnosis
-    assert found is not None
-    return found
+    identify = {"parameters": ["EI1", "EI2"], "generations": 0}
+    asked = {"max_effects": 1, **more}
+    return diagnosis_of(
+        on_paper(model={}, recordings=recordings, identify=identify, diagnose=asked)
+    )
 
 
 WHOLE: dict[str, list[float | None]] = {

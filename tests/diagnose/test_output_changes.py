@@ -27,10 +27,8 @@ from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
-from flexgui.core.recording.recording import Recording
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.motion import Task, at_rest
-from tests.helpers import simulate_fixed
+from tests.helpers import from_rest, read, simulate_fixed
 
 ARM = Arm(segments=(Segment(length=0.4, mass=2.0, EI=120.0, hub_inertia=0.02, modes=1),))
 DRIVE = VelocityLoop(gains=(900.0,))
@@ -59,21 +57,17 @@ def data() -> Data:
     bare = Model(ARM, DRIVE, "nonlinear")
     speeds = np.zeros((SAMPLES, 1))
     speeds[:STOPS] = 0.4
-    n = ARM.coordinates
-    start = at_rest(np.array([0.2]), n)
-    task = Task(np.arange(SAMPLES) * STEP, speeds, start, start[None, :n])
-    motion = simulate_fixed(bare, bare.numbers(), task, 16)
-    names = DRIVE.reference_channels(ARM)
-    channels = {name: task.references[:, k] for k, name in enumerate(names)}
+    task = from_rest(bare, [0.2], speeds, STEP)
+    recording = read(bare, task, simulate_fixed(bare, bare.numbers(), task, 16), "z", "encoder")
     camera = sensor("z")
-    seen = np.array(camera.measure(motion))
-    seen += MISSED * NOISE * np.random.default_rng(1).standard_normal(seen.shape)
-    channels |= {c.name: seen[:, k] for k, c in enumerate(camera.channels(ARM))}
-    channels["theta1"] = motion.q[:, 0]
-    one = prepare(bare, Recording("r", task.time, channels), [camera], Processing())
-    count = len(camera.channels(ARM))
-    floors = {c.name: NOISE for c in camera.channels(ARM)}
-    return Data(bare, (one,), (), (np.full(count, 1.0 / NOISE),), floors, {}, typical(ARM), 8)
+    names = [c.name for c in camera.channels(ARM)]
+    noise = MISSED * NOISE * np.random.default_rng(1).standard_normal((SAMPLES, len(names)))
+    for k, name in enumerate(names):
+        recording.channels[name] += noise[:, k]
+    one = prepare(bare, recording, [camera], Processing())
+    floors = dict.fromkeys(names, NOISE)
+    weights = (np.full(len(names), 1.0 / NOISE),)
+    return Data(bare, (one,), (), weights, floors, {}, typical(ARM), 8)
 
 
 def base_and_trial(data: Data, kind: str) -> tuple[Hypothesis, Trial]:

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from flexgui.core.diagnose.gram_matrix import explained_by, gram_matrix
 from flexgui.core.diagnose.sensor_noise import noise_of
-from flexgui.core.diagnose.vibration_lines import line_of
 from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.least_squares import Limits, descend
 
@@ -105,14 +104,3 @@ def test_the_noise_is_found_beside_a_smooth_motion_with_jumps(motion: float) -> 
     t = np.arange(10_000) * 1e-3
     smooth = motion * np.sin(7.0 * t) + 0.5 * motion * (t > 4.0)
     assert noise_of(smooth + 0.01 * rng.standard_normal(len(t))) == pytest.approx(0.01, rel=SPREAD)
-
-
-def test_a_line_is_told_from_noise_and_its_frequency_is_right() -> None:
-    rng = np.random.default_rng(7)
-    dt, N = 1e-3, 2000
-    noise = rng.standard_normal(N)
-    humming = noise + 0.5 * np.sin(2.0 * np.pi * 25.0 * np.arange(N) * dt)
-    found, silent = line_of(humming, dt), line_of(noise, dt)
-    assert found is not None and silent is not None
-    assert found[0] < 1e-6 and found[1] == pytest.approx(25.0, abs=1.0)
-    assert silent[0] > 1e-3

@@ -34,32 +34,34 @@ def weighed(
     )
 
 
-def order(*found: RefittedCandidate) -> list[str]:
-    return [w.screened.effect.kind for w in ranked_candidates(list(found))]
+PRESLIDING = weighed("presliding_friction", 0.762, LARGE, 4)
+"""Coulomb friction is a part of it."""
 
 
-def test_the_sharper_evidence_decides_between_effects_that_leave_nearly_the_same_error() -> None:
-    payload = weighed("tip_payload", 0.76, SMALLER, 1)
-    ripple = weighed("torque_ripple", 0.76, LARGE, 2)
-    assert order(payload, ripple) == ["torque_ripple", "tip_payload"]
-
-
-def test_a_part_that_does_as_well_by_merit_comes_before_the_whole() -> None:
-    coulomb = weighed("coulomb_friction", 0.758, SMALLER, 2)
-    presliding = weighed("presliding_friction", 0.762, LARGE, 4)
-    assert order(coulomb, presliding) == ["coulomb_friction", "presliding_friction"]
-
-
-def test_the_whole_comes_first_where_its_part_leaves_much_more() -> None:
-    coulomb = weighed("coulomb_friction", 0.50, SMALLER, 2)
-    presliding = weighed("presliding_friction", 0.67, LARGE, 4)
-    assert order(coulomb, presliding) == ["presliding_friction", "coulomb_friction"]
-
-
-def test_a_part_that_noise_might_be_does_not_come_before_the_whole() -> None:
-    coulomb = weighed("coulomb_friction", 0.758, SMALLER, 2, p_value=0.5)
-    presliding = weighed("presliding_friction", 0.762, LARGE, 4)
-    assert order(coulomb, presliding) == ["presliding_friction", "coulomb_friction"]
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        pytest.param(
+            weighed("torque_ripple", 0.76, LARGE, 2), weighed("tip_payload", 0.76, SMALLER, 1),
+            id="the sharper evidence where nearly the same error is left",
+        ),
+        pytest.param(
+            weighed("coulomb_friction", 0.758, SMALLER, 2), PRESLIDING,
+            id="a part that does as well by merit before the whole",
+        ),
+        pytest.param(
+            weighed("presliding_friction", 0.67, LARGE, 4),
+            weighed("coulomb_friction", 0.50, SMALLER, 2),
+            id="the whole where its part leaves much more",
+        ),
+        pytest.param(
+            PRESLIDING, weighed("coulomb_friction", 0.758, SMALLER, 2, p_value=0.5),
+            id="the whole before a part that noise might be",
+        ),
+    ],
+)  # fmt: skip
+def test_what_comes_first(first: RefittedCandidate, second: RefittedCandidate) -> None:
+    assert ranked_candidates([second, first]) == [first, second]
 
 
 @pytest.mark.parametrize(

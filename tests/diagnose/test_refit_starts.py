@@ -37,8 +37,7 @@ from flexgui.core.model import Model
 from flexgui.core.parameters import Parameter
 from flexgui.core.recording.recording import Recording
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.motion import Task, at_rest
-from tests.helpers import simulate_fixed
+from tests.helpers import from_rest, read, simulate_fixed
 
 ARM = Arm(
     segments=(
@@ -71,14 +70,8 @@ def recorded(cb: float = TRUTH["cb"]) -> Recording:
     rng = np.random.default_rng(7)
     speeds = 0.3 * np.repeat(rng.choice([-1.0, 1.0], (-(-SAMPLES // HOLD), 2)), HOLD, axis=0)
     machine = Model(ARM, DRIVE, "nonlinear").with_effects([BASE], {"cb": cb})
-    n, joints = machine.arm.coordinates, np.array([0.2, 1.1])
-    start = at_rest(joints, n)
-    task = Task(np.arange(SAMPLES) * STEP, speeds[:SAMPLES], start, start[None, :n])
-    motion = simulate_fixed(machine, machine.numbers(), task, 16)
-    names = machine.drive.reference_channels(machine.arm)
-    channels = {name: task.references[:, k] for k, name in enumerate(names)}
-    channels |= {f"theta{k + 1}": motion.q[:, k] for k in range(2)}
-    return Recording("r", task.time, channels)
+    task = from_rest(machine, [0.2, 1.1], speeds[:SAMPLES], STEP)
+    return read(machine, task, simulate_fixed(machine, machine.numbers(), task, 16), "encoder")
 
 
 @pytest.fixture(scope="module")

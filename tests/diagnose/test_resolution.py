@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
@@ -17,13 +16,9 @@ from flexgui.core.diagnose.linear_screen import Screen, ScreenedCandidate
 from flexgui.core.diagnose.search_round import REFITTED, most_promising
 from flexgui.core.diagnose.search_state import Options
 from flexgui.core.effects import catalogue, effect
-from flexgui.core.identify.setup import make_setup
-from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
-from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model
-from flexgui.core.workbench import run_scenario
+from tests.diagnose.fits import diagnosis_of, on_paper, set_up
 
 MODE = "extra_bending_mode"
 
@@ -39,44 +34,36 @@ ASKED = Options(candidates=("coulomb_friction",))
 minute for those of three shapes, and this one changes no arm."""
 
 
-def scenario(modes: tuple[int, int], hidden: str) -> Scenario:
+SENSORS = {"camera_noise": 3e-5, "encoder_noise": 1e-5}
+
+
+def scenario(
+    modes: tuple[int, int],
+    hidden: dict[str, dict[str, float]],
+    sensors: dict[str, float] = SENSORS,
+    others: tuple[str, ...] = ("joint_elasticity", "backlash"),
+) -> Scenario:
     """Sampled as a camera and its logger often are: at 500 Hz one step per sample serves one
-    shape, and not two."""
+    shape, and not two. The diagnosis may name further shapes and `others`."""
     start = {name: EI for name, EI, shapes in zip(*STARTS, modes, strict=True) if shapes}
-    return parse_scenario(
-        f"""
-title = "x"
-[arm]
-preset = "paper"
-modes = {list(modes)}
-[drive]
-kind = "velocity_loop"
-gains = [60.0, 30.0]
-[sensors]
-camera_noise = 3e-5
-encoder_noise = 1e-5
-[identify]
-parameters = {list(start)}
-generations = 0
-start = {{ {", ".join(f"{name} = {EI}" for name, EI in start.items())} }}
-[diagnose]
-max_effects = 2
-candidates = ["{MODE}", "joint_elasticity", "backlash"]
-[[recordings]]
-simulate = {{ theta2 = 1.2, seconds = 1.0, sample_time = 0.002, hidden = {{ {hidden} }} }}
-[[recordings]]
-simulate = {{ theta2 = 2.2, seconds = 1.0, sample_time = 0.002, seed = 2, hidden = {{ {hidden} }} }}
-""",
-        "x",
+    simulate = {"seconds": 1.0, "sample_time": 0.002, "hidden": hidden}
+    return on_paper(
+        arm={"preset": "paper", "modes": list(modes)},
+        model={},
+        sensors=sensors,
+        identify={"parameters": list(start), "generations": 0, "start": start},
+        diagnose={"max_effects": 2, "candidates": [MODE, *others]},
+        recordings=[
+            {"simulate": {**simulate, "theta2": 1.2}},
+            {"simulate": {**simulate, "theta2": 2.2, "seed": 2}},
+        ],
     )
 
 
 @cache
 def begun(modes: int) -> BaseFit:
-    asked = scenario((modes, modes), f"{MODE} = {{}}" if modes < 3 else "")
-    model = base_model(asked)
-    recordings = load_recordings(asked, model, Path(), None, Silent())
-    setup = make_setup(model, asked.identify, recordings)
+    asked = scenario((modes, modes), {MODE: {}} if modes < 3 else {})
+    setup, recordings = set_up(asked)
     return fit_base_to_recordings(setup, asked.identify, recordings, ASKED, Silent())
 
 
@@ -84,8 +71,7 @@ def begun(modes: int) -> BaseFit:
 def test_a_missing_shape_is_named_though_a_soft_joint_imitates_it() -> None:
     """Of the second segment alone: where both bend, the arms that are tried take a minute to
     compile, and the steps of one shape then explain most of the cause; here they explain none."""
-    found = run_scenario(scenario((0, 2), f"{MODE} = {{}}")).diagnosis
-    assert found is not None
+    found = diagnosis_of(scenario((0, 2), {MODE: {}}))
     assert [step.added for step in found.substeps] == [None, MODE]
     assert found.final_verdict == "nothing_missing"
     (named,) = (r for r in found.rounds[0].ranking if r.effect == MODE)
@@ -115,9 +101,8 @@ def test_a_finer_model_is_refitted_however_little_straight_lines_show_of_it() ->
 
 @pytest.mark.long
 def test_a_soft_joint_is_named_where_the_shapes_suffice() -> None:
-    hidden = "joint_elasticity = { Jh1 = 0.1, Jh2 = 0.05, c1 = 3e-4, c2 = 6e-4 }"
-    found = run_scenario(scenario((0, 1), hidden)).diagnosis
-    assert found is not None
+    hidden = {"joint_elasticity": {"Jh1": 0.1, "Jh2": 0.05, "c1": 3e-4, "c2": 6e-4}}
+    found = diagnosis_of(scenario((0, 1), hidden))
     assert [step.added for step in found.substeps] == [None, "joint_elasticity"]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,16 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.diagnose import search_round
-from flexgui.core.diagnose.base_fit import BaseFit, fit_base
+from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.linear_screen import Screen, screen, trial_rounds
 from flexgui.core.diagnose.output_changes import Trial
 from flexgui.core.diagnose.refit import Refit
 from flexgui.core.diagnose.search_round import applicable, finish_refit
 from flexgui.core.effects import catalogue, effect
-from flexgui.core.identify.setup import make_setup
-from flexgui.core.loading import load_recordings
-from flexgui.core.progress import Silent
-from flexgui.core.scenario.stated_effects import base_model
+from tests.diagnose import fits
 from tests.diagnose.test_run import scenario
 
 KINDS = sorted(catalogue())[:6]
@@ -75,12 +71,7 @@ def test_what_is_late_comes_in_no_first_round_but_where_there_is_nothing_else(
 
 @cache
 def begun() -> BaseFit:
-    asked = scenario()
-    model = base_model(asked)
-    recordings = list(load_recordings(asked, model, Path(), None, Silent()))
-    setup = make_setup(model, asked.identify, recordings)
-    fitted = (setup.outputs, setup.processing, asked.identify)
-    return fit_base(model, *fitted, recordings, {}, 0.001)
+    return fits.begun(scenario())
 
 
 def followed(stop_after: int | None = None) -> tuple[Screen, list[Screen], list[str]]:

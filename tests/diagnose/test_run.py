@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from flexgui.core.diagnose import search_round
 from flexgui.core.diagnose.output_noise import stated_noise
-from flexgui.core.identify.setup import make_setup
-from flexgui.core.loading import load_recordings
-from flexgui.core.model import Model
 from flexgui.core.progress import Silent
-from flexgui.core.recording.recording import Recording
 from flexgui.core.results import Diagnosis, Outcome
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.workbench import run_scenario
 from flexgui.sentences.written import estimate_text
 from flexgui.views.summary import summary
+from tests.diagnose.fits import diagnosis_of, set_up
 
 HIDDEN = "hidden = { coulomb_friction = { fc1 = 1.2, fc2 = 0.5 } }"
 
@@ -67,9 +61,12 @@ def test_without_a_table_nothing_is_diagnosed() -> None:
     assert "diagnose" not in outcome.seconds
 
 
+def said(diagnose: str, **parts: str) -> Diagnosis:
+    return diagnosis_of(scenario(diagnose=diagnose, **parts))
+
+
 def test_a_table_without_effects_to_add_gives_a_ranking_and_no_final_verdict() -> None:
-    found = ran(diagnose=FEW).diagnosis
-    assert found is not None
+    found = said(FEW)
     assert (found.verdict, found.final_verdict) == ("missing", None)
     assert found.ranking[0].effect == "coulomb_friction"
     assert len(found.steps) == 1
@@ -77,8 +74,7 @@ def test_a_table_without_effects_to_add_gives_a_ranking_and_no_final_verdict() -
 
 def test_what_was_added_is_a_model_of_the_same_scenario() -> None:
     """The accepted effects, put into [model], leave nothing to find."""
-    found = ran(diagnose=FEW + "max_effects = 1").diagnosis
-    assert found is not None
+    found = said(FEW + "max_effects = 1")
     (entry,) = found.effects
     sizes = {k: v["start"] for k, v in entry.items() if isinstance(v, dict)}
     stated = ", ".join(f"{k} = {v}" for k, v in sizes.items())
@@ -95,9 +91,7 @@ def test_what_was_added_is_a_model_of_the_same_scenario() -> None:
 def test_the_fidelity_adds_to_the_floor_as_an_independent_error() -> None:
     floors = []
     for share in (0.0, 0.05, 0.1):
-        found = ran(diagnose=f"{FEW}fidelity = {share}").diagnosis
-        assert found is not None
-        floors.append(found.floors["z1"])
+        floors.append(said(f"{FEW}fidelity = {share}").floors["z1"])
     assert floors[0] == pytest.approx(3e-5, rel=1e-6)
     added = np.square(floors) - floors[0] ** 2
     assert added[2] == pytest.approx(4.0 * added[1], rel=1e-6)
@@ -135,9 +129,7 @@ def hidden_pair(limit: int) -> Diagnosis:
     document = text(diagnose=f"{PAIR}max_effects = {limit}").replace(
         HIDDEN, HIDDEN.replace("{ coulomb", "{ tip_payload = { mt2 = 0.2 }, coulomb")
     )
-    found = run_scenario(parse_scenario(document, "x")).diagnosis
-    assert found is not None
-    return found
+    return diagnosis_of(parse_scenario(document, "x"))
 
 
 BOTH = """[identify]
@@ -186,8 +178,7 @@ def test_what_an_effect_includes_is_found_with_it() -> None:
         "hidden = { presliding_friction = { fc1 = 1.2, fc2 = 0.5, zs1 = 0.01, zs2 = 0.01 } }"
     )
     document = text(diagnose='[diagnose]\ncandidates = ["presliding_friction"]\nmax_effects = 1')
-    found = run_scenario(parse_scenario(document.replace(HIDDEN, presliding), "x")).diagnosis
-    assert found is not None
+    found = diagnosis_of(parse_scenario(document.replace(HIDDEN, presliding), "x"))
     names = {e.name for e in found.steps[-1].parameters}
     assert names == {"fc1", "fc2", "zs1", "zs2"}
     assert {e.name for e in found.ranking[0].parameters} == names
@@ -198,9 +189,7 @@ def test_what_an_effect_includes_is_found_with_it() -> None:
 
 def stated(**parts: str) -> dict[str, float]:
     given = scenario(**parts)
-    model: Model = base_model(given)
-    recordings: list[Recording] = load_recordings(given, model, Path(), None, Silent())
-    return stated_noise(given, make_setup(model, given.identify, recordings), recordings)
+    return stated_noise(given, *set_up(given))
 
 
 def test_stated_noise_belongs_to_the_channels_of_its_sensor() -> None:
@@ -220,15 +209,11 @@ def test_stated_noise_is_that_of_the_sensor_whatever_the_filter() -> None:
     filtered = parse_scenario(
         text().replace("generations = 0", "generations = 0\nfilter = { cutoff_hz = 40.0 }"), "x"
     )
-    model = base_model(filtered)
-    recordings = load_recordings(filtered, model, Path(), None, Silent())
-    setup = make_setup(model, filtered.identify, recordings)
-    assert stated_noise(filtered, setup, recordings)["z1"] == 3e-5
+    assert stated_noise(filtered, *set_up(filtered))["z1"] == 3e-5
 
 
 def test_errors_say_where_their_floor_comes_from() -> None:
-    found = ran(diagnose=FEW + "max_effects = 0").diagnosis
-    assert found is not None
+    found = said(FEW + "max_effects = 0")
     sources = {e.channel.rstrip("12"): e.floor_source for e in found.steps[0].errors}
     assert sources == {"z": "stated", "theta": "stated", "deflection": "estimated"}
 
@@ -239,8 +224,7 @@ def test_an_early_effect_that_includes_a_simpler_one_gives_way_to_it() -> None:
     hidden = HIDDEN.replace("{ coulomb", "{ camera_delay = { td = 0.012 }, coulomb")
     kinds = '["presliding_friction", "camera_delay"]'
     document = text(diagnose=f"[diagnose]\ncandidates = {kinds}\nmax_effects = 2")
-    found = run_scenario(parse_scenario(document.replace(HIDDEN, hidden), "x")).diagnosis
-    assert found is not None
+    found = diagnosis_of(parse_scenario(document.replace(HIDDEN, hidden), "x"))
     assert set(found.steps[-1].model) == {"coulomb_friction", "camera_delay"}
     assert found.steps[-1].title == "Without: Presliding friction"
     assert found.steps[-1].cost_per_sample < 1.1
@@ -252,8 +236,7 @@ SAME_SIGNALS = 0.01
 
 
 def test_what_is_compared_is_what_the_ladder_counts() -> None:
-    found = ran(diagnose=FEW + "max_effects = 1").diagnosis
-    assert found is not None
+    found = said(FEW + "max_effects = 1")
     for signals, step in ((found.given, found.steps[0]), (found.left, found.steps[-1])):
         (recording,) = signals
         rms = {c.channel: np.sqrt(np.mean(c.residual[c.counted] ** 2)) for c in recording.channels}

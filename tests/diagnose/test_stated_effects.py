@@ -5,22 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.base_fit import BaseFit, fit_base
+from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.fit_problem import hypothesis
 from flexgui.core.diagnose.refit import fit, with_robust_covariance
 from flexgui.core.diagnose.removal_and_exchange import needed_effects
 from flexgui.core.effects import effect
-from flexgui.core.identify.setup import make_setup
-from flexgui.core.loading import load_recordings
-from flexgui.core.progress import Silent
-from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
+from tests.diagnose import fits
+from tests.diagnose.fits import on_paper
 
 TRUE = 6.0
 """N m s/rad, viscous friction of joint 1; joint 2 has half of it."""
@@ -34,20 +30,12 @@ def begun(also: Mapping[str, Mapping[str, float]] | None = None, **friction: Any
     recording holds."""
     effects = [{"id": "viscous_friction", **friction}] if friction else []
     hidden = {"viscous_friction": {"fv1": TRUE, "fv2": TRUE / 2}, **(also or {})}
-    scenario = Scenario.model_validate({
-        "title": "stated",
-        "arm": {"preset": "paper"},
-        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]},
-        "model": {"level": "nonlinear", "effects": effects},
-        "sensors": {"camera_noise": 3e-5, "encoder_noise": 1e-5},
-        "identify": {"parameters": ["EI"], "output": ["z", "encoder"]},
-        "recordings": [{"simulate": {"theta2": 1.2, "seconds": 0.4}, "hidden": hidden}],
-    })  # fmt: skip
-    model = base_model(scenario)
-    spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    recordings = load_recordings(scenario, model, Path(), None, Silent())
-    setup = make_setup(model, spec, recordings)
-    return fit_base(model, setup.outputs, setup.processing, spec, recordings, {}, 1e-3)
+    return fits.begun(on_paper(
+        model={"level": "nonlinear", "effects": effects},
+        sensors={"camera_noise": 3e-5, "encoder_noise": 1e-5},
+        identify={"parameters": ["EI"], "output": ["z", "encoder"]},
+        recordings=[{"simulate": {"theta2": 1.2, "seconds": 0.4}, "hidden": hidden}],
+    ))  # fmt: skip
 
 
 @cache

@@ -76,6 +76,12 @@ def noisy(recordings: Sequence[Recording], snr_db: float, seed: int) -> list[Rec
     return found
 
 
+def without(recording: Recording, *prefixes: str) -> Recording:
+    """Without the channels whose names begin so."""
+    kept = {n: x for n, x in recording.channels.items() if not n.startswith(prefixes)}
+    return replace(recording, channels=kept)
+
+
 def with_channels(recording: Recording, channels: Mapping[str, np.ndarray]) -> Recording:
     return replace(recording, channels={**recording.channels, **channels})
 

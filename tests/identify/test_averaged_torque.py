@@ -18,11 +18,10 @@ from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.prescribed_joint_motion import UNKNOWN_END, unknown_ends
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
-from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
+from tests.helpers import from_rest, read
 from tests.identify.test_switching_torque import LINK, rms
 
 STEP, SAMPLES, HOLD = 4e-3, 500, 2
@@ -57,11 +56,9 @@ def prepared(drive: Drive, friction: float) -> Prepared:
     signal *= 3.0 if isinstance(drive, Torque) else 1.5
     bare = Model(LINK, drive, "nonlinear")
     moved = bare.with_effects([effect("viscous_friction")], {"fv1": friction}) if friction else bare
-    start = at_rest(np.array([0.1]), LINK.coordinates)
-    task = Task(np.arange(SAMPLES) * STEP, signal, start, np.zeros((1, LINK.coordinates)))
-    place = simulate_within(moved, moved.numbers(), task, 1e-9).trajectory.joint_positions[:, 0]
-    name = drive.reference_channels(LINK)[0]
-    recording = Recording("r", task.time, {name: signal[:, 0], "theta1": place})
+    task = from_rest(moved, [0.1], signal, STEP)
+    motion = simulate_within(moved, moved.numbers(), task, 1e-9).trajectory
+    recording = read(moved, task, motion, "encoder")
     servo = FollowingServo(drive, 60.0, (0.29,), PROCESSING.band_hz(["torque"]))
     return prepare(bare.steered_by(servo), recording, [sensor("torque")], PROCESSING)
 

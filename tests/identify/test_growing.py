@@ -20,8 +20,8 @@ from flexgui.core.parameters import Parameter
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
+from tests.helpers import from_rest, read
 
 SEGMENTS = (
     Segment(length=0.6, mass=4.0, EI=300.0, hub_inertia=0.15, modes=1),
@@ -45,14 +45,9 @@ def recording() -> Recording:
         rng.choice([-1.0, 1.0], (SAMPLES // HOLD, 2)), HOLD, axis=0
     )
     model = Model(ARM, Torque(), "nonlinear")
-    task = Task(
-        np.arange(SAMPLES) * STEP, torque, at_rest(np.array([0.0, 0.8]), ARM.coordinates),
-        np.array([[0.0, 0.8, 0.0, 0.0]]),
-    )  # fmt: skip
-    place = simulate_within(model, model.numbers(), task, 1e-8).trajectory.joint_positions
-    channels = {f"u{k + 1}": torque[:, k] for k in range(2)}
-    channels |= {f"theta{k + 1}": place[:, k] for k in range(2)}
-    return Recording("r", task.time, channels)
+    task = from_rest(model, [0.0, 0.8], torque, STEP)
+    motion = simulate_within(model, model.numbers(), task, 1e-8).trajectory
+    return read(model, task, motion, "encoder")
 
 
 @pytest.fixture(scope="module")

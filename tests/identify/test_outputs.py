@@ -25,6 +25,7 @@ from tests.identify.helpers import (
     residuals_of,
     simulated,
     with_channels,
+    without,
 )
 
 LEVELS = {"lpv": LPV, "nonlinear": looped(PAPER)}
@@ -51,10 +52,8 @@ def test_the_stiffness_is_recovered(output, level):
 @pytest.mark.parametrize("level", LEVELS)
 def test_rates_from_a_sampled_tip_take_the_same_route_as_the_models(level):
     """Without ydot in the recording both sides are differences of sampled places."""
-    recordings = [
-        replace(r, channels={k: v for k, v in r.channels.items() if not k.startswith("ydot")})
-        for r in simulated(looped(PAPER), points=POINTS, seconds=0.8)
-    ]
+    made = simulated(looped(PAPER), points=POINTS, seconds=0.8)
+    recordings = [without(r, "ydot") for r in made]
     fitted = fit(LEVELS[level], recordings, parameters=("EI",), start=WRONG, output="ydot")
     tolerance = 0.01 if level == "lpv" else EXACT[level]  # the motion itself is not linear
     assert estimate(fitted, "EI").value == pytest.approx(EI, rel=tolerance)
@@ -100,10 +99,7 @@ def test_the_default_is_the_first_output_that_all_recordings_have():
         gone = {c.name for each in PREFERENCE[:k] for c in sensor(each).channels(PAPER)}
         if "z1" not in gone and k:
             gone |= {"z1", "z2"} if kind != "z" else set()
-        kept = [
-            replace(r, channels={n: v for n, v in r.channels.items() if n not in gone})
-            for r in full
-        ]
+        kept = [without(r, *gone) for r in full]
         chosen = make_setup(LPV, IdentifySpec(), kept).outputs[0].kind
         assert chosen == ("ydot" if kind == "z" else kind)  # ydot follows from z and encoders
 

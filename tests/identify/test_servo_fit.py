@@ -10,7 +10,6 @@ import pytest
 from flexgui.core.arm.presets import presets
 from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.compare import compare
-from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.setup import make_setup
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
@@ -66,11 +65,9 @@ def speed_of(recording: Recording) -> np.ndarray:
     return np.gradient(recording["theta1"], recording.sample_time)
 
 
-def missing(recording: Recording, mass: float = MASS) -> MissingTorque:
-    spec = IdentifySpec(**SETTINGS)
-    setup = make_setup(DRIVEN, spec, [recording])
-    processing = Processing(spec.filter, spec.decimate)
-    found = compare(setup.model, recording, setup.outputs, processing, {"m1": mass}, "all")
+def missing(recording: Recording, mass: float = MASS, hz: float = 60.0) -> MissingTorque:
+    setup = make_setup(DRIVEN, IdentifySpec(**{**SETTINGS, "servo_hz": hz}), [recording])
+    found = compare(setup.model, recording, setup.outputs, setup.processing, {"m1": mass}, "all")
     assert len(found.missing_torque) == 1
     return found.missing_torque[0]
 
@@ -143,8 +140,5 @@ def test_what_a_rigid_arm_lacks_hardly_depends_on_the_servo(recording):
     friction = FRICTION * np.sign(speed_of(recording))
     moved = with_channels(recording, {"u1": recording["u1"] + friction})
     for hz in (20.0, 60.0):
-        spec = IdentifySpec(**{**SETTINGS, "servo_hz": hz})
-        setup = make_setup(DRIVEN, spec, [moved])
-        found = compare(setup.model, moved, setup.outputs, setup.processing, {}, "x")
-        size = found.missing_torque[0].missing[inner(found.missing_torque[0])].std()
-        assert size == pytest.approx(FRICTION, rel=SIZE)
+        found = missing(moved, hz=hz)
+        assert found.missing[inner(found)].std() == pytest.approx(FRICTION, rel=SIZE)

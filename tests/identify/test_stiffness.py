@@ -11,6 +11,7 @@ from flexgui.core.identify.fit import Fitted
 from flexgui.sentences.identifiability import identifiability_sentences, invariant
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit, noisy, simulated
+from tests.marks import long_except
 
 EXACT = 1e-6
 """Relative: noise-free data of the same model leave only rounding."""
@@ -34,9 +35,6 @@ FLAT = 1e-6
 NONLINEAR_BIAS = 0.003
 """Relative, of the linear model on non-linear data with the default excitation."""
 
-SEEDS, LONG_SEEDS = range(5), range(20)
-NOISES, LONG_NOISES = range(8), range(50)
-
 
 def searched(seed: int) -> Fitted:
     return fit(LPV, clean(), seed=seed, generations=60, population=30, start=WRONG_START, **PAIR)
@@ -52,16 +50,11 @@ def stiffness_error(fitted: Fitted) -> float:
     return estimate(fitted, "EI").value / EI - 1.0
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", long_except(range(5), range(20)))
 def test_noise_free_data_give_the_product_from_any_seed(seed):
     fitted = searched(seed)
     assert abs(stiffness_error(fitted)) < EXACT
     assert estimate(fitted, "EI").identifiable
-
-
-@pytest.mark.long
-def test_noise_free_data_give_the_product_from_twenty_seeds():
-    assert max(abs(stiffness_error(searched(seed))) for seed in LONG_SEEDS) < EXACT
 
 
 def test_the_factors_are_not_told_apart_and_the_words_say_so():
@@ -110,23 +103,18 @@ def test_a_held_start_of_what_is_not_estimated_counts():
     assert estimate(fitted, "epsilon").value == pytest.approx(EI * 12.0 / 0.051**4, rel=EXACT)
 
 
-def check_coverage(seeds: range, least: int, width: float) -> None:
-    """The stated interval against what happens over `seeds` noises."""
-    fits = [at_20_db(seed) for seed in seeds]
+@pytest.mark.parametrize(
+    ("noises", "least", "width"),
+    [(8, 7, 1.6), pytest.param(50, 45, 1.3, marks=pytest.mark.long)],
+)
+def test_the_stated_interval_covers_the_truth_at_20_db(noises: int, least: int, width: float):
+    """A deviation from eight draws is good to a quarter."""
+    fits = [at_20_db(seed) for seed in range(noises)]
     errors = np.array([stiffness_error(f) for f in fits])
     half = np.array([1.96 * estimate(f, "EI").std / EI for f in fits])
     assert np.abs(errors).max() < NOISY_ERROR
     assert np.sum(np.abs(errors) < half) >= least
     assert np.median(half) < width * 1.96 * errors.std(ddof=1)
-
-
-def test_the_stated_interval_covers_the_truth_at_20_db():
-    check_coverage(NOISES, 7, 1.6)  # a deviation from eight draws is good to a quarter
-
-
-@pytest.mark.long
-def test_the_stated_interval_covers_the_truth_in_fifty_noises():
-    check_coverage(LONG_NOISES, 45, 1.3)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

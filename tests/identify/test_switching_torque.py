@@ -20,8 +20,8 @@ from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
+from tests.helpers import from_rest
 
 LINK = Arm(segments=(Segment(length=0.46, mass=3.5, EI=545.0, hub_inertia=0.04, modes=1),))
 STEP, SAMPLES, HOLD = 2e-3, 500, 5
@@ -53,8 +53,7 @@ def recording(count: float, turned: float = 0.0, step: float = STEP) -> Recordin
     rng = np.random.default_rng(5)
     torque = 8.6 * np.repeat(rng.choice([-1.0, 1.0], SAMPLES // HOLD), HOLD)[:, None]
     model = Model(LINK, Torque(), "nonlinear")
-    start = at_rest(np.array([-0.2]), LINK.coordinates)
-    task = Task(np.arange(SAMPLES) * step, torque, start, np.zeros((1, LINK.coordinates)))
+    task = from_rest(model, [-0.2], torque, step)
     place = simulate_within(model, model.numbers(), task, 1e-9).trajectory.joint_positions[:, 0]
     place = count * (np.round(place / count + turned) - turned) if count else place
     return Recording("r", task.time, {"u1": torque[:, 0], "theta1": place})

@@ -12,12 +12,11 @@ from flexgui.core.identify.predictor import motion_of
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
-from flexgui.core.recording.initial_motion import begins_at_rest
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
+from tests.helpers import from_rest, read
 
 BENCH = presets()["two_stage_bench"]
 INERTIA = (0.35, 0.0095)
@@ -31,20 +30,15 @@ BENDING = 1e-3
 """Of the deflections' rms; a start that was half a sample late left a fifth."""
 
 
-def recording(start: np.ndarray) -> Recording:
+def recording() -> Recording:
     """The bench under torques that jump, held by their drive from sample to sample."""
     model = Model(BENCH, Torque(), "nonlinear")
     rng = np.random.default_rng(3)
     levels = rng.choice([-1.0, 1.0], (SAMPLES // 66 + 1, 2)) * np.array([1.0, 0.05])
     torque = np.repeat(levels, 66, axis=0)[:SAMPLES]
-    time = np.arange(SAMPLES) * STEP
-    task = Task(time, torque, start, np.zeros((1, BENCH.coordinates)))
+    task = from_rest(model, [0.2, -0.4], torque, STEP)
     motion = simulate_within(model, model.numbers(), task, 1e-9).trajectory
-    bent = np.array(sensor("deflection").measure(motion))
-    channels = {f"u{k + 1}": torque[:, k] for k in range(2)}
-    channels |= {f"theta{k + 1}": motion.q[:, k] for k in range(2)}
-    channels |= {f"deflection{k + 1}": bent[:, k] for k in range(2)}
-    return Recording("r", time, channels)
+    return read(model, task, motion, "encoder", "deflection")
 
 
 def missing(cutoff: float | None) -> tuple[Prepared, np.ndarray]:
@@ -52,9 +46,8 @@ def missing(cutoff: float | None) -> tuple[Prepared, np.ndarray]:
     one = None if cutoff is None else ZeroPhaseLowPass(cutoff_hz=cutoff)
     servo = FollowingServo(Torque(), 60.0, INERTIA)
     model = Model(BENCH, Torque(), "nonlinear").steered_by(servo)
-    made = recording(at_rest(np.array([0.2, -0.4]), BENCH.coordinates))
     outputs = [sensor("torque"), sensor("deflection")]
-    e = prepare(model, made, outputs, Processing(one))
+    e = prepare(model, recording(), outputs, Processing(one))
     found = e.predicted(motion_of(e, model.numbers(), {}, 4), model.numbers(), {})
     apart = np.where(e.counted, found - e.measured, 0.0)
     return e, np.sqrt(np.mean(apart**2, axis=0) / np.mean(e.measured**2, axis=0))
@@ -72,15 +65,3 @@ def test_a_held_signal_is_seen_half_a_sample_late() -> None:
     ramp = np.arange(6.0)[:, None]
     assert hold_mean(ramp)[1:, 0] == pytest.approx(ramp[1:, 0] - 0.5)
     assert hold_mean(np.full((4, 1), 2.0)) == pytest.approx(2.0)
-
-
-@pytest.mark.parametrize("noise", [0.0, 1e-5])
-def test_a_motion_that_begins_at_rest_is_told_from_one_that_goes_on(noise: float) -> None:
-    t = np.arange(40) * STEP
-    rng = np.random.default_rng(1)
-    quiet = noise * rng.standard_normal((40, 1))
-    from_rest, gone_on = 20.0 * t[:, None] ** 2, 0.5 * t[:, None] + 20.0 * t[:, None] ** 2
-    assert begins_at_rest(from_rest + quiet)
-    assert begins_at_rest(quiet)
-    assert not begins_at_rest(gone_on + quiet)
-    assert not begins_at_rest(from_rest[:5])

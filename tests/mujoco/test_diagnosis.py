@@ -14,7 +14,7 @@ import pytest
 from flexgui.core.results import Diagnosis, LadderStep
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.workbench import run_scenario
+from tests.diagnose.fits import diagnosis_of
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios" / "mujoco"
 TRUTH = tomllib.loads((SCENARIOS / "truth.toml").read_text(encoding="utf-8"))
@@ -64,9 +64,7 @@ def scenario(name: str, modes: tuple[int, int] | None = None) -> Scenario:
 
 @cache
 def diagnosed(name: str, modes: tuple[int, int] | None = None) -> Diagnosis:
-    found = run_scenario(scenario(name, modes), folder=SCENARIOS).diagnosis
-    assert found is not None
-    return found
+    return diagnosis_of(scenario(name, modes), folder=SCENARIOS)
 
 
 def sizes(steps: tuple[LadderStep, ...]) -> dict[str, float]:

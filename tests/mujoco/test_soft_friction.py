@@ -8,8 +8,8 @@ import pytest
 
 from flexgui.core.results import Diagnosis
 from flexgui.core.scenario.read import read_scenario
-from flexgui.core.workbench import run_scenario
 from flexgui.sentences.verdict import verdict_paragraphs
+from tests.diagnose.fits import diagnosis_of
 from tests.mujoco.soft_friction import written
 
 SIZED = 0.02
@@ -21,8 +21,7 @@ SEEDS, RIGHT = 20, 19
 def diagnosed(seed: int, folder: Path) -> tuple[Diagnosis, float]:
     """What is found, and by how much the worst level is off."""
     path, levels = written(seed, folder)
-    found = run_scenario(read_scenario(path), folder=folder).diagnosis
-    assert found is not None
+    found = diagnosis_of(read_scenario(path), folder=folder)
     sizes = {e.name: e.value for e in found.parameters}
     return found, max(abs(sizes.get(name, 0.0) / x - 1.0) for name, x in levels.items())
 

@@ -14,8 +14,8 @@ from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.model import Model
 from flexgui.core.recording.initial_motion import with_beginnings
 from flexgui.core.recording.recording import Recording
-from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
+from tests.helpers import from_rest
 
 ARM = presets()["paper"]
 STEP, SAMPLES, HOLD, RUNS = 4e-3, 300, 5, 4
@@ -39,8 +39,7 @@ def campaign(drive: str, smooth: bool = False) -> tuple[Recording, ...]:
         if smooth:
             signal = np.cos(2.0 * np.pi * (1.0 + i + 0.7 * np.arange(2)) * time[:, None])
         signal = signal * AMPLITUDES[drive]
-        start = at_rest(np.array([0.1, 0.6]), ARM.coordinates)
-        task = Task(time, signal, start, np.zeros((1, ARM.coordinates)))
+        task = from_rest(model, [0.1, 0.6], signal, STEP)
         moved = simulate_within(model, model.numbers(), task, 1e-7).trajectory.joint_positions
         seen = moved + 0.5 * COUNT * rng.standard_normal(moved.shape)
         channels = {f"theta{k + 1}": COUNT * np.round(seen[:, k] / COUNT) for k in range(2)}

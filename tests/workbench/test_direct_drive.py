@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from flexgui.core.results import Diagnosis, Estimate
-from flexgui.core.scenario.schema import Scenario
-from flexgui.core.workbench import run_scenario
+from flexgui.core.results import Diagnosis
+from tests.diagnose.fits import diagnosis_of, on_paper
 
 EI = 520.8333
 """N m², of both segments of the paper's arm."""
@@ -35,23 +32,12 @@ def diagnosed(hidden: dict[str, float]) -> Diagnosis:
         }
         for seed, angle in enumerate((0.6, 1.4, 2.2))
     ]
-    scenario = Scenario.model_validate({
-        "title": "Rotors",
-        "arm": {"preset": "paper"},
-        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]},
-        "model": {"level": "nonlinear"},
-        "sensors": {"camera_noise": 3e-5, "encoder_noise": 1e-5},
-        "identify": {"parameters": ["EI1", "EI2"]},
-        "diagnose": {"max_effects": 2, "candidates": LIKE_IT},
-        "recordings": rows,
-    })  # fmt: skip
-    found = run_scenario(scenario, folder=Path()).diagnosis
-    assert found is not None
-    return found
-
-
-def by_name(found: Diagnosis) -> dict[str, Estimate]:
-    return {e.name: e for e in found.parameters}
+    return diagnosis_of(on_paper(
+        sensors={"camera_noise": 3e-5, "encoder_noise": 1e-5},
+        identify={"parameters": ["EI1", "EI2"]},
+        diagnose={"max_effects": 2, "candidates": LIKE_IT},
+        recordings=rows,
+    ))  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -66,7 +52,7 @@ def test_a_rotor_is_found_with_the_law_that_it_follows(hidden: dict[str, float])
     found = diagnosed(hidden)
     assert [s.added for s in found.steps] == [None, "rotor_inertia"]
     assert found.final_verdict == "nothing_missing"
-    known = by_name(found)
+    known = {e.name: e for e in found.parameters}
     for name, size in hidden.items():
         assert known[name].value == pytest.approx(size, abs=SIZED * ROTOR)
     for name in ("EI1", "EI2"):

@@ -20,9 +20,9 @@ from flexgui.core.results import NOTHING, Outcome
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import IdentifySpec, Scenario
 from flexgui.core.scenario.stated_effects import base_model
-from flexgui.core.simulate.motion import Task, at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.workbench import run_scenario
+from tests.helpers import from_rest
 from tests.marks import long_except
 
 STEP, SAMPLES, HOLD = 4e-3, 400, 5
@@ -82,8 +82,7 @@ def write(folder: Path, drive: str, cut: int) -> None:
     (reference,) = model.drive.reference_channels(model.arm)
     for name in "abcd":
         signal = DRIVES[drive][1] * np.repeat(rng.choice([-1.0, 1.0], SAMPLES // HOLD), HOLD)
-        n = model.arm.coordinates
-        task = Task(time, signal[:, None], at_rest(np.array([0.1]), n), np.zeros((1, n)))
+        task = from_rest(model, [0.1], signal[:, None], STEP)
         moved = simulate_within(model, model.numbers(), task, 1e-8).trajectory
         place = moved.joint_positions[:, 0] + 0.5 * COUNT * rng.standard_normal(SAMPLES)
         channels = {reference: signal, "theta1": COUNT * np.round(place / COUNT)}

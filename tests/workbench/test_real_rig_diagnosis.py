@@ -10,9 +10,9 @@ import pytest
 from flexgui.core.results import Diagnosis, Outcome
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.rig_spec import EffectSpec
-from flexgui.core.scenario.schema import DiagnoseSpec, Scenario
 from flexgui.core.workbench import run_scenario
-from tests.workbench.test_real_rigs import SCENARIOS, data_folder
+from tests.diagnose.fits import diagnosis_of
+from tests.workbench.test_real_rigs import SCENARIOS, data_folder, undiagnosed
 
 pytestmark = pytest.mark.long
 
@@ -31,7 +31,7 @@ HALF = 12.4
 
 def emps(effects: tuple[str, ...] = (), halves: bool = False, diagnosed: bool = False) -> Outcome:
     folder = data_folder("emps.csv")
-    scenario = read_scenario(SCENARIOS / "emps.toml")
+    scenario = read_scenario(SCENARIOS / "emps.toml") if diagnosed else undiagnosed("emps.toml")
     stated = tuple(EffectSpec(id=kind) for kind in effects)
     update: dict[str, object] = {"model": scenario.model.model_copy(update={"effects": stated})}
     if halves:
@@ -40,15 +40,7 @@ def emps(effects: tuple[str, ...] = (), halves: bool = False, diagnosed: bool = 
         later = {"window": (HALF, 24.8), "name": "second half", "role": "validate"}
         update["recordings"] = (first, whole.model_copy(update=later))
     scenario = scenario.model_copy(update=update)
-    if not diagnosed:
-        scenario = _silent(scenario)
     return run_scenario(scenario, folder=SCENARIOS, data_folder=folder)
-
-
-def _silent(scenario: Scenario) -> Scenario:
-    found = scenario.model_copy(update={"diagnose": DiagnoseSpec()})
-    found.model_fields_set.discard("diagnose")
-    return found
 
 
 def error(outcome: Outcome, recording: int = 0) -> float:
@@ -106,9 +98,7 @@ IN_LOOP = {"theta1": 0.03, "theta2": 0.03, "deflection1": 0.22, "deflection2": 0
 def bench() -> Diagnosis:
     folder = data_folder("quanser_2dsfl_steps.csv")
     scenario = read_scenario(SCENARIOS / "bench_2dsfl.toml").model_copy(update={"compare": ()})
-    found = run_scenario(scenario, folder=SCENARIOS, data_folder=folder).diagnosis
-    assert found is not None
-    return found
+    return diagnosis_of(scenario, folder=SCENARIOS, data_folder=folder)
 
 
 def test_the_bench_lacks_friction_and_an_elastic_joint() -> None:

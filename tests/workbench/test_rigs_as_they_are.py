@@ -28,6 +28,7 @@ from flexgui.sentences.ranked import in_order, tie
 from flexgui.stages.diagnose.model_versions import ModelFindings
 from flexgui.stages.diagnose.panel_candidates import may_explain
 from flexgui.views.ranking import ranking_table
+from tests.diagnose.fits import diagnosis_of
 
 CLOSE = 0.01
 """Of the true value: five seconds with encoders of 10 µrad tell more than that; the servo's
@@ -192,15 +193,16 @@ PULSE, EVERY, LASTS = 60.0, 1.0, 0.1
 """N, s and s: as large as the force of the loop, so that a model without them would be wrong."""
 
 
+def true_slide(recording: str) -> str:
+    loop = 'kind = "velocity_loop"\ngains = [900.0]'
+    return SLIDE.format(mass=95.0, drive=loop, effects="", parameters="", recording=recording)
+
+
 @pytest.fixture(scope="module")
 def slide_rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A slide in its velocity loop, pushed by a second motor whose force is known."""
     folder = tmp_path_factory.mktemp("slide")
-    text = SLIDE.format(
-        mass=95.0, drive='kind = "velocity_loop"\ngains = [900.0]', effects="", parameters="",
-        recording="simulate = { seconds = 6.0 }",
-    )  # fmt: skip
-    bare = base_model(scenario(text))
+    bare = base_model(scenario(true_slide("simulate = { seconds = 6.0 }")))
     drive = build_drive("velocity_loop", {"gains": [900.0], "known_torque": [1]})
     model = replace(bare, drive=drive)
     model = model.with_effects([effect("coulomb_friction")], {"fc1": 20.0})
@@ -215,11 +217,16 @@ def slide_rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def stated_slide(recording: str, known: str = "") -> str:
+    """Driven by its torque, too light, with a weak friction."""
+    return SLIDE.format(
+        mass=80.0, drive=f'kind = "torque"{known}', parameters='"m1"', recording=recording,
+        effects='{ id = "coulomb_friction", fc1 = 5.0 }',
+    )  # fmt: skip
+
+
 def slide(known: bool) -> Scenario:
-    drive = 'kind = "torque"' + ("\nknown_torque = [1]" if known else "")
-    friction = '{ id = "coulomb_friction", fc1 = 5.0 }'
-    text = SLIDE.format(mass=80.0, drive=drive, effects=friction, parameters='"m1"', recording=FILE)
-    return scenario(text)
+    return scenario(stated_slide(FILE, "\nknown_torque = [1]" if known else ""))
 
 
 def test_a_slide_with_known_pulses_is_right(slide_rig: Path) -> None:
@@ -234,8 +241,7 @@ def test_a_scale_that_the_mass_imitates_is_said_to_and_stands_last(slide_rig: Pa
     """Half the encoder's scale and twice the mass make the same force."""
     asked = DiagnoseSpec(max_effects=0, candidates=["sensor_gain", "torque_offset"])
     wanting = slide(known=False).model_copy(update={"diagnose": asked})
-    found = run_scenario(wanting, folder=slide_rig).diagnosis
-    assert found is not None
+    found = diagnosis_of(wanting, folder=slide_rig)
     *_, last = in_order(found.ranking[::-1])
     assert last.effect == "sensor_gain" and [e.name for e in last.tied_to] == ["m1"]
     assert tie(last).startswith("cannot be distinguished from m1, which would change from 91.4")
@@ -281,13 +287,17 @@ def bench_rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def held(drive: str = HELD) -> Scenario:
-    late = '{ id = "sensor_delay", tg1 = { start = 1e-3 }, tg2 = { start = 1e-3 } }'
-    text = BENCH.format(
-        drive=drive, effects=late, parameters='"EI1", "EI2"', start="EI1 = 3.5, EI2 = 0.36",
+def held_text(effects: str = "") -> str:
+    """With both stiffnesses to be found."""
+    return BENCH.format(
+        drive=HELD, effects=effects, parameters='"EI1", "EI2"', start="EI1 = 3.5, EI2 = 0.36",
         recording=FILE,
     )  # fmt: skip
-    return scenario(text)
+
+
+def held() -> Scenario:
+    late = '{ id = "sensor_delay", tg1 = { start = 1e-3 }, tg2 = { start = 1e-3 } }'
+    return scenario(held_text(late))
 
 
 def test_a_bench_held_by_its_servo_is_right(bench_rig: Path) -> None:
@@ -309,9 +319,7 @@ NOISES = "[sensors]\nencoder_noise = 1e-5\ndeflection_noise = 1e-4\n"
 def diagnosed(text: str, folder: Path) -> Diagnosis:
     """Of a scenario that says nothing of the sensors, up to three effects."""
     plain = text.replace(NOISES, "").replace("[[rec", "[diagnose]\nmax_effects = 3\n[[rec")
-    found = run_scenario(scenario(plain), folder=folder).diagnosis
-    assert found is not None
-    return found
+    return diagnosis_of(scenario(plain), folder=folder)
 
 
 @pytest.mark.long
@@ -326,11 +334,7 @@ def test_what_a_rig_on_voltage_lacks_is_named(rotary_rig: Path) -> None:
 
 @pytest.mark.long
 def test_what_a_held_rig_lacks_is_named_without_a_torque(bench_rig: Path) -> None:
-    text = BENCH.format(
-        drive=HELD, effects="", parameters='"EI1", "EI2"', start="EI1 = 3.5, EI2 = 0.36",
-        recording=FILE,
-    )  # fmt: skip
-    found = diagnosed(text, bench_rig)
+    found = diagnosed(held_text(), bench_rig)
     assert found.steps[-1].model == ("sensor_delay",)
     assert found.final_verdict == NOTHING
     for k in "12":
@@ -358,22 +362,17 @@ def test_a_run_with_another_friction_is_named(tmp_path: Path) -> None:
     names = ("first", "second", "third", "fourth")
     for seed, name in enumerate(names):
         friction = 24.0 if name == "third" else 20.0
-        made = simulated(
-            SLIDE.format(
-                mass=95.0, drive='kind = "velocity_loop"\ngains = [900.0]', effects="",
-                parameters="", recording=REPEATED.format(friction=friction),
-            )
-        )  # fmt: skip
+        made = simulated(true_slide(REPEATED.format(friction=friction)))
         noise = 2e-6 * np.random.default_rng(seed).standard_normal(len(made.time))
         kept = {n: made[n] for n in ("u1", "dtheta1_ref")}
         channels = {**kept, "theta1": made["theta1"] + noise}
         save_recording(replace(made, channels=channels), tmp_path / f"{name}.csv")
     files = "\n[[recordings]]\n".join(f'file = "{name}.csv"' for name in names)
-    text = SLIDE.format(
-        mass=80.0, drive='kind = "torque"', parameters='"m1"', recording=files,
-        effects='{ id = "coulomb_friction", fc1 = 5.0 }',
-    )  # fmt: skip
-    text = text.replace('name = "rig"\n', "").replace("[identify]", '[identify]\nmethod = "local"')
+    text = (
+        stated_slide(files)
+        .replace('name = "rig"\n', "")
+        .replace("[identify]", '[identify]\nmethod = "local"')
+    )
     said = notes(run_scenario(scenario(text), folder=tmp_path))
     accused = [note for note in said if note.startswith("Run ")]
     assert len(accused) == 1 and accused[0].startswith("Run third differs in fc1 by +20 %")
