@@ -14,7 +14,7 @@ from flexgui.core.drives.drive import Drive, drive_classes
 from flexgui.core.errors import InputError
 from flexgui.core.plugins import modules_of
 from flexgui.core.recording.recording import Recording
-from tests.helpers import ARMS, PAPER
+from tests.helpers import ARMS, PAPER, refusal
 
 OPTIONS = {
     "velocity_loop": {"gains": [60.0, 30.0], "limits": [50.0, 20.0]},
@@ -116,9 +116,8 @@ def test_a_drive_for_two_joints_is_refused_by_three(kind: str) -> None:
 @pytest.mark.parametrize("kind", DRIVEN)
 def test_an_unknown_setting_is_named_with_the_nearest_known_one(kind: str) -> None:
     setting = next(iter(OPTIONS[kind]))
-    with pytest.raises(InputError) as caught:
-        build_drive(kind, {**OPTIONS[kind], setting + "x": 1.0})
-    assert f"{setting}x is not a setting; did you mean {setting!r}?" in str(caught.value)
+    said = refusal(lambda: build_drive(kind, {**OPTIONS[kind], setting + "x": 1.0}))
+    assert f"{setting}x is not a setting; did you mean {setting!r}?" in said
 
 
 @pytest.mark.parametrize(
@@ -141,10 +140,8 @@ def test_an_unknown_setting_is_named_with_the_nearest_known_one(kind: str) -> No
     ],
 )
 def test_bad_settings_are_said_in_one_line(kind: str, change: dict, words: str) -> None:
-    with pytest.raises(InputError) as caught:
-        build_drive(kind, {**OPTIONS[kind], **change})
-    assert str(caught.value).startswith(f"[drive] {words}")
-    assert "\n" not in str(caught.value)
+    said = refusal(lambda: build_drive(kind, {**OPTIONS[kind], **change}))
+    assert said.startswith(f"[drive] {words}")
 
 
 def test_a_missing_setting_is_named() -> None:

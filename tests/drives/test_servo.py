@@ -128,13 +128,17 @@ def test_encoders_of_an_arm_at_rest_are_seen_to_rest(step: float) -> None:
     assert np.mean([not begins_at_rest(place) for place in seen]) < MISTAKEN
 
 
-def test_a_motion_from_rest_rests_and_one_under_way_does_not() -> None:
+@pytest.mark.parametrize("level", [0.0, 1.0])
+def test_a_motion_from_rest_rests_and_one_under_way_or_of_few_samples_does_not(
+    level: float,
+) -> None:
     rng = np.random.default_rng(2)
     n = np.arange(12.0)[:, None]
     for _ in range(200):
-        noise = rng.standard_normal((12, 1))
+        noise = level * rng.standard_normal((12, 1))
         still = rng.standard_normal((12, 1))
-        assert begins_at_rest(30.0 * n**2 + noise)
+        assert begins_at_rest(30.0 * n**2 + noise) and begins_at_rest(noise)
+        assert not begins_at_rest((30.0 * n**2 + noise)[:5])
         assert not begins_at_rest(30.0 * n + noise)
         assert not begins_at_rest(np.hstack([30.0 * n + noise, still]))
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from scipy.integrate import solve_ivp
 
 from flexgui.core.effects.bristle import bristle_law
 from flexgui.core.forces.element import Element, pack
@@ -15,7 +14,7 @@ from flexgui.core.forces.law import ForceLaw, V, W, X
 from flexgui.core.model import Model
 from flexgui.core.simulate.batch import Job, run, simulate_lanes
 from flexgui.core.simulate.nonlinear import simulate_within
-from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, _rate, at, excited, forced
+from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, at, excited, forced, reference_solution
 from tests.helpers import ARMS, PAPER, looped, task_from
 from tests.marks import long_except
 
@@ -42,29 +41,20 @@ def shares(model: Model, task, substeps: int) -> np.ndarray:  # type: ignore[no-
 
 @pytest.mark.parametrize("way", long_except((1e-3,), (1e-3, 1e-5)))
 def test_bristles_agree_with_a_reference_solution(way: float) -> None:
-    """SciPy's implicit integrator over the same equations, turn-rounds included."""
+    """Turn-rounds included."""
     model = rubbing(looped(PAPER), way)
-    task, numbers = excited(model, 25), model.numbers()
-    n, dt = PAPER.coordinates, task.sample_time
-    found = [np.concatenate([task.start, np.zeros(2)])]
-    for r in task.references[:-1]:
-        solved = solve_ivp(
-            lambda t, y, r=r: _rate(model, numbers, y, r), (0.0, dt), found[-1],
-            method="Radau", rtol=1e-8, atol=1e-10,
-        )  # fmt: skip
-        found.append(solved.y[:, -1])
-    expected = np.array(found)
-    motion = simulate_within(model, numbers, task, 1e-7).trajectory
-    assert np.abs(motion.q - expected[:, :n]).max() < AGAINST_SCIPY
+    task = excited(model, 25)
+    expected = reference_solution(model, task, 1e-8)[:, : PAPER.coordinates]
+    motion = simulate_within(model, model.numbers(), task, 1e-7).trajectory
+    assert np.abs(motion.q - expected).max() < AGAINST_SCIPY
 
 
-def jerked(model: Model, samples: int = 400):  # type: ignore[no-untyped-def]
+def jerked(model: Model):  # type: ignore[no-untyped-def]
     """References that turn round within one sample, again and again, and rest at the end."""
-    task = excited(model, samples)
+    task = excited(model, 400)
     rng = np.random.default_rng(4)
-    levels = rng.uniform(-0.5, 0.5, (samples // 20, task.references.shape[1]))
-    references = np.repeat(levels, 20, axis=0)
-    references[-samples // 4 :] = 0.0
+    references = np.repeat(rng.uniform(-0.5, 0.5, (20, task.references.shape[1])), 20, axis=0)
+    references[-100:] = 0.0
     return replace(task, references=references)
 
 

@@ -26,7 +26,6 @@ EXAMPLES = 40
 
 Lines = list[list[str]]
 quick = settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-rows = st.integers(1, ROWS)
 
 
 def good_lines() -> Lines:
@@ -69,28 +68,22 @@ def test_the_undamaged_file_is_read(tmp_path):
     assert len(load_recording(path, RecordingSpec(file="th1.csv")).time) == ROWS
 
 
-@quick
-@given(rows, st.sampled_from(COMPLETE), st.sampled_from(["", "NaN", "nan", " ", "NA"]))
-def test_an_empty_cell_in_a_complete_column_is_named(row, column, cell):
-    assert names_cell(sentence(changed(row, column, cell)), row, column)
-
-
 WORDS = st.text("abcxyz!?%&éß一", min_size=1, max_size=8) | st.sampled_from(
     ["1.2.3", "1e", "-", "--1", "0x1F", "1_000", "#REF!", "true", "1 2"]
 )
+CELLS = {
+    "empty in a complete column": (COMPLETE, st.sampled_from(["", "NaN", "nan", " ", "NA"])),
+    "text": (NAMES, WORDS),
+    "infinite": (NAMES, st.sampled_from(["inf", "-inf", "1e999"])),
+}
 
 
+@pytest.mark.parametrize(("columns", "cells"), CELLS.values(), ids=CELLS)
 @quick
-@given(rows, st.sampled_from(NAMES), WORDS)
-def test_text_in_a_number_column_is_named(row, column, cell):
-    text = sentence(changed(row, column, cell))
-    assert names_cell(text, row, column)
-
-
-@quick
-@given(rows, st.sampled_from(NAMES), st.sampled_from(["inf", "-inf", "1e999"]))
-def test_an_infinite_value_is_named(row, column, cell):
-    assert names_cell(sentence(changed(row, column, cell)), row, column)
+@given(row=st.integers(1, ROWS), data=st.data())
+def test_a_cell_that_is_no_number_is_named(columns, cells, row, data):
+    column = data.draw(st.sampled_from(columns))
+    assert names_cell(sentence(changed(row, column, data.draw(cells))), row, column)
 
 
 @quick

@@ -20,7 +20,7 @@ from tests.recording.lab_formats import FORMATS
 
 NAMES = ("dtheta1_ref", "dtheta2_ref", "theta1", "theta2", "z1", "z2")
 EXACT = 1e-12
-"""Of 1 rad or 1 m: fifteen digits of text, degrees there and back; estimates follow in 1e-6."""
+"""Of 1 rad or 1 m: fifteen digits of text, degrees there and back; estimates follow as closely."""
 CLOCK = 1e-9
 """s: the nanoseconds of the clocks of ROS."""
 
@@ -37,7 +37,7 @@ def test_every_format_gives_the_same_arrays_by_its_name_alone(
 ) -> None:
     columns = {"t": experiment.time, **{name: experiment[name] for name in NAMES}}
     file = FORMATS[kind](tmp_path, columns)
-    found = load_recording(tmp_path / file, RecordingSpec(file=file), NAMES)
+    found = load_recording(resolve_file(file, tmp_path), RecordingSpec(file=file), NAMES)
     np.testing.assert_allclose(found.time, experiment.time, atol=CLOCK)
     for name in NAMES:
         np.testing.assert_allclose(found[name], experiment[name], rtol=0, atol=EXACT)

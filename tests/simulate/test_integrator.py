@@ -99,7 +99,14 @@ def test_two_passes_extrapolated_are_of_third_order() -> None:
     assert slopes(errors).min() > ORDER_EXTRAPOLATED
 
 
-def check_agreement(method: str, seconds: float) -> None:
+@pytest.mark.parametrize(
+    ("method", "seconds"),
+    [("DOP853", 0.4), pytest.param("Radau", 1.0, marks=pytest.mark.long)],
+)
+def test_prbs_motion_agrees_with_an_independent_integrator_within_the_stated_error(
+    method: str, seconds: float
+) -> None:
+    """DOP853: explicit and of eighth order, so nothing in common with the method under test."""
     model = looped(with_modes(2, 2))
     task = prbs_task(model, seconds, seed=3)
     found = simulate_within(model, model.numbers(), task)
@@ -108,16 +115,6 @@ def check_agreement(method: str, seconds: float) -> None:
     assert found.error <= DEFAULT_TOLERANCE
     assert miss < TIP_AGREEMENT
     assert difference(found.trajectory, exact) < found.error
-
-
-def test_prbs_motion_agrees_with_an_independent_integrator_within_the_stated_error() -> None:
-    """DOP853: explicit and of eighth order, so nothing in common with the method under test."""
-    check_agreement("DOP853", 0.4)
-
-
-@pytest.mark.long
-def test_prbs_motion_agrees_with_radau() -> None:
-    check_agreement("Radau", 1.0)
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6, 1e-7])

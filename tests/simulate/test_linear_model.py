@@ -10,6 +10,7 @@ from flexgui.core.drives.drive import Drive
 from flexgui.core.model import Model
 from flexgui.core.sensors import sensors
 from flexgui.core.trajectory import Trajectory
+from tests.drives.test_contract import OPTIONS
 from tests.helpers import (
     ARMS,
     EVERY_ARM,
@@ -29,21 +30,11 @@ DIFFERENCES = 1e-6
 GRAVITY = (2.0, -9.81)
 LOOP_GAIN = 20.0
 
-FILTERED = build_drive(
-    "state_feedback",
-    {
-        "gains": [[50.0, 8.0, 3.0, 0.5], [30.0, 5.0, 2.0, 0.2]],
-        "torque_constants": [1.5, 0.8],
-        "rate_filter": 300.0,
-        "gauge_filter": {"frequency": 200.0, "damping": 0.7},
-    },
-)
-UNFILTERED = build_drive(
-    "state_feedback",
-    {"gains": FILTERED.model_dump()["gains"], "torque_constants": [1.5, 0.8]},
-)
-CASCADE = build_drive("cascade", {"position_gains": [10.0, 8.0], "velocity_gains": [40.0, 20.0]})
-
+PURE = {name: OPTIONS["state_feedback"][name] for name in ("gains", "torque_constants")}
+FILTERS = {name: OPTIONS["state_feedback"][name] for name in ("rate_filter", "gauge_filter")}
+UNFILTERED = build_drive("state_feedback", PURE)
+FILTERED = build_drive("state_feedback", {**PURE, **FILTERS})
+CASCADE = build_drive("cascade", OPTIONS["cascade"])
 
 LINEAR_OUTPUTS = [
     (kind, name)

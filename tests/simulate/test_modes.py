@@ -30,10 +30,6 @@ def at(name: str, model: Model | None = None) -> Posture:
     return posture(model or looped(arm, 20.0), JOINTS[: arm.joints])
 
 
-def sorted_poles(poles: np.ndarray) -> np.ndarray:
-    return poles[np.lexsort((poles.imag.round(3), poles.real.round(3)))]
-
-
 def nearest(poles: np.ndarray, others: np.ndarray) -> float:
     """Largest distance from a pole to the nearest of the others."""
     return float(np.abs(poles[:, None] - others[None, :]).min(axis=1).max())

@@ -29,7 +29,6 @@ from flexgui.core.recording.recording import Recording
 from flexgui.core.scenario.read import read_scenario, write_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
-from flexgui.core.sensors import sensor
 from flexgui.core.simulate.nonlinear import simulate_within
 from tests.studies.plain_matrix import written
 from tests.studies.plain_matrix_rigs import Rig, drawn
@@ -114,14 +113,7 @@ def _played(rig: Rig, machine: Model, design: Design, c: Candidate) -> tuple[Rec
     task, _ = c.trial.task(machine)
     motion = simulate_within(machine, machine.numbers(), task, 1e-8).trajectory
     own, tip = design.limits.usage(motion)
-    names = machine.drive.reference_channels(machine.arm)
-    channels = {name: task.references[:, k] for k, name in enumerate(names)}
-    for kind in ("encoder", *rig.kinds):
-        one = sensor(kind)
-        y = machine.sensed(kind, np.array(one.measure(motion)), c.trial.sample_time, {})
-        channels |= {s.name: y[:, k] for k, s in enumerate(one.channels(machine.arm))}
-    clean = Recording("planned", task.time, channels)
-    (noisy,) = rig.measured([clean], 1000 + c.trial.seed)
+    (noisy,) = rig.measured([rig.read(machine, task, motion)], 1000 + c.trial.seed)
     return noisy, float(max(np.max(own), tip))
 
 

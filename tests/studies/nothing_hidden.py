@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import kstest
 
 from flexgui.core.arm.arm import Arm, Structure
 from flexgui.core.arm.catalogue import ArmCatalogue
@@ -26,6 +25,7 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.workbench import run_scenario
 from tests.studies.plain_matrix import answered
+from tests.studies.plain_matrix_judge import spread
 from tests.studies.study_run import record_text, run_study, study_parser
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -160,13 +160,7 @@ def tables(records: Sequence[Mapping[str, Any]]) -> str:
     lines.append(f"verdicts: {dict(Counter(a['final_verdict'] for a in ended))}")
     full = [r["answer"] for r in records if "answer" in r and r["level"] != "lpv"]
     p_values = [p for a in full for p in a["p_values"].values()]
-    if p_values:
-        tenths = np.histogram(p_values, bins=10, range=(0.0, 1.0))[0]
-        test = kstest(p_values, "uniform")
-        lines.append(
-            f"{len(p_values)} p-values by tenths: {' '.join(map(str, tenths))};"
-            f" Kolmogorov-Smirnov p = {test.pvalue:.3g}"
-        )
+    lines += [spread(p_values)] if p_values else []
     return "\n".join(lines)
 
 

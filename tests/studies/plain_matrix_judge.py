@@ -146,14 +146,17 @@ def _p_values(done: Sequence[Record]) -> list[str]:
         if r["part"] == "hidden" and not r["hidden"]
         for x in r["answer"]["p_values"].values()
     ]
-    if not p:
-        return ["p-values under nothing hidden: none yet"]
-    counts, _ = np.histogram(p, np.linspace(0.0, 1.0, 11))
-    test = kstest(p, "uniform").pvalue
-    return [
-        f"p-values under nothing hidden, {len(p)}, by tenths: {' '.join(map(str, counts))}; "
-        f"uniform by Kolmogorov and Smirnov: p = {test:.2g}"
-    ]
+    return ["Under nothing hidden: " + (spread(p) if p else "no p-values yet")]
+
+
+def spread(p_values: Sequence[float]) -> str:
+    """How they lie, and whether uniformly."""
+    counts, _ = np.histogram(p_values, np.linspace(0.0, 1.0, 11))
+    test = kstest(p_values, "uniform").pvalue
+    return (
+        f"{len(p_values)} p-values by tenths: {' '.join(map(str, counts))}; "
+        f"Kolmogorov-Smirnov p = {test:.3g}"
+    )
 
 
 def _stand_ins(done: Sequence[Record]) -> list[str]:

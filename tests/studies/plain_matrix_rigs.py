@@ -144,15 +144,19 @@ class Rig:
 
     def recording(self, machine: Model, i: int, motion: Trajectory) -> Recording:
         """What the rig would write without noise and steps."""
-        task = self.task(machine, i)
+        role = "validate" if i == len(self.postures) - 1 else "estimate"
+        seen = self.read(machine, self.task(machine, i), motion)
+        return replace(seen, name=f"r{i + 1}", role=role, source="matrix")
+
+    def read(self, machine: Model, task: Task, motion: Trajectory) -> Recording:
+        """The references of a task beside what the rig's sensors read of its motion."""
         names = machine.drive.reference_channels(machine.arm)
         channels = {name: task.references[:, k] for k, name in enumerate(names)}
         for kind in ("encoder", *self.kinds):
             one = sensor(kind)
-            y = machine.sensed(kind, np.array(one.measure(motion)), 1.0 / self.rate, {})
+            y = machine.sensed(kind, np.array(one.measure(motion)), task.sample_time, {})
             channels |= {c.name: y[:, k] for k, c in enumerate(one.channels(machine.arm))}
-        role = "validate" if i == len(self.postures) - 1 else "estimate"
-        return Recording(f"r{i + 1}", task.time, channels, role, source="matrix")
+        return Recording("r", task.time, channels)
 
     def sketched(self, machine: Model) -> list[Recording]:
         """The first SKETCHED recordings without noise, roughly simulated."""
