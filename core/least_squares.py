@@ -28,8 +28,6 @@ class Descended:
 
     vector: np.ndarray
     cost: float
-    gradient: float
-    """Cosine of the residual and the sensitivities of what is free: zero at a minimum."""
     iterations: int
     blocks: tuple[np.ndarray, ...]
     """The weighted errors there."""
@@ -143,7 +141,7 @@ def descend(
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
     least = good_enough * sum(b.size for b in blocks)
-    cost, gradient, done, ended = cost_of(blocks), np.nan, 0, False
+    cost, done, ended = cost_of(blocks), 0, False
     cost += float(limits.prior_cost(x))
     S: Slopes = ()
     at, shorter = None, keep or share > 0.0
@@ -156,7 +154,6 @@ def descend(
         b += (x - limits.prior_means) / np.asarray(limits.deviations) ** 2
         done += 1
         free = _free(x, b, limits)
-        gradient = _cosine(A, b * free, cost)
         x_new, blocks_new, cost_new, damping = _step(
             errors, x, blocks, cost, A, b, free, limits, damping, enough if shorter else 0.0
         )
@@ -178,8 +175,7 @@ def descend(
         if ended:
             break
     S = S or [np.zeros((*b.shape, len(x))) for b in blocks]
-    state = x, cost_of(blocks), gradient, done, tuple(blocks), tuple(S)
-    return Descended(*state, damping, ended)
+    return Descended(x, cost_of(blocks), done, tuple(blocks), tuple(S), damping, ended)
 
 
 def _reduction_of_move(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
@@ -209,11 +205,6 @@ def _free(x: np.ndarray, b: np.ndarray, limits: Limits) -> np.ndarray:
     margin = AT_BOUND * limits.scales
     bound = ((x <= limits.lower + margin) & (b > 0.0)) | ((x >= limits.upper - margin) & (b < 0.0))
     return ~bound
-
-
-def _cosine(A: np.ndarray, b: np.ndarray, cost: float) -> float:
-    size = np.sqrt(np.diag(A) * cost)
-    return float(np.max(np.abs(b[size > 0.0]) / size[size > 0.0], initial=0.0))
 
 
 FIRST_WAY = 0.9

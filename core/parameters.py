@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +26,6 @@ class Parameter:
     symbol: str = ""
     title: str = ""
     scale: float = 1.0
-    source: str = "start"
     prior_std: float | None = None
     prior_mean: float | None = None
     """What the prior is about; the value where it is not stated."""
@@ -58,27 +57,13 @@ class ParameterSet:
     items: tuple[Parameter, ...]
 
     def __post_init__(self) -> None:
-        names = self.names
+        names = [item.name for item in self.items]
         doubled = sorted({name for name in names if names.count(name) > 1})
         if doubled:
             raise InputError(f"Parameter {doubled[0]} is listed twice; list it once.")
 
     def __iter__(self) -> Iterator[Parameter]:
         return iter(self.items)
-
-    def __len__(self) -> int:
-        return len(self.items)
-
-    def __getitem__(self, name: str) -> Parameter:
-        for item in self.items:
-            if item.name == name:
-                return item
-        raise KeyError(name)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names in the order of the vector."""
-        return tuple(item.name for item in self.items)
 
     def vector(self) -> np.ndarray:
         """(n,) values, each in its unit."""
@@ -95,7 +80,3 @@ class ParameterSet:
     def scales(self) -> np.ndarray:
         """(n,) typical sizes, each in its unit."""
         return np.array([item.scale for item in self.items], dtype=float)
-
-    def values(self) -> Mapping[str, float]:
-        """Values by name."""
-        return {item.name: item.value for item in self.items}

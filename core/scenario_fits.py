@@ -9,7 +9,7 @@ import numpy as np
 
 from .arm.build import build_arm
 from .errors import InputError
-from .identify.compare import compare_many, shared_values
+from .identify.compare import compare_many
 from .identify.fit import Fitted, identify
 from .identify.prepared_recording import prepare
 from .identify.setup import Setup, make_setup
@@ -28,15 +28,11 @@ from .scenario.stated_effects import (
 MEAN_LABEL = "mean of the local fits"
 
 
-def _estimation(recordings: Sequence[Recording]) -> list[Recording]:
-    return [r for r in recordings if r.role == "estimate"]
-
-
 def fit_all(
     setup: Setup, recordings: Sequence[Recording], spec: IdentifySpec, progress: Progress
 ) -> list[Fitted]:
     """One fit over all estimation recordings, or one per recording."""
-    chosen = _estimation(recordings)
+    chosen = [r for r in recordings if r.role == "estimate"]
     if not chosen:
         raise InputError('No recording has role = "estimate"; give at least one to fit.')
     groups = [[r] for r in chosen] if spec.method == "local" else [chosen]
@@ -65,7 +61,7 @@ def _fit_group(
 def shared_by_fits(fits: Sequence[Fitted]) -> dict[str, float]:
     """Shared values of the fit; the mean over local fits."""
     shared = [
-        {**f.residuals.predictor.fixed, **shared_values(f.residuals.unknowns.items, f.vector)}
+        {**f.residuals.predictor.fixed, **f.residuals.unknowns.values_for(None, f.vector)}
         for f in fits
     ]
     return {name: float(np.mean([values[name] for values in shared])) for name in shared[0]}
@@ -109,7 +105,8 @@ def _values_for(
         return {**fixed, **unknowns.values_for(recording.name, own.vector)}, own.fit.label, ""
     label = fits[0].fit.label if len(fits) == 1 else MEAN_LABEL
     values = shared_by_fits(fits)
-    extra = _own_unknowns(setup, recording, spec)
+    items = collect_unknowns(setup.model, spec, [recording]).items
+    extra = Unknowns(tuple(item for item in items if item.recording is not None))
     if not len(extra):
         return values, label, ""
     alone = _fit_group(
@@ -119,11 +116,6 @@ def _values_for(
     names = ", ".join(item.parameter.name for item in extra.items)
     values |= extra.values_for(recording.name, alone.vector)
     return values, label, f"Fitted to this recording alone: {names}."
-
-
-def _own_unknowns(setup: Setup, recording: Recording, spec: IdentifySpec) -> Unknowns:
-    items = collect_unknowns(setup.model, spec, [recording]).items
-    return Unknowns(tuple(item for item in items if item.recording is not None))
 
 
 def compared_variant(

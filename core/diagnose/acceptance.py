@@ -39,11 +39,6 @@ class Refusal:
     refitted: RefittedCandidate
     objection: Objection
 
-    @property
-    def with_title(self) -> tuple[str, Objection]:
-        """(title, why)"""
-        return self.refitted.screened.effect.title, self.objection
-
 
 @dataclass(frozen=True)
 class Round:
@@ -67,7 +62,7 @@ class Round:
     @property
     def refused(self) -> tuple[tuple[str, Objection], ...]:
         """Why the best effect was rejected; empty if it was accepted or explains too little."""
-        return tuple(refusal.with_title for refusal in self.refusals[:1])
+        return tuple((r.refitted.screened.effect.title, r.objection) for r in self.refusals[:1])
 
 
 ModelCheck = Callable[[Data, Refit], Objection | None]
@@ -129,7 +124,11 @@ class Acceptance:
             assessed, data, after = self._converge(best)
             refusal = self._refusal(assessed, data, after)
             if refusal is None:
-                return replace(self._round_with(assessed, data, after, refitted), refusals=refusals)
+                others = [w for w in refitted if w.screened is not assessed.screened]
+                return Round(
+                    self.seen, (assessed, *others), assessed, self.before, after, data, (assessed,),
+                    refusals,
+                )  # fmt: skip
             refusals.append(refusal)
             at_bound = refusal.objection.reason is Reason.AT_BOUND
             if at_bound and best.reduction >= WHOLE_SHARE:
@@ -148,14 +147,6 @@ class Acceptance:
         )
         return Refusal(candidate, objection) if objection else None
 
-    def _round_with(
-        self, candidate: RefittedCandidate, data: Data, after: Refit,
-        refitted: list[RefittedCandidate],
-    ) -> Round:  # fmt: skip
-        """The round that adds one effect."""
-        order = (candidate, *[w for w in refitted if w.screened is not candidate.screened])
-        return Round(self.seen, order, candidate, self.before, after, data, (candidate,))
-
     def _share(self, reduction: float) -> float:
         """`cost_reduction` as a share of the squared error above the noise floor."""
         return reduction / max(self.before.cost - self.data.count, 1.0)
@@ -165,20 +156,13 @@ class Acceptance:
         return Objection(Reason.UNSETTLED) if after.cost > self.before.cost else None
 
     def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, Data, Refit]:
-        """The candidate, converged, with its best shape and the share that it explains then."""
+        """The candidate, converged, with its best shape and the share of the error that a ladder
+        step shows. Its evidence stays that of the round, in which all were refitted alike."""
         data, after = converge(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
         data, after = self._with_force_shapes(data, after, [best.screened.effect, *self.present])
-        return self._with_explained(best, self.before, after), data, after
-
-    def _with_explained(
-        self, candidate: RefittedCandidate, before: Refit, after: Refit
-    ) -> RefittedCandidate:
-        """The candidate with the share of the error that a ladder step shows. Its evidence stays
-        that of the round, in which all candidates were refitted alike."""
-        step = assess_refit(
-            candidate.screened, before, after, self.data.count, self.candidate_count
-        )
-        return replace(candidate, reduction=step.reduction, explained=step.explained)
+        count = self.data.count
+        step = assess_refit(best.screened, self.before, after, count, self.candidate_count)
+        return replace(best, reduction=step.reduction, explained=step.explained), data, after
 
     def _with_force_shapes(
         self, data: Data, after: Refit, effects: Sequence[Effect]
@@ -262,16 +246,14 @@ def near_neutral_objection(members: Sequence[ScreenedCandidate], after: Refit) -
         C = covariance[np.ix_(which, which)]
         if not which or not np.isfinite(C).all():
             continue
-        distance = h.vector[which] - np.array(
-            [_neutral_value(h, s.effect, labels[j]) for j in which]
-        )
+        neutral = _neutral_values(h, s.effect)
+        distance = h.vector[which] - np.array([neutral.get(labels[j], 0.0) for j in which])
         wald = float(distance @ np.linalg.pinv(C, hermitian=True) @ distance)
         if scipy.stats.chi2.sf(wald, len(which)) > DISTINCT:
             return Objection(Reason.INDISTINCT)
     return None
 
 
-def _neutral_value(h: Hypothesis, effect: Effect, name: str) -> float:
-    model = h.model
-    own = effect.parameters(model.arm, model.drive, typical(model.arm))
-    return next((k.neutral for k in own if k.parameter.name == name), 0.0)
+def _neutral_values(h: Hypothesis, effect: Effect) -> dict[str, float]:
+    own = effect.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
+    return {k.parameter.name: k.neutral for k in own}

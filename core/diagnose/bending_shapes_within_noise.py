@@ -26,16 +26,9 @@ def bending_shape_round(
     data: Data, before: Refit, present: Sequence[Effect], extra_shape: Effect, check: ModelCheck,
     stopped: Callable[[], bool],
 ) -> Round | None:  # fmt: skip
-    """The round that adds one more bending shape; None if that is not far more likely.
-
-    Args:
-        data: the recordings, in noise floors.
-        before: a model that leaves no more than noise.
-        present: the effects in it.
-        extra_shape: the effect that adds the shape.
-        check: why a model is not accepted, by recordings that no fit used.
-        stopped: whether to give up.
-    """
+    """The round that adds `extra_shape`, one more bending shape; None if that is not far more
+    likely. The model `before` leaves no more than noise; `check` says why a model is not accepted,
+    by recordings that no fit used."""
     shared = with_shared_motions(data, before.hypothesis)
     screened = screen(shared, before.hypothesis, present, [extra_shape], lambda _: stopped())
     if not _changes_outputs(screened, data) or stopped():

@@ -180,13 +180,9 @@ standard deviations hold as often as 1.96 of a known one (2.45 with six draws)."
 
 
 def with_simulated_deviations(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
-    """The fit with standard deviations at least as large as draws of the noise give.
-
-    Args:
-        data: recordings along which a servo leads the joints.
-        refit: a model at its minimum.
-        stated: column -> standard deviation of the sensor's noise, SI, where it is known.
-    """
+    """The fit at its minimum, along recordings in which a servo leads the joints, with standard
+    deviations at least as large as draws of the noise give. `stated`: column -> standard deviation
+    of the sensor's noise, SI, where it is known."""
     C = refit.covariance
     finite = np.flatnonzero(np.isfinite(np.diag(C)))
     if not len(finite):

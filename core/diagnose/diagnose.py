@@ -77,7 +77,7 @@ def diagnose(
         given=compare_with_recordings(base_fit) if options.compare else (),
         left=compare_with_recordings(final_fit) if options.compare and state.added else (),
         parameters=final_parameters(state.refit),
-        origins=parameter_origins(state.refit, state.data), values=state.refit.hypothesis.values(),
+        origins=parameter_origins(state.refit), values=state.refit.hypothesis.values(),
     )  # fmt: skip
 
 

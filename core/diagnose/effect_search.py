@@ -142,10 +142,8 @@ def add_round(
         state.rounds.append(
             DiagnosisRound(remaining, kind, tuple(new_round.refused), not_simulated, experiments)
         )
-    state.first_screen, state.last_screen = (
-        state.first_screen or new_round.screen,
-        (refit, new_round.screen),
-    )
+    state.first_screen = state.first_screen or new_round.screen
+    state.last_screen = refit, new_round.screen
     _use_data(state, new_round.data)
     return new_round
 
@@ -271,10 +269,8 @@ def _run_round(
 
     def refitted(partial: Round) -> None:
         assert on_ranking is not None
-        tested, remaining = (
-            {c.effect.kind for c in partial.screen.output_changes},
-            partial.screen.remaining_trials,
-        )
+        tested = {c.effect.kind for c in partial.screen.output_changes}
+        remaining = partial.screen.remaining_trials
         untested = tuple(c.title for c in candidates if remaining and c.kind not in tested)
         on_ranking(ranking_of(partial, state.data), RemainingTrials(remaining, untested))
 

@@ -53,10 +53,8 @@ def best_effect_set(
 
 class _Search:
     def __init__(self, screened: Screen, count: int, excluded: Collection[str]) -> None:
-        self._whitened, self._unwhitened = (
-            screened.whitened.projected(),
-            screened.unwhitened.projected(),
-        )
+        self._whitened = screened.whitened.projected()
+        self._unwhitened = screened.unwhitened.projected()
         self._sided = [c.one_sided for c in screened.output_changes]
         self._price = float(np.log(max(count, 2)))
         self._choice = 2.0 * float(np.log(max(len(screened.candidates), 1)))

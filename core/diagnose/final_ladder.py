@@ -108,17 +108,10 @@ def ladder_to_final_model(
     data: Data, base: Refit, last: Refit, stated: Sequence[Effect], added: Sequence[Effect],
     screened: Screen, rounds: Sequence[DiagnosisRound], stopped: Callable[[], bool],
 ) -> list[RebuiltLadderStep]:  # fmt: skip
-    """The steps from the base model to the last one, in the order of what each effect explains.
-
-    Args:
-        data: anchored at `last`, the model with `stated` and `added`.
-        base: the model as given at its minimum.
-        screened: the screen of the first round.
-        rounds: of the search; the first one's ranking is kept beside the first step's effect.
-
-    Returns:
-        Nothing where an effect was never screened against the model as given, or when stopped.
-    """
+    """The steps from the base model to the last one, in the order of what each effect explains;
+    none where an effect was never screened against the model as given, or when stopped. `data` are
+    anchored at `last`; `screened` is the screen of the first round, whose ranking in `rounds` is
+    kept beside the first step's effect."""
     by_kind = {s.effect.kind: s for s in screened.candidates}
     if not {e.kind for e in added} <= set(by_kind):
         return []

@@ -46,18 +46,10 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     return (*listed, *derived_estimates(h.model, unknowns, x, covariance, null))
 
 
-def parameter_origins(refit: Refit, data: Data) -> dict[str, str]:
+def parameter_origins(refit: Refit) -> dict[str, str]:
     """Name of a parameter -> arm, drive, sensor, or the id of its effect."""
-    model = refit.hypothesis.model
-    origins = dict.fromkeys(model.arm_catalogue.entries, "arm")
-    origins |= {p.name: "drive" for p in model.drive.parameters(model.arm)}
-    for effect in model.effects:
-        origins |= dict.fromkeys(
-            (k.parameter.name for k in effect.parameters(model.arm, model.drive, data.sizes)),
-            effect.kind,
-        )
     names = {u.parameter.name for u in refit.hypothesis.unknowns.items}
-    return {name: origins.get(name, "sensor") for name in sorted(names)}
+    return {name: refit.hypothesis.model.origin(name) for name in sorted(names)}
 
 
 def compare_with_recordings(base_fit: BaseFit) -> tuple[RecordingComparison, ...]:

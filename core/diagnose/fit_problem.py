@@ -13,7 +13,7 @@ from ..arm.arm import Structure
 from ..diagnose.noise_floor import Floor
 from ..effects import with_included
 from ..effects.effect import Effect, Rig
-from ..effects.sizes import Sizes, typical
+from ..effects.sizes import Sizes
 from ..identify.defect_correction import Anchor
 from ..identify.predictor import Motion, MotionCache, Predictor, with_steps_per_sample
 from ..identify.prepared_recording import Prepared, make_task
@@ -200,23 +200,20 @@ corrected, friction at 0.5 ms is within 0.01 mm of steps of 16 us."""
 
 def hypothesis(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float], *,
-    freed: Sequence[Unknown] | None = None, secondary: bool = True, refine: float = 1,
+    freed: Sequence[Unknown] | None = None, refine: float = 1,
 ) -> Hypothesis:  # fmt: skip
     """The bare model with `effects`, its nuisance unknowns and the parameters of the effects.
 
-    `values`: label -> start. `freed` replaces the unknowns of the effects. Without `secondary`,
-    shape parameters are not unknown. `refine`: factor on the number of steps.
+    `values`: label -> start. `freed` replaces the unknowns of the effects. `refine`: factor on the
+    number of steps.
     """
     plain = {k: v for k, v in values.items() if "@" not in k} | dict(data.fixed_effect_values)
     undetectable = undetectable_parameters(data, effects)
     model = data.bare.with_effects(effects, plain, data.sizes)
     neutral_values = {name: x for name, x in undetectable.items() if name in model.effect_values}
-    model = (
-        replace(model, effect_values={**model.effect_values, **neutral_values})
-        if neutral_values
-        else model
-    )
-    own = effect_unknowns(model, data.sizes, secondary) if freed is None else tuple(freed)
+    if neutral_values:
+        model = replace(model, effect_values={**model.effect_values, **neutral_values})
+    own = effect_unknowns(model, data.sizes) if freed is None else tuple(freed)
     theirs = {*undetectable, *data.fixed_effect_values, *(data.bounded if freed is None else ())}
     own = tuple(u for u in own if u.parameter.name not in theirs)
     names = {u.parameter.name for u in own}
@@ -331,13 +328,12 @@ def undetectable_parameters(data: Data, effects: Sequence[Effect]) -> dict[str, 
     }
 
 
-def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple[Unknown, ...]:
+def effect_unknowns(model: Model, sizes: Sizes) -> tuple[Unknown, ...]:
     """The parameters of a model's effects, as unknowns shared by all recordings."""
     unknowns: dict[str, Unknown] = {}
     for effect in model.effects:
-        for item in effect.parameters(model.arm, model.drive, sizes or typical(model.arm)):
-            if secondary or not item.secondary:
-                unknowns[item.parameter.name] = Unknown(item.parameter)
+        for item in effect.parameters(model.arm, model.drive, sizes):
+            unknowns[item.parameter.name] = Unknown(item.parameter)
     return tuple(unknowns.values())
 
 

@@ -93,28 +93,21 @@ class NoisePath:
         """The columns of the encoders."""
         return [f"theta{k + 1}" for k in range(self.experiment.model.arm.joints)]
 
-    def is_servo_torque(self, s: Sensor) -> bool:
-        """Whether the output is the torque of a virtual servo."""
-        return s.kind == TORQUE and self.servo_driven
-
     def source_columns(self, s: Sensor) -> tuple[str, ...]:
         """The noisy columns that an output is computed from; with a virtual servo also the
         encoders."""
-        model = self.experiment.model
         joints = self.places if self.servo_driven else []
-        if self.is_servo_torque(s):
-            own = [n for n in model.drive.reference_channels(model.arm) if role_of(n) in DRIVES]
-        elif s.direct(self.recording, model.arm):
-            own = [c.name for c in s.channels(model.arm)]
+        if s.kind == TORQUE and self.servo_driven:
+            own = [n for n in self.references if role_of(n) in DRIVES]
+        elif s.direct(self.recording, self.arm):
+            own = [c.name for c in s.channels(self.arm)]
         else:  # angles and velocities of the rigid arm come from the camera
             own = ["z1", "z2"]
         return tuple(dict.fromkeys([*own, *joints]))
 
     def is_commanded(self, name: str) -> bool:
         """Whether a drive column is a command, which has no noise."""
-        model = self.experiment.model
-        drives = name in model.drive.reference_channels(model.arm)
-        return drives and is_command(self.recording[name])
+        return name in self.references and is_command(self.recording[name])
 
     def stated(self, name: str, stated: Mapping[str, float]) -> float | None:
         """Stated noise of a column; that of a current follows from its torque."""
@@ -125,15 +118,17 @@ class NoisePath:
 
     def _constant(self, name: str) -> float:
         """N m per unit of a column that drives the arm."""
-        model = self.experiment.model
-        place = model.drive.reference_channels(model.arm).index(name)
-        law = model.drive.law(model.arm, self.trajectory.p, self.values)
-        return float(np.abs(law.R[:, place]).max()) or 1.0
+        return float(np.abs(self._share_of(name)).max()) or 1.0
+
+    def _share_of(self, name: str) -> np.ndarray:
+        """(joints,) torque per unit of a column that drives the arm."""
+        law = self.experiment.model.drive.law(self.arm, self.trajectory.p, self.values)
+        return law.R[:, self.references.index(name)]
 
     def noise_free(self, name: str) -> np.ndarray | None:
         """(N,) the column by the model, without noise; None if the model has none."""
-        e, arm = self.experiment, self.experiment.model.arm
-        if self.servo_driven and name in e.model.drive.reference_channels(arm):
+        e, arm = self.experiment, self.arm
+        if self.servo_driven and name in self.references:
             return self._needed_torque(name)
         for kind, s in sensors().items():
             names = [c.name for c in s.channels(arm)]
@@ -150,22 +145,17 @@ class NoisePath:
     def _needed_torque(self, name: str) -> np.ndarray:
         """(N,) torque that the measured motion needs, without encoder noise."""
         e, dt = self.experiment, self.recording.sample_time
-        place = e.model.drive.reference_channels(e.model.arm).index(name)
         measured = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)
         # A drive may have no column for a joint whose motion alone is known.
-        law = e.model.drive.law(e.model.arm, self.trajectory.p, self.values)
-        torque = measured[:, int(np.argmax(np.abs(law.R[:, place])))]
+        torque = measured[:, int(np.argmax(np.abs(self._share_of(name))))]
         wide = min(SERVO_NOISE_BAND * e.model.servo.hz, 0.4 / dt)
         return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
 
     def _logged(self, name: str, x: np.ndarray) -> np.ndarray:
         logger = self.recording.logger_filters.get(name)
-        complete = np.isfinite(x).all()
-        return (
-            x
-            if logger is None or not complete
-            else apply_logger_filter(x, self.recording.sample_time, logger)
-        )
+        if logger is None or not np.isfinite(x).all():
+            return x
+        return apply_logger_filter(x, self.recording.sample_time, logger)
 
     def logger_band(self, name: str) -> float:
         """rad per sample up to which a logger's filter passes the sensor's noise."""

@@ -60,19 +60,9 @@ def starts(
     data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
     scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> list[Values]:  # fmt: skip
-    """Starts of the model with `effects` over whole recordings; other sizes are `values`.
-
-    Args:
-        data: the recordings, in noise floors.
-        base: the model without the last effect, at its minimum.
-        effects: those of the new model, the new one last.
-        values: where the screen would begin.
-        scanned: the parameters among `values` that come from a grid.
-        stopped: whether to give up.
-
-    Returns:
-        The first begins where the base stands.
-    """
+    """Starts of the model with `effects`, the new one last, over whole recordings; the first begins
+    where the base stands, at its minimum without the new effect. `values`: where the screen would
+    begin; `scanned`: those parameters among them that come from a grid."""
     from_base = {**base.values(), **values}
     changes = _start_changes(data, base.values())
     horizon = Horizon.for_effects(data, base, effects, values, stopped)
@@ -84,12 +74,8 @@ def starts(
 
 def start_from_nominal(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Values | None:
     """A start of a fitted model in another minimum: the best of descents over the first periods
-    from the fitted and the nominal values.
-
-    Returns:
-        None where nothing swings, where the nominal values are near, or where the first swings are
-        met as well from where it stands.
-    """
+    from the fitted and the nominal values. None where nothing swings, where the nominal values are
+    near, or where the first swings are met as well from where it stands."""
     arm, at = h.model.arm, h.values()
     if arm.coordinates == arm.joints or not differs_from_nominal(data, at):
         return None

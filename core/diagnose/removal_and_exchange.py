@@ -66,11 +66,9 @@ def needed_effects(
         if stopped() or not acceptable:
             break
         model = min(acceptable, key=lambda option: bic(option.refit, data))
-    return (
-        model._replace(refit=with_robust_covariance(model.refit))
-        if model.effects != tuple(present)
-        else model
-    )
+    if model.effects == tuple(present):
+        return model
+    return model._replace(refit=with_robust_covariance(model.refit))
 
 
 def bic(refit: Refit, data: Data) -> float:
@@ -144,16 +142,9 @@ def best_exchange(
     stopped: StopCheck,
 ) -> RevisedModel | None:  # fmt: skip
     """The model with one added effect replaced, if that is better by more than a tie of BIC; or
-    with one effect in place of two, if that is better at all.
-
-    Args:
-        data: anchored at `refit`.
-        present: the effects in the model; the first `stated_count` are the user's and stay.
-        screened: the screen of all candidates at `refit`.
-
-    Returns:
-        None where every effect is the best in its place.
-    """
+    with one effect in place of two, if that is better at all; None where every effect is the best
+    in its place. `data` are anchored at `refit`, where `screened` compares all candidates; the
+    first `stated_count` of the effects `present` are the user's and stay."""
     refit = with_whitened_cost(refit, screened.whitener)
 
     def refitted(exchange: _Exchange) -> Refit:

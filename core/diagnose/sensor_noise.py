@@ -72,14 +72,9 @@ FEWEST_LEVELS = 3
 """Levels needed to find a step."""
 
 
-def quantisation_step(column: np.ndarray) -> float:
-    """The quantisation step of a column (N,); 0: none."""
-    return common_quantisation_step([column])
-
-
 def common_quantisation_step(columns: Sequence[np.ndarray]) -> float:
-    """The same for one sensor's columns (N,) in several recordings, each with its own zero: a
-    single one may hold no two neighbouring counts."""
+    """The quantisation step of one sensor's columns (N,) in several recordings, each with its own
+    zero: a single one may hold no two neighbouring counts; 0: none."""
     levels = [np.unique(column[np.isfinite(column)]) for column in columns]
     levels = [each for each in levels if len(each) >= FEWEST_LEVELS]
     if not levels:
@@ -102,7 +97,7 @@ def is_command(column: np.ndarray) -> bool:
     if len(values) < FEWEST or np.mean(np.diff(values) == 0.0) < 0.5:
         return False
     levels = len(np.unique(values))
-    return 1 < levels <= FEW_LEVELS or (levels > 1 and quantisation_step(values) == 0.0)
+    return 1 < levels <= FEW_LEVELS or (levels > 1 and common_quantisation_step([values]) == 0.0)
 
 
 ROUNDING = 1e-12
@@ -287,11 +282,9 @@ def with_ar_coefficient(
     white = len(power) * (np.log(np.mean(power)) + 1.0)
     best = int(np.argmin(misfits))
     # A sensor that is better than stated has a flat spectrum at a lower level, not a memory.
-    return (
-        replace(stated, ar_coefficient=float(AR_COEFFICIENTS[best]))
-        if misfits[best] < white - LIKELIHOOD_MARGIN
-        else stated
-    )
+    if misfits[best] < white - LIKELIHOOD_MARGIN:
+        return replace(stated, ar_coefficient=float(AR_COEFFICIENTS[best]))
+    return stated
 
 
 LIKELIHOOD_MARGIN = 2.0

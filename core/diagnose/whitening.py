@@ -117,12 +117,8 @@ def _steps(rows: np.ndarray) -> np.ndarray:
 def fit_whitener(
     remainders: Sequence[np.ndarray], rows: Sequence[Sequence[np.ndarray]]
 ) -> Whitener:
-    """The noise models of the remainders, each of the order of least AIC.
-
-    Args:
-        remainders: (M, k) per recording, in noise floors.
-        rows: Per recording and channel the rows (n,) that are whitened.
-    """
+    """The noise models of the remainders (M, k) per recording, in noise floors, each of the order
+    of least AIC. `rows`: per recording and channel the rows (n,) that are whitened."""
     channels = [
         _fit_channel([(r[:, c], own[c]) for r, own in zip(remainders, rows, strict=True)])
         for c in range(remainders[0].shape[1])

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import TORQUE, Processing
-from ..identify.unknowns import Unknown, Unknowns
+from ..identify.unknowns import Unknowns
 from ..model import Model
 from ..recording.channels import Role, role_of
 from ..recording.recording import Recording
@@ -52,13 +52,9 @@ def compare_many(
     model: Model, chosen: Sequence[tuple[Recording, Mapping[str, float], str]],
     fitted: Sequence[Sensor], processing: Processing, steps: int | None = None,
 ) -> list[RecordingComparison]:  # fmt: skip
-    """Recordings at the parameter values given with each, simulated side by side.
-
-    Args:
-        chosen: (recording, values, label of their fit).
-        fitted: the outputs that were fitted.
-        steps: per sample, of one plain pass; None: as many as the simulation's tolerance needs.
-    """
+    """Recordings at the parameter values given with each, simulated side by side. `chosen`:
+    (recording, values, label of their fit); `fitted`: the outputs that were fitted; `steps` per
+    sample of one plain pass, None: as many as the simulation's tolerance needs."""
     experiments = [
         prepare(model, r, visible_outputs(model, r, fitted), processing) for r, _, _ in chosen
     ]
@@ -155,12 +151,3 @@ def _missing(
             )
         )
     return tuple(records)
-
-
-def shared_values(items: Sequence[Unknown], vector: np.ndarray) -> dict[str, float]:
-    """The values that belong to no single recording."""
-    return {
-        i.parameter.name: float(v)
-        for i, v in zip(items, vector, strict=True)
-        if i.recording is None
-    }

@@ -111,17 +111,9 @@ def corrected_minimum(
     residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray], limits: Limits,
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[Residuals, Descended]:  # fmt: skip
-    """The minimum near a vector (P,) that many steps would give.
-
-    Args:
-        residuals: with the number of steps per sample of the descents.
-        vector: a minimum with these steps.
-        slopes: (M, k, P) per recording of the residuals near there.
-        limits: bounds, and what is known a priori, in units of the residuals.
-
-    Returns:
-        The residuals with what the steps miss taken off, and where the descent ended.
-    """
+    """The residuals with what their steps per sample miss taken off, and the end of the descent
+    near a vector (P,), a minimum with these steps, that many steps would give. `slopes`: (M, k, P)
+    per recording near there; `limits` and what is known a priori in units of the residuals."""
     coarse = replace(residuals, anchor=None)
     middle, missed = 0, list[np.ndarray]()
     for rounds_left in reversed(range(MOST_ROUNDS)):
@@ -171,14 +163,12 @@ def _remaining_move(
     runs: Sequence[list[np.ndarray]], coarse: Sequence[np.ndarray], better: Sequence[np.ndarray],
     slopes: Sequence[np.ndarray],
 ) -> float:  # fmt: skip
-    """Squared move of the parameters, in standard deviations, by the remaining step error.
+    """Squared move of the parameters, in standard deviations, by the remaining step error of
+    `runs`: errors (M, k) with some steps, twice and four times as many, whose first two are
+    extrapolated to `coarse`, the last two to `better`.
 
     Where half the step leaves a quarter, as of a smooth motion, the extrapolated is of fourth order
     and its next change a sixteenth of the last one: a fifteenth is left. Edges leave all of it.
-
-    Args:
-        runs: errors (M, k) with some steps, twice and four times as many.
-        coarse: the first two extrapolated; `better`: the last two.
     """
     first, second, last = (
         _moved([a - b for a, b in zip(*pair, strict=True)], slopes, better)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +41,7 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     recordings = tuple(e.recording.name for e in residuals.experiments)
     P = len(unknowns)
     blocks = residuals.blocks(vector)
+    squares = sum(float(np.sum(b * b)) for b in blocks)
     sensitivities = list(refined.slopes) or residuals.sensitivities(vector)
     jacobian = residuals.vector(sensitivities) if P else np.zeros((1, 0))
     rank, _, null = (
@@ -59,17 +60,13 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
         label=label, recordings=recordings,
         estimates=_estimates(unknowns, vector, cov, identified, determined),
         correlation=identifiability.correlation_of(cov),
-        cost=refined.cost if np.isfinite(refined.cost) else _sum_of_squares(blocks),
+        cost=refined.cost if np.isfinite(refined.cost) else squares,
         residual_count=residuals.count, convergence=result.history,
         identifiability=identifiability.identifiability_of(unknowns, vector, jacobian, cov, cost),
         gradient_norm=refined.gradient, message=result.agreement, stopped=result.stopped,
         converged=refined.converged and not result.stopped,
         derived=derived_estimates(residuals.experiments[0].model, unknowns, vector, cov, null),
     )  # fmt: skip
-
-
-def _sum_of_squares(blocks: Sequence[np.ndarray]) -> float:
-    return sum(float(np.sum(b * b)) for b in blocks)
 
 
 def _estimates(
@@ -128,11 +125,7 @@ def derived_estimates(
     names = {item.parameter.name for item in unknowns.items if item.recording is None}
     if not any(name.rstrip("0123456789") in SECTION_NAMES for name in names):
         return ()
-    values = {
-        i.parameter.name: float(v)
-        for i, v in zip(unknowns.items, vector, strict=True)
-        if i.recording is None
-    }
+    values = unknowns.values_for(None, vector)
     base = _stiffness(model, values)
     slopes = np.zeros((len(base), len(vector)))
     for i, item in enumerate(unknowns.items):

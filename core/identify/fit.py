@@ -55,12 +55,9 @@ def identify(
     with use_progress(progress):
         result = _stoppable(lambda: _searched(label, residuals, spec, progress))
     if result is None:
-        result = SearchResult(residuals, _unrefined(unknowns.parameters.vector()), (), "", True)
+        start = RefinedFit(unknowns.parameters.vector(), np.nan, np.nan, False)
+        result = SearchResult(residuals, start, (), "", True)
     return Fitted(summarise_fit(label, result), result.refined.vector, result.residuals)
-
-
-def _unrefined(vector: np.ndarray) -> RefinedFit:
-    return RefinedFit(vector, float("nan"), float("nan"), False)
 
 
 def _stoppable(work: Callable[[], T]) -> T | None:

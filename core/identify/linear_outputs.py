@@ -106,17 +106,6 @@ class LinearOutputs:
         self.each(vectors, keep)
         return outputs
 
-    def sensitivities(
-        self, vector: np.ndarray, up: np.ndarray, down: np.ndarray
-    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Outputs (M, k) and their slopes (M, k, P) at a vector, from the vectors up[j] and
-        down[j] (P, P) that differ from it in entry j; all in one call."""
-        P = len(vector)
-        all_blocks = self.blocks(np.vstack([vector[None], up, down]))
-        width = np.array([up[j, j] - down[j, j] for j in range(P)])
-        slopes = [np.moveaxis(b[1 : 1 + P] - b[1 + P :], 0, 2) / width for b in all_blocks]
-        return [b[0] for b in all_blocks], slopes
-
     def each(self, vectors: np.ndarray, take: Take) -> None:
         """take(recording, which vectors (s,), outputs (M, k, s)) for all recordings and vectors,
         from several threads, no pair of recording and vector twice."""

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..identify import linear_outputs, predictor
+from ..identify import predictor
 from ..identify.lane_groups import Lanes, PointGroup, share
 from ..identify.linear_outputs import LinearOutputs
 from ..identify.prepared_recording import Prepared
@@ -24,11 +24,6 @@ from ..simulate.linear import interleave
 from ..simulate.piecewise import COMPARE, WEIGH
 
 _NO_OUTPUTS = np.zeros((1, 0))
-
-
-def applicable(experiments: Sequence[Prepared], unknowns: Unknowns) -> bool:
-    """Whether the fast cost is available: for linear models."""
-    return linear_outputs.applicable(experiments)
 
 
 @dataclass(frozen=True)
@@ -49,12 +44,10 @@ class PopulationCost:
 
     def __init__(
         self, experiments: Sequence[Prepared], weights: Sequence[np.ndarray], unknowns: Unknowns,
-        fixed: Mapping[str, float], outputs: LinearOutputs | None = None,
+        fixed: Mapping[str, float],
     ) -> None:  # fmt: skip
-        """`outputs` of the same experiments, unknowns and fixed values, where they are there."""
         self.experiments, self.weights = experiments, weights
-        self.outputs = LinearOutputs(experiments, unknowns, fixed) if outputs is None else outputs
-        self.keep = self.outputs.system.keep
+        self.outputs = LinearOutputs(experiments, unknowns, fixed)
         labels = [item.parameter.name for item in unknowns.items]
         self._gains = np.array([name.startswith(GAIN) for name in labels], dtype=bool)
         self._offsets = np.array([name.startswith(OFFSET) for name in labels], dtype=bool)

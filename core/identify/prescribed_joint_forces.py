@@ -134,10 +134,8 @@ def _overcoming_torque(
 ) -> np.ndarray:
     """(N,) torque at joint k (from 0) that overcomes one element, added to the given torque."""
     law, scale, joints = e.law, float(e.directions[0][k]), model.arm.joints
-    motion_seen, dt = (
-        _joint_motion(model, simulated, motion),
-        float(motion.time[1] - motion.time[0]),
-    )
+    motion_seen = _joint_motion(model, simulated, motion)
+    dt = float(motion.time[1] - motion.time[0])
     x, v = (np.ascontiguousarray(scale * motion_seen[:, at]) for at in (k, joints + k))
     values = np.array([*e.values, 0.0], dtype=float)
     loaded_at = len(e.values) - 1 if law.loaded else -1

@@ -108,21 +108,10 @@ def delayed(y: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
 def filtered(
     low_pass: ZeroPhaseLowPass, x: np.ndarray, dt: float, even: bool = False
 ) -> np.ndarray:
-    """`low_pass.apply` along the first axis of signals without empty samples.
-
-    Args:
-        low_pass: Its order and cut-off.
-        x: (N, ...), without NaN.
-        dt: s
-        even: whether the ends are mirrored as they are, not in their last sample: the noise of a
-            second difference there would go on beyond it.
-
-    Returns:
-        (N, ...); NaN where N is too short for the filter.
-
-    Raises:
-        InputError: The cut-off is not below half the sampling rate.
-    """
+    """`low_pass.apply` along the first axis of signals (N, ...) without empty samples, `dt` s
+    apart; NaN where N is too short. `even`: the ends are mirrored as they are, not in their last
+    sample: the noise of a second difference there would go on beyond it. InputError where the cut-
+    off is not below half the sampling rate."""
     if len(x) < low_pass.shortest:
         return np.full(x.shape, np.nan)
     sections, steady = low_pass.design(dt)

@@ -25,11 +25,7 @@ from a cold to a warm room."""
 
 def repeatability(runs: Mapping[str, Sequence[Estimate]]) -> tuple[Repeated, ...]:
     """Repeatability of every parameter that each run has estimated; empty for fewer than FEWEST
-    runs.
-
-    Args:
-        runs: Name of the run -> its estimates.
-    """
+    runs. `runs`: name of the run -> its estimates."""
     if len(runs) < FEWEST:
         return ()
     tables = [{e.name: e for e in estimates} for estimates in runs.values()]

@@ -11,7 +11,7 @@ import numpy as np
 from ..identify import linear_outputs
 from ..identify.defect_correction import Anchor
 from ..identify.linear_outputs import LinearOutputs
-from ..identify.population_cost import PopulationCost, applicable
+from ..identify.population_cost import PopulationCost
 from ..identify.predictor import Predictor, Request
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknowns, is_neutral
@@ -181,17 +181,14 @@ class Residuals:
         up = [(sides[j][0], which[j]) for j in which]
         everything = sorted(set().union(*which.values()))
         down = [(sides[j][1], which[j]) for j in which] if central else [(vector, everything)]
-        both = self._readings([*up, *down])  # together they fill the lanes
+        # Outputs before filters, or behind them if all are linear; together they fill the lanes.
+        read = self.predictor.readings if self.linear is None else self._predicted
+        both = read([*up, *down])
         for at, (j, (above, below)) in enumerate(sides.items()):
             row, rows_of = (len(up) + at, which[j]) if central else (len(up), everything)
             for k, i in enumerate(which[j]):
                 change = both[at][k] - both[row][rows_of.index(i)]
                 yield j, i, self._change(i, change / (above[j] - below[j]))
-
-    def _readings(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
-        """Outputs before filters, or behind them if all are linear."""
-        read = self.predictor.readings if self.linear is None else self._predicted
-        return read(requests)
 
     def _change(self, i: int, change: np.ndarray) -> np.ndarray:
         """(M, k) change of the residual by a change of the readings."""
@@ -220,7 +217,7 @@ class Residuals:
         deviations: they must be neutral at `at` (P,), or at the start if none is given."""
         vector = self.unknowns.parameters.vector() if at is None else at
         values = [self.predictor.values(e, vector) for e in self.experiments]
-        if not all(map(is_neutral, values)) or not applicable(self.experiments, self.unknowns):
+        if not all(map(is_neutral, values)) or not linear_outputs.applicable(self.experiments):
             return None
         return PopulationCost(self.experiments, self.weights, self.unknowns, self.predictor.fixed)
 

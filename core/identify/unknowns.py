@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,8 +61,8 @@ class Unknowns:
         """The unknowns as parameters named by their labels."""
         return ParameterSet(tuple(replace(item.parameter, name=item.label) for item in self.items))
 
-    def values_for(self, recording: str, vector: np.ndarray) -> dict[str, float]:
-        """name -> value as one recording sees the vector (P,)."""
+    def values_for(self, recording: str | None, vector: np.ndarray) -> dict[str, float]:
+        """name -> value as one recording sees the vector (P,); None: only what all share."""
         return {
             item.parameter.name: float(value)
             for item, value in zip(self.items, vector, strict=True)
@@ -72,11 +72,6 @@ class Unknowns:
     def concerning(self, recording: str) -> np.ndarray:
         """(P,) bool: entries on which a recording's prediction depends."""
         return np.array([item.recording in (None, recording) for item in self.items], dtype=bool)
-
-    def only(self, recordings: Iterable[str]) -> Unknowns:
-        """Without the entries that belong to other recordings."""
-        kept = set(recordings)
-        return Unknowns(tuple(i for i in self.items if i.recording is None or i.recording in kept))
 
 
 def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> Unknowns:

@@ -112,7 +112,7 @@ def test_at_a_minimum_that_no_step_improves_a_descent_ends_after_one_try() -> No
 def test_the_fall_that_is_promised_is_what_straight_lines_give() -> None:
     rng = np.random.default_rng(4)
     S, r = rng.standard_normal((SAMPLES, 1, 2)), rng.standard_normal((SAMPLES, 1))
-    found = Descended(np.zeros(2), float(np.sum(r**2)), 0.0, 1, (r,), (S,))
+    found = Descended(np.zeros(2), float(np.sum(r**2)), 1, (r,), (S,))
     flat = S.reshape(-1, 2)
     left = r.ravel() - flat @ np.linalg.lstsq(flat, r.ravel(), rcond=None)[0]
     expected = float(np.sum(r**2) - np.sum(left**2))

@@ -175,17 +175,6 @@ def test_a_sweep_over_the_elbow_is_followed():
     assert worst(residuals, outputs_of(residuals)) < FOLLOWED
 
 
-def test_slopes_are_differences_of_the_blocks():
-    residuals = residuals_of(LPV, recordings(), parameters=("EI1", "EI2"), output="ydot")
-    start, scales = residuals.unknowns.parameters.vector(), residuals.scales
-    moves = 1e-4 * np.diag(scales)
-    base, slopes = outputs_of(residuals).sensitivities(start, start + moves, start - moves)
-    plain = residuals.sensitivities(start)
-    for b, s, e, expected in zip(base, slopes, residuals.experiments, plain, strict=True):
-        assert b.shape == e.measured.shape
-        assert -s == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
-
-
 @pytest.mark.parametrize("kind", LINEAR_EFFECTS)
 @pytest.mark.parametrize("moving", [False, True], ids=["working points", "followed"])
 def test_effects_that_the_linear_model_can_hold(kind, moving):
