@@ -20,7 +20,7 @@ from .model import Model
 from .processors import WORKERS
 from .progress import Progress
 from .recording.initial_motion import with_beginnings
-from .recording.load import load_recording
+from .recording.load import load_recording, outside
 from .recording.recording import Recording
 from .recording.spec import RecordingSpec
 from .scenario.data_folder import Folder, resolve_file
@@ -93,12 +93,7 @@ def simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recordin
     _check_level(spec.simulate.level, model, spec.name)
     levels = noise_levels(noise)
     recording = simulate_recording(model, spec.simulate, spec.name, spec.role, levels)
-    masks = {}
-    for channel, stretches in spec.mask.items():
-        keep = recording.mask(channel).copy()
-        for low, high in stretches:
-            keep &= (recording.time < low) | (recording.time > high)
-        masks[channel] = keep
+    masks = {c: recording.mask(c) & outside(recording.time, s) for c, s in spec.mask.items()}
     return replace(recording, counted=masks)
 
 
@@ -124,19 +119,9 @@ and noise of a logger stay below a hundredth, another experiment is as far apart
 
 
 def as_played(recording: Recording, play: Recording) -> Recording:
-    """The stretch of a recording in which an experiment was played.
-
-    Args:
-        recording: as the logger wrote it; without references it starts when the playing starts.
-        play: the references (N,) of each channel that was played.
-
-    Returns:
-        The recording from the first played sample to the last, with the played references where
-        it has none.
-
-    Raises:
-        InputError: the references are not those that were played, or too short.
-    """
+    """The recording from the first sample of `play`, references (N,) of each channel, to the last,
+    with them where it has none; without references it starts when the playing starts. InputError
+    where its references are not those that were played, or too short."""
     dt = recording.sample_time
     names = list(play.channels)
     length = max(int(round(len(play.time) * play.sample_time / dt)), 1)
@@ -167,12 +152,8 @@ def _best_start(
         r, p = recording.channels[name], played[name]
         squares = np.cumsum(np.concatenate([[0.0], r**2]))
         inside = squares[len(p) :] - squares[: -len(p)]
-        misses = (
-            misses
-            + inside
-            - 2.0 * scipy.signal.fftconvolve(r, p[::-1], mode="valid")
-            + np.sum(p**2)
-        )
+        product = scipy.signal.fftconvolve(r, p[::-1], mode="valid")
+        misses = misses + inside - 2.0 * product + np.sum(p**2)
     first = int(np.argmin(misses))
     apart = float(np.sqrt(max(np.asarray(misses)[first], 0.0) / max(spread, 1e-300)))
     if apart > APART:

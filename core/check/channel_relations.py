@@ -40,12 +40,8 @@ SMALL = 0.3
 def relations(
     recording: MeasuredRecording, quick: bool = False, shape: LinkShape | None = None
 ) -> tuple[Relation, ...]:
-    """All relations, once per recording; only servo relations without a model.
-
-    Args:
-        quick: Leaves out what each reference does by itself.
-        shape: The links as the recordings show them.
-    """
+    """All relations, once per recording; only servo relations without a model. `quick` leaves out
+    what each reference does by itself; `shape`: the links as the recordings show them."""
     key = relations, quick, id(shape)
     if key not in recording.cache:
         recording.cache[key] = shape, _relations(recording, quick, shape)
@@ -71,12 +67,9 @@ def _servos(recording: MeasuredRecording) -> list[Relation]:
         x, y = recording.even(reference), recording.even(output)
         relation = relate(output, (reference,), y, [x - x[0]], recording.step, DIRECT)
         if relation:
-            gain = (
-                _level(y, x, relation, recording.step)
-                if role_of(output) is Role.PLACE
-                else relation.gain
-            )
-            servo_relations.append(replace(relation, gain=gain))
+            if role_of(output) is Role.PLACE:
+                relation = replace(relation, gain=_level(y, x, relation, recording.step))
+            servo_relations.append(relation)
     return servo_relations
 
 

@@ -49,11 +49,8 @@ class ColumnFault:
     def corrected(self, recording: MeasuredRecording) -> MeasuredRecording:
         """The recording with the fault corrected."""
         other = str.maketrans(self.swapped, self.swapped[::-1])
-        channels, headers, values = (
-            dict(recording.channels),
-            dict(recording.headers),
-            dict(recording.values),
-        )
+        channels, headers = dict(recording.channels), dict(recording.headers)
+        values = dict(recording.values)
         for name in self.channels:
             source = name.translate(other)
             if name in recording.channels:
@@ -72,11 +69,8 @@ class ColumnFault:
 def find_fault(
     recording: MeasuredRecording, free: Sequence[ColumnFault] = ()
 ) -> ColumnFault | None:
-    """The fault with the best correction; None without disagreement or correction.
-
-    Args:
-        free: Causes of any size that the channels' gains suggest.
-    """
+    """The fault with the best correction; None without disagreement or correction. `free`: causes
+    of any size that the channels' gains suggest."""
     before, tip = disagreements(recording), TipGeometry.of(recording)
     clear = any(value > CLEAR for value in before.values())
     tried = [*(_usual_faults(recording) if clear else ()), *free]

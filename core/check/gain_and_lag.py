@@ -72,16 +72,9 @@ def relate(
     output: str, inputs: tuple[str, ...], y: np.ndarray, expected: Sequence[np.ndarray],
     dt: float, tolerance: float,
 ) -> Relation | None:  # fmt: skip
-    """Regress a channel on its prediction: gain, lag and drift of the lag.
-
-    Args:
-        y: (M,) measured.
-        expected: One (M,) per input.
-        dt: s
-
-    Returns:
-        None where nothing is explained. The gain is that of the only input, or of their sum.
-    """
+    """Regress a channel y (M,) on its prediction, the sum of one `expected` (M,) per input: gain,
+    lag and drift of the lag; `dt` in s. The gain is that of the only input, or of their sum. None
+    where nothing is explained."""
     x = np.sum(expected, axis=0)
     if not (np.std(x) > 0 and np.std(y) > 0):
         return None
@@ -172,13 +165,7 @@ def fit_gains_and_lags(
     y: np.ndarray, parts: np.ndarray, dt: float, lag: float, drifts: bool = False
 ) -> GainsAndLags:
     """Gauss-Newton on the rate of a smoothed y (M,), with free gain and lag of each of the smoothed
-    parts (k, M).
-
-    Args:
-        dt: s
-        lag: s, to begin with.
-        drifts: Whether the lags may change with time.
-    """
+    parts (k, M). The lags begin at `lag` s and may change with time if it `drifts`; `dt` in s."""
     t, k = dt * np.arange(len(y)), len(parts)
     ys, rates = (np.gradient(each, dt, axis=-1) for each in (y, parts))
     middle, lags, drift, error = t - t[-1] / 2, np.full(k, lag), 0.0, np.inf

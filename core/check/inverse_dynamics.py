@@ -33,12 +33,8 @@ def torque_gains(
     recording: MeasuredRecording, names: tuple[str, ...], shape: LinkShape | None
 ) -> list[tuple[str, str, float, float]]:
     """(torque, encoder, gain over the model's, share of the torque explained) where they are
-    determined.
-
-    Args:
-        names: The torques or currents, one per joint.
-        shape: The links as they are; None: as stiff ones.
-    """
+    determined. `names`: the torques or currents, one per joint; `shape`: the links as they are,
+    None: as stiff ones."""
     links = LinkBending.of(recording, most=np.inf)
     if links is None or not recording.has(*names):
         return []

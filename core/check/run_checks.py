@@ -39,7 +39,7 @@ SENSOR_PREFIXES = ("offset_", "gain_", "start_")
 
 def checks() -> dict[str, Check]:
     """All checks by the fault that they look for."""
-    return discover(f"{__package__}.checks", Check).members
+    return discover(f"{__package__}.checks", Check)
 
 
 def check_scenario(
@@ -49,14 +49,9 @@ def check_scenario(
     progress: Progress | None = None,
     explained: Container[str] = (),
 ) -> list[Finding]:
-    """What is wrong with a scenario's recordings, in their order.
-
-    Args:
-        explained: recordings whose channels are not compared with one another, see `explained_by`.
-
-    Raises:
-        InputError: No recording, or one that is no table of measurements.
-    """
+    """What is wrong with a scenario's recordings, in their order. Channels of those `explained` are
+    not compared with one another, see `explained_by`. InputError without a recording, or for one
+    that is no table of measurements."""
     progress = progress or Silent()
     recordings = measured_recordings(scenario, folder, data, progress)
     findings = check_all(recordings, progress.stopped, explained)
@@ -103,11 +98,8 @@ def _unknown_parameters(scenario: Scenario) -> Iterator[Finding]:
 def measured_recordings(
     scenario: Scenario, folder: Folder, data: Path | None = None, progress: Progress | None = None
 ) -> list[MeasuredRecording]:
-    """A scenario's recordings for the checks, none refused.
-
-    Raises:
-        InputError: No recording, or one that is no table of measurements.
-    """
+    """A scenario's recordings for the checks. InputError without any, or for one that is no table
+    of measurements."""
     if not scenario.recordings:
         raise InputError("The scenario has no [[recordings]]; add at least one.")
     model = base_model(scenario)

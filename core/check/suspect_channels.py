@@ -61,12 +61,8 @@ class _JudgedRelation:
 
 
 def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> tuple[Suspect, ...]:
-    """The channels that contradict all others.
-
-    Args:
-        own: The relations of the recording in question.
-        others: Those of the scenario's other recordings: what they agree on is the rig.
-    """
+    """The channels that contradict all others, by the recording's `own` relations. What the
+    scenario's `others` agree on is the rig."""
     entries = [_judged(r, others) for r in own if r.explained > LEAST_EXPLAINED]
     if not entries:
         return ()

@@ -71,7 +71,7 @@ def _load(
         time = _cut(table, time[part])
         warnings.append(f"Kept {time[0]:.6g} to {time[-1]:.6g} s, the longest part without a gap.")
     channels: dict[str, np.ndarray] = {}
-    counted = {name: _counted(time, stretches) for name, stretches in spec.mask.items()}
+    counted = {name: outside(time, stretches) for name, stretches in spec.mask.items()}
     for name, column in values.items():
         header, x = sources[name].header, column[part]
         if np.isnan(x).all() and (_sparse(name) or spec.gaps is not None):
@@ -122,11 +122,8 @@ def load_unchecked(
     units: Mapping[str, str] | None = None,
     progress: Watching | None = None,
 ) -> Unchecked:
-    """What `load_recording` would check, for those who look for faults in it.
-
-    Raises:
-        InputError: No table, a unit that does not fit, a cell that is no number.
-    """
+    """What `load_recording` would check, for those who look for faults in it. InputError for no
+    table, a unit that does not fit, or a cell that is no number."""
     with np.errstate(over="ignore", invalid="ignore"):
         table = read_table(path, progress)
         check_numbers(table)
@@ -278,7 +275,8 @@ def _apply_camera(
     return [] if names else ["time_shift has no effect, because there is no camera column."]
 
 
-def _counted(time: np.ndarray, stretches: Sequence[tuple[float, float]]) -> np.ndarray:
+def outside(time: np.ndarray, stretches: Sequence[tuple[float, float]]) -> np.ndarray:
+    """(N,) whether a time is in none of the stretches."""
     counted = np.ones(len(time), dtype=bool)
     for low, high in stretches:
         counted &= (time < low) | (time > high)

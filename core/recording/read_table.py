@@ -21,7 +21,7 @@ def readers() -> dict[str, TableReader]:
 
 
 def _all() -> list[TableReader]:
-    return list(discover(f"{__package__}.readers", TableReader).members.values())
+    return list(discover(f"{__package__}.readers", TableReader).values())
 
 
 def read_table(path: Path, progress: Watching | None = None) -> Table:

@@ -57,17 +57,8 @@ def even_table(
     window: tuple[float, float] | None = None,
 ) -> Even:
     """The table's channels on an even clock; columns without a channel cannot be used any more.
-
-    Args:
-        table: As it stands in the file.
-        headers: Channel -> its column; `t` is among them.
-        unit: s per unit of the column of times.
-        spec: The clock.
-        window: s, rows outside it are left out.
-
-    Raises:
-        InputError: The times have no clock, or the new table would be too large.
-    """
+    `headers`: channel -> its column, `t` among them, in `unit` s; rows outside the window (s) are
+    left out. InputError where the times have no clock, or the new table would be too large."""
     count = spec.how == "count"
     times = unit * table.numbers(headers["t"])
     rows, dropped = _rows(table, headers["t"], times, window or (-np.inf, np.inf), count)

@@ -202,15 +202,9 @@ class Guess:
 
 
 def guess_columns(columns: Mapping[str, np.ndarray], channels: Sequence[str]) -> dict[str, Guess]:
-    """Channel -> guess, for those of the wanted channels of which a heading says enough.
-
-    Args:
-        columns: Header -> numbers (N,) of the file.
-        channels: Those that matter most first.
-
-    Returns:
-        No column twice. A column of a channel's very name is that channel.
-    """
+    """Channel -> guess, for those of the wanted channels, most important first, of which a heading
+    says enough. `columns`: header -> numbers (N,). No column is used twice; one of a channel's very
+    name is that channel."""
     headers = list(columns)
     numbers = _numbered_from(headers)
     scores = np.array(

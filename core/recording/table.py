@@ -252,17 +252,9 @@ def as_vectors(
     unusable: dict[str, str],
     unit: str = "",
 ) -> None:
-    """Adds the columns of an array, and what is wrong where it has none.
-
-    An array theta (N, 2), or (2, N), gives theta1 and theta2; a structured one its fields.
-
-    Args:
-        name: Path in the file.
-        values: Any array.
-        columns: Header -> (N,); added to.
-        unusable: Header -> what is wrong; added to.
-        unit: Of the values; empty where the file says none.
-    """
+    """Adds an array's columns, header -> (N,), to `columns`, or what is wrong with it to
+    `unusable`. An array theta (N, 2), or (2, N), gives theta1 and theta2; a structured one its
+    fields. `name`: path in the file; `unit`: empty where the file says none."""
     header = f"{name} [{unit}]" if unit else name
     if values.dtype.names:
         for part in values.dtype.names:

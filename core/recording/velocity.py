@@ -60,10 +60,7 @@ class ZeroPhaseLowPass(BaseModel):
 
     def design(self, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """Second-order sections (s, 6) and their states (s, 2) after a constant input of one.
-
-        Raises:
-            InputError: The cut-off is not below half the sampling rate.
-        """
+        InputError where the cut-off is not below half the sampling rate."""
         if self.cutoff_hz >= 0.5 / dt:
             raise InputError(
                 f"[identify] filter.cutoff_hz is {self.cutoff_hz:g}; at a sample time of {dt:g} s "

@@ -74,14 +74,8 @@ class _Spectrum(NamedTuple):
 
 
 def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | None:
-    """The band of one joint in all recordings together.
-
-    Args:
-        columns: Places (N,) of each recording, rad or m, and its sample time, s.
-
-    Returns:
-        None where the recordings are too short, or the joint stands still.
-    """
+    """The band of one joint in all recordings together, from its places (N,), rad or m, and the
+    sample time (s) of each. None where the recordings are too short, or the joint stands still."""
     spectra = [s for x, dt in columns if (s := _spectrum(x, dt)) is not None]
     if not spectra:
         return None

@@ -95,7 +95,9 @@ def outside(scenario: Scenario, beside: Path, data_folder: Path | None = None) -
         for spec in scenario.recordings
         for file in spec.files
     ]
-    outside_paths = [path for path in dict.fromkeys(paths) if not _under(path, folders)]
+    outside_paths = [
+        path for path in dict.fromkeys(paths) if not any(map(path.is_relative_to, folders))
+    ]
     if not outside_paths:
         return ""
     return f"The scenario reads outside its folder and the data folder: {_some(outside_paths)}."
@@ -114,10 +116,6 @@ def _check_kind(file: str, folders: Iterable[Path]) -> None:
         refuse_special(folder / file)
         if (folder / file).is_dir():
             raise InputError(one_line(folder_sentence(folder / file)))
-
-
-def _under(path: Path, folders: Iterable[Path]) -> bool:
-    return any(path.is_relative_to(folder) for folder in folders)
 
 
 _SHOWN = 3

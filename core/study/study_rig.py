@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import scipy
 
 from ..arm.presets import presets
+from ..diagnose.sensor_noise import autoregressive_noise
 from ..drives.velocity_loop import VelocityLoop
 from ..effects.effect import Rig
 from ..model import Model
@@ -136,10 +136,6 @@ def noise(
 
     `coefficient` is a at SAMPLE_TIME; `std` is that of x whatever the colour.
     """
-    e = rng.standard_normal(samples)
     if not coefficient:
-        return std * e
-    a = coefficient ** (dt / SAMPLE_TIME)
-    own = np.sqrt(1.0 - a * a) * e[1:]
-    x, _ = scipy.signal.lfilter([1.0], [1.0, -a], own, zi=[a * e[0]])
-    return np.asarray(std * np.concatenate([e[:1], x]))
+        return std * rng.standard_normal(samples)
+    return std * autoregressive_noise(rng, samples, coefficient ** (dt / SAMPLE_TIME))

@@ -59,19 +59,15 @@ class StartsMoving(Check):
             )
             count = _undisturbed(recording)
             speed, noise = _first_speed(q, recording.step, count)
-            expected = _from_rest(case, name)
-            expected_speed = (
-                0.0 if expected is None else _first_speed(expected, recording.step, count)[0]
-            )
+            asked, expected = 0.0, _from_rest(case, name)
+            if expected is not None:
+                asked = _first_speed(expected, recording.step, count)[0]
             # Slower than asked is a heavier or softer joint, and no motion before.
-            beyond = (
-                0.0
-                if 0.0 <= speed / (expected_speed or np.inf) <= 1.0 and expected_speed
-                else speed - expected_speed
-            )
+            slower = bool(asked) and 0.0 <= speed / asked <= 1.0
+            beyond = 0.0 if slower else speed - asked
             clear = max(SHARE * usual, SURE * noise)
             # A model with too few modes asks for up to half the speed (plain one-mode scenarios).
-            before = abs(beyond) > max(clear, abs(expected_speed))
+            before = abs(beyond) > max(clear, abs(asked))
             if usual > 0 and (before or (unsettled and abs(speed) > clear)):
                 sentence = f"{name} moves at {speed:.4g}/s when the recording begins"
                 yield case.finding(self.kind, name, speed, "SI/s", sentence)
@@ -122,11 +118,8 @@ def _early_samples(case: Case) -> int:
 def _rate_from_rest(case: Case, relation: Relation) -> np.ndarray:
     """The speed (M,) of a channel from a start at rest: the model's, and what the model misses
     after every step of the references, learned from the steps after the first moments."""
-    recording, early, key = (
-        case.corrected,
-        _early_samples(case),
-        ("rate from rest", relation.key, relation.gain),
-    )
+    recording, early = case.corrected, _early_samples(case)
+    key = "rate from rest", relation.key, relation.gain
     assert relation.expected is not None
     if key in recording.cache:
         return np.asarray(recording.cache[key])
@@ -149,11 +142,9 @@ def _reference_steps(case: Case, relation: Relation, early: int) -> np.ndarray:
     columns = []
     for name in relation.inputs:
         reference = case.corrected.even(name)
-        before = (
-            0.0
-            if role_of(name) is Role.SPEED
-            else case.corrected.even(name.removesuffix("_ref"))[0]
-        )
+        before = 0.0
+        if role_of(name) is not Role.SPEED:
+            before = case.corrected.even(name.removesuffix("_ref"))[0]
         for late in range(0, early, width):
             then = np.r_[np.full(late + width, before), reference]
             columns.append(then[width : width + len(reference)] - then[: len(reference)])

@@ -175,12 +175,8 @@ class Flat(NamedTuple):
 
 
 def flat(topic: str, message: Any) -> Flat | str:
-    """The message's numbers, or why it has none that are channels.
-
-    Args:
-        topic: Its name without the first slash.
-        message: As `rosbags` makes it: an object with fields.
-    """
+    """The numbers of a message, as `rosbags` makes it, or why it has none that are channels.
+    `topic`: its name without the first slash."""
     header = getattr(message, "header", None)
     stamp = getattr(header, "stamp", None)
     ns = None if stamp is None else int(stamp.sec) * SECOND + int(stamp.nanosec)
@@ -261,14 +257,9 @@ PIECE = 1_000_000
 
 
 def count_unpacked(path: Path, reading: Reading) -> None:
-    """Unpack each chunk in pieces that are thrown away.
-
-    A chunk states its size, but what it unpacks to may be another one.
-
-    Raises:
-        InputError: More than a recording may have.
-        ValueError: A record is longer than the file, or compressed in an unknown way.
-    """
+    """Unpacks each chunk in pieces that are thrown away: a chunk states its size, but what it
+    unpacks to may be another one. InputError for more than a recording may have; ValueError where a
+    record is longer than the file, or compressed in an unknown way."""
     size = path.stat().st_size
     with path.open("rb") as file:
         file.seek(_SIGNATURE)
