@@ -10,19 +10,12 @@ from typing import Generic, TypeVar
 V = TypeVar("V")
 
 
-def _unit_size(_: object) -> int:
-    return 1
-
-
 class BoundedCache(Generic[V]):
     """The values used last, by key; the oldest is removed first. Thread-safe; values are read-only.
+    `capacity`: largest total size of all values, by `size_of`, else their number; the newest always
+    stays."""
 
-    Args:
-        capacity: largest total size of all values; the newest always stays.
-        size_of: size of a value; without it `capacity` is a number of values.
-    """
-
-    def __init__(self, capacity: int, size_of: Callable[[V], int] = _unit_size) -> None:
+    def __init__(self, capacity: int, size_of: Callable[[V], int] = lambda _: 1) -> None:
         self._capacity, self._size_of, self._size = capacity, size_of, 0
         self._lock = threading.Lock()
         self._values: OrderedDict[Hashable, V] = OrderedDict()

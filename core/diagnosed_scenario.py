@@ -65,13 +65,9 @@ def _put_effects(model: Document, diagnosis: Diagnosis) -> None:
         if fresh["id"] in stated:
             stated.remove(fresh["id"])
         else:
-            entries.append({k: v for k, v in fresh.items() if not _states(entries, k)} | _id(fresh))
+            entries.append({k: v for k, v in fresh.items() if not _states(entries, k)})
     if not entries:
         del model["effects"]
-
-
-def _id(entry: Document) -> Document:
-    return {"id": entry["id"]}
 
 
 def _states(entries: list[Document], name: str) -> bool:

@@ -10,7 +10,7 @@ import pkgutil
 from collections.abc import Mapping
 from functools import cache
 from types import ModuleType
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from .errors import InputError
 from .sentences import did_you_mean
@@ -83,21 +83,16 @@ def look_again() -> None:
     discover.cache_clear()
 
 
-class Registry(Generic[T]):
-    """The plug-ins of one folder by their `kind`."""
-
-    def __init__(self, members: dict[str, T]) -> None:
-        self.members = members
-
-    def named(self, kind: str, setting: str) -> T:
-        """The plug-in called `kind`; `setting` names the setting in the message."""
-        if kind in self.members:
-            return self.members[kind]
-        raise InputError(f"{setting} {kind!r} is not known; {did_you_mean(kind, self.members)}")
-
-
 @cache
-def discover(package: str, base: type[T]) -> Registry[T]:
+def discover(package: str, base: type[T]) -> dict[str, T]:
     """One instance per concrete subclass of `base` with a `kind`, in the modules of `package`."""
     contract: type = base
-    return Registry({kind: thing() for kind, thing in classes_of(package, contract).items()})
+    return {kind: thing() for kind, thing in classes_of(package, contract).items()}
+
+
+def named(package: str, base: type, kind: str, setting: str) -> Any:
+    """The one of these called `kind`; `setting` names the setting in the message."""
+    members = discover(package, base)
+    if kind in members:
+        return members[kind]
+    raise InputError(f"{setting} {kind!r} is not known; {did_you_mean(kind, members)}")

@@ -14,38 +14,31 @@ Compared = Callable[[], RecordingComparison]
 
 
 class Progress(Protocol):
-    """Receiver of the reports of a long computation: a terminal, a page, or nobody."""
+    """Receiver of the reports of a long computation: a terminal, a page, or nobody. What a derived
+    class does not override reports nothing."""
 
     def stage(self, title: str, total: int | None = None) -> None:
         """A new stage begins, with `total` steps (None: unknown)."""
+        return
 
     def advance(self, n: int = 1, text: str = "") -> None:
         """`n` steps of the stage are done; `text` describes the current one."""
+        return
 
     def generation(self, fit_label: str, generation: Generation) -> None:
         """One generation of an evolution is done."""
+        return
 
     def better(self, fit_label: str, cost: float, compared: Compared) -> None:
         """A fit has reached a lower cost (mean square); `compared` belongs to the model there."""
+        return
 
     def stopped(self) -> bool:
         """Whether the user asked to stop; the computation then returns its best result."""
 
 
-class Silent:
+class Silent(Progress):
     """Reports nothing and never stops."""
-
-    def stage(self, title: str, total: int | None = None) -> None:
-        """Say nothing."""
-
-    def advance(self, n: int = 1, text: str = "") -> None:
-        """Say nothing."""
-
-    def generation(self, fit_label: str, generation: Generation) -> None:
-        """Say nothing."""
-
-    def better(self, fit_label: str, cost: float, compared: Compared) -> None:
-        """Say nothing."""
 
     def stopped(self) -> bool:
         """Never."""

@@ -16,13 +16,8 @@ M = TypeVar("M", bound=BaseModel)
 
 
 def gathered(table: Any, beside: Callable[[str], bool], field: str) -> Any:
-    """A table of a file with the keys that belong into one field put there.
-
-    Args:
-        table: As the file states it; what is no table is left as it is.
-        beside: Whether a key belongs into the field.
-        field: Its name.
-    """
+    """A table of a file with the keys for which `beside` is true put into the table `field`; what
+    is no table is left as it is."""
     if not isinstance(table, dict):
         return table
     moved = {k: v for k, v in table.items() if beside(k)}
@@ -64,10 +59,7 @@ class _OneSentence(ModelMetaclass):
 
 class Stated(BaseModel, metaclass=_OneSentence):
     """A part of a rig as a script or a scenario states it: frozen, with no key that is not known.
-
-    Raises:
-        InputError: Made by hand with a wrong setting; it names class and setting.
-    """
+    Made by hand with a wrong setting it raises an InputError that names class and setting."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..effects.effect import Effect, EffectParameter, Rig
-from ..plugins import discover
+from ..plugins import discover, named
 
 __all__ = ["Effect", "EffectParameter", "Rig", "catalogue", "effect", "with_included"]
 
 
 def catalogue() -> dict[str, Effect]:
     """All effects by their id."""
-    return dict(discover(__name__, Effect).members)
+    return dict(discover(__name__, Effect))
 
 
 def effect(kind: str) -> Effect:
     """The effect of that id; InputError with the nearest known one otherwise."""
-    return discover(__name__, Effect).named(kind, "[model] effect")
+    return named(__name__, Effect, kind, "[model] effect")
 
 
 def with_included(effects: Sequence[Effect]) -> tuple[Effect, ...]:

@@ -100,17 +100,9 @@ class Design:
 
 
 def design(base_fit: BaseFit, request: ExperimentRequest, progress: Progress) -> Design:
-    """The experiments that a person should make next.
-
-    Args:
-        base_fit: the model fitted to the recordings there are.
-        request: the time there is, what is to be known, and the limits.
-        progress: hears what is done.
-
-    Raises:
-        InputError: nothing to be known, a parameter or an effect that is not known, limits that
-            leave no motion, or a rig whose drive nothing can be played to.
-    """
+    """The experiments that a person should make next. InputError where nothing is to be known, a
+    parameter or an effect is not known, the limits leave no motion, or the rig's drive can be
+    played nothing."""
     fitted = FittedModel(base_fit)
     _check_drive(fitted.h.model)
     names = _parameters_of(fitted, request.parameters)

@@ -59,13 +59,8 @@ def expected(c: Candidate, design: Design) -> Recording:
 
 
 def with_planned(scenario: Scenario, design: Design, locate: Callable[[str], str]) -> Document:
-    """The scenario with the planned experiments beside its own recordings.
-
-    Args:
-        scenario: that was planned for.
-        design: what is to be recorded.
-        locate: the place of a file that the scenario names, as the new one names it.
-    """
+    """The scenario with the planned experiments beside its own recordings. `locate` gives the place
+    of a file that the scenario names, as the new one names it."""
     document: Document = scenario.model_dump(exclude_unset=True)
     listed = [_moved(r, locate) for r in document.get("recordings", ())]
     for number, _ in enumerate(design.chosen, start=1):

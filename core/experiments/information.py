@@ -50,13 +50,8 @@ class Information:
 def information(
     labels: Sequence[str], slopes: Sequence[np.ndarray], errors: Sequence[Autocovariance]
 ) -> Information:
-    """Of recordings.
-
-    Args:
-        labels: of the unknowns.
-        slopes: (M, k, P) of each recording, weighted, zero where a sample does not count.
-        errors: of each recording.
-    """
+    """Of recordings with slopes (M, k, P), weighted, zero where a sample does not count, of the
+    unknowns with these labels, and the autocovariance of each recording's errors."""
     A, B = np.zeros((len(labels),) * 2), np.zeros((len(labels),) * 2)
     for S, covariances in zip(slopes, errors, strict=True):
         flat = S.reshape(-1, len(labels))
@@ -66,14 +61,9 @@ def information(
 
 
 def expected(h: Hypothesis, errors: Autocovariance, within: float = np.inf) -> Information:
-    """Of an experiment to come.
-
-    Args:
-        h: the fitted model on it.
-        errors: as of the recordings there are.
-        within: share by which more steps may change what it shows of any unknown; a vibration
-            that few steps damp shows little.
-    """
+    """Of an experiment to come: the fitted model on it, with the errors of the recordings there
+    are. More steps may change what it shows of any unknown by a share `within`: a vibration that
+    few steps damp shows little."""
     shown = _with_steps(h, errors, h.substeps)
     steps = h.substeps or 1
     while np.isfinite(within) and steps < MOST_STEPS:

@@ -28,17 +28,9 @@ def plan(
     scenario: Scenario, request: ExperimentRequest, *, folder: Folder | None = None,
     data_folder: Path | None = None, progress: Progress | None = None,
 ) -> Design:  # fmt: skip
-    """Fit the scenario's model, and choose what to record next.
-
-    Args:
-        scenario: its model is fitted as the diagnosis fits it; `[limits]` are in the request.
-        request: the time there is, and what is to be known.
-        folder, data_folder: where the recordings' files are sought.
-        progress: hears what is done.
-
-    Raises:
-        InputError: where the scenario, a recording or the request is wrong.
-    """
+    """Fits the scenario's model as the diagnosis fits it, and chooses what to record next; the
+    request holds `[limits]` too. InputError where the scenario, a recording or the request is
+    wrong."""
     progress = progress or Silent()
     progress.stage("Reading the recordings", len(scenario.recordings))
     recordings = load_recordings(

@@ -53,15 +53,8 @@ def _share(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def rig_limits(spec: LimitsSpec, motions: Sequence[Trajectory]) -> RigLimits:
-    """The stated limits; default: the range of the model along the recordings.
-
-    Args:
-        spec: `[limits]` of the scenario.
-        motions: of the fitted model along the recordings, of one arm.
-
-    Raises:
-        InputError: a list with another length than the arm has joints.
-    """
+    """The limits that `[limits]` states; default: the range of the model's `motions` along the
+    recordings. InputError for a list with another length than the arm has joints."""
     joints = motions[0].arm.joints
     places = np.concatenate([m.q[:, :joints] for m in motions])
     speeds = np.concatenate([m.v[:, :joints] for m in motions])

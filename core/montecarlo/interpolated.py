@@ -180,11 +180,6 @@ class StateSpace:
     B: np.ndarray
     C: np.ndarray
 
-    @property
-    def numbers(self) -> int:
-        """Entries of A, B and C."""
-        return self.A.size + self.B.size + self.C.size
-
     def transformed(self, T: np.ndarray) -> StateSpace:
         """In the state T^-1 x."""
         return StateSpace(np.linalg.solve(T, self.A @ T), np.linalg.solve(T, self.B), self.C @ T)

@@ -199,10 +199,6 @@ def _at_ratio(
         mean = float(np.sqrt(np.sum(np.square(deviations))) / len(deviations))
         for row, expected in zip(table.rows, [*deviations, mean, together[k].std], strict=True):
             actual = row.EI[segment].std / row.EI[segment].mean
-            label = _label(row.label, table.snr_db)
+            label = f"{row.label}, {table.snr_db:g} dB"
             comparisons.append(PredictedDeviation(label, goals.names[k], expected, actual))
     return comparisons
-
-
-def _label(row: str, snr_db: float | None) -> str:
-    return row if snr_db is None else f"{row}, {snr_db:g} dB"

@@ -50,7 +50,7 @@ FOLDER = f"{__package__}.parts"
 
 def parts() -> dict[str, Part]:
     """kind -> part, in their order."""
-    parts: dict[str, Part] = discover(FOLDER, Part).members
+    parts: dict[str, Part] = discover(FOLDER, Part)
     return dict(sorted(parts.items(), key=lambda pair: pair[1].order))
 
 

@@ -40,11 +40,7 @@ class ChannelComparison:
     @property
     def fit_percent(self) -> float:
         """FIT = 100 max(1 - |y - yhat| / |y - mean y|, 0), in per cent."""
-        y = self.measured[self.counted]
-        spread = float(np.linalg.norm(y - y.mean())) if y.size else 0.0
-        if spread == 0.0:
-            return float("nan")
-        return 100.0 * max(1.0 - float(np.linalg.norm(self.residual[self.counted])) / spread, 0.0)
+        return 100.0 * float(np.maximum(1.0 - self.normalised_error, 0.0))  # NaN stays NaN
 
     @property
     def normalised_error(self) -> float:

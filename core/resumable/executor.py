@@ -122,7 +122,8 @@ class Processes(Executor):
         waiting, losses = deque(range(len(orders))), Counter[int]()
         try:
             while waiting or self._busy():
-                self._replace_the_dead(work, min(self.count, len(waiting) + len(self._busy())))
+                while len(self._workers) < min(self.count, len(waiting) + len(self._busy())):
+                    self._workers.append(_hire(work))
                 for worker in self._workers:
                     if waiting and worker.order is None:
                         _give(worker, waiting.popleft(), orders)
@@ -135,10 +136,6 @@ class Processes(Executor):
 
     def _busy(self) -> list[_Worker]:
         return [w for w in self._workers if w.order is not None]
-
-    def _replace_the_dead(self, work: Work, count: int) -> None:
-        while len(self._workers) < count:
-            self._workers.append(_hire(work))
 
     def _collect(self, waiting: deque[int], losses: Counter[int]) -> Iterator[tuple[int, str]]:
         """Answers that have come; the order of a worker that died goes back to the front."""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from ..plugins import discover
+from ..plugins import discover, named
 from ..sensors.sensor import Sensor
 
 
 def sensor(kind: str) -> Sensor:
     """The sensor behind an output's name; InputError with the nearest known one otherwise."""
-    return discover(__name__, Sensor).named(kind, "[identify] output")
+    return named(__name__, Sensor, kind, "[identify] output")
 
 
 def sensors() -> dict[str, Sensor]:
     """All sensors by their kind."""
-    return discover(__name__, Sensor).members
+    return discover(__name__, Sensor)

@@ -22,16 +22,9 @@ BENT_ELBOW = np.pi / 2
 
 
 def mechanism(model: Model, values: Mapping[str, float]) -> Mechanism:
-    """Describe a model at parameter values.
-
-    Args:
-        model: With all effects in it.
-        values: name -> value in SI units; what is missing is as the model states it.
-
-    Returns:
-        Its arm in SI units, with the linear damping and the dry friction of its joints, and the
-        effects with their sizes.
-    """
+    """The arm of a model in SI units, with the linear damping and the dry friction of its joints,
+    and its effects with their sizes. `values`: name -> value, SI; what is missing is as the model
+    states it."""
     estimated = {name: value for name, value in values.items() if name in model.parameters}
     numbers = model.numbers(estimated)
     place = _bent(model)

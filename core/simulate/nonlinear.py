@@ -79,14 +79,10 @@ def _gain(before: float, after: float, numbers: Numbers) -> float:
 
 
 def simulate_within(
-    model: Model,
-    numbers: Numbers,
-    task: Task,
-    tolerance: float = DEFAULT_TOLERANCE,
-    workers: int = WORKERS,
+    model: Model, numbers: Numbers, task: Task, tolerance: float = DEFAULT_TOLERANCE
 ) -> Simulated:
     """`simulate_many` of one."""
-    return simulate_many([Job(model, numbers, task)], tolerance, workers=workers)[0]
+    return simulate_many([Job(model, numbers, task)], tolerance, workers=WORKERS)[0]
 
 
 def simulate_many(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ...arm.joints.joint import Joint
-from ...plugins import discover
+from ...plugins import named
 
 
 def joint(kind: str) -> Joint:
     """The joint of that kind; InputError with the nearest known kind otherwise."""
-    return discover(__name__, Joint).named(kind, "joint")
+    return named(__name__, Joint, kind, "joint")

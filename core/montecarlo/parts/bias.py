@@ -41,7 +41,8 @@ class Bias(Part):
     def run(self, rig: Rig, options: Mapping[str, Any]) -> Answer:
         sources = []
         for excitation in EXCITATIONS:
-            recordings = [self._recording(rig, excitation, options["draw"], k) for k in _range(rig)]
+            points = range(len(rig.settings.experiments))
+            recordings = [self._recording(rig, excitation, options["draw"], k) for k in points]
             for name, rates in RATES.items():
                 data = [with_outputs(r, rates(rig, r)) for r in recordings]
                 sources.append(
@@ -60,10 +61,6 @@ class Bias(Part):
         assert like is not None
         update = {"excitation": excitation, "seed": SEED + 1000 * draw + k, "options": {}}
         return rig.recording(like.model_copy(update=update), f"bias {excitation} {k}")
-
-
-def _range(rig: Rig) -> range:
-    return range(len(rig.settings.experiments))
 
 
 def _relative_bias(rig: Rig, recordings: list[Recording]) -> float:

@@ -8,5 +8,5 @@ from flexgui.export.model_format import ModelFormat
 
 def model_formats() -> tuple[ModelFormat, ...]:
     """All of them, in the order of their names."""
-    members = discover(__name__, ModelFormat).members
+    members = discover(__name__, ModelFormat)
     return tuple(members[kind] for kind in sorted(members))

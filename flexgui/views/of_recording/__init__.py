@@ -11,5 +11,5 @@ from flexgui.views.of_recording.view import RecordingView
 
 def recording_views() -> dict[str, RecordingView]:
     """All views by their kind, in the order of their titles."""
-    views = discover(__name__, RecordingView).members
+    views = discover(__name__, RecordingView)
     return dict(sorted(views.items(), key=lambda item: (item[1].place, item[1].title)))
