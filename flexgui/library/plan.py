@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pandas as pd
+
 from flexgui.core.experiments.design import Design, ParameterDeviation
 from flexgui.core.experiments.design_files import references
 from flexgui.core.recording.recording import Recording
@@ -49,8 +51,6 @@ class Plan:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Tabulate the deviations, a row per parameter, SI units."""
-        import pandas as pd
-
         rows = [
             (d.estimate.name, d.estimate.value, d.before, d.after, d.estimate.unit)
             for d in self.deviations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -23,8 +24,6 @@ def scenarios() -> dict[str, str]:
         Name -> title. `flexgui.load(name)` and `flexgui export NAME` take the names; those of a
         real rig need recordings that are not part of FlexGUI (`data=`, `--data`).
     """
-    import tomllib
-
     folder = shipped_folder()
     found = {}
     for path in sorted(folder.rglob(f"*{ENDING}")):

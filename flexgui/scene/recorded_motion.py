@@ -25,7 +25,7 @@ from flexgui.core.model import Model, Numbers
 from flexgui.core.progress import Progress, Silent
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import Outcome
-from flexgui.core.scenario.data_folder import Folder
+from flexgui.core.scenario.data_folder import ConfinedFolder, Folder
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.trajectory import Trajectory
@@ -126,8 +126,6 @@ def load_motion(
 ) -> tuple[Recording, RecordedMotion]:  # fmt: skip
     """A recording and its motion, in a worker: a file of `folder` only; `values` are the fitted
     parameters, none where there is no fit."""
-    from flexgui.core.scenario.data_folder import ConfinedFolder
-
     read = read_recording(scenario, recording, ConfinedFolder(Path(folder)), progress=progress)
     return read, simulated_motion(scenario, values, read)
 

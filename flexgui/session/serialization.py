@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from flexgui.core.errors import InputError
+from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.session.scenario_edits import cached_text
 
@@ -85,6 +86,4 @@ def _bytes_of(array: np.ndarray) -> bytes:
 
 
 def _scenario(text: str) -> Scenario:
-    from flexgui.core.scenario.read import parse_scenario
-
     return parse_scenario(text, "What was kept")

@@ -19,7 +19,6 @@ from flexgui.core.units import factor_to_si
 from flexgui.sentences.written import format_number, shown_unit
 
 if TYPE_CHECKING:
-    from flexgui.core.parameters import Parameter
     from flexgui.core.progress import Progress
 
 NONE_GUESSED = "nothing"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from flexgui.core.check.finding import Finding, fixed_columns
 from flexgui.core.errors import InputError
+from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.file_jobs import run_task
 from flexgui.jobs.messages import Task
@@ -16,9 +17,7 @@ from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import PagePart, Topic
 
 if TYPE_CHECKING:
-    from flexgui.core.check.finding import Finding
     from flexgui.core.progress import Progress
-    from flexgui.core.scenario.schema import Scenario
     from flexgui.session.session import Session
 
 TITLE = "The check of the recordings"
@@ -131,6 +130,5 @@ def _merged(index: int, line: dict[str, Any]) -> Edit:
 def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:
     """Findings in the order of the recordings; InputError if a file is not a table."""
     from flexgui.core.check.run_checks import check_scenario
-    from flexgui.core.scenario.data_folder import ConfinedFolder
 
     return tuple(check_scenario(scenario, ConfinedFolder(Path(folder)), None, progress))

@@ -11,10 +11,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from flexgui.core.arm.build import build_arm
+from flexgui.core.check.finding import Finding, fixed_columns
+from flexgui.core.errors import InputError
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.read_table import read_table
+from flexgui.core.recording.sources import guess_columns
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.scenario.data_folder import ConfinedFolder
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.units import parse_header
 from flexgui.stages.data.rows import Rows, headers_of, parted, rows, settings
 
 if TYPE_CHECKING:
-    from flexgui.core.check.finding import Finding
     from flexgui.core.progress import Progress
     from flexgui.core.recording.table import Table
     from flexgui.core.scenario.schema import Scenario
@@ -78,9 +87,6 @@ class _File:
     def findings(self, columns: Mapping[str, Any]) -> tuple[Finding, ...]:
         """Findings about this file alone; none if it cannot be checked yet."""
         from flexgui.core.check.run_checks import check_scenario
-        from flexgui.core.errors import InputError
-        from flexgui.core.recording.spec import RecordingSpec
-        from flexgui.core.scenario.data_folder import ConfinedFolder
 
         entry = {"name": self.name, "file": self.name, "columns": dict(columns)}
         entry |= self.settings
@@ -113,10 +119,6 @@ def inspect_file(
         rigs: Among which the one is sought that the columns suit.
         progress: How much of the file is read.
     """
-    from flexgui.core.errors import InputError
-    from flexgui.core.recording.read_table import read_table
-    from flexgui.core.scenario.data_folder import ConfinedFolder
-
     table = read_table(ConfinedFolder(Path(folder)).find(file), progress)
     titles, numbers = tuple(table.columns), _numbers(table)
     columns = _guessed(numbers, wanted)
@@ -145,9 +147,6 @@ def inspect_file(
 
 def _suited(numbers: Mapping[str, np.ndarray], rigs: Sequence[RigColumns]) -> str:
     """The rig that has all its signals and uses most columns; of equals the later one."""
-    from flexgui.core.recording.sources import guess_columns
-    from flexgui.core.units import parse_header
-
     best, most = "", 0
     for rig in rigs:
         guesses = guess_columns(numbers, rig.wanted)
@@ -165,9 +164,6 @@ def _words(name: str) -> list[str]:
 
 def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
     """The headings of a table; InputError if it is not one, or not in the folder."""
-    from flexgui.core.recording.read_table import read_table
-    from flexgui.core.scenario.data_folder import ConfinedFolder
-
     return tuple(read_table(ConfinedFolder(Path(folder)).find(file), progress).columns)
 
 
@@ -180,12 +176,7 @@ def read_file(
     progress: Progress,
 ) -> tuple[str, ...]:
     """Length and rate of each recording of a file, as text; InputError if a signal is missing."""
-    from flexgui.core.errors import InputError
     from flexgui.core.loading import joint_units
-    from flexgui.core.recording.load import load_recording
-    from flexgui.core.recording.spec import RecordingSpec
-    from flexgui.core.scenario.data_folder import ConfinedFolder
-    from flexgui.core.scenario.stated_effects import base_model
 
     model = base_model(scenario)
     references, units = model.drive.needed_channels(model.arm), joint_units(model.arm)
@@ -203,8 +194,6 @@ def read_file(
 
 def _numbers(table: Table) -> dict[str, np.ndarray]:
     """Header -> (N,), of the columns that hold numbers."""
-    from flexgui.core.errors import InputError
-
     channels = {}
     for header in table.columns:
         try:
@@ -216,9 +205,6 @@ def _numbers(table: Table) -> dict[str, np.ndarray]:
 
 def _guessed(numbers: Mapping[str, np.ndarray], wanted: tuple[str, ...]) -> dict[str, Any]:
     """Entries for `columns`; a column named as a channel needs none."""
-    from flexgui.core.recording.sources import guess_columns
-    from flexgui.core.units import parse_header
-
     columns = {}
     for channel, guess in guess_columns(numbers, wanted).items():
         if parse_header(guess.header)[0] != channel:
@@ -232,8 +218,6 @@ def _checked(
     file: _File, columns: dict[str, Any], numbers: Mapping[str, np.ndarray]
 ) -> tuple[dict[str, Any], dict[str, tuple[str, str]], dict[str, str]]:
     """Guessed columns corrected by the check, remaining findings, and the reasons."""
-    from flexgui.core.check.finding import fixed_columns
-
     columns, taken_in = _in_plausible_units(file, columns, numbers)
     columns, findings = _least_contradicted(file, columns, taken_in)
     for _ in range(ROUNDS):
@@ -260,9 +244,6 @@ def _in_plausible_units(
     file: _File, columns: dict[str, Any], numbers: Mapping[str, np.ndarray]
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Columns without a unit in degrees or mm, if rad or m are impossible."""
-    from flexgui.core.arm.build import build_arm
-    from flexgui.core.units import parse_header
-
     arm = build_arm(file.scenario.arm)
     reach = sum(segment.length for segment in arm.segments)
     turning = [f"theta{k + 1}" for k, s in enumerate(arm.segments) if s.joint == "revolute"]
@@ -282,8 +263,6 @@ def _in_plausible_units(
 
 
 def _unit_of(columns: Mapping[str, Any], headers: Mapping[str, str], channel: str) -> str:
-    from flexgui.core.units import parse_header
-
     stated = columns.get(channel, {}).get("name", headers[channel])
     return parse_header(stated)[1] or parse_header(headers[channel])[1]
 
@@ -319,8 +298,6 @@ def _headers_of(
     headers: tuple[str, ...], columns: Mapping[str, Any], wanted: tuple[str, ...]
 ) -> dict[str, str]:
     """Channel -> header, of the wanted channels that have one."""
-    from flexgui.core.units import parse_header
-
     plain = {parse_header(h)[0]: h for h in headers}
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
     own = {c: plain[c] for c in wanted if c in plain}

@@ -8,6 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from flexgui.core.errors import InputError
+from flexgui.core.recording.channels import channel_kind, is_channel
+from flexgui.core.recording.clock import JITTER, MIN_SAMPLES, runs
+from flexgui.core.recording.resampling import GAP
+from flexgui.core.units import factor_to_si, parse_header
+
 
 @dataclass(frozen=True)
 class Rows:
@@ -29,9 +35,6 @@ def rows(
     numbers: Mapping[str, np.ndarray], headers: Mapping[str, str], columns: Mapping[str, Any]
 ) -> Rows:
     """Gaps and clock of the columns (N,) of a file; `headers`: channel -> column."""
-    from flexgui.core.recording.channels import channel_kind
-    from flexgui.core.recording.clock import runs
-
     needed = [h for c, h in headers.items() if c != "t" and not channel_kind(c).sparse]
     empty = {h: np.isnan(numbers[h]) for h in needed if h in numbers}
     most = max((b - a for mask in empty.values() for a, b in runs(mask)), default=0)
@@ -45,8 +48,6 @@ def rows(
 
 
 def _parts(time: np.ndarray, empty: Iterable[np.ndarray]) -> tuple[tuple[float, float], ...]:
-    from flexgui.core.recording.clock import MIN_SAMPLES
-
     if not len(time):
         return ()
     stamps = np.sort(time[np.isfinite(time) & ~np.any([np.isnan(time), *empty], axis=0)])
@@ -95,9 +96,6 @@ def settings(rows_read: Rows, how: str = "", clock: str = "interpolate") -> dict
 
 def headers_of(headers: tuple[str, ...], columns: Mapping[str, Any]) -> dict[str, str]:
     """Channel -> header: what `columns` names, then columns of a channel's own name."""
-    from flexgui.core.recording.channels import is_channel
-    from flexgui.core.units import parse_header
-
     plain = {parse_header(h)[0]: h for h in headers}
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
     own = {name: h for name, h in plain.items() if is_channel(name) and h not in named.values()}
@@ -108,9 +106,6 @@ def _seconds(
     numbers: Mapping[str, np.ndarray], headers: Mapping[str, str], columns: Mapping[str, Any]
 ) -> np.ndarray:
     """(N,) s; nothing where no column is the time."""
-    from flexgui.core.errors import InputError
-    from flexgui.core.units import factor_to_si, parse_header
-
     header = headers.get("t", "")
     if header not in numbers:
         return np.zeros(0)
@@ -125,9 +120,6 @@ def _seconds(
 
 def _clock(time: np.ndarray) -> tuple[float, str, float]:
     """Usual step in s, irregularities, and the longest gap in s."""
-    from flexgui.core.recording.clock import JITTER
-    from flexgui.core.recording.resampling import GAP
-
     good = time[np.isfinite(time)]
     steps = np.diff(good)
     rising = steps[steps > 0]

@@ -9,28 +9,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexgui.core.effects import effect
+from flexgui.core.effects.effect import Effect, Rig
+from flexgui.core.effects.sizes import sizes_of, typical
 from flexgui.core.errors import InputError
-from flexgui.core.results import MissingTorque
+from flexgui.core.results import MissingTorque, RecordingComparison
+from flexgui.core.scenario.data_folder import ConfinedFolder
+from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 from flexgui.jobs import Event, Failed, Finished, Job, WorkerLost
 from flexgui.jobs.messages import Task
-from flexgui.scene.recorded_motion import fitted_values
+from flexgui.scene.recorded_motion import fitted_values, read_recording
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.model_versions import Demonstration
+from flexgui.views.over_speed import OverSpeed, over_speed
 
 if TYPE_CHECKING:
-    from flexgui.core.effects.effect import Effect
     from flexgui.core.identify.setup import Setup
     from flexgui.core.model import Model
     from flexgui.core.parameters import Parameter
     from flexgui.core.progress import Progress
     from flexgui.core.recording.recording import Recording
-    from flexgui.core.results import RecordingComparison
-    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.schema import Scenario
     from flexgui.session.session import Session
-    from flexgui.stages.diagnose.model_versions import Demonstration
-    from flexgui.views.over_speed import OverSpeed
 
 LEAST = 1e-9
 
@@ -147,10 +148,6 @@ def demonstrate(
 
     InputError where the arm cannot have the effect, or where it shows in no output.
     """
-    from flexgui.core.errors import InputError
-    from flexgui.core.scenario.data_folder import ConfinedFolder
-    from flexgui.stages.diagnose.model_versions import Demonstration
-
     progress.stage("Simulating the arm with and without the effect")
     setup, data = _compared_in_outputs(scenario, recording, ConfinedFolder(Path(folder or ".")))
     shown = _effect(setup, kind)
@@ -183,8 +180,6 @@ def _compared_in_outputs(
     """The setup with the outputs in which a diagnosis ranks effects."""
     from flexgui.core.diagnose.base_fit import compared_outputs
     from flexgui.core.identify.setup import make_setup
-    from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
-    from flexgui.scene.recorded_motion import read_recording
 
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
@@ -197,10 +192,6 @@ def _compared_in_outputs(
 
 
 def _effect(setup: Setup, kind: str) -> Effect:
-    from flexgui.core.effects import effect
-    from flexgui.core.effects.effect import Rig
-    from flexgui.core.errors import InputError
-
     model = setup.model
     present = next((e for e in model.effects if e.kind == kind), None)
     if present is not None:
@@ -218,7 +209,6 @@ def _models(
     sizes: Mapping[str, float],
 ) -> tuple[Model, Model]:  # fmt: skip
     """The models without and with the effect, at the same level."""
-    from flexgui.core.effects.sizes import sizes_of
     from flexgui.core.identify.prepared_recording import make_task
     from flexgui.core.simulate.linear import respond
 
@@ -237,8 +227,6 @@ def _models(
 
 def _sizes(one: Effect, grown: Model) -> tuple[Parameter, ...]:
     """The effect's parameters at the simulated values."""
-    from flexgui.core.effects.sizes import typical
-
     quantities = one.parameters(grown.arm, grown.drive, typical(grown.arm))
     known = grown.effect_values
     return tuple(
@@ -252,8 +240,6 @@ def _torques(
     bare: Model, grown: Model, plain: RecordingComparison, values: Mapping[str, float]
 ) -> tuple[OverSpeed, ...]:
     """Torque over speed of the effect and of those it includes."""
-    from flexgui.views.over_speed import over_speed
-
     have, motion = {e.kind for e in bare.effects}, plain.motion
     added = [e for e in grown.effects if e.kind not in have]
     if motion is None or not any(e.acts_at in ("joints", "drive") for e in added):

@@ -9,7 +9,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from flexgui.core.effects import catalogue
+from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress, Silent
+from flexgui.core.results import MISSING, LadderStep, Outcome, RankedEffect, RecordingComparison
+from flexgui.core.scenario.data_folder import ConfinedFolder
+from flexgui.core.scenario.stated_effects import (
+    base_model,
+    candidate_effects,
+    with_effect_parameters,
+    without_diagnosis,
+)
+from flexgui.sentences.ranked import in_order
+from flexgui.stages.diagnose.model_versions import ModelFindings, PartialProgress
+from flexgui.views.over_speed import OverSpeed, over_speed
 
 if TYPE_CHECKING:
     from flexgui.core.diagnose.base_fit import BaseFit
@@ -17,11 +30,7 @@ if TYPE_CHECKING:
     from flexgui.core.identify.setup import Setup
     from flexgui.core.model import Model
     from flexgui.core.recording.recording import Recording
-    from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
-    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.core.scenario.schema import IdentifySpec, Scenario
-    from flexgui.stages.diagnose.model_versions import ModelFindings, PartialProgress
-    from flexgui.views.over_speed import OverSpeed
 
 
 LOOKED, COMPARED = "looked", "compared"
@@ -59,9 +68,6 @@ def diagnose(
     of the error ladder is reported first; then the ranking, again and again as it gets finer.
     """
     from flexgui.core.diagnose.diagnose import diagnose as search
-    from flexgui.core.results import MISSING
-    from flexgui.core.scenario.data_folder import ConfinedFolder
-    from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 
     where = ConfinedFolder(Path(folder or "."))
     model = base_model(scenario)
@@ -98,10 +104,8 @@ def _search_inputs(
 ) -> SearchInputs:
     from flexgui.core.diagnose.output_noise import stated_noise
     from flexgui.core.diagnose.search_state import Options
-    from flexgui.core.errors import InputError
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.loading import load_recordings
-    from flexgui.core.scenario.stated_effects import candidate_effects
 
     settings = scenario.diagnose
     candidate_effects(settings)  # a slip there is reported before the long work
@@ -193,8 +197,6 @@ def _as_given(begun: BaseFit) -> LadderStep:
 
 
 def _seen(step: LadderStep, begun: BaseFit) -> ModelFindings:
-    from flexgui.stages.diagnose.model_versions import ModelFindings
-
     blocks = begun.base.errors
     experiments = begun.data.experiments
     strides = [_stride(block) for block in blocks]
@@ -213,7 +215,6 @@ def refined(
 ) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
     from flexgui.core.diagnose.progress_messages import fit_title
-    from flexgui.core.scenario.stated_effects import without_diagnosis
     from flexgui.core.workbench import run_scenario
 
     spec = scenario.identify.model_copy(update={"generations": 0, "refine": True})
@@ -238,8 +239,6 @@ def thinned(
     ranking: tuple[RankedEffect, ...], named: str | None = None
 ) -> tuple[RankedEffect, ...]:
     """In the order of the list, with predictions only for the effects that are pictured."""
-    from flexgui.sentences.ranked import in_order
-
     return tuple(
         replace(r, predicted=tuple(_thin(p) for p in r.predicted) if k < PICTURED else ())
         for k, r in enumerate(in_order(ranking, named))
@@ -267,9 +266,6 @@ def laws_of(
 ) -> tuple[tuple[OverSpeed, ...], ...]:
     """For each recording, with the sizes that a refit has found; empty where the effect is no force
     law at the joints, is unknown to the catalogue, or was not refitted yet."""
-    from flexgui.core.effects import catalogue
-    from flexgui.views.over_speed import over_speed
-
     effect = catalogue().get(ranked.effect)
     if effect is None or not ranked.parameters or effect.acts_at not in ("joints", "drive"):
         return ()

@@ -5,6 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from flexgui.core.scenario.data_folder import ConfinedFolder
+from flexgui.core.scenario.read import scenario_toml
+from flexgui.export.folder import check_writable
+from flexgui.sentences.experiments import plan_paragraphs
+
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
     from flexgui.core.results import Outcome
@@ -19,10 +24,7 @@ def export(
 
     `folder` holds the files that the scenario may read; its first motion is played in the report.
     """
-    from flexgui.core.scenario.data_folder import ConfinedFolder
-    from flexgui.core.scenario.read import scenario_toml
     from flexgui.export.export_files import export_run
-    from flexgui.export.folder import check_writable
 
     progress.stage("Writing the report")
     check_writable(Path(out))
@@ -55,9 +57,7 @@ def plan_next(
     """
     from flexgui.core.experiments.design import ExperimentRequest
     from flexgui.core.experiments.plan import plan
-    from flexgui.core.scenario.data_folder import ConfinedFolder
     from flexgui.export.plan_files import write_plan
-    from flexgui.sentences.experiments import plan_paragraphs
 
     request = ExperimentRequest(seconds, limits=scenario.limits)
     design = plan(scenario, request, folder=ConfinedFolder(Path(folder)), progress=progress)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
+from flexgui.core.montecarlo.settings import StudySettings, settings_of
 from flexgui.core.resumable.executor import (
     POLL_INTERVAL,
     Answers,
@@ -18,12 +19,12 @@ from flexgui.core.resumable.executor import (
     never,
     requeue,
 )
+from flexgui.core.resumable.journal import Journal
 from flexgui.jobs.job import QUEUED, Job
 from flexgui.jobs.messages import Failed, Stopped, Task, WorkerLost
 from flexgui.jobs.pool import JobPool
 
 if TYPE_CHECKING:
-    from flexgui.core.montecarlo.settings import StudySettings
     from flexgui.core.montecarlo.summary import Summary
     from flexgui.core.progress import Progress
 
@@ -40,8 +41,6 @@ def study_case(work: str, order: str, *, progress: Progress) -> str:
 
 def study_report(settings: str, folder: str, *, progress: Progress) -> str:
     """`write_report` in a worker; `settings` as JSON."""
-    from flexgui.core.montecarlo.settings import settings_of
-
     progress.stage("Writing the report of the study")
     write_report(settings_of(settings), Path(folder))
     return folder
@@ -50,7 +49,6 @@ def study_report(settings: str, folder: str, *, progress: Progress) -> str:
 def write_report(settings: StudySettings, folder: Path) -> Summary | None:
     """Page, tables and result of all that the journal in `folder` holds; None where it is empty."""
     from flexgui.core.montecarlo.summary import summarise
-    from flexgui.core.resumable.journal import Journal
     from flexgui.stages.study.report import write_study
 
     records = Journal(folder / JOURNAL, settings.identity).records
