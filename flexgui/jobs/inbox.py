@@ -58,11 +58,6 @@ THREADS = ThreadPool()
 """The thread pool of this process."""
 
 
-def keep_newest(waiting: list[Any], item: Any) -> list[Any]:
-    """Keeps only the newest item."""
-    return [item]
-
-
 class Inbox:
     """Takes items from any thread; calls `deliver` with all waiting items on a thread of the pool,
     never twice at the same time."""
@@ -70,10 +65,11 @@ class Inbox:
     def __init__(
         self,
         deliver: Callable[[list[Any]], object],
-        merge: Callable[[list[Any], Any], list[Any]] = keep_newest,
+        merge: Callable[[list[Any], Any], list[Any]] = lambda waiting, item: [item],
         pause: Callable[[list[Any]], float] = lambda waiting: 0.0,
     ) -> None:
-        """`merge` adds an item to the waiting ones; `pause` returns how many s they still wait."""
+        """`merge` adds an item to the waiting ones, or else only the newest is kept; `pause`
+        returns how many s they still wait."""
         self._deliver, self._merge, self._pause = deliver, merge, pause
         self._changed = threading.Condition()
         self._waiting: list[Any] = []

@@ -141,11 +141,6 @@ class Job:
         return getattr(self.ending, "result", None)
 
     @property
-    def sentence(self) -> str:
-        """Why it failed; else empty."""
-        return getattr(self.ending, "sentence", "")
-
-    @property
     def remaining_seconds(self) -> float | None:
         """Of the current stage, from its pace so far; None without an estimate."""
         with self._lock:

@@ -64,11 +64,6 @@ class JobPool:
         return len(self.worker_pids)
 
     @property
-    def workers_free(self) -> int:
-        """How many workers are warm and have no job."""
-        return sum(supervisor.free for supervisor in self._supervisors)
-
-    @property
     def worker_pids(self) -> tuple[int, ...]:
         """Process ids of the warm workers."""
         return tuple(

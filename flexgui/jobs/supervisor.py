@@ -157,7 +157,6 @@ class WorkerSupervisor:
         self._worker: WorkerProcess | None = None
         self._jobs = 0
         self._failures = 0
-        self._working = False
         self.thread = threading.Thread(
             target=self._run, name=f"jobs-supervisor-{number}", daemon=True
         )
@@ -168,11 +167,6 @@ class WorkerSupervisor:
         worker = self._worker
         return None if worker is None else worker.pid
 
-    @property
-    def free(self) -> bool:
-        """Whether its worker is ready and would start a job at once."""
-        return self._worker is not None and not self._working
-
     def _run(self) -> None:
         while not self._pool.closing.is_set():
             try:
@@ -180,11 +174,9 @@ class WorkerSupervisor:
                     job = self._pool.next_job(IDLE_POLL_SECONDS)
                     if job is not None:
                         self._run_job(job)
-                        self._working = False
             except Exception:
                 log.exception("A worker's supervisor met an error and goes on")
                 self._end_worker(0.0)
-                self._working = False
                 self._pool.closing.wait(IDLE_POLL_SECONDS)
         self._end_worker(EXIT_PATIENCE)
 
@@ -261,7 +253,6 @@ class WorkerSupervisor:
 
     def _run_job(self, job: Job) -> None:
         assert self._worker is not None
-        self._working = True
         self._jobs += 1
         ending: Ended = _failed(job, "an error in its supervisor")
         try:

@@ -58,7 +58,6 @@ FOR_TESTS = {
     "pids": "the processes of an executor, to end one",
     "state_count": "states of all elements",
     "whitened_reduction": "flexgui.core.diagnose",
-    "workers_free": "the pool's idle workers",
 }
 """Name -> what tests look at there. It must only shrink."""
 

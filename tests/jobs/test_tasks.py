@@ -91,7 +91,7 @@ def test_the_report_is_of_the_outcome_given(warm_pool, here, tmp_path: Path):
     where = {"folder": str(tmp_path), "out": str(out)}
     task = Task.of(export, outcome=here, scenario=parse_scenario(SCENARIO, "test"), **where)
     job = warm_pool.submit("s", task, Listener())
-    assert job.wait(PATIENCE), job.sentence
+    assert job.wait(PATIENCE), job.state
     assert job.result == str(out)
     assert "<iframe" in (out / "report.html").read_text(), "the motion in 3-D"
     assert json.loads((out / "result.json").read_text())["title"] == "Two points"

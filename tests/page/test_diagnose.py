@@ -18,6 +18,7 @@ from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.stages.diagnose.model_versions import ladder_steps
+from tests.jobs.helpers import process_id, task
 from tests.page.conftest import Desktop
 from tests.page.helpers import LOOK, field, pick, plots, press, sees
 from tests.session.helpers import shortened, until
@@ -297,9 +298,8 @@ def hidden_in(session: Session, page: Any, desktop: Desktop) -> Challenge:
 def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desktop) -> None:
     # A job that the test before has stopped may keep its worker for a while, and then the worker
     # is replaced, which takes longer than the challenge itself on a busy machine.
-    pool = desktop.services.pool
-    pool.start()
-    until(lambda: pool.workers_free == 1, DEFAULT.grace + DEFAULT.start_limit)
+    free = desktop.services.pool.submit("before", task(process_id), lambda _: None)
+    assert free.wait(DEFAULT.grace + DEFAULT.start_limit)
     press(page, "Challenge")
     stands(page, "Hide an effect")
     press(page, "Hide an effect")
