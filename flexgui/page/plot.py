@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, cast
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 from viser import _messages
 
-from flexgui.views.layout import Figure, figure_json, plain
+from flexgui.views.layout import Figure, figure_json, headline, plain
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -40,11 +41,8 @@ class PlotArea:
         return self.width if wide else self.width / self.columns
 
 
-class _Blank:
-    """The part of a figure that viser needs: Plotly's own class is slow to make."""
-
-    def to_json(self) -> str:
-        return '{"data":[],"layout":{}}'
+BLANK: Any = SimpleNamespace(to_json=lambda: '{"data":[],"layout":{}}')
+"""The part of a figure that viser needs: Plotly's own class is slow to make."""
 
 
 class Plot:
@@ -60,7 +58,7 @@ class Plot:
         if wide:
             context.gui.add_html("<span class='fx-wide'></span>")
         aspect = self._height / context.plot_area.figure_width(wide)
-        self._handle = context.gui.add_plotly(cast(Any, _Blank()), aspect=aspect, visible=False)
+        self._handle = context.gui.add_plotly(BLANK, aspect=aspect, visible=False)
         context.plot_area.plots.append(self)
         self._sent = 0
 
@@ -83,11 +81,11 @@ class Plot:
         self._handle._plotly_json_str = figure_json(drawn)
         self._handle.visible = True
 
-    def show_whole(self, figure: Figure | go.Figure | None, height: float = 0.0) -> None:
-        """Draws one of the report's figures; `height` in px, 0: as high as it wants to be."""
+    def show_whole(self, figure: Figure | go.Figure | None) -> None:
+        """Draws one of the report's figures, as high as it wants to be."""
         drawn = None if figure is None else plain(figure)
-        full_height = 0.0 if drawn is None else float(drawn["layout"].get("height") or WIDTH / 2)
-        self.show(drawn, height=height or full_height)
+        height = 0.0 if drawn is None else float(drawn["layout"].get("height") or WIDTH / 2)
+        self.show(drawn, height=height)
 
     def fit(self) -> None:
         """Keeps the height in px in a panel of another width."""
@@ -109,11 +107,7 @@ class Plot:
 
 def titled(title: str, layout: dict[str, Any]) -> dict[str, Any]:
     """The title on the left, the legend on the right of one line (left of a note there)."""
-    place = {"x": 0.01, "xanchor": "left", "y": 0.985, "yanchor": "top"}
     beside: dict[str, Any] = {"x": 1.0, "xanchor": "right", "font": {"size": 10}}
     if layout.get("annotations"):
         beside |= {"x": 0.0, "xanchor": "left"}
-    return {
-        "title": {"text": title, "font": {"size": 12}} | place,
-        "legend": layout.get("legend", {}) | beside,
-    }
+    return {"title": headline(title), "legend": layout.get("legend", {}) | beside}

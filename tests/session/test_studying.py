@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from flexgui.core.montecarlo.settings import make_settings
-from flexgui.core.montecarlo.study import study
+from flexgui.core.montecarlo.study import parts, study
 from flexgui.core.montecarlo.summary import summarise
 from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Journal
@@ -28,7 +28,6 @@ from flexgui.stages.study.state import (
     StudyChoice,
     remaining,
     shown,
-    whole,
 )
 from flexgui.stages.study.task import JOURNAL
 from tests.paper_study.helpers import numbers, records_of, short
@@ -242,7 +241,7 @@ def test_a_failing_case_ends_the_study_in_a_sentence(quick: Session) -> None:
 @pytest.mark.long
 def test_every_beginning_of_a_study_can_be_shown() -> None:
     settings = short(runs=2)
-    records = records_of(study(settings, executor=Here(), only=whole().parts))
+    records = records_of(study(settings, executor=Here(), only=tuple(parts())))
     keys = list(records)
     for count in range(1, len(keys) + 1):
         some = {key: records[key] for key in keys[:count]}

@@ -32,12 +32,12 @@ from flexgui.stages.study.state import (
     DONE,
     MOST_AT_ONCE,
     MOST_RUNS,
+    PAPER,
     STOPPING,
     ShownSection,
     StudyChoice,
     StudyState,
     asked,
-    whole,
 )
 
 WORDS = stage_macros("study")
@@ -65,7 +65,10 @@ class StudyPanel(Panel):
         self._stop = button(context, "Stop", session.study.stop)
         self._open = Opening(context)
         self._results.build_choice()
-        self._save = button(context, "Save the results (zip)", self._export, hint=SAVED)
+        self._save = button(
+            context, "Save the results (zip)", lambda: session.study.export(self._written),
+            hint=SAVED,
+        )  # fmt: skip
         self._choices = self.gui.add_folder("Extent")
         with self._choices:
             self._settings()
@@ -88,7 +91,10 @@ class StudyPanel(Panel):
             lambda v: study.choose(at_once=v),
             "Cases computed at the same time. Other users of this server share the processors.",
         )  # fmt: skip
-        button(context, "Full study, as in the paper", self._choose_whole)
+        button(
+            context, "Full study, as in the paper",
+            lambda: study.choose(runs=PAPER, parts=tuple(parts())),
+        )  # fmt: skip
 
     def build_plots(self) -> None:
         self._results.build_plots()
@@ -109,7 +115,7 @@ class StudyPanel(Panel):
         self._save.color = color(state.phase == DONE)
         self._state.show(paragraph(refusal) or WORDS.state(state))
         earlier = state.settings is not None and not self._begun(state)
-        size = self._size() if to_choose else ""
+        size = size_text(session.document.scenario, session.study.choice) if to_choose else ""
         self._lead.show(WORDS.extent(earlier, self._finished(state), size))
         self._results.refresh()
 
@@ -125,9 +131,6 @@ class StudyPanel(Panel):
         same = (asked_for, state.parts) == (choice.runs, choice.parts)
         return state.phase == DONE and self._begun(state) and same
 
-    def _size(self) -> str:
-        return size_text(self.session.document.scenario, self.session.study.choice)
-
     def _has_part(self, kind: str) -> bool:
         return kind in self.session.study.choice.parts
 
@@ -135,17 +138,10 @@ class StudyPanel(Panel):
         chosen = tuple(k for k in parts() if (on if k == kind else self._has_part(k)))
         return self.session.study.choose(parts=chosen)
 
-    def _choose_whole(self) -> None:
-        everything = whole()
-        self.session.study.choose(runs=everything.runs, parts=everything.parts)
-
-    def _export(self) -> None:
-        self.session.study.export(self._written)
-
     def _written(self, folder: Path) -> None:
         settings = self.session.study.state.settings
         title = settings.scenario.title if settings is not None else ""
-        name = f"{safe_name(title).replace(' ', '_') or 'scenario'}_study.zip"
+        name = f"{safe_name(title).replace(' ', '_')}_study.zip"
         self.send(name, zipped_folder(folder))
 
 
@@ -247,5 +243,5 @@ class StudyResults(PageElement):
             self._words.show(section.words)
         figures = [*([] if section is None else section.figures), *[None] * MOST_FIGURES]
         for (plot, caption), shown in zip(self._figures, figures, strict=False):
-            plot.show(shown.figure if shown else None, height=shown.height if shown else 0.0)
-            caption.show(paragraph(shown.caption if shown else "", "soft"))
+            plot.show_whole(shown)
+            caption.show(paragraph(shown["layout"]["meta"]["caption"] if shown else "", "soft"))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
@@ -15,7 +14,7 @@ from flexgui.core.montecarlo.settings import StudySettings, make_settings
 from flexgui.core.resumable.journal import Record
 from flexgui.core.scenario.schema import Scenario
 from flexgui.stages.study.plots_estimates import parameter_table, snr, stiffness_table
-from flexgui.views.layout import Figure, figure_json
+from flexgui.views.layout import Figure
 from flexgui.views.table import Table, html_table
 
 if TYPE_CHECKING:
@@ -92,13 +91,6 @@ class StudyChoice:
     """Cases under way at a time, where the workers are free."""
 
 
-def whole() -> StudyChoice:
-    """All that the paper has, and all that goes beyond it."""
-    from flexgui.core.montecarlo.study import parts
-
-    return StudyChoice(PAPER, tuple(parts()))
-
-
 def asked(scenario: Scenario, choice: StudyChoice) -> StudySettings:
     """InputError, one sentence, where there is no such study."""
     from flexgui.core.montecarlo.rig import Rig
@@ -123,19 +115,7 @@ def refusal_of(scenario: Scenario) -> str:
 
 
 FINDINGS = "Conclusions"
-
-FONT_SIZE = 11
-"""Of a figure on the page; a report has more room."""
-
-
-@dataclass(frozen=True)
-class ShownFigure:
-    """One figure as Plotly reads it."""
-
-    figure: dict[str, Any]
-    height: float
-    """px"""
-    caption: str
+TITLED, PARAGRAPH = Markup("<h4>{}</h4>{}"), Markup("<h4>{}</h4><p>{}</p>")
 
 
 @dataclass(frozen=True)
@@ -143,7 +123,7 @@ class ShownSection:
     """Figures, and tables or paragraphs below them."""
 
     title: str
-    figures: tuple[ShownFigure, ...]
+    figures: tuple[Figure, ...]
     words: Markup
 
 
@@ -154,12 +134,11 @@ def shown(summary: Summary) -> tuple[ShownSection, ...]:
 
     parts = []
     for section in sections(summary):
-        figures = tuple(_figure(plot) for plot in section.figures)
         tables = _short_tables(summary) if section.id == "estimates" else ()
         own = section.tables[2:] if tables else section.tables
-        words = Markup("").join(_table(title, table) for title, table in (*tables, *own))
-        parts.append(ShownSection(section.title, figures, words))
-    paragraphs = [_paragraph(heading, text) for heading, text in findings(summary)]
+        words = Markup("").join(TITLED.format(t, html_table(table)) for t, table in (*tables, *own))
+        parts.append(ShownSection(section.title, section.figures, words))
+    paragraphs = [PARAGRAPH.format(heading, text) for heading, text in findings(summary)]
     if paragraphs:
         parts.append(ShownSection(FINDINGS, (), Markup("").join(paragraphs)))
     return tuple(parts)
@@ -171,18 +150,3 @@ def _short_tables(summary: Summary) -> Iterator[tuple[str, Table]]:
         yield f"Estimates at {snr(table.snr_db)}", parameter_table([table])
     for table in summary.tables:
         yield f"EI at {snr(table.snr_db)}", stiffness_table([table], summary.stiffness)
-
-
-def _figure(drawn: Figure) -> ShownFigure:
-    figure = json.loads(figure_json(drawn))
-    layout = figure["layout"]
-    layout |= {"template": "none", "font": {**layout["font"], "size": FONT_SIZE}}
-    return ShownFigure(figure, float(layout["height"]), layout["meta"]["caption"])
-
-
-def _table(title: str, table: Table) -> Markup:
-    return Markup("<h4>{}</h4>{}").format(title, html_table(table))
-
-
-def _paragraph(heading: str, text: str) -> Markup:
-    return Markup("<h4>{}</h4><p>{}</p>").format(heading, text)
