@@ -132,6 +132,15 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return with_unit(format_number(value * shown.factor, digits, keep_zeros=True), shown.name)
 
 
+def angle(theta: float) -> str:
+    """'3π/8' for an angle in rad that is such a multiple, else degrees: '75.0°'."""
+    eighths = theta / (math.pi / 8.0)
+    whole = round(eighths)
+    if whole and abs(eighths - whole) < 1e-6:
+        return "π/8" if whole == 1 else f"{whole}π/8"
+    return f"{math.degrees(theta):.1f}°"
+
+
 def estimate_text(e: Estimate) -> str:
     """'520.83 ± 0.02 N m²', 'not determined (at its bound 0.8 GPa)'; without a deviation where the
     data leave it free."""

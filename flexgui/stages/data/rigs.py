@@ -15,6 +15,7 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.recording.channels import is_reference
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import EMBEDDED
+from flexgui.sentences.written import angle
 from flexgui.session.scenario_edits import Edit, ScenarioDict, cached_model, with_lists
 
 Options = Mapping[str, Any]
@@ -210,8 +211,4 @@ def has_working_points(scenario: Scenario) -> bool:
 
 def point_name(theta2: float) -> str:
     """'θ2 = 3π/8', or in degrees if it is not a multiple of π/8."""
-    eighths = 8.0 * theta2 / math.pi
-    if abs(eighths - round(eighths)) < 1e-6:
-        whole = round(eighths)
-        return "θ2 = π/8" if whole == 1 else f"θ2 = {whole}π/8"
-    return f"θ2 = {math.degrees(theta2):.1f}°"
+    return f"θ2 = {angle(theta2)}"

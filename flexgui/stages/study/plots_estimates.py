@@ -12,7 +12,6 @@ import numpy as np
 from flexgui.core.montecarlo.estimates import (
     EstimateRow,
     EstimateTable,
-    Spread,
     ValleyPrior,
     comparable,
     explained,
@@ -21,7 +20,7 @@ from flexgui.core.montecarlo.estimates import (
     pooled,
 )
 from flexgui.core.montecarlo.paper_values import MEAN, Numbers, stiffness
-from flexgui.sentences.written import format_number
+from flexgui.sentences.written import angle, format_number
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, dots, figure, line
 from flexgui.views.table import Row, Table, numbers, texts
@@ -93,8 +92,9 @@ def _stiffness_columns(table: EstimateTable, true: Sequence[float]) -> Iterator[
         yield "bias", [signed(implied_bias(n, true[0])) for n in published]
         yield "scatter at least", [percent(least_scatter(n), 2) for n in published]
     yield f"{noise}: EI here [N m²]", [_each(f"{EI.mean:.3f}" for EI in row.EI) for row in rows]
-    yield "bias", [_each(_biases(row.EI, true)) for row in rows]
-    yield "deviation", [_each(map(_relative, row.EI)) for row in rows]
+    pairs = [list(zip(row.EI, true, strict=True)) for row in rows]
+    yield "bias", [_each(signed(e.mean / EI - 1.0) for e, EI in each) for each in pairs]
+    yield "deviation", [_each(percent(e.std / e.mean, 2) for e in row.EI) for row in rows]
     means = [format_number(row.EI_of_means, 5, keep_zeros=True) for row in rows]
     yield "of the means [N m²]", means
 
@@ -111,17 +111,9 @@ def _by_fit(
     return Table((*texts("Fit"), *numbers(*titles)), tuple(rows), text)
 
 
-def _biases(spreads: Iterable[Spread], true: Sequence[float]) -> Iterator[str]:
-    return (signed(e.mean / EI - 1.0) for e, EI in zip(spreads, true, strict=True))
-
-
 def _each(texts: Iterable[str]) -> str:
     """One text per segment that has a stiffness of its own."""
     return " / ".join(texts)
-
-
-def _relative(EI: Spread) -> str:
-    return percent(EI.std / EI.mean, 2)
 
 
 def explained_table(table: EstimateTable, prior: ValleyPrior) -> Table:
@@ -237,15 +229,6 @@ def shown(name: str) -> tuple[str, str, float]:
 def fit_name(label: str, theta2: float | None) -> str:
     """'local π/8' for the first working point of the paper."""
     return label if theta2 is None else f"local {angle(theta2)}"
-
-
-def angle(theta2: float) -> str:
-    """'3π/8' where that is what it is, else degrees."""
-    eighths = theta2 / (math.pi / 8.0)
-    whole = round(eighths)
-    if whole and abs(eighths - whole) < 1e-6:
-        return "π/8" if whole == 1 else f"{whole}π/8"
-    return f"{math.degrees(theta2):.1f}°"
 
 
 def percent(share: float, digits: int = 3) -> str:

@@ -12,12 +12,11 @@ from flexgui.core.montecarlo.estimates import EstimateTable, comparable, implied
 from flexgui.core.montecarlo.paper_values import FITS, LOCALS
 from flexgui.core.montecarlo.planning import Candidate, Planning
 from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, BiasSource, Validation
-from flexgui.sentences.written import format_number
+from flexgui.sentences.written import angle, format_number
 from flexgui.stages.study.findings import GLOCAL, conclusions, result_text
 from flexgui.stages.study.plots_estimates import (
     EXCITATIONS,
     RATES,
-    angle,
     percent,
     signed,
     snr,
