@@ -37,10 +37,11 @@ _HOME = {
     "flexgui.library.linear_model": "LinearModel",
     "flexgui.library.progress_callback": "Update",
     "flexgui.library.catalogues": (
-        "drives effects excitations formula presets register sensors unregister"
+        "drives effects excitations formula register sensors unregister"
     ),
     "flexgui.library.shipped": "scenarios",
     "flexgui.core.arm.arm": "Arm",
+    "flexgui.core.arm.presets": "presets",
     "flexgui.core.arm.segment": "Segment",
     "flexgui.core.drives.drive": "Drive",
     "flexgui.core.drives.law": "DriveLaw static_law",
@@ -55,6 +56,7 @@ _MODULES = {name: module for module, names in _HOME.items() for name in names.sp
 
 if TYPE_CHECKING:
     from flexgui.core.arm.arm import Arm as Arm
+    from flexgui.core.arm.presets import presets as presets
     from flexgui.core.arm.segment import Segment as Segment
     from flexgui.core.drives.drive import Drive as Drive
     from flexgui.core.drives.law import DriveLaw as DriveLaw
@@ -73,7 +75,6 @@ if TYPE_CHECKING:
     from flexgui.library.catalogues import effects as effects
     from flexgui.library.catalogues import excitations as excitations
     from flexgui.library.catalogues import formula as formula
-    from flexgui.library.catalogues import presets as presets
     from flexgui.library.catalogues import register as register
     from flexgui.library.catalogues import sensors as sensors
     from flexgui.library.catalogues import unregister as unregister

@@ -20,10 +20,8 @@ from flexgui.core.diagnosed_scenario import diagnosed_toml
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress
 from flexgui.core.results import Outcome
-from flexgui.core.scenario.data_folder import Folder, outside, resolve_file
-from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.data_folder import Folder, resolve_file
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import arms_to_compile
 from flexgui.export.figures import OURS, packed_plotly
 from flexgui.export.folder import INDEX, check_writable, dumps, swap_in, work_folder
 from flexgui.export.formats import model_formats
@@ -126,6 +124,9 @@ def export_scenario(
 
     `print_line` gets which files lie outside the scenario's folder and the data folder.
     """
+    from flexgui.core.scenario.data_folder import outside
+    from flexgui.core.scenario.read import read_scenario
+
     if data is not None and not data.is_dir():
         raise InputError(f"--data {data} is no folder; name the one that holds the recordings.")
     scenario = read_scenario(path)
@@ -135,6 +136,7 @@ def export_scenario(
         print_line(far)
 
     from flexgui.core.precompile import precompile_all
+    from flexgui.core.scenario.stated_effects import arms_to_compile
 
     precompile_all(progress, arms_to_compile(scenario))
 

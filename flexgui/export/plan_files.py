@@ -77,7 +77,10 @@ def write_plan(
         (folder / SCENARIO).write_text(document_toml(document), encoding="utf-8")
         for path in folder.iterdir():
             path.replace(out / path.name)
-    _drop_older(out, len(design.chosen))
+    # References of an older plan go, so that nobody plays them; recordings stay.
+    for n in range(len(design.chosen) + 1, MOST + 1):
+        for name in (Names(n).play, Names(n).expected):
+            (out / name).unlink(missing_ok=True)
 
 
 def _as_document(design: Design) -> dict[str, Any]:
@@ -113,10 +116,3 @@ def _tightest(c: Candidate, design: Design) -> float:
     """Share of the tightest limit that an experiment uses, by the fitted model."""
     own, tip = design.limits.usage(c.trial.motion(design.fitted))
     return float(max(np.max(own), tip))
-
-
-def _drop_older(out: Path, count: int) -> None:
-    """Deletes references of an older plan, so that nobody plays them; recordings stay."""
-    for n in range(count + 1, MOST + 1):
-        for name in (Names(n).play, Names(n).expected):
-            (out / name).unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""Effects, drives, sensors, excitations and arms: by class, by id, and with your own."""
+"""Effects, drives, sensors and excitations: by class, by id, and with your own."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
-from flexgui.core.arm.presets import presets as arm_presets
 from flexgui.core.drives.drive import Drive
 from flexgui.core.effects.effect import Effect
 from flexgui.core.errors import InputError
@@ -21,8 +20,6 @@ from flexgui.views.table import Column, Row, Table, html_table
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from flexgui.core.arm.arm import Arm
 
 T = TypeVar("T")
 OneEffect: TypeAlias = str | type[Effect] | Effect | Mapping[str, Any]
@@ -140,11 +137,6 @@ def _contract_of(thing: type) -> type:
             return contract
     names = ", ".join(contract.__name__ for contract in PACKAGES)
     raise InputError(f"{thing!r} is no subclass of one of {names}; derive it from one.")
-
-
-def presets() -> dict[str, Arm]:
-    """The arms that come with FlexGUI, by name."""
-    return arm_presets()
 
 
 def formula(

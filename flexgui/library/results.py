@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from markupsafe import Markup
 
 from flexgui.core.diagnosed_scenario import diagnosed_scenario
 from flexgui.core.results import (
@@ -99,10 +98,10 @@ class _Found:
         head = f"{type(self).__name__}: {self.outcome.title}{noted}"
         return "\n".join((head, *result_lines(self.outcome)))
 
-    def _summary_html(self) -> Markup:
+    def _repr_html_(self) -> str:
         above = paragraphs(alarms(self.outcome), "color:firebrick; font-weight:bold")
         below = html_table(final_parameters(self.outcome))
-        return above + paragraphs(summary(self.outcome)) + below
+        return str(above + paragraphs(summary(self.outcome)) + below)
 
 
 @dataclass(frozen=True, repr=False)
@@ -190,9 +189,6 @@ class Identification(_Found):
             "correlation": lambda: correlation(fits[0]),
         }
         return chosen(views, view)
-
-    def _repr_html_(self) -> str:
-        return str(self._summary_html())
 
 
 @dataclass(frozen=True, repr=False)

@@ -11,7 +11,7 @@ from viser import ImageHandle, SceneNodePointerEvent
 from flexgui.scene import paint
 from flexgui.scene.arm_scene import ArmScene, Owner
 from flexgui.views import colours
-from flexgui.views.error_map import CAMERA
+from flexgui.views.error_map import CAMERA, LEAST_SPAN
 
 NAME = "error board"
 """The name under which it is attached to the scene."""
@@ -138,9 +138,6 @@ def _frame(width: float, height: float) -> np.ndarray:
 
 SHADES = 24
 """Steps of colour, so that small changes send nothing."""
-
-LEAST_SPAN = 10.0
-"""Times the floor that the colours span at least, as on the maps."""
 
 
 class ErrorPaint(NamedTuple):

@@ -279,7 +279,6 @@ def _is_in_use(folder: Path) -> bool:
 
 STATE_VARIABLE = "FLEXGUI_STATE"
 """Environment variable that sets another state folder."""
-KEY_FILE, KEY_BYTES = "server.key", 32
 
 
 def state_folder() -> Path:

@@ -121,9 +121,8 @@ class Playback:
             before, fitted = self._recording_key, self._session.identification.current
         names = [spec.name for spec in scenario.recordings]
         if not names:
-            with self._session.lock:
+            with self._session.changing(Topic.RECORDINGS, Topic.CURSOR):
                 self.recording, self._recording_key, self.motion = None, None, None
-            self._session.notify(Topic.RECORDINGS, Topic.CURSOR)
             return
         name = name if name in names else names[0]
         try:
@@ -134,11 +133,10 @@ class Playback:
             self._refresh_pending = True  # again on the next stage: a worker may have been lost
             self._session.show_message(str(error), bad=True)
             return
-        with self._session.lock:
+        with self._session.changing(Topic.RECORDINGS, Topic.CURSOR):
             self.recording, self._recording_key, self.motion = recording, key, motion
             if self.cursor.recording != name:
                 self.cursor = replace(self.cursor, recording=name, time=0.0)
-        self._session.notify(Topic.RECORDINGS, Topic.CURSOR)
 
     def _motion_of(
         self, scenario: Scenario, name: str, fitted: Outcome | None, cached: Recording | None

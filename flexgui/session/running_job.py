@@ -32,14 +32,14 @@ class RunningJob:
         self.start_lock = threading.RLock()
         """Held while a job starts: of two at the same moment one is refused."""
 
-    def start_export(self, task: Task, done: Callable[[Any], object]) -> bool:
+    def start_export(self, task: Task, done: Callable[[Any], object], kind: str = "report") -> bool:
         """Makes an export in the pool; `done` gets the result."""
 
         def on_event(event: Event) -> None:
             if isinstance(event, Finished):
                 done(event.result)
 
-        return self.submit("report", task, on_event)
+        return self.submit(kind, task, on_event)
 
     def pause(self) -> None:
         """Pauses the job."""
@@ -112,8 +112,7 @@ class RunningJob:
         self._session.notify(Topic.RUN)
 
     def _update(self, event: Event) -> None:
-        with self._session.lock:
+        with self._session.changing(Topic.RUN):
             run = self.state = self.state.after(event)
-        self._session.notify(Topic.RUN)
         if run.phase in (FAILED, LOST):
             self._session.show_message(run.sentence, bad=True)

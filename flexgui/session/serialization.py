@@ -66,7 +66,7 @@ def deserialize(content: bytes, kind: type[T]) -> T:
 
     def decode_other(kind: type, value: Any) -> Any:
         if kind is Scenario:
-            return _scenario(value)
+            return parse_scenario(value, "What was kept")
         if kind is np.ndarray:
             return arrays[value]
         raise TypeError(f"{kind} is no record that is kept")
@@ -83,7 +83,3 @@ def _bytes_of(array: np.ndarray) -> bytes:
     buffer = io.BytesIO()
     np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()
-
-
-def _scenario(text: str) -> Scenario:
-    return parse_scenario(text, "What was kept")

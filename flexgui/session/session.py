@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shutil
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import final
 
@@ -82,6 +83,13 @@ class Session:
                     subscriber(topic)
                 except Exception:
                     self.faults.fail(PagePart.PAGE)
+
+    @contextmanager
+    def changing(self, *topics: Topic) -> Iterator[None]:
+        """Holds the lock while a part is changed, then notifies of the topics."""
+        with self.lock:
+            yield
+        self.notify(*topics)
 
     def show_message(self, text: str, bad: bool = False) -> None:
         """Shows a sentence; paths of the server are hidden in it."""

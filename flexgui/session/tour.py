@@ -31,9 +31,8 @@ class Tour:
 
     def set_step(self, step: int | None) -> None:
         """Sets OFFERED or STARTED; None dismisses the tour."""
-        with self._session.lock:
+        with self._session.changing(Topic.TOUR):
             self.step = step
-        self._session.notify(Topic.TOUR)
 
 
 @dataclass(frozen=True)
@@ -106,12 +105,7 @@ def is_on_tour(session: Session) -> bool:
 
 def needs_fit(session: Session) -> bool:
     """Whether the model has no fit at its present settings and no job runs."""
-    return not (_is_fitted(session) or session.run.busy)
-
-
-def _is_fitted(session: Session) -> bool:
-    fitted = session.identification
-    return fitted.outcome is not None and fitted.outcome_of == session.document.scenario
+    return session.identification.current is None and not session.run.busy
 
 
 def needs_search(session: Session) -> bool:
@@ -136,7 +130,7 @@ def next_stage(session: Session) -> str:
 def _identify(session: Session) -> Card:
     if session.run.state.busy and session.run.state.kind == "identify":
         return FITTING
-    return FITTED if _is_fitted(session) else TO_FIT
+    return TO_FIT if session.identification.current is None else FITTED
 
 
 def _compare(session: Session) -> Card:

@@ -105,7 +105,6 @@ def _outputs(response: StepResponse | FrequencyResponse) -> str:
     return ", ".join(channel_symbol(port.name, port.unit) for port in response.outputs)
 
 
-DASHES = ("solid", "dash", "dot")
 NEGLIGIBLE = 1e-9
 """Of the largest value: a coupling below is none and gets no line."""
 
@@ -123,7 +122,7 @@ def pair_lines(
                 continue
             stepped = reference_symbol(reference.name, reference.unit)
             ends = (stepped, channel_symbol(output.name, output.unit))
-            style = {"width": 1.8, "dash": DASHES[j % len(DASHES)]}
+            style = {"width": 1.8, "dash": colours.joint(j)["dash"]}
             lines.append(line(x, y, " → ".join(ends), colours.joint(i)["color"], hover, **style))
     return lines
 

@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import LEVELS
-from flexgui.export.template import environment
 from flexgui.page.panel import PageContext, PageElement, Panel
-from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragraph
+from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragraph, stage_macros
 from flexgui.sentences.figures import validation_rms
 from flexgui.session.state import Topic
 from flexgui.stages.challenge.judging import (
     NONE_GUESSED,
+    NONE_TITLE,
     Guess,
     SizeField,
     plain_name,
     read_sizes,
     size_fields,
 )
-from flexgui.stages.challenge.state import NONE_TITLE, Challenge, Revealed, ToolAnswer
+from flexgui.stages.challenge.state import Challenge, Revealed, ToolAnswer
 from flexgui.stages.diagnose.effects import titled
 from flexgui.stages.diagnose.panel import DemonstrationView
 from flexgui.stages.diagnose.panel_candidates import WORDS as DIAGNOSE_WORDS
 from flexgui.views.summary import validation_warning
 from flexgui.views.table import html_table
 
+WORDS = stage_macros("challenge")
 MOST = 99_999
 SEED = 30
 """Easy to begin with: one effect that shows well, another one than the tour's."""
@@ -142,23 +142,23 @@ class ChallengePanel(Panel):
                 session.demonstration.start(hidden[0])
 
     def _show_words(self, state: Challenge) -> None:
-        session, words = self.session, _words()
+        session = self.session
         version, tool, improvement = session.diagnosis.newest, session.challenge.tool_answer, ""
         if version is not None and version.found is not None:
             improvement = validation_warning(
                 version.error, validation_rms(version.found.step.errors)
             )
-        self._state.show(words.state(state, session.challenge.tool_used, improvement))
+        self._state.show(WORDS.state(state, session.challenge.tool_used, improvement))
         revealed = state.revealed
         answer = _verdict(revealed, tool, session.run.busy) if revealed else ""
-        self._truth.show(words.end(revealed, answer) if revealed else "")
+        self._truth.show(WORDS.end(revealed, answer) if revealed else "")
         board = session.services.board
         entries = board.entries(state.seed, state.level)
         waiting = board.guessing(state.seed, state.level)
         from flexgui.classroom.board import board_table  # late: only a class has entries
 
         table = html_table(board_table(entries, waiting))
-        self._board.show(words.board(state, entries, waiting, table).strip())
+        self._board.show(WORDS.board(state, entries, waiting, table).strip())
 
     def _show_fields(self, state: Challenge) -> None:
         """Shows the fields of the guess, or the buttons after it."""
@@ -177,11 +177,6 @@ class ChallengePanel(Panel):
         self._name.visible, self._commit.visible = nameless, asks
         self._reveal.visible = self._change.visible = stands
         self._take.visible = committed and not state.changing
-
-
-@cache
-def _words() -> Any:
-    return environment().get_template("challenge.html.j2").module
 
 
 def _verdict(revealed: Revealed, tool: ToolAnswer | None, busy: bool) -> str:

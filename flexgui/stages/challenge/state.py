@@ -13,8 +13,6 @@ from flexgui.core.scenario.read import parse_scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.session.state import Topic
 from flexgui.stages.challenge.judging import (
-    NONE_GUESSED,
-    NONE_TITLE,
     Entry,
     Guess,
     Judgement,
@@ -31,16 +29,6 @@ if TYPE_CHECKING:
 
 SOURCE = "The challenge"
 LONGEST_SIZE = 80
-
-__all__ = [
-    "NONE_GUESSED",
-    "NONE_TITLE",
-    "Challenge",
-    "Challenges",
-    "Guess",
-    "Revealed",
-    "ToolAnswer",
-]
 
 
 @dataclass(frozen=True)
@@ -153,22 +141,19 @@ class Challenges:
     def suspend(self) -> None:
         """Sets the challenge aside while only own recordings are used."""
         if self.state is not None:
-            with self._session.lock:
+            with self._session.changing(Topic.CHALLENGE):
                 self._aside, self.state = self.state, None
-            self._session.notify(Topic.CHALLENGE)
 
     def resume(self) -> None:
         """Continues the challenge after its recordings are restored."""
         if self._aside is not None:
-            with self._session.lock:
+            with self._session.changing(Topic.CHALLENGE):
                 self.state, self._aside = self._aside, None
-            self._session.notify(Topic.CHALLENGE)
 
     def take_up(self, challenge: Challenge) -> None:
         """Starts another session's challenge, whose recordings are here already."""
-        with self._session.lock:
+        with self._session.changing(Topic.CHALLENGE):
             self.state = Challenge(challenge.seed, challenge.level, challenge.sealed)
-        self._session.notify(Topic.CHALLENGE)
 
     def guess(self, guesses: tuple[Guess, ...], name: str = "") -> bool:
         """Commits to guesses; `change_guess` allows others."""
@@ -194,9 +179,8 @@ class Challenges:
         state = self.state
         if state is None or not state.guesses or state.revealed is not None:
             return False
-        with self._session.lock:
+        with self._session.changing(Topic.CHALLENGE):
             self.state = replace(state, changing=True)
-        self._session.notify(Topic.CHALLENGE)
         return True
 
     @property

@@ -119,9 +119,6 @@ def _board(maps: ErrorMaps) -> Board | None:
             if name in first.recordings and len(m.edges) == len(first.edges):
                 layer[first.recordings.index(name)] = m.ratio[i]
         layers.append(layer)
-    square = np.array(layers) ** 2
-    finite = np.isfinite(square)
-    total = np.where(finite, square, 0.0).sum(axis=0)
-    many = finite.sum(axis=0)
-    ratio = np.where(many > 0, np.sqrt(total / np.maximum(many, 1)), np.nan)
+    square = np.ma.masked_invalid(np.array(layers) ** 2)
+    ratio = np.sqrt(square.mean(axis=0).filled(np.nan))
     return Board(first.recordings, first.edges, ratio)

@@ -94,9 +94,8 @@ class Check:
         except InputError as error:
             found = ()
             self._session.show_message(str(error), bad=True)
-        with self._session.lock:
+        with self._session.changing(Topic.RECORDINGS):
             self._findings, self._checked, self.running = found, scenario, False
-        self._session.notify(Topic.RECORDINGS)
 
 
 def _to_check(scenario: Scenario) -> Scenario:

@@ -46,9 +46,8 @@ class Imports:
             return
         if self._nothing_done():
             self.use(alone=True)
-            with self._session.lock:
+            with self._session.changing(Topic.RECORDINGS):
                 self.replaced = ()
-            self._session.notify(Topic.RECORDINGS)
             return
         self._session.show_message(" ".join(arrival.words for arrival in imports))
         self._session.notify(Topic.RECORDINGS)
@@ -79,9 +78,8 @@ class Imports:
         together = set_value(("recordings",), [*self.replaced, *self._entries()])
         if not self.replaced or not self._session.document.change(together):
             return False
-        with self._session.lock:
+        with self._session.changing(Topic.RECORDINGS):
             self.replaced = ()
-        self._session.notify(Topic.RECORDINGS)
         self._session.challenge.resume()
         return True
 

@@ -21,7 +21,7 @@ from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.units import parse_header
-from flexgui.stages.data.rows import Rows, headers_of, parted, rows, settings
+from flexgui.stages.data.rows import Rows, headers_of, parted, rows, settings, unit_of
 
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
@@ -151,15 +151,12 @@ def _suited(numbers: Mapping[str, np.ndarray], rigs: Sequence[RigColumns]) -> st
     for rig in rigs:
         guesses = guess_columns(numbers, rig.wanted)
         names = [parse_header(guesses[c].header) for c in rig.needed if c in guesses]
-        there = {w for name, unit in names for w in (*_words(name), f"[{unit.lower()}]")}
+        there = {word for name, _ in names for word in re.findall(r"[a-z]+", name.lower())}
+        there |= {f"[{unit.lower()}]" for _, unit in names}
         suits = len(names) == len(rig.needed) and (not rig.signs or rig.signs & there)
         if suits and len(guesses) >= most:
             best, most = rig.title, len(guesses)
     return best
-
-
-def _words(name: str) -> list[str]:
-    return re.findall(r"[a-z]+", name.lower())
 
 
 def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
@@ -247,11 +244,11 @@ def _in_plausible_units(
     arm = build_arm(file.scenario.arm)
     reach = sum(segment.length for segment in arm.segments)
     turning = [f"theta{k + 1}" for k, s in enumerate(arm.segments) if s.joint == "revolute"]
-    headers = _headers_of(tuple(numbers), columns, (*turning, "z1", "z2"))
+    headers = headers_of(tuple(numbers), columns)
     changed, findings = dict(columns), {}
     for kind, most, unit in ((turning, TURNS * 2.0 * np.pi, "deg"),
                              (["z1", "z2"], BEYOND * reach, "mm")):  # fmt: skip
-        bare = [c for c in kind if c in headers and not _unit_of(columns, headers, c)]
+        bare = [c for c in kind if c in headers and not unit_of(columns.get(c), headers[c])]
         sizes = [float(np.nanmax(np.abs(numbers[headers[c]]), initial=0.0)) for c in bare]
         if max(sizes, default=0.0) <= most:
             continue
@@ -260,11 +257,6 @@ def _in_plausible_units(
             changed[c] = {**columns.get(c, {}), "name": f"{name} [{unit}]"}
             findings[c] = f"Taken as {unit}: up to {max(sizes):.3g}."
     return changed, findings
-
-
-def _unit_of(columns: Mapping[str, Any], headers: Mapping[str, str], channel: str) -> str:
-    stated = columns.get(channel, {}).get("name", headers[channel])
-    return parse_header(stated)[1] or parse_header(headers[channel])[1]
 
 
 PAIRS = (("theta1", "theta2"), ("dtheta1_ref", "dtheta2_ref"), ("z1", "z2"))
@@ -292,16 +284,6 @@ def _least_contradicted(
 def _contradictions(findings: Iterable[Finding]) -> int:
     """Number of findings about what a channel is, not about its quality."""
     return sum(finding.fault in CONTRADICT for finding in findings)
-
-
-def _headers_of(
-    headers: tuple[str, ...], columns: Mapping[str, Any], wanted: tuple[str, ...]
-) -> dict[str, str]:
-    """Channel -> header, of the wanted channels that have one."""
-    plain = {parse_header(h)[0]: h for h in headers}
-    named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
-    own = {c: plain[c] for c in wanted if c in plain}
-    return {c: h for c, h in {**own, **named}.items() if h}
 
 
 def _picture(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

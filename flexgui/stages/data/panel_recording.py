@@ -52,7 +52,10 @@ class RecordingSettings(PageElement):
     def _file_controls(self) -> None:
         context, gui = self.context, self.gui
         self._window: Any = gui.add_vector2("Window [s]", (0.0, 1.0), step=0.01)
-        button(context, "Keep only this window", self._trim)
+        button(
+            context, "Keep only this window",
+            lambda: self._put([float(v) for v in self._window.value], "window"),
+        )  # fmt: skip
         button(context, "Keep everything", lambda: self._put(None, "window"))
         origin = gui.add_vector2(
             "Camera at [m]", self._spec.camera.origin, step=0.001, hint="Origin of its frame."
@@ -105,9 +108,6 @@ class RecordingSettings(PageElement):
         stretch = [float(v) for v in self._stretch.value]
         ranges = [list(pair) for pair in self._spec.mask.get(channel, ())]
         return self._put([*ranges, stretch], "mask", channel)
-
-    def _trim(self) -> bool:
-        return self._put([float(v) for v in self._window.value], "window")
 
     def _remove(self) -> None:
         index, document = self._index, self.session.document

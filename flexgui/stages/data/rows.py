@@ -94,10 +94,21 @@ def settings(rows_read: Rows, how: str = "", clock: str = "interpolate") -> dict
     return entries
 
 
+def chosen_headers(headers: tuple[str, ...], columns: Mapping[str, Any]) -> dict[str, str]:
+    """Channel -> header that its entry of `columns` names, without its unit; else empty."""
+    plain = {parse_header(h)[0]: h for h in headers}
+    return {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
+
+
+def unit_of(entry: Mapping[str, Any] | None, header: str) -> str:
+    """The unit that an entry of `columns` states, else that of the heading; empty without one."""
+    return parse_header((entry or {}).get("name", ""))[1] or parse_header(header)[1]
+
+
 def headers_of(headers: tuple[str, ...], columns: Mapping[str, Any]) -> dict[str, str]:
     """Channel -> header: what `columns` names, then columns of a channel's own name."""
     plain = {parse_header(h)[0]: h for h in headers}
-    named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
+    named = chosen_headers(headers, columns)
     own = {name: h for name, h in plain.items() if is_channel(name) and h not in named.values()}
     return {c: h for c, h in {**own, **named}.items() if h}
 
@@ -109,10 +120,9 @@ def _seconds(
     header = headers.get("t", "")
     if header not in numbers:
         return np.zeros(0)
-    entry = columns.get("t", {"name": header})
-    unit = parse_header(entry["name"])[1] or parse_header(header)[1]
+    entry = columns.get("t", {})
     try:
-        factor = factor_to_si(unit, ("s",)) * entry.get("gain", 1.0)
+        factor = factor_to_si(unit_of(entry, header), ("s",)) * entry.get("gain", 1.0)
     except InputError:  # the reader has a sentence on that
         return np.zeros(0)
     return np.asarray(factor * numbers[header])

@@ -344,9 +344,8 @@ class Recordings:
         return answer
 
     def _wait(self, waiting: WaitingFile | None) -> None:
-        with self._session.lock:
+        with self._session.changing(Topic.RECORDINGS):
             self.waiting = waiting
-        self._session.notify(Topic.RECORDINGS)
 
 
 def check_suits(scenario: Scenario) -> None:

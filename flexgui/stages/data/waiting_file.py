@@ -22,7 +22,7 @@ from flexgui.sentences.written import channel_symbol
 from flexgui.session.scenario_edits import apply_edits, cached_model
 from flexgui.stages.data.inspect import Inspection, RigColumns
 from flexgui.stages.data.rigs import RIGS, rig_edit
-from flexgui.stages.data.rows import SPLIT, Rows, settings
+from flexgui.stages.data.rows import SPLIT, Rows, chosen_headers, settings
 
 POINT = "theta2"
 """The channel that says at which working point the arm stood, where nothing else does."""
@@ -75,9 +75,7 @@ class WaitingFile:
     def guessed(self, inspection: Inspection) -> WaitingFile:
         """With the columns that the inspection guesses."""
         columns = {c: {"gain": 1.0, "sign": 1, **entry} for c, entry in inspection.columns.items()}
-        named = {c: parse_header(entry["name"])[0] for c, entry in columns.items()}
-        headers = {parse_header(h)[0]: h for h in self.headers}
-        chosen = {c: headers[n] for c, n in named.items()}
+        chosen = chosen_headers(self.headers, columns)
         return replace(self, columns=columns, headers_of=chosen, inspection=inspection)
 
     @property
@@ -213,8 +211,7 @@ def waiting_again(
     """A recording of the scenario whose columns are chosen again."""
     waiting = _waiting(spec.file or "", headers, arm, tuple(references))
     columns = {c: column.model_dump() for c, column in spec.columns.items()}
-    names = {parse_header(header)[0]: header for header in waiting.headers}
-    chosen = {c: names.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
+    chosen = chosen_headers(waiting.headers, columns)
     return replace(
         waiting, columns=columns, headers_of=chosen, theta2=spec.theta2, recording=spec.name
     )

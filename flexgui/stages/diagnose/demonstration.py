@@ -70,9 +70,8 @@ class Demonstrations:
             job = pool.submit(self._session.key, task, lambda event: self._hear(kind, event))
         except InputError as error:
             return self._cannot(kind, str(error))
-        with self._session.lock:
+        with self._session.changing(Topic.DEMONSTRATION):
             self._shower = job
-        self._session.notify(Topic.DEMONSTRATION)
         return True
 
     @property
@@ -102,9 +101,8 @@ class Demonstrations:
             self.end()
 
     def _cannot(self, kind: str, sentence: str) -> bool:
-        with self._session.lock:
+        with self._session.changing(Topic.DEMONSTRATION):
             self.kind, self.not_shown = kind, sentence
-        self._session.notify(Topic.DEMONSTRATION)
         return False
 
     def _sizes(self, kind: str) -> dict[str, float]:
@@ -119,9 +117,8 @@ class Demonstrations:
         if kind != self.kind:
             return
         if isinstance(event, Finished):
-            with self._session.lock:
+            with self._session.changing(Topic.DEMONSTRATION):
                 self.shown = event.result
-            self._session.notify(Topic.DEMONSTRATION)
         elif isinstance(event, Failed | WorkerLost):
             self._cannot(kind, event.sentence)
 
@@ -169,7 +166,6 @@ def demonstrate(
         without=without.model[rows],
         with_it=with_it.model[rows],
         sizes=_sizes(shown, grown),
-        floor=floors.get(without.channel),
         torques=_torques(bare, grown, plain, values),
     )
 

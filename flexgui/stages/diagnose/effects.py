@@ -124,7 +124,8 @@ def ranked_with_own(before: ModelVersion, after: ModelVersion) -> ModelVersion:
     if own is None or before.found is None:
         return before
     listed = [r for r in before.found.ranking if r.effect != own.effect]
-    place = next((k for k, r in enumerate(listed) if _worse(r, own)), len(listed))
+    worse = (r.refit_drop_percent is None or _price(r) > _price(own) for r in listed)
+    place = next((k for k, is_worse in enumerate(worse) if is_worse), len(listed))
     ranking = (*listed[:place], own, *listed[place:])
     return replace(before, found=replace(before.found, ranking=ranking))
 
@@ -157,10 +158,6 @@ def _predicted(before: ModelVersion, after: ModelVersion) -> tuple[np.ndarray, .
     alike = before.found.recordings == after.found.recordings
     same = alike and all(a.shape == b.shape for a, b in pairs)
     return tuple(np.asarray(a - b) for a, b in pairs) if same else ()
-
-
-def _worse(listed: RankedEffect, own: RankedEffect) -> bool:
-    return listed.refit_drop_percent is None or _price(listed) > _price(own)
 
 
 def _price(ranked: RankedEffect) -> float:

@@ -245,7 +245,5 @@ class Demonstration:
     with_it: np.ndarray
     sizes: tuple[Parameter, ...]
     """Of the effect, at the values that were simulated."""
-    floor: float | None = None
-    """Of the output's error, where it is known."""
     torques: tuple[OverSpeed, ...] = ()
     """What the effect does to each joint, over its speed; empty where no such law says it."""

@@ -6,11 +6,11 @@ axes what the effect has explained.
 
 from __future__ import annotations
 
-from flexgui.core.effects import catalogue
 from flexgui.core.results import MissingTorque
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import HtmlBlock
+from flexgui.stages.diagnose.effects import titled
 from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 from flexgui.stages.diagnose.panel_candidates import WORDS, may_explain
 from flexgui.stages.diagnose.plots import (
@@ -95,7 +95,7 @@ class CandidateFigure(PageElement):
     ) -> None:  # fmt: skip
         versions = self.session.diagnosis.shown_versions
         first = next((t for k in versions if (t := _torques(k, name))), torques)
-        title = _title(version.found.laws_of) if laws and version.found is not None else ""
+        title = titled([version.found.laws_of])[0] if laws and version.found is not None else ""
         height = CLOUD if len(torques) <= BESIDE else EACH * len(torques)
         self._cloud.show(torque_cloud(torques, laws, title, first), height=height)
         self._residual.show(None)
@@ -139,8 +139,3 @@ def _laws(version: ModelVersion, findings: ModelFindings, name: str) -> tuple[Ov
 
 def _torques(version: ModelVersion, name: str) -> tuple[MissingTorque, ...]:
     return next((c.missing_torque for c in version.comparisons if c.recording == name), ())
-
-
-def _title(kind: str) -> str:
-    effect = catalogue().get(kind)
-    return kind if effect is None else effect.title

@@ -181,11 +181,10 @@ class Diagnosis:
             model = with_lists(back.scenario.model_dump(exclude_defaults=True)).get("model")
         if not self._session.document.change(set_value(("model",), model)):
             return False
-        with self._session.lock:
+        with self._session.changing(Topic.DIAGNOSIS, Topic.OUTCOME):
             undone, self.versions = self.versions[-1], self.versions[:-1]
             if back.outcome is not None and back.scenario == self._session.document.scenario:
                 self._session.identification.take(back.outcome, back.scenario)
-        self._session.notify(Topic.DIAGNOSIS, Topic.OUTCOME)
         self._session.playback.refresh()
         self._session.show_message(f"Undone: {undone.title}.")
         return True
@@ -302,9 +301,8 @@ class Diagnosis:
         model = with_lists(scenario.model_dump(exclude_defaults=True)).get("model")
         if scenario.model != self._session.document.scenario.model:
             self._session.document.change(set_value(("model",), model))
-        with self._session.lock:
+        with self._session.changing(Topic.OUTCOME):
             self._session.identification.take(outcome, outcome_of)
-        self._session.notify(Topic.OUTCOME)
 
     def _fallen(self) -> str:
         """How the error changed in the last step."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
-from flexgui.jobs import Event, Finished, Task
+from flexgui.jobs import Task
 from flexgui.session.scenario_edits import ScenarioDict, apply_edits, set_value
 from flexgui.session.state import Topic
 from flexgui.stages.export.task import export, plan_next
@@ -53,12 +53,9 @@ class Export:
         where = {"folder": str(self._session.folder), "out": str(out)}
         task = Task.of(plan_next, "The plan", scenario=plain, seconds=seconds, **where)
 
-        def on_event(event: Event) -> None:
-            result = getattr(event, "result", None)
-            if isinstance(event, Finished) and isinstance(result, tuple):
-                with self._session.lock:
-                    self.planned = result
-                self._session.notify(Topic.OUTCOME)
-                done(out)
+        def show(planned: tuple[str, ...]) -> None:
+            with self._session.changing(Topic.OUTCOME):
+                self.planned = planned
+            done(out)
 
-        return self._session.run.submit("plan", task, on_event)
+        return self._session.run.start_export(task, show, "plan")

@@ -75,9 +75,8 @@ class Identification:
 
     def _identified(self, event: Event, scenario: Scenario) -> None:
         if isinstance(event, Partial):
-            with self._session.lock:
+            with self._session.changing(Topic.RUN):
                 self.so_far = self.so_far.after(*event.value)
-            self._session.notify(Topic.RUN)
             return
         outcome = getattr(event, "result", None)
         if not isinstance(outcome, Outcome):

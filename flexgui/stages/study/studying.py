@@ -17,7 +17,7 @@ from flexgui.core.resumable.executor import Executor, Here
 from flexgui.core.resumable.journal import Finished as FinishedCase
 from flexgui.core.resumable.journal import Journal, Record
 from flexgui.core.scenario.schema import Scenario
-from flexgui.jobs import Event, Finished, Task
+from flexgui.jobs import Task
 from flexgui.places import has_saved_work, hide_paths
 from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import PagePart, Topic
@@ -161,12 +161,7 @@ class Study:
             study_report, "The report of the study", settings=run.settings.model_dump_json(),
             folder=str(run.folder),
         )  # fmt: skip
-
-        def on_event(event: Event) -> None:
-            if isinstance(event, Finished):
-                done(run.folder)
-
-        return self._session.run.submit("study report", task, on_event)
+        return self._session.run.start_export(task, lambda _: done(run.folder), "study report")
 
     def _changed(self, run: StudyRun) -> None:
         if not self._show(run):
