@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -32,27 +31,14 @@ class EditedScenario:
         """The model of the sliders; None before it was computed first."""
         self._worker = LatestRequest(session.faults, PagePart.MODEL)
         self._dragged = False
-        """Whether `change_while_dragging` made a change that was not notified yet."""
+        """Whether a slider that was dragged made a change that was not notified yet."""
 
-    def change(self, *edits: Edit) -> bool:
-        """Edits the scenario; shows a message and changes nothing where the result is invalid."""
-        if not self._edit(edits):
-            return False
-        self._session.notify(Topic.SCENARIO)
-        self.refresh()
-        self._session.scenario_changed()
-        return True
+    def change(self, *edits: Edit, dragging: bool = False) -> bool:
+        """Edits the scenario; shows a message and changes nothing where the result is invalid.
 
-    def change_while_dragging(self, *edits: Edit) -> bool:
-        """As `change`, for a slider that is being dragged: subscribers are notified only together
-        with a computed arm, so that they skip values in between."""
-        if not self._edit(edits, dragging=True):
-            return False
-        self.refresh()
-        self._session.scenario_changed()
-        return True
-
-    def _edit(self, edits: Sequence[Edit], dragging: bool = False) -> bool:
+        While a slider is `dragging`, subscribers are notified only together with a computed arm, so
+        that they skip values in between.
+        """
         try:
             with self._session.lock:
                 changed = apply_edits(self.scenario, *edits)
@@ -60,6 +46,10 @@ class EditedScenario:
                 self.scenario, self._dragged = changed, self._dragged or dragging
         except InputError as error:
             return self._session.refuse(error)
+        if not dragging:
+            self._session.notify(Topic.SCENARIO)
+        self.refresh()
+        self._session.scenario_changed()
         return True
 
     def set_live(self, **changes: Any) -> None:

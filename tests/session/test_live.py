@@ -165,7 +165,7 @@ def test_places_that_a_hand_passes_are_not_heard_and_the_last_one_is_written_bef
     kept.subscribe(listen)
     with COMPUTE_TURNS.for_computing():  # nobody else computes meanwhile
         for value in (0.91e9, 0.92e9, 0.93e9):
-            assert kept.document.change_while_dragging(stiffness(kept, value))
+            assert kept.document.change(stiffness(kept, value), dragging=True)
         assert not heard and not has_saved_work(kept.folder)
     assert kept.wait_idle(SOON) and drawn(kept, 0.93e9)
     assert [topic for topic, _ in heard].count(Topic.SCENARIO) == 1
@@ -181,14 +181,14 @@ def test_a_slid_scenario_is_heard_of_and_written_even_where_its_arm_cannot_be_co
     monkeypatch.setattr(edited_scenario, "live_model", fails)
     heard: list[Topic] = []
     kept.subscribe(heard.append)
-    assert kept.document.change_while_dragging(stiffness(kept, 0.94e9))
+    assert kept.document.change(stiffness(kept, 0.94e9), dragging=True)
     assert kept.wait_idle(SOON)
     assert Topic.SCENARIO in heard and has_saved_work(kept.folder)
 
 
 def test_what_is_no_scenario_changes_nothing_under_a_hand_either(kept: Session) -> None:
     before = kept.document.scenario
-    assert not kept.document.change_while_dragging(set_value(("arm", "young_modulus"), -1.0))
+    assert not kept.document.change(set_value(("arm", "young_modulus"), -1.0), dragging=True)
     assert kept.document.scenario is before and kept.message.bad
 
 
@@ -197,7 +197,7 @@ def test_sessions_at_the_same_place_share_scenario_and_model(kept: Session, tmp_
     folder.mkdir()
     other = Session("another-person", folder, kept.services)
     for each in (kept, other):
-        assert each.document.change_while_dragging(stiffness(each, 0.95e9))
+        assert each.document.change(stiffness(each, 0.95e9), dragging=True)
         assert each.wait_idle(SOON)
     assert kept.document.scenario is other.document.scenario
     assert kept.document.live_model is other.document.live_model is not None

@@ -263,13 +263,14 @@ class ArmSliders(PageElement):
     def _put(self, name: str, value: float, k: int | None) -> bool:
         document = self.session.document
         # Another number of modes is compiled first, so that is kept at once.
-        put_in = document.change if isinstance(value, int) else document.change_while_dragging
+        dragging = not isinstance(value, int)
         if k is None:
-            return put_in(set_arm(document.scenario, name, value))
+            return document.change(set_arm(document.scenario, name, value), dragging=dragging)
         values = [getattr(segment, name) for segment in self._arm.segments]
         if k >= len(values) or None in values:
             return False
-        return put_in(set_arm(document.scenario, name, [*values[:k], value, *values[k + 1 :]]))
+        edit = set_arm(document.scenario, name, [*values[:k], value, *values[k + 1 :]])
+        return document.change(edit, dragging=dragging)
 
     def _gain(self, slider: DriveSlider, k: int) -> float:
         """The gain of joint k; 0 while the sliders are still those of another drive."""
@@ -282,9 +283,8 @@ class ArmSliders(PageElement):
         if k >= len(values):
             return False
         values[k] = float(value)
-        return self.session.document.change_while_dragging(
-            set_value(("drive", slider.setting), values)
-        )
+        edit = set_value(("drive", slider.setting), values)
+        return self.session.document.change(edit, dragging=True)
 
 
 def around(value: float, limits: Limits) -> Limits:

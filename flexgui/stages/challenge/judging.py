@@ -164,11 +164,10 @@ def _judged_guess(
         if not matching:
             phrases.append(f"{name} is not a parameter of this effect")
             continue
-        phrase, ratio = min(
-            (_compared(p, value, unit, values[p.name]) for p in matching), key=_factor
-        )
+        compared = [_compared(p, value, unit, values[p.name]) for p in matching]
+        phrase, off = min(compared, key=lambda pair: pair[1])
         phrases.append(phrase)
-        near = near and _factor((phrase, ratio)) <= NEAR
+        near = near and off <= NEAR
     return JudgedGuess(guess, True, "; ".join(phrases), near)
 
 
@@ -178,7 +177,7 @@ def read_sizes(text: str) -> list[tuple[str, float, str]]:
 
 
 def _compared(p: Parameter, value: float, unit: str, true: float) -> tuple[str, float]:
-    """A phrase, and how many times too large the guess is."""
+    """A phrase, and how many times too large or too small the guess is."""
     try:
         value *= factor_to_si(unit, (p.unit,))
     except InputError:
@@ -186,23 +185,14 @@ def _compared(p: Parameter, value: float, unit: str, true: float) -> tuple[str, 
     shown = shown_unit(true, p.unit)
     numbers = [f"{format_number(v * shown.factor, 3)} {shown.name}".strip() for v in (value, true)]
     ratio = value / true if true else math.inf
-    return (
-        f"{p.name}: your guess {numbers[0]}, truth {numbers[1]}, {_comparison_text(ratio)}",
-        ratio,
-    )
+    off = max(ratio, 1.0 / ratio) if ratio > 0.0 else math.inf  # of a wrong sign too
+    text = _comparison_text(off, "large" if ratio > 1.0 else "small")
+    return f"{p.name}: your guess {numbers[0]}, truth {numbers[1]}, {text}", off
 
 
-def _factor(comparison: tuple[str, float]) -> float:
-    """How many times too large or too small, at least 1; infinite for a wrong sign."""
-    ratio = comparison[1]
-    return max(ratio, 1.0 / ratio) if ratio > 0.0 else math.inf
-
-
-def _comparison_text(ratio: float) -> str:
-    off = _factor(("", ratio))
+def _comparison_text(off: float, side: str) -> str:
     if off <= RIGHT:
         return "right"
-    side = "large" if ratio > 1.0 else "small"
     if off <= NEAR:
         return f"near: {off:.2g} times too {side}"
     return f"far off: {off:.2g} times too {side}" if math.isfinite(off) else "the wrong sign"

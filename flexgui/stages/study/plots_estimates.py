@@ -104,10 +104,10 @@ def _by_fit(
 ) -> Table:
     """A row per fit; beside each other the columns of each table."""
     titles, found = zip(*(c for table in tables for c in columns(table)), strict=True)
-    rows = (
-        Row((fit_name(fit.label, fit.theta2), *here), strong=fit.label in STRONG)
-        for fit, *here in zip(tables[0].rows, *found, strict=True)
-    )
+    rows = []
+    for fit, *here in zip(tables[0].rows, *found, strict=True):
+        name = fit.label if fit.theta2 is None else f"local {angle(fit.theta2)}"
+        rows.append(Row((name, *here), strong=fit.label in STRONG))
     return Table((*texts("Fit"), *numbers(*titles)), tuple(rows), text)
 
 
@@ -224,11 +224,6 @@ EXCITATIONS = {"prbs": "plain PRBS", "prbs_balanced": "balanced PRBS"}
 def shown(name: str) -> tuple[str, str, float]:
     """(symbol, unit, factor) of a parameter."""
     return SYMBOLS.get(name, (name, "SI", 1.0))
-
-
-def fit_name(label: str, theta2: float | None) -> str:
-    """'local π/8' for the first working point of the paper."""
-    return label if theta2 is None else f"local {angle(theta2)}"
 
 
 def percent(share: float, digits: int = 3) -> str:
