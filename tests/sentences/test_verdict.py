@@ -39,47 +39,39 @@ from tests.sentences.findings import (
     text,
 )
 
+TOLD = {
+    "what the found effect is": "Coulomb friction. Two dry surfaces rub.",
+    "its size, rounded to its deviation": "Coulomb friction of joint 1 is 1.2011 ± 0.0012 N m.",
+    "the chance of noise": "less than one in a billion",
+    "the evidence": "very strong (ΔBIC over 1000; above 10 is very strong)",
+    "the next best": "next best explanation, Viscous joint friction, reaches 46 %",
+    "the fall of the error": "error from 19 to 1.0 times the noise floor",
+    "the fall at the tip": "tip from 0.20 mm to 0.043 mm rms",
+    "what remains by channel": "Remaining error: θ₁ 0.97 and z₁ 1.0 times the noise floor",
+    "what remains at the tip": "noise floor, tip 0.043 mm rms.",
+    "that nothing more is there": "That is the noise floor",
+}
 
-def test_a_found_effect_is_named_with_what_it_is() -> None:
-    said = text(FOUND)
+
+@pytest.mark.parametrize("fact", TOLD)
+def test_a_verdict_tells_of_a_found_effect(fact: str) -> None:
+    assert TOLD[fact] in text(FOUND)
+
+
+def test_a_found_effect_is_named_first() -> None:
     assert "first missing effect is Coulomb friction" in verdict_paragraphs(FOUND)[0]
-    assert "Coulomb friction. Two dry surfaces rub." in said
 
 
-def test_its_size_is_told_in_si_units_rounded_to_its_deviation() -> None:
-    assert "Coulomb friction of joint 1 is 1.2011 ± 0.0012 N m." in text(FOUND)
-
-
-def test_how_sure_is_told_by_chance_and_evidence() -> None:
-    said = text(FOUND)
-    assert "less than one in a billion" in said
-    assert "very strong (ΔBIC over 1000; above 10 is very strong)" in said
-
-
-def test_the_share_and_the_fall_of_the_error_are_told() -> None:
-    said = text(FOUND)
+def test_the_share_of_the_error_is_told() -> None:
     drop = GIVEN.cost_per_sample - AFTER.cost_per_sample
     share = percent(100.0 * drop / max(GIVEN.cost_per_sample - 1.0, drop))
-    assert f"explains {share} of the error above the noise floor" in said
-    assert "error from 19 to 1.0 times the noise floor" in said
-    assert "tip from 0.20 mm to 0.043 mm rms" in said
+    assert f"explains {share} of the error above the noise floor" in text(FOUND)
 
 
 def test_of_an_error_at_the_floor_no_share_is_claimed() -> None:
     said = text(replace(FOUND, steps=(replace(GIVEN, cost_per_sample=1.01), AFTER)))
     assert "small effect" in said
     assert "99.4 % of the error" not in said
-
-
-def test_the_next_best_explanation_is_told() -> None:
-    assert "next best explanation, Viscous joint friction, reaches 46 %" in text(FOUND)
-
-
-def test_what_remains_is_told_by_channel() -> None:
-    said = text(FOUND)
-    assert "Remaining error: θ₁ 0.97 and z₁ 1.0 times the noise floor" in said
-    assert "noise floor, tip 0.043 mm rms." in said
-    assert "That is the noise floor" in said
 
 
 @pytest.mark.parametrize(("unseen", "holds"), [(1.1, True), (1.3, False), (100.0, False)])

@@ -97,7 +97,7 @@ def served(
     command = [sys.executable, "-m", program, "serve", "--no-browser", "--port", "0", *options]
     with said.open("w") as out, complained.open("w") as err:
         process = subprocess.Popen(
-            command, cwd=cwd, stdout=out, stderr=err, text=True,
+            command, cwd=cwd, stdout=out, stderr=err, text=True, start_new_session=True,
             env={
                 **os.environ, "PYTHONUNBUFFERED": "1", STATE_VARIABLE: str(folder / "state"),
                 **environment,

@@ -9,8 +9,6 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -20,36 +18,12 @@ from flexgui.core.errors import InputError
 from flexgui.plain_words import INTERNAL
 from flexgui.server.options import ServeOptions, bind, origin_of, port_of
 from flexgui.server.serve import tickets_of
+from tests.server.served import served
 
-STARTING = 60.0
-"""s on a machine that compiles everything first."""
 ENDING = 5.0
 """s after Ctrl-C that a person waits."""
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals")
-
-
-@contextmanager
-def serving(*options: str, folder: Path) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "flexgui", "serve", "--no-browser", "--workers", "1", *options]
-    environment = os.environ | {"TMPDIR": str(folder)}
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment,
-        start_new_session=True,
-    ) as process:  # fmt: skip
-        try:
-            yield process
-        finally:
-            process.kill()
-
-
-def first_line(process: subprocess.Popen[str], pattern: str) -> re.Match[str]:
-    assert process.stdout is not None
-    end = time.monotonic() + STARTING
-    while time.monotonic() < end and (line := process.stdout.readline()):
-        if found := re.search(pattern, line):
-            return found
-    raise AssertionError(f"no line like {pattern}")
 
 
 def members(group: int) -> list[int]:
@@ -68,8 +42,8 @@ def members(group: int) -> list[int]:
 @posix
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="counts processes by /proc")
 def test_ctrl_c_ends_it_soon_with_no_process_and_no_folder_left(tmp_path: Path) -> None:
-    with serving("--port", "0", folder=tmp_path) as process:
-        first_line(process, r"http://127\.0\.0\.1:\d+/")
+    with served(tmp_path, "--workers", "1", nice=True, TMPDIR=str(tmp_path)) as server:
+        process = server.process
         assert list(tmp_path.glob("flexgui-*"))
         start = time.monotonic()
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
@@ -86,12 +60,12 @@ def test_ctrl_c_ends_it_soon_with_no_process_and_no_folder_left(tmp_path: Path) 
 def test_a_busy_port_gives_the_next_one_and_says_so(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with serving("--port", str(port), folder=tmp_path) as process:
-            said = first_line(process, r"Port (\d+) is busy; FlexGUI uses (\d+)")
-            assert int(said[1]) == port < int(said[2])
-            first_line(process, f"http://127.0.0.1:{said[2]}/")
-            process.send_signal(signal.SIGINT)
-            process.wait(ENDING)
+        with served(tmp_path, "--workers", "1", "--port", str(port)) as server:
+            said = re.search(
+                r"Port (\d+) is busy; FlexGUI uses (\d+)", server.terminal + server.log
+            )
+            assert said is not None
+            assert int(said[1]) == port < int(said[2]) == server.port
 
 
 def test_a_server_that_had_to_be_cut_off_says_so_and_fails() -> None:
