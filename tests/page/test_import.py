@@ -3,7 +3,6 @@ few clicks."""
 
 from __future__ import annotations
 
-import io
 import os
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from flexgui.session.session import Session
 from tests.page.conftest import Desktop
 from tests.page.helpers import press, sees
 from tests.page.test_walk import BOXES, SETTLED
-from tests.session.helpers import good_csv, until
+from tests.session.helpers import LABORATORY, laboratory_csv, until
 
 CLICKS = 7
 """From the first page to a verdict."""
@@ -29,21 +28,12 @@ PATIENT = 240_000
 """ms for a search on a busy machine."""
 SIZES = ((1600, 900), (390, 844))
 
-NAMES = {
-    "t [s]": "clock", "dtheta1_ref": "vel_cmd_1", "dtheta2_ref": "vel_cmd_2",
-    "theta1": "enc_2", "theta2": "enc_1", "z1 [m]": "cam_x", "z2 [m]": "cam_y",
-}  # fmt: skip
-"""The encoders are under each other's name."""
-
 
 @pytest.fixture
 def foreign(session: Session, tmp_path: Path) -> Path:
     """Other names, degrees, one gap and a swap."""
-    table = pd.read_csv(io.BytesIO(good_csv(session))).rename(columns=NAMES)[list(NAMES.values())]
-    table[["enc_1", "enc_2"]] = np.degrees(table[["enc_1", "enc_2"]])
-    table.loc[400:405, "enc_1"] = np.nan
     path = tmp_path / "bench.csv"
-    table.to_csv(path, index=False)
+    path.write_bytes(laboratory_csv(session))
     return path
 
 
@@ -131,7 +121,7 @@ def test_a_file_leads_to_a_verdict_in_seven_clicks(
 def test_a_finding_is_shown_and_mended_with_one_click(
     page: Any, session: Session, foreign: Path
 ) -> None:
-    table = pd.read_csv(foreign).rename(columns={new: old for old, new in NAMES.items()})
+    table = pd.read_csv(foreign).rename(columns={new: old for old, new in LABORATORY.items()})
     table[["theta1", "theta2"]] = np.radians(table[["theta1", "theta2"]].interpolate())
     table["z1 [m]"] *= -1.0
     spoilt = foreign.with_name("spoilt.csv")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import threading
 import time
@@ -10,10 +11,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
+
 from flexgui.cli import run
 from flexgui.jobs import JobPool
 from flexgui.session.scenario_edits import Edit, ScenarioDict, set_value
 from flexgui.session.session import Session
+from flexgui.stages.data.waiting_file import WaitingFile
 from tests.session.conftest import Offered
 
 SOON = 60.0
@@ -102,6 +107,28 @@ def good_csv(session: Session) -> bytes:
     content = path.read_bytes()
     path.unlink()
     return content
+
+
+LABORATORY = {
+    "t [s]": "clock", "dtheta1_ref": "vel_cmd_1", "dtheta2_ref": "vel_cmd_2",
+    "theta1": "enc_2", "theta2": "enc_1", "z1 [m]": "cam_x", "z2 [m]": "cam_y",
+}  # fmt: skip
+"""Names of a laboratory's own; the encoders are under each other's."""
+
+
+def laboratory_csv(session: Session) -> bytes:
+    """A good recording under such names: degrees without a unit, and six empty cells."""
+    table = pd.read_csv(io.BytesIO(good_csv(session))).rename(columns=LABORATORY)
+    table[["enc_1", "enc_2"]] = np.degrees(table[["enc_1", "enc_2"]])
+    table.loc[400:405, "enc_1"] = np.nan
+    text: str = table[list(LABORATORY.values())].to_csv(index=False)
+    return text.encode()
+
+
+def waiting_of(session: Session) -> WaitingFile:
+    """The file that waits for its columns."""
+    assert session.recordings.waiting is not None
+    return session.recordings.waiting
 
 
 def exported(scenario: Path, out: Path) -> dict[str, Any]:

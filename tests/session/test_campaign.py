@@ -11,7 +11,7 @@ import pytest
 from flexgui.core.recording.spec import GapsSpec
 from flexgui.session.session import Session
 from flexgui.stages.data.rows import SHORT_GAP, Rows, settings
-from tests.session.test_columns import good_csv
+from tests.session.helpers import good_csv, waiting_of
 
 NAMES = {
     "t [s]": "clock", "dtheta1_ref": "vel_cmd_1", "dtheta2_ref": "vel_cmd_2",
@@ -37,8 +37,8 @@ def test_files_with_the_same_columns_are_read_with_one_table(session: Session) -
     gap.loc[400:405, "enc_1 [rad]"] = np.nan
     for name, table in (("a.csv", good), ("b.csv", gap), ("c.csv", good)):
         assert not session.recordings.upload(name, content(table)).result()
-    waiting = session.recordings.waiting
-    assert waiting is not None and waiting.files == ("a.csv", "b.csv", "c.csv")
+    waiting = waiting_of(session)
+    assert waiting.files == ("a.csv", "b.csv", "c.csv")
     assert session.recordings.read_waiting().result(), session.message.text
     specs = session.document.scenario.recordings
     assert [spec.file for spec in specs] == ["a.csv", "b.csv", "c.csv"]
@@ -53,8 +53,8 @@ def test_an_uneven_clock_is_no_dead_end(session: Session) -> None:
     table["clock"] += STEP * rng.uniform(-0.3, 0.3, len(table))
     table = table.drop(index=range(300, 306))
     assert not session.recordings.upload("rig.csv", content(table)).result()
-    waiting = session.recordings.waiting
-    assert waiting is not None and "uneven" in waiting.rows[0].uneven
+    waiting = waiting_of(session)
+    assert "uneven" in waiting.rows[0].uneven
     assert session.recordings.read_waiting().result(), session.message.text
     spec = session.document.scenario.recordings[-1]
     assert spec.resample is not None and spec.resample.how == "interpolate"
@@ -84,23 +84,13 @@ def test_a_file_with_other_columns_is_asked_about_next(session: Session) -> None
     session.recordings.upload("b.csv", content(other)).result()
     session.recordings.upload("c.csv", content(one)).result()
     session.recordings.upload("d.csv", content(other)).result()
-    assert session.recordings.waiting is not None and session.recordings.waiting.files == (
-        "a.csv",
-        "c.csv",
-    )
+    assert waiting_of(session).files == ("a.csv", "c.csv")
     pressed_twice = session.recordings.read_waiting(), session.recordings.read_waiting()
     assert [one.result() for one in pressed_twice] == [True, False]
-    assert session.recordings.waiting is not None and session.recordings.waiting.files == (
-        "b.csv",
-        "d.csv",
-    )
+    assert waiting_of(session).files == ("b.csv", "d.csv")
     assert session.recordings.read_waiting().result() and session.recordings.waiting is None
-    assert [spec.file for spec in session.document.scenario.recordings] == [
-        "a.csv",
-        "c.csv",
-        "b.csv",
-        "d.csv",
-    ]
+    files = [spec.file for spec in session.document.scenario.recordings]
+    assert files == ["a.csv", "c.csv", "b.csv", "d.csv"]
 
 
 def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(session: Session) -> None:

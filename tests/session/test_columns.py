@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import io
-
 import numpy as np
-import pandas as pd
 import pytest
 
 from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import scenario_file
-from tests.session.helpers import bring, good_csv, settle
+from tests.session.helpers import bring, good_csv, laboratory_csv, settle, waiting_of
 
 TEXT_DIGITS = 1e-9
 """Relative: a degree written as text is as exact as its digits."""
@@ -32,8 +29,8 @@ def waits(session: Session) -> None:
 
 def test_a_file_with_other_names_waits_for_its_columns(session: Session) -> None:
     assert not session.recordings.upload("rig.csv", foreign(session)).result()
-    waiting = session.recordings.waiting
-    assert waiting is not None and "clock" in waiting.headers
+    waiting = waiting_of(session)
+    assert "clock" in waiting.headers
     assert waiting.headers_of == {"t": "clock", "theta1": "motor"}
     assert waiting.missing == ("dtheta1_ref",)
     assert session.message.bad and "missing signal" in session.message.text
@@ -96,13 +93,11 @@ def test_columns_of_a_recording_can_be_chosen_again(session: Session) -> None:
     assert bring(session, "th1.csv", good_csv(session))
     assert session.recordings.choose_columns("th1").result()
     one, two = (
-        next(h for h in session.recordings.waiting.headers if h.startswith(name))  # type: ignore[union-attr]
+        next(h for h in waiting_of(session).headers if h.startswith(name))
         for name in ("theta1", "theta2")
     )
     assert session.recordings.map_column("theta1", two, sign=-1)
-    assert session.recordings.waiting is not None and session.recordings.waiting.missing == (
-        "theta2",
-    )
+    assert waiting_of(session).missing == ("theta2",)
     assert session.recordings.map_column("theta2", one)
     count = len(session.document.scenario.recordings)
     assert session.recordings.read_waiting().result(), session.message.text
@@ -155,16 +150,16 @@ def test_what_is_asked_follows_the_answers_and_ends(session: Session) -> None:
     session.recordings.ask_again()
     asked = []
     for _ in range(len(ANSWERS) + 1):
-        assert session.recordings.waiting is not None and session.recordings.waiting.questions
-        channel = session.recordings.waiting.questions[0]
+        assert waiting_of(session).questions
+        channel = waiting_of(session).questions[0]
         asked.append(channel)
-        assert channel == "theta2" or ANSWERS[channel] in session.recordings.waiting.unused
+        assert channel == "theta2" or ANSWERS[channel] in waiting_of(session).unused
         if channel == "theta2":
             session.recordings.answer(theta2=0.7)
         else:
             assert session.recordings.map_column(channel, ANSWERS[channel])
         assert not session.message.bad, "an answer clears the sentence before it"
-    assert session.recordings.waiting is not None and not session.recordings.waiting.questions
+    assert not waiting_of(session).questions
     assert asked[:4] == ["t", "dtheta1_ref", "dtheta2_ref", "theta2"]
     assert set(asked) == {*ANSWERS, "theta2"}
     assert session.recordings.read_waiting().result(), session.message.text
@@ -190,9 +185,7 @@ def test_the_working_point_is_needed_where_no_column_has_it(session: Session) ->
     before = session.document.scenario
     content = good_csv(session).replace(b",theta2,", b",column 7,", 1)
     assert not session.recordings.upload("rig.csv", content).result()
-    assert session.recordings.waiting is not None and session.recordings.waiting.missing == (
-        "theta2",
-    )
+    assert waiting_of(session).missing == ("theta2",)
     assert not session.recordings.read_waiting().result() and session.document.scenario == before
     assert "[[" not in session.message.text and not session.recordings.imports.pending
     session.recordings.answer(theta2=0.5)
@@ -203,14 +196,12 @@ def test_the_working_point_is_needed_where_no_column_has_it(session: Session) ->
 def test_what_is_only_useful_may_be_absent(session: Session) -> None:
     content = good_csv(session).replace(b",z1 ", b",remark ", 1)
     assert not session.recordings.upload("rig.csv", content).result()
-    assert session.recordings.waiting is not None and session.recordings.waiting.questions == (
-        "z1",
-    )
-    assert not session.message.bad and not session.recordings.waiting.missing
+    assert waiting_of(session).questions == ("z1",)
+    assert not session.message.bad and not waiting_of(session).missing
     session.recordings.no_column("t")
-    assert session.recordings.waiting.questions == ("z1",)
+    assert waiting_of(session).questions == ("z1",)
     session.recordings.no_column("z1")
-    assert session.recordings.waiting.questions == () and session.recordings.read_waiting().result()
+    assert waiting_of(session).questions == () and session.recordings.read_waiting().result()
 
 
 def test_begun_again_nothing_is_known(session: Session) -> None:
@@ -222,19 +213,10 @@ def test_begun_again_nothing_is_known(session: Session) -> None:
 
 
 def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session) -> None:
-    """Degrees without a unit, encoders under each other's name, six empty cells: one table."""
-    table = pd.read_csv(io.BytesIO(good_csv(session)))
-    table = table.rename(columns={
-        "t [s]": "clock", "dtheta1_ref": "vel_cmd_1", "dtheta2_ref": "vel_cmd_2",
-        "theta1": "enc_2", "theta2": "enc_1", "z1 [m]": "cam_x", "z2 [m]": "cam_y",
-    })  # fmt: skip
-    table[["enc_1", "enc_2"]] = np.degrees(table[["enc_1", "enc_2"]])
-    table.loc[400:405, "enc_1"] = np.nan
-    kept = ["clock", "vel_cmd_1", "vel_cmd_2", "enc_1", "enc_2", "cam_x", "cam_y"]
-    content = table[kept].to_csv(index=False).encode()
-    assert not session.recordings.upload("rig.csv", content).result()
-    waiting = session.recordings.waiting
-    assert waiting is not None and not waiting.missing and not waiting.questions
+    """In one table."""
+    assert not session.recordings.upload("rig.csv", laboratory_csv(session)).result()
+    waiting = waiting_of(session)
+    assert not waiting.missing and not waiting.questions
     assert waiting.settings() == {"gaps": {"how": "interpolate"}}
     assert waiting.rows[0].empty == {"enc_1": 6}
     names = {c: entry["name"] for c, entry in waiting.columns.items()}
@@ -246,9 +228,7 @@ def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session) -> None
 
 def test_channels_are_named_in_plain_words(session: Session) -> None:
     waits(session)
-    assert session.recordings.waiting is not None
-    said = [
-        session.recordings.waiting.words(channel) for channel in session.recordings.waiting.offered
-    ]
+    waiting = waiting_of(session)
+    said = [waiting.words(channel) for channel in waiting.offered]
     assert said[0] == "the time t [s]" and len(set(said)) == len(said)
     assert not [text for text in said if "_ref" in text]

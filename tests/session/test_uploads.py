@@ -21,7 +21,7 @@ from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
 from tests.session.conftest import UPLOAD_LIMIT
-from tests.session.helpers import bring, good_csv, worked
+from tests.session.helpers import bring, good_csv, waiting_of, worked
 
 
 def lines(content: bytes) -> list[str]:
@@ -53,10 +53,7 @@ def test_rows_out_of_order_are_not_refused_but_asked_about(session: Session) -> 
     swapped = b"".join([*rows[:9], rows[10], rows[9], *rows[11:]])
     assert not session.recordings.upload("unsorted.csv", swapped).result()
     assert not session.message.bad
-    assert (
-        session.recordings.waiting is not None
-        and "resample" in session.recordings.waiting.settings()
-    )
+    assert "resample" in waiting_of(session).settings()
     assert session.recordings.read_waiting().result()
     assert [spec.file for spec in session.document.scenario.recordings] == ["unsorted.csv"]
 
