@@ -20,7 +20,7 @@ import numpy as np
 from websockets.exceptions import ConnectionClosed
 
 from tests.server.crowd import EPSILON, THETA2, LateError, Member
-from tests.server.served import Served, served, until, widget
+from tests.server.served import Served, served, stands, until
 
 JOBS = 2
 """Identifications that run meanwhile."""
@@ -228,7 +228,7 @@ def visits(server: Served, count: int) -> None:
     """One whole page after the other: built, and left at once."""
     for _ in range(count):
         with server.browser() as browser:
-            widget(browser, "3-D playback (HTML)", "GuiButton")
+            stands(browser)
 
 
 def rounds_of_visits(server: Served, folder: Path, rounds: int, count: int) -> list[Left]:

@@ -127,6 +127,11 @@ def widget(browser: Browser, label: str, kind: str = "") -> str:
     return str(until(lambda: browser.listen() and find(), PATIENCE, label))
 
 
+def stands(browser: Browser) -> None:
+    """Waits for a whole page: its last button."""
+    widget(browser, "Plan and download (zip)", "GuiButton")
+
+
 def show(browser: Browser, stage: str) -> None:
     """Another stage, as by its button."""
     browser.set(widget(browser, "Action"), action("stage", stage))

@@ -14,7 +14,7 @@ import pytest
 
 from tests.recording.test_large_files import mat_of_zeros
 from tests.server.helpers import Browser
-from tests.server.served import served, until, upload, widget
+from tests.server.served import served, stands, until, upload
 from tests.session.helpers import largest
 
 pytestmark = pytest.mark.long
@@ -75,7 +75,7 @@ def test_the_server_neither_grows_nor_stands_still(tmp_path: Path) -> None:
         browsers = {name: server.browser() for name in content}
         for browser in browsers.values():
             browser.__enter__()
-            widget(browser, "3-D playback (HTML)", "GuiButton")
+            stands(browser)
         waits = []
         with largest(lambda: server.memory[0]) as most:
             for name, browser in browsers.items():
@@ -83,7 +83,7 @@ def test_the_server_neither_grows_nor_stands_still(tmp_path: Path) -> None:
             for _ in range(3):
                 begin = time.monotonic()
                 with server.browser() as newcomer:
-                    widget(newcomer, "3-D playback (HTML)", "GuiButton")
+                    stands(newcomer)
                 waits.append(time.monotonic() - begin)
             for name, browser in browsers.items():
                 refused(browser, name)

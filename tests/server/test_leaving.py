@@ -14,7 +14,7 @@ from flexgui.server.options import bind
 from flexgui.server.services import Limits
 from tests.server.conftest import Place
 from tests.server.helpers import Browser, FakeClock
-from tests.server.served import until, widget
+from tests.server.served import stands, until
 from tests.session.helpers import alone
 
 pytestmark = pytest.mark.long
@@ -70,7 +70,7 @@ def real(clock: FakeClock) -> Iterator[PageServer]:
 def test_visits_of_whole_pages_leave_nothing(real: PageServer, clock: FakeClock) -> None:
     def visit() -> None:
         with Browser(real) as browser:
-            widget(browser, "3-D playback (HTML)", "GuiButton")
+            stands(browser)
 
     visit()
     until(lambda: real.idle, PATIENCE, "the leave")

@@ -11,8 +11,8 @@ from flexgui.classroom.demo import COPY
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
 from flexgui.session.session import Session
-from tests.server.helpers import Browser
-from tests.server.served import press, until, upload, widget
+from tests.server.helpers import Browser, action
+from tests.server.served import stands, until, upload, widget
 from tests.session.elsewhere import SECRET, names, secret, stated
 from tests.session.helpers import alone
 
@@ -45,7 +45,7 @@ def test_nothing_of_the_server_reaches_a_browser(
 ) -> None:
     hidden = secret(tmp_path)
     with Browser(server) as teacher:
-        widget(teacher, "Scenario file", "GuiButton")
+        stands(teacher)
         with Browser(server) as browser:
             own = own_copy(browser, sessions)
             files = names(own.folder, hidden)
@@ -63,7 +63,7 @@ def test_nothing_of_the_server_reaches_a_browser(
 
 def own_copy(browser: Browser, sessions: list[Session]) -> Session:
     """Of a follower, whose page may be built anew once the teacher's stands."""
-    widget(browser, "3-D playback (HTML)", "GuiButton")
+    stands(browser)
 
     def copied() -> bool:
         browser.listen(0.5)
@@ -77,7 +77,7 @@ def own_copy(browser: Browser, sessions: list[Session]) -> Session:
         return len(sessions) == 2
 
     until(copied, PATIENCE, "a copy")
-    widget(browser, "Scenario file", "GuiButton")
+    stands(browser)
     return sessions[-1]
 
 
@@ -91,4 +91,4 @@ def tried(browser: Browser, own: Session, name: str, file: str) -> None:
         return own.message.number > number
 
     until(answered, PATIENCE, f"an answer to {name[:40]!r}, {file[:40]!r}")
-    press(browser, "Scenario file")
+    browser.set(widget(browser, "Action"), action("export", "Scenario file"))
