@@ -225,6 +225,10 @@ def fit_percent(y: np.ndarray, yhat: np.ndarray) -> float:
     return 100.0 * max(1.0 - float(miss / spread), 0.0)
 
 
+def rms(x: np.ndarray | Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(x))))
+
+
 def relative_to_largest(a: np.ndarray, b: np.ndarray) -> float:
     """Largest difference relative to the largest entry of b."""
     return float(np.abs(a - b).max() / np.abs(b).max())

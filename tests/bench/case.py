@@ -10,9 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from flexgui.core.arm.build import ArmSpec, build_arm
-from flexgui.core.arm.presets import presets
-from flexgui.core.drives import build_drive
 from flexgui.core.effects import catalogue
 from flexgui.core.identify.population_cost import PopulationCost
 from flexgui.core.identify.predictor import Predictor
@@ -26,8 +23,9 @@ from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
+from tests.helpers import LAMBDA, PAPER, looped, with_modes
 
-GAINS = [60.0, 30.0]
+GAINS = list(LAMBDA)
 NAMES = ("epsilon", "d")
 LOWER, UPPER = np.array([0.8e9, 0.04]), np.array([1.2e9, 0.06])
 AWAY = np.array([1.1e9, 0.048])
@@ -47,8 +45,7 @@ class Case:
 @cache
 def glocal_case(seconds: float) -> Case:
     """theta2 = pi/8 .. 7 pi/8, 1 kHz, the two velocities of the rigid arm, no noise."""
-    drive = build_drive("velocity_loop", {"gains": GAINS})
-    model = Model(presets()["paper"], drive, level="lpv")
+    model = looped(PAPER, level="lpv")
     recordings = [
         simulate_recording(
             model,
@@ -94,8 +91,7 @@ def write(
     `modes` are those of each segment, `hidden` sizes of viscous friction, `end` the file's last
     lines. More than seven tables repeat the working points with other references.
     """
-    arm = build_arm(ArmSpec.model_validate({"preset": "paper", "modes": modes}))
-    model = Model(arm, build_drive("velocity_loop", {"gains": GAINS}), level="nonlinear")
+    model = looped(with_modes(modes, modes))
     if hidden is not None:
         model = model.with_effects([catalogue()["viscous_friction"]], dict(hidden))
     for k in range(1, recordings + 1):

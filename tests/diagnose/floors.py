@@ -122,16 +122,15 @@ def floors(
 
 def found_and_true(
     case: Case, outputs: tuple[str, ...] = ("z", "encoder"), stated: bool = False, count: int = 3
-) -> dict[str, tuple[Floor, float]]:
-    """channel -> the floor that is found of some recordings, and the true noise."""
+) -> tuple[dict[str, Floor], dict[str, float]]:
+    """channel -> the floor that is found of some recordings; channel -> the true noise."""
     plain = [clean(case.dt, case.seconds, case.excitation, seed) for seed in range(1, count + 1)]
     rng = np.random.default_rng(7)
     recordings = [noisy(case, r, rng) for r in plain]
     names = ("z1", "z2", "theta1", "theta2")
     known = dict.fromkeys(names, case.std) if stated else {}
     found = floors(model_of(case), recordings, outputs, case.processing, known)
-    true = true_of(case, outputs)
-    return {name: (floor, true[name]) for name, floor in found.items()}
+    return found, true_of(case, outputs)
 
 
 @cache

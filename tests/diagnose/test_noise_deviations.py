@@ -11,6 +11,7 @@ from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.cost_minimum import with_simulated_deviations
 from flexgui.core.diagnose.refit import Refit, with_robust_covariance
 from tests.diagnose import fits
+from tests.helpers import rms
 
 NOISE = 1e-5
 """rad, of both encoders."""
@@ -48,10 +49,6 @@ def off(refit: Refit) -> float:
     k = h.unknowns.labels.index("EI")
     true = begun(0).data.nuisance[0].parameter.value  # the paper's
     return float((h.vector[k] - true) / np.sqrt(refit.covariance[k, k]))
-
-
-def rms(found: list[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(found))))
 
 
 @pytest.mark.long

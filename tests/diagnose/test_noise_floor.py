@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -51,10 +52,16 @@ STEP = 2e-4
 """m, rad: some six times the noise."""
 
 
-def check(case: Case, source: str, **how) -> None:  # type: ignore[no-untyped-def]
-    for name, (floor, true) in found_and_true(case, **how).items():
+def near(
+    found: Mapping[str, Floor], true: Mapping[str, float], source: str, factor: float = FACTOR
+) -> None:
+    for name, floor in found.items():
         assert floor.source == source
-        assert true / FACTOR < floor.value < true * FACTOR, name
+        assert true[name] / factor < floor.value < true[name] * factor, name
+
+
+def check(case: Case, source: str, **how) -> None:  # type: ignore[no-untyped-def]
+    near(*found_and_true(case, **how), source)
 
 
 @pytest.mark.parametrize("stated", [True, False], ids=["stated", "estimated"])
@@ -93,8 +100,8 @@ UNSEEN = 2.5
 
 @pytest.mark.parametrize("cutoff", [None, 20.0, 50.0])
 def test_a_long_memory_below_a_models_error_is_guessed_within_bounds(cutoff):
-    for floor, true in found_and_true(Case(cutoff=cutoff, ar_coefficient=0.9, wrong=0.7)).values():
-        assert true / UNSEEN < floor.value < true * UNSEEN
+    case = Case(cutoff=cutoff, ar_coefficient=0.9, wrong=0.7)
+    near(*found_and_true(case), "estimated", UNSEEN)
 
 
 @pytest.mark.parametrize("stated", [True, False], ids=["stated", "estimated"])
@@ -116,9 +123,7 @@ def test_of_velocities_that_come_from_places(stated, cutoff):
     known = {"z1": case.std, "z2": case.std} if stated else {}
     found = floors.floors(floors.BARE, [seen], ("ydot",), case.processing, known)
     true = floors.truth(case, bare, ("ydot",))
-    for name, floor in found.items():
-        assert floor.source == ("stated" if stated else "estimated")
-        assert true[name] / FACTOR < floor.value < true[name] * FACTOR
+    near(found, true, "stated" if stated else "estimated")
 
 
 def test_each_recording_counts_with_its_own_sample_time():
@@ -156,10 +161,7 @@ def test_from_recordings_that_repeat_one_another(cutoff):
     rng = np.random.default_rng(2)
     seen = [floors.noisy(case, replace(plain, name=f"r{k}"), rng) for k in range(3)]
     found = floors.floors(floors.model_of(case), seen, ("z", "encoder"), case.processing)
-    true = floors.truth(case, plain, ("z", "encoder"))
-    for name, floor in found.items():
-        assert floor.source == "repetition"
-        assert true[name] / FACTOR < floor.value < true[name] * FACTOR
+    near(found, floors.truth(case, plain, ("z", "encoder")), "repetition")
 
 
 def test_the_same_references_at_another_posture_are_no_repetition():
@@ -230,9 +232,8 @@ def test_of_the_torque_of_a_virtual_servo(stated, cutoff, output_cutoff):
     )
     processing = Processing(first, 1, second)
     known = {"u1": FORCE_NOISE, "theta1": 0.0} if stated else {}
-    floor, true = servo_floor(driven(1), processing, known), servo_truth(processing)
-    assert floor.source == ("stated" if stated else "estimated")
-    assert true / FACTOR < floor.value < true * FACTOR
+    found = {"u1": servo_floor(driven(1), processing, known)}
+    near(found, {"u1": servo_truth(processing)}, "stated" if stated else "estimated")
 
 
 def test_of_a_virtual_servo_whose_motion_repeats():

@@ -113,12 +113,12 @@ class Data:
         return round(SAMPLE / STEP)
 
 
-def recordings(folder: Path, samples: int | None = None) -> list[Data]:
+def recordings(folder: Path) -> list[Data]:
     """Three postures of a case."""
     found = []
     for name in RECORDINGS:
         with gzip.open(folder / f"{name}.csv.gz", "rt") as file:
-            d = pd.read_csv(file).iloc[:samples]
+            d = pd.read_csv(file)
         columns = ["theta1", "theta2", "z1", "z2"]
         references = d[["dtheta1_ref", "dtheta2_ref"]].to_numpy(float)
         found.append(Data(references, d[columns].to_numpy(float)))

@@ -101,11 +101,9 @@ def fitted(folder: Path, effects: Sequence[dict[str, Any]], diagnosed: bool = Fa
     return run_scenario(scenario, folder=SCENARIO.parent, data_folder=folder)
 
 
-def force_errors(outcome: Outcome, left: bool = False) -> dict[str, float]:
+def force_errors(outcome: Outcome) -> dict[str, float]:
     """Recording -> |measured - modelled| / |measured| of the force, in per cent."""
-    assert not left or outcome.diagnosis is not None
-    found = outcome.diagnosis.left if left and outcome.diagnosis else outcome.comparisons
-    return {c.recording: 100.0 * c.channels[0].relative_error for c in found}
+    return {c.recording: 100.0 * c.channels[0].relative_error for c in outcome.comparisons}
 
 
 def loop_of(data: Table) -> tuple[Loop, float]:
@@ -119,7 +117,7 @@ def loop_of(data: Table) -> tuple[Loop, float]:
     X = np.column_stack(columns)
     found = np.linalg.lstsq(X, force)[0]
     volt = float(found[3]) if len(found) > 3 else 0.0
-    return Loop(float(found[0] / found[1]), float(found[1]), volt), _percent(force, X @ found)
+    return Loop(float(found[0] / found[1]), float(found[1]), volt), percent(force, X @ found)
 
 
 def inverse_model(data: Table, signs: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -163,12 +161,12 @@ def closed_loop(
     moved = data.q_ref + data.pulse * loop.volt / (loop.kp * loop.gain)
     motion = simulate_exactly(model, _task(model, data, moved, 0, 0.0))
     q, u = motion.q[:, 0], motion.torque[:, 0]
-    found = {"position": _percent(data.q, q)}
+    found = {"position": percent(data.q, q)}
     smooth = [_smooth(x, data.step, MOTION_HZ) for x in (data.q, q)]
     rates = [_rate(x, data.step) for x in smooth]
-    found["velocity"] = _percent(*rates)
-    found["acceleration"] = _percent(*(_rate(v, data.step) for v in rates))
-    found["force"] = _percent(*(_smooth(x, data.step, FORCE_HZ) for x in (data.force, u)))
+    found["velocity"] = percent(*rates)
+    found["acceleration"] = percent(*(_rate(v, data.step) for v in rates))
+    found["force"] = percent(*(_smooth(x, data.step, FORCE_HZ) for x in (data.force, u)))
     return found
 
 
@@ -205,5 +203,6 @@ def _rate(x: np.ndarray, step: float) -> np.ndarray:
     return np.asarray(np.gradient(x, step))
 
 
-def _percent(measured: np.ndarray, modelled: np.ndarray) -> float:
+def percent(measured: np.ndarray, modelled: np.ndarray) -> float:
+    """|measured - modelled| / |measured|, in per cent."""
     return float(100.0 * np.linalg.norm(measured - modelled) / np.linalg.norm(measured))

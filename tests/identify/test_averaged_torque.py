@@ -21,8 +21,8 @@ from flexgui.core.model import Model
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.nonlinear import simulate_within
-from tests.helpers import from_rest, read
-from tests.identify.test_switching_torque import LINK, rms
+from tests.helpers import from_rest, read, rms
+from tests.identify.test_switching_torque import LINK
 
 STEP, SAMPLES, HOLD = 4e-3, 500, 2
 """s; the link vibrates at 50 Hz, 1.3 rad from one sample to the next."""

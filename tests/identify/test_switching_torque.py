@@ -21,7 +21,7 @@ from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.nonlinear import simulate_within
-from tests.helpers import from_rest
+from tests.helpers import from_rest, rms
 
 LINK = Arm(segments=(Segment(length=0.46, mass=3.5, EI=545.0, hub_inertia=0.04, modes=1),))
 STEP, SAMPLES, HOLD = 2e-3, 500, 5
@@ -72,10 +72,6 @@ def missing(e: Prepared) -> np.ndarray:
     numbers = e.model.numbers()
     apart = e.predicted(motion_of(e, numbers, {}, 4), numbers, {}) - e.measured
     return np.asarray(apart[e.counted])
-
-
-def rms(x: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(x**2)))
 
 
 @pytest.mark.parametrize("step", [STEP, RARELY])

@@ -17,8 +17,6 @@ from tests.mujoco.chain import Plant, mjcf
 Law = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """Of the motors' angles (rad), rates (rad/s) and torques (N m): N m at each motor."""
 
-HINGE = '<joint axis="0 0 1" stiffness='
-
 
 @dataclass(frozen=True)
 class Rig:

@@ -79,13 +79,11 @@ def _time_left(begun: float, done: int, total: int) -> str:
     return f", about {minutes:.0f} min left" if minutes >= 1.0 else ""
 
 
-def study_parser(
-    study: str, out: Path, workers: str = "--workers", count: int = 1
-) -> argparse.ArgumentParser:
+def study_parser(study: str, out: Path) -> argparse.ArgumentParser:
     """Of `python -m tests.studies.<study>`, with the options that every study has."""
     parser = argparse.ArgumentParser(prog=f"python -m tests.studies.{study}")
     parser.add_argument("--out", type=Path, default=out, help=f"results; {out} by default")
-    parser.add_argument(workers, dest="workers", type=int, default=count)
+    parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--tables", action="store_true", help="only print what is there")
     return parser
 

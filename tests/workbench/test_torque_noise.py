@@ -10,6 +10,7 @@ import pytest
 from flexgui.core.results import ChannelComparison, Outcome
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.workbench import run_scenario
+from tests.helpers import rms
 from tests.sample.torque_rigs import TorqueRig, written
 
 FAST_LINK = TorqueRig((3.0,), (0.6,), rate=2000.0, bits=16, seconds=2.0, recordings=1)
@@ -35,10 +36,6 @@ def fitted(rig: TorqueRig, folder: Path, most: int = 0) -> Outcome:
 def left(one: ChannelComparison) -> np.ndarray:
     """(n,) of what counts."""
     return np.asarray(one.residual[one.counted])
-
-
-def rms(x: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(x**2)))
 
 
 def test_the_ends_of_a_torque_do_not_rule_its_error(tmp_path: Path) -> None:

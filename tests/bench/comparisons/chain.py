@@ -8,8 +8,6 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from flexgui.core.arm.presets import presets
-from flexgui.core.drives import build_drive
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.experiment import make_task
@@ -17,6 +15,7 @@ from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import NOISE_SHARE, Simulated, simulate_within
 from tests.bench.case import GAINS
 from tests.bench.row import FULL, Row, Size, least_seconds, seconds
+from tests.helpers import looped, with_modes
 
 SLENDER = 1e-3
 """Share of its transverse inertia that a body has about its axis; MuJoCo refuses none."""
@@ -116,21 +115,14 @@ RIVAL = "chain of rigid bodies in MuJoCo, as exact"
 def rows(size: Size) -> list[Row]:
     """With two and three modes per segment."""
     if find_spec("mujoco") is None:
-        model = _model(2)
+        model = looped(with_modes(2, 2))
         task = _task(model, size)
         ours = least_seconds(lambda: _simulated(model, task), REPEATS)
         what, note = _question(2, size), "mujoco is not installed"
         return [Row(what, ours, value="skipped", note=note, rival=RIVAL)]
-    model = _model(2)
+    model = looped(with_modes(2, 2))
     truth = _beam(model, _task(model, size))
     return [_row(modes, truth, size) for modes in TARGETS]
-
-
-def _model(modes: int) -> Model:
-    arm = presets()["paper"]
-    segments = tuple(s.model_copy(update={"modes": modes}) for s in arm.segments)
-    drive = build_drive("velocity_loop", {"gains": GAINS})
-    return Model(arm.model_copy(update={"segments": segments}), drive)
 
 
 def _task(model: Model, size: Size) -> Task:
@@ -156,7 +148,7 @@ def _distance(tip: np.ndarray, truth: np.ndarray) -> float:
 
 
 def _row(modes: int, truth: np.ndarray, size: Size) -> Row:
-    model = _model(modes)
+    model = looped(with_modes(modes, modes))
     task = _task(model, size)
     found = _simulated(model, task)
     true = _distance(found.trajectory.tip()[0], truth)

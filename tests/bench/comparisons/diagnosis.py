@@ -9,22 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from flexgui.core.arm.presets import presets
 from flexgui.core.diagnose.acceptance import Round
 from flexgui.core.diagnose.base_fit import BaseFit, fit_base
 from flexgui.core.diagnose.fit_problem import hypothesis
 from flexgui.core.diagnose.output_changes import trials
 from flexgui.core.diagnose.search_round import applicable, search_round
-from flexgui.core.drives import build_drive
 from flexgui.core.effects import catalogue
 from flexgui.core.effects.effect import Effect
 from flexgui.core.identify.processing import Processing
-from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
-from tests.bench.case import GAINS
 from tests.bench.row import FULL, Row, Size
+from tests.helpers import PAPER, looped
 
 HIDDEN = "coulomb_friction"
 SIZES = {"fc1": 0.5, "fc2": 0.3}
@@ -70,8 +67,7 @@ def rows(size: Size) -> list[Row]:
 
 
 def _begun(seconds: float) -> BaseFit:
-    drive = build_drive("velocity_loop", {"gains": GAINS})
-    bare = Model(presets()["paper"], drive)
+    bare = looped(PAPER)
     hidden = bare.with_effects([catalogue()[HIDDEN]], SIZES)
     recordings = [
         simulate_recording(

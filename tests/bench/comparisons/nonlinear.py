@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from flexgui.core.arm.presets import presets
-from flexgui.core.drives import build_drive
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.batch import Job, run, run_many
@@ -26,9 +24,9 @@ from flexgui.core.simulate.nonlinear import (
 )
 from flexgui.core.trajectory import Trajectory
 from tests.bench.casadi_arm import CasadiArm, Run, lacking
-from tests.bench.case import GAINS
 from tests.bench.peers import Setting, integrate
 from tests.bench.row import FULL, Row, Size, least_seconds, seconds
+from tests.helpers import looped, with_modes
 
 ACCURATE = 1e-6
 """m: the largest error of the tip that both sides may have."""
@@ -130,12 +128,9 @@ class Case:
 
 def make_case(modes: int, length: float, vectors: int = 1) -> Case:
     """The paper's arm, `length` s at 1 kHz; the first of several vectors is the arm's own."""
-    arm = presets()["paper"]
-    segments = tuple(s.model_copy(update={"modes": modes}) for s in arm.segments)
-    drive = build_drive("velocity_loop", {"gains": GAINS})
-    model = Model(arm.model_copy(update={"segments": segments}), drive)
+    model = looped(with_modes(modes, modes))
     spec = SimulateSpec(theta2=np.pi / 2.0, seconds=length, seed=1)
-    own = np.array([s.bending_stiffness for s in segments])
+    own = np.array([s.bending_stiffness for s in model.arm.segments])
     moves = np.random.default_rng(0).uniform(-SPREAD, SPREAD, (vectors, len(own)))
     moves[0] = 0.0
     return Case(model, make_task(model, spec, "bench")[0], own * (1.0 + moves))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,9 @@ ORDER = 1
 FILES = (ESTIMATED, JUDGED)
 
 SYMMETRIC = {"viscous_friction": "fv1", "coulomb_friction": "fc1", "torque_offset": "to1"}
+"""Friction alike in both directions, and an offset."""
 ASYMMETRIC = {"viscous_friction": "fv1", "coulomb_friction": "fc1", "friction_asymmetry": "fa1"}
+"""Viscous friction that differs between the directions."""
 
 THINNED = 10
 """Every tenth sample of a free run's error, which is slow, is fitted."""
@@ -37,7 +40,7 @@ STEP = 1e-4
 CHANGE = 0.01
 
 
-def _judged(folder: Path, names: Mapping[str, str]) -> dict[str, Any]:
+def _judged(names: Mapping[str, str], folder: Path) -> dict[str, Any]:
     """All figures of one structure, estimated on the first recording."""
     effects = [{"id": kind, name: None} for kind, name in names.items()]
     outcome = fitted(folder, [{"id": kind} for kind in names])
@@ -55,16 +58,6 @@ def _judged(folder: Path, names: Mapping[str, str]) -> dict[str, Any]:
         "free_mm": 1e3 * free_run(values, effects, pulses)[0],
         "free_first_mm": 1e3 * free_run(values, effects, first)[0],
     }
-
-
-def symmetric(folder: Path) -> dict[str, Any]:
-    """Friction alike in both directions, and an offset."""
-    return _judged(folder, SYMMETRIC)
-
-
-def asymmetric(folder: Path) -> dict[str, Any]:
-    """Viscous friction that differs between the directions."""
-    return _judged(folder, ASYMMETRIC)
 
 
 def diagnosis(folder: Path) -> dict[str, Any]:
@@ -112,8 +105,8 @@ def _fitted_freely(values: Mapping[str, float], effects: Any, data: Any) -> dict
 
 
 CASES = {
-    "symmetric": symmetric,
-    "asymmetric": asymmetric,
+    "symmetric": partial(_judged, SYMMETRIC),
+    "asymmetric": partial(_judged, ASYMMETRIC),
     "diagnosis": diagnosis,
     "free_run_limits": free_run_limits,
 }

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from scipy.optimize import lsq_linear
 
-from tests.evidence.emps_rules import ESTIMATED, JUDGED, inverse_model
+from tests.evidence.emps_rules import ESTIMATED, JUDGED, inverse_model, percent
 from tests.evidence.emps_rules import table as recording
 from tests.evidence.frame import table
 
@@ -27,14 +26,10 @@ def least_squares_emps(folder: Path) -> dict[str, Any]:
         other, judged = inverse_model(recording(folder, JUDGED), signs)
         found[name] = {
             "values": values.tolist(),
-            "direct": _percent(force, X @ values),
-            "cross": _percent(judged, other @ values),
+            "direct": percent(force, X @ values),
+            "cross": percent(judged, other @ values),
         }
     return found
-
-
-def _percent(measured: np.ndarray, modelled: np.ndarray) -> float:
-    return float(100.0 * np.linalg.norm(measured - modelled) / np.linalg.norm(measured))
 
 
 CASES = {"least_squares_emps": least_squares_emps}

@@ -28,11 +28,11 @@ ITERATIONS = 25
 """Most of the optimiser's, three times what a short recording with viscous friction took."""
 
 
-def refitted(case: str, _: Path, samples: int | None = None) -> dict[str, Any]:
+def refitted(case: str, _: Path) -> dict[str, Any]:
     """candidate -> its χ², parameters in SI with their 95 % intervals, and processor time."""
     from tests.evidence import chain_models
 
-    data = chain_models.recordings(FOLDER / case, samples)
+    data = chain_models.recordings(FOLDER / case)
     return {name: _fitted(name, data) for name in chain_models.CANDIDATES}
 
 
