@@ -5,7 +5,7 @@ extrapolation from two larger numbers of steps, and added to the errors with few
 others. The larger numbers are doubled until the extrapolated errors move no parameter by more than
 a small share of its standard deviation. Then a descent with few steps and this correction follows,
 and another correction where it moved far (defect correction: H. J. Stetter, Numerische Mathematik
-29, 1978).
+29, 1978). The last step goes along slopes without step error.
 """
 
 from __future__ import annotations
@@ -48,12 +48,16 @@ LAST_REDUCTION = 0.1
 """Reduction of the squared error, in mean squares of the residual, below which the last descent
 ends; a parameter one standard deviation off costs one."""
 
-MOST_DESCENT = 1.0
-"""Standard deviations that a descent may move before the step error is found again: a twentieth of
-a move is lost where few steps miss a twentieth of a sensitivity."""
+MOST_DESCENT = 5.0
+"""Standard deviations from where the step error was found to the end of a descent, above which it
+is found again there: nearer, the errors are straight lines."""
 
-MOST_ROUNDS = 4
+MOST_ROUNDS = 6
 """Most corrections and descents; two are usual."""
+
+EXTRAPOLATED = 4.0
+"""Times MOST_MOVE, by which extrapolated slopes may move the minimum: they leave at most half of
+what they move it by."""
 
 
 class Anchor:
@@ -115,48 +119,73 @@ def corrected_minimum(
     near a vector (P,), a minimum with these steps, that many steps would give. `slopes`: (M, k, P)
     per recording near there; `limits` and what is known a priori in units of the residuals."""
     coarse = replace(residuals, anchor=None)
-    middle, missed = 0, list[np.ndarray]()
-    for rounds_left in reversed(range(MOST_ROUNDS)):
-        if middle:  # what is missed with many steps hardly changes along a short way
-            fine = [a + b for a, b in zip(errors_with(coarse, vector, middle), missed, strict=True)]
-        else:
-            middle, between, fine = _fine_errors(coarse, vector, slopes)
-            missed = [a - b for a, b in zip(fine, between, strict=True)]
-        residuals = replace(coarse, anchor=Anchor(coarse, vector, fine))
-        descended = descend(
-            residuals.blocks, lambda x: residuals.sensitivities(x, central=False), vector, limits,  # noqa: B023
-            stopped, good_enough=LAST_REDUCTION * cost_of(fine) / residuals.count**2, keep=True,
-        )  # fmt: skip
-        move, slopes = descended.vector - vector, descended.slopes
-        moved = sum(float(np.sum((S @ move) ** 2)) for S in slopes)
-        if (
-            not rounds_left
-            or stopped()
-            or not moved * residuals.count > MOST_DESCENT**2 * descended.cost
-        ):
+    fewest = of_slopes = coarse.predictor.steps or 1
+    is_near = False
+    for _ in range(MOST_ROUNDS):
+        fewest, fine = _fine_errors(coarse, vector, slopes, fewest)
+        corrected = replace(coarse, anchor=Anchor(coarse, vector, fine))
+        if not is_near:
+            descended = descend(
+                corrected.blocks, lambda x: coarse.sensitivities(x, central=False), vector, limits,
+                stopped, good_enough=LAST_REDUCTION * cost_of(fine) / residuals.count**2, keep=True,
+            )  # fmt: skip
+            is_near = _is_short(descended.vector - vector, descended)
+        if not np.isfinite(descended.cost) or stopped():
             break
-        vector = descended.vector
-    return residuals, descended
+        if is_near:
+            of_slopes, descended = _along_fine_slopes(coarse, vector, fine, limits, of_slopes)
+            if _is_short(descended.vector - vector, descended):
+                break
+        vector, slopes = descended.vector, descended.slopes
+    return corrected, descended
 
 
 def _fine_errors(
-    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray]
-) -> tuple[int, list[np.ndarray], list[np.ndarray]]:
-    """The middle of the three numbers of steps that suffice at a vector (P,), the errors (M, k)
-    with it, and those without step error; more steps move no parameter by more than a share of its
+    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray], steps: int
+) -> tuple[int, list[np.ndarray]]:
+    """The first of three numbers of steps, at least `steps`, that suffice at a vector (P,), and the
+    errors (M, k) without step error: more steps move no parameter by more than a share of its
     standard deviation."""
-    steps = residuals.predictor.steps or 1
     runs = errors_with_each(residuals, vector, (steps, 2 * steps, 4 * steps))
     while True:
         coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
         move = _remaining_move(runs, coarse, better, slopes)
         if move < MOST_MOVE or 4 * steps >= MOST_STEPS:
-            return 2 * steps, runs[1], better
+            return steps, better
         # Where edges, which halve it each time, will ask for two more, both are made side by side.
         more = 2 if move > 4.0 * MOST_MOVE and 16 * steps <= MOST_STEPS else 1
         finer = [4 * steps * 2**k for k in range(1, more + 1)]
         runs = [*runs[more:], *errors_with_each(residuals, vector, finer)]
         steps *= 2**more
+
+
+def _along_fine_slopes(
+    residuals: Residuals, vector: np.ndarray, fine: Sequence[np.ndarray], limits: Limits, steps: int
+) -> tuple[int, Descended]:
+    """The minimum of the errors (M, k) at a vector (P,) near it, along their slopes without step
+    error, which are extrapolated from a number of steps, at least `steps`, and twice as many.
+
+    With the slopes of few steps a descent ends where these, and not the true ones, are at right
+    angles to the errors: two deviations off where a link vibrates at a third of the sample rate.
+    """
+
+    def slopes_with(steps: int) -> list[np.ndarray]:
+        return with_steps(residuals, steps).sensitivities(vector, central=False)
+
+    def minimum(slopes: Sequence[np.ndarray]) -> Descended:
+        return descend(
+            lambda x: [r + S @ (x - vector) for r, S in zip(fine, slopes, strict=True)],
+            lambda _: slopes, vector, limits, keep=True,
+        )  # fmt: skip
+
+    coarse, better = on_all_cores(slopes_with, (steps, 2 * steps))
+    while True:
+        plain, end = minimum(better), minimum(extrapolated(coarse, better))
+        moved = _length(end.vector - plain.vector, end)
+        if moved < EXTRAPOLATED * MOST_MOVE or 4 * steps > MOST_STEPS:
+            return steps, end
+        steps *= 2
+        coarse, better = better, slopes_with(2 * steps)
 
 
 def _remaining_move(
@@ -185,6 +214,18 @@ def _moved(
     A, b = normal_equations(change, slopes)
     if not len(b):
         return 0.0
-    count = sum(e.size for e in errors)
-    cost = float(sum(np.sum(e * e) for e in errors))
-    return float(b @ pseudo_inverse(A) @ b) * count / max(cost, 1e-300)
+    return float(b @ pseudo_inverse(A) @ b) * _unit(errors)
+
+
+def _length(move: np.ndarray, end: Descended) -> float:
+    """Squared length of a move (P,) in standard deviations, by where a descent ended."""
+    return cost_of([S @ move for S in end.slopes]) * _unit(end.blocks)
+
+
+def _is_short(move: np.ndarray, end: Descended) -> bool:
+    return not _length(move, end) > MOST_DESCENT**2
+
+
+def _unit(errors: Sequence[np.ndarray]) -> float:
+    """One over the mean square of the errors (M, k)."""
+    return sum(e.size for e in errors) / max(cost_of(errors), 1e-300)
