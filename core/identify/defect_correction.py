@@ -40,6 +40,9 @@ MOST_MOVE = 0.01
 """Squared move of the parameters by twice the steps, in standard deviations, in any direction: a
 tenth of one adds half a per cent to it."""
 
+ROUGH_MOVE = 1.0
+"""The same as long as the minimum is some standard deviations away."""
+
 EDGE_RATIO = 0.3
 """Between a quarter and a half: the ratio of step errors of smooth motions and of those with
 edges."""
@@ -120,40 +123,39 @@ def corrected_minimum(
     per recording near there; `limits` and what is known a priori in units of the residuals."""
     coarse = replace(residuals, anchor=None)
     fewest = of_slopes = coarse.predictor.steps or 1
-    is_near = False
     for _ in range(MOST_ROUNDS):
-        fewest, fine = _fine_errors(coarse, vector, slopes, fewest)
+        fewest, fine, is_near = _fine_errors(coarse, vector, slopes, fewest)
         corrected = replace(coarse, anchor=Anchor(coarse, vector, fine))
-        if not is_near:
+        if is_near:
+            of_slopes, descended = _along_fine_slopes(coarse, vector, fine, limits, of_slopes)
+        else:
             descended = descend(
                 corrected.blocks, lambda x: coarse.sensitivities(x, central=False), vector, limits,
                 stopped, good_enough=LAST_REDUCTION * cost_of(fine) / residuals.count**2, keep=True,
             )  # fmt: skip
-            is_near = _is_short(descended.vector - vector, descended)
-        if not np.isfinite(descended.cost) or stopped():
+        is_short = not _length(descended.vector - vector, descended) > MOST_DESCENT**2
+        if (is_near and is_short) or stopped() or not np.isfinite(descended.cost):
             break
-        if is_near:
-            of_slopes, descended = _along_fine_slopes(coarse, vector, fine, limits, of_slopes)
-            if _is_short(descended.vector - vector, descended):
-                break
         vector, slopes = descended.vector, descended.slopes
     return corrected, descended
 
 
 def _fine_errors(
     residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray], steps: int
-) -> tuple[int, list[np.ndarray]]:
-    """The first of three numbers of steps, at least `steps`, that suffice at a vector (P,), and the
-    errors (M, k) without step error: more steps move no parameter by more than a share of its
-    standard deviation."""
+) -> tuple[int, list[np.ndarray], bool]:
+    """The first of three numbers of steps, at least `steps`, that suffice at a vector (P,), the
+    errors (M, k) without step error, and whether the minimum is near: then more steps move no
+    parameter by more than a share of its standard deviation."""
     runs = errors_with_each(residuals, vector, (steps, 2 * steps, 4 * steps))
     while True:
         coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
+        is_near = _moved(better, slopes, better) < MOST_DESCENT**2
+        most = MOST_MOVE if is_near else ROUGH_MOVE
         move = _remaining_move(runs, coarse, better, slopes)
-        if move < MOST_MOVE or 4 * steps >= MOST_STEPS:
-            return steps, better
+        if move < most or 4 * steps >= MOST_STEPS:
+            return steps, better, is_near
         # Where edges, which halve it each time, will ask for two more, both are made side by side.
-        more = 2 if move > 4.0 * MOST_MOVE and 16 * steps <= MOST_STEPS else 1
+        more = 2 if move > 4.0 * most and 16 * steps <= MOST_STEPS else 1
         finer = [4 * steps * 2**k for k in range(1, more + 1)]
         runs = [*runs[more:], *errors_with_each(residuals, vector, finer)]
         steps *= 2**more
@@ -220,10 +222,6 @@ def _moved(
 def _length(move: np.ndarray, end: Descended) -> float:
     """Squared length of a move (P,) in standard deviations, by where a descent ended."""
     return cost_of([S @ move for S in end.slopes]) * _unit(end.blocks)
-
-
-def _is_short(move: np.ndarray, end: Descended) -> bool:
-    return not _length(move, end) > MOST_DESCENT**2
 
 
 def _unit(errors: Sequence[np.ndarray]) -> float:
