@@ -65,7 +65,7 @@ def best_force_shape(candidate: Effect, changes: Changes, w: np.ndarray) -> Shap
 
     `w` is the projected Gram matrix of all changes, of which some must be those of the effect. A
     response from neutral on is linear, so the sensitivities to what the effect includes, and the
-    model lacks, are added to its own.
+    model lacks, are added to its own, unless these leave nothing to it.
     """
     mine = [i for i, c in enumerate(changes) if c.effect is candidate]
     slopes = () if any(changes[i].scanned for i in mine) else candidate.includes
@@ -79,8 +79,12 @@ def best_force_shape(candidate: Effect, changes: Changes, w: np.ndarray) -> Shap
             for i in mine
             if changes[i].force_shape == shape_at[joint_number(changes[i].parameter)]
         ]
-        chosen = [*_best_per_parameter(fitting, changes, w), *included]
-        return chosen, explained_by(w, chosen, [changes[i].one_sided for i in chosen])
+        own = _best_per_parameter(fitting, changes, w)
+        chosen = [*own, *included]
+        explained = explained_by(w, chosen, [changes[i].one_sided for i in chosen])
+        if included and not np.any(explained.coefficients[: len(own)]):
+            return own, explained_by(w, own, [changes[i].one_sided for i in own])
+        return chosen, explained
 
     def reduction(shape_at: Mapping[str, ForceShapeValues]) -> float:
         return taken(shape_at)[1].cost_reduction
@@ -89,7 +93,7 @@ def best_force_shape(candidate: Effect, changes: Changes, w: np.ndarray) -> Shap
     for joint in places if len(places) > 1 else ():
         at = max([at, *({**at, joint: shape} for shape in shapes)], key=reduction)
     chosen, explained = taken(at)
-    sizes = len(mine) / max((len(chosen) - len(included)) * len(shapes), 1)
+    sizes = len(mine) / max(len({changes[i].parameter for i in mine}) * len(shapes), 1)
     return ShapedChanges(chosen, explained, sizes * float(len(shapes)) ** len(places))
 
 
