@@ -291,7 +291,7 @@ class LinkFit:
             moved = any(n in cause.channels for n in self.places)
             speed, dry = links.friction_inputs(q) if moved else self._friction
             torques = links.torques(whole)
-            # Not smoothed: a filter of both directions only scales a vibration.
+            # Not smoothed: a filter of both directions hardly does more than scale a vibration.
             rows |= {
                 n: np.array([torques[:, k], speed[:, k], dry[:, k], *ringing])
                 for k, n in enumerate(self.driven)

@@ -168,7 +168,7 @@ def _along_fine_slopes(
     error, which are extrapolated from a number of steps, at least `steps`, and twice as many.
 
     With the slopes of few steps a descent ends where these, and not the true ones, are at right
-    angles to the errors: two deviations off where a link vibrates at a third of the sample rate.
+    angles to the errors: with three modes per link two deviations off.
     """
 
     def slopes_with(steps: int) -> list[np.ndarray]:

@@ -92,16 +92,10 @@ class Warming(Silent):
         )  # fmt: skip
 
     def _run(self) -> None:
-        try:
-            _load()
-            self._loaded.set()
-            self._shown.wait(FIRST_PAGE_WAIT)
-            self._compile()
-        except Exception:
-            log.exception("Warming up failed; the first page does it")
-        finally:
-            self._loaded.set()
+        _attempt(_load)
+        self._loaded.set()
         self._shown.wait(FIRST_PAGE_WAIT)
+        _attempt(self._compile)
         with contextlib.suppress(InputError):  # it has been closed meanwhile
             self._pool.start()
 
@@ -120,6 +114,14 @@ class Warming(Silent):
                 self._clients.clear()
                 for notice in self._notices:
                     notice.remove()
+
+
+def _attempt(step: Callable[[], None]) -> None:
+    """Nobody waits for ever because a step failed: whoever needs it does it."""
+    try:
+        step()
+    except Exception:
+        log.exception("Warming up failed; the first page does it")
 
 
 def _load() -> None:
