@@ -52,8 +52,9 @@ def load_recordings(
         loaded = list(pool.map(load, scenario.recordings))
     # What is simulated begins at rest; what a rig wrote begins where somebody cut it.
     files = [r for r, spec in zip(loaded, scenario.recordings, strict=True) if spec.file]
-    arm = model.arm
-    marked = with_beginnings(files, arm.joints, model.drive.reference_channels(arm))
+    arm, drive = model.arm, model.drive
+    held = drive.holds_joints(drive.law(arm, model.numbers().p, {}))
+    marked = with_beginnings(files, arm.joints, drive.reference_channels(arm), held)
     by_name = {r.name: r for r in marked}
     return [by_name.get(r.name, r) for r in loaded]
 

@@ -13,7 +13,7 @@ from .identify.compare import compare_many
 from .identify.fit import Fitted, identify
 from .identify.prepared_recording import prepare
 from .identify.setup import Setup, make_setup
-from .identify.unknowns import Unknowns, collect_unknowns, fixed_values
+from .identify.unknowns import Unknowns, fixed_values, unknowns_with_starts
 from .progress import Progress, Silent
 from .recording.recording import Recording
 from .results import RecordingComparison, Variant
@@ -51,7 +51,8 @@ def _fit_group(
     unknowns: Unknowns | None = None,
 ) -> Fitted:
     model = setup.model
-    unknowns = collect_unknowns(model, spec, group) if unknowns is None else unknowns
+    if unknowns is None:
+        unknowns = unknowns_with_starts(model, spec, group, setup.outputs)
     fixed_here = dict(fixed_values(model, spec, unknowns)) if fixed is None else dict(fixed)
     experiments = [prepare(model, r, setup.outputs, setup.processing) for r in group]
     label = group[0].name if named or len(group) == 1 else "all recordings"
@@ -105,7 +106,7 @@ def _values_for(
         return {**fixed, **unknowns.values_for(recording.name, own.vector)}, own.fit.label, ""
     label = fits[0].fit.label if len(fits) == 1 else MEAN_LABEL
     values = shared_by_fits(fits)
-    items = collect_unknowns(setup.model, spec, [recording]).items
+    items = unknowns_with_starts(setup.model, spec, [recording], setup.outputs).items
     extra = Unknowns(tuple(item for item in items if item.recording is not None))
     if not len(extra):
         return values, label, ""

@@ -28,22 +28,12 @@ from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.prescribed_joint_forces import servo_points_per_sample
 from ..identify.processing import Processing
 from ..identify.setup import primary_sensors
-from ..identify.unknowns import (
-    START,
-    Unknown,
-    Unknowns,
-    collect_unknowns,
-    fixed_values,
-    starts_unknown,
-)
+from ..identify.unknowns import Unknown, Unknowns, fixed_values, unknowns_with_starts
 from ..least_squares import MOST_ITERATIONS
 from ..model import Model
 from ..recording.recording import Recording
 from ..scenario.schema import IdentifySpec
 from ..sensors.sensor import Sensor
-
-INITIAL_JOINT_BOUND = 0.05
-"""rad (m): largest error of an encoder's first sample."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +62,7 @@ class BaseFit:
         experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in usable)
         if not experiments:
             return None
-        nuisance = tuple(nuisance_unknowns(model, spec, usable))
+        nuisance = unknowns_with_starts(model, spec, usable, outputs).items
         others = replace(
             self.data, experiments=experiments, nuisance=nuisance, anchor=None, noise_ratios=()
         )
@@ -90,29 +80,6 @@ def compared_outputs(model: Model, fitted: Sequence[Sensor], recordings: Sequenc
     return measured or tuple(fitted)
 
 
-def nuisance_unknowns(
-    model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
-) -> list[Unknown]:
-    """Nominal parameters within the user's or physical bounds, and each recording's start."""
-    unknowns = list(collect_unknowns(model, spec, recordings).items)
-    resting = [r for r in recordings if not starts_unknown(spec, r)]
-    if model.steering is None and resting:
-        starts = [f"{START}theta{k + 1}" for k in range(model.arm.joints)]
-        starts_only = spec.model_copy(
-            update={"parameters": (), "bounds": {}, "prior": {}, "offsets": ()}
-        ).model_copy(update={"per_recording": tuple(starts)})
-        unknowns += [
-            _with_initial_joint_bounds(u)
-            for u in collect_unknowns(model, starts_only, resting).items
-        ]
-    return unknowns
-
-
-def _with_initial_joint_bounds(u: Unknown) -> Unknown:
-    parameter = replace(u.parameter, lower=-INITIAL_JOINT_BOUND, upper=INITIAL_JOINT_BOUND)
-    return replace(u, parameter=parameter)
-
-
 def fit_base(
     model: Model, fitted: Sequence[Sensor], processing: Processing, spec: IdentifySpec,
     recordings: Sequence[Recording], stated: Mapping[str, float], fidelity: float,
@@ -128,7 +95,7 @@ def fit_base(
     outputs = compared_outputs(model, fitted, recordings)
     experiments = tuple(prepare(model, r, outputs, processing) for r in recordings)
     _check_counted(experiments)
-    nuisance = tuple(nuisance_unknowns(model, spec, recordings))
+    nuisance = unknowns_with_starts(model, spec, recordings, outputs).items
     fixed = fixed_values(model, spec, Unknowns(nuisance))
     weights = tuple(_spread_weights(e) for e in experiments)
     effects, bare = model.effects, model.bare or model

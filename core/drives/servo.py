@@ -19,7 +19,7 @@ from ..arm.arm import Arm
 from ..drives.law import DriveLaw, static_law
 from ..errors import InputError
 from ..recording.initial_motion import begins_at_rest
-from ..recording.recording import Recording
+from ..recording.recording import Beginning, Recording
 from ..recording.velocity import ZeroPhaseLowPass, central_difference
 
 if TYPE_CHECKING:
@@ -206,7 +206,7 @@ class FollowingServo:
         mean, and of an encoder of 13 bits, sampled at 2 kHz, that was 2 % of the torque.
         """
         place = np.column_stack([recording[f"theta{k + 1}"] for k in range(arm.joints)])
-        at_rest = not recording.in_motion and begins_at_rest(place)
+        at_rest = recording.beginning is not Beginning.MOTION and begins_at_rest(place)
         hz, dt = BEYOND * self.torque_hz, recording.sample_time
         if hz < 0.5 / dt:
             low_pass = ZeroPhaseLowPass(cutoff_hz=hz)

@@ -169,10 +169,10 @@ def _servo(
 
 
 IN_MOTION = (
-    "The arm seems to move at the first samples, so each recording's initial state is estimated. "
-    "If all begin at rest, set [identify] initial_state = false."
+    "Nothing shows that the arm rests at the first samples, so the state in which a recording "
+    "begins is estimated. If all begin at rest, set [identify] initial_state = false."
 )
-ANY_START = "Each recording's initial state is estimated."
+ANY_START = "The state in which each recording begins is estimated."
 
 
 def _notes(

@@ -10,10 +10,11 @@ import numpy as np
 from ..errors import InputError
 from ..model import Model
 from ..parameters import Parameter, ParameterSet
-from ..recording.recording import Recording
+from ..recording.recording import Beginning, Recording
 from ..scenario.schema import IdentifySpec, Scenario
 from ..scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
 from ..sensors import sensors
+from ..sensors.sensor import Sensor
 from ..sentences import did_you_mean
 
 OFFSET, GAIN, START = "offset_", "gain_", "start_"
@@ -96,6 +97,30 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
     return Unknowns(tuple(items))
 
 
+INITIAL_JOINT_BOUND = 0.05
+"""rad (m): largest error of an encoder's first sample."""
+
+
+def unknowns_with_starts(
+    model: Model, spec: IdentifySpec, recordings: Sequence[Recording], outputs: Sequence[Sensor]
+) -> Unknowns:
+    """What a fit of the full equations estimates: what [identify] asks for and, where a drive holds
+    the joints and the outputs show places, the place of each joint at the first sample of a
+    recording that begins at rest. The encoder's first reading is no better than any other, and the
+    joints integrate its error."""
+    unknowns = collect_unknowns(model, spec, recordings)
+    resting = [r for r in recordings if not starts_unknown(spec, r)]
+    if model.steering is not None or model.level == "lpv" or not any(s.drifts for s in outputs):
+        return unknowns
+    own = [
+        Unknown(replace(p, lower=-INITIAL_JOINT_BOUND, upper=INITIAL_JOINT_BOUND), r.name, False)
+        for p in (_start(model, f"theta{k + 1}") for k in range(model.arm.joints))
+        for r in resting
+    ]
+    stated = set(unknowns.labels)
+    return Unknowns((*unknowns.items, *(item for item in own if item.label not in stated)))
+
+
 def check_names(scenario: Scenario) -> None:
     """InputError for an unknown parameter, effect or channel, before any recording is read."""
     model = base_model(scenario)
@@ -108,7 +133,8 @@ def check_names(scenario: Scenario) -> None:
 
 def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
     """Whether the state in which a recording begins is estimated."""
-    return recording.in_motion if spec.initial_state is None else spec.initial_state
+    stated = spec.initial_state
+    return recording.beginning is not Beginning.REST if stated is None else stated
 
 
 def first_state_names(model: Model) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from functools import cache
 
 import numpy as np
@@ -34,6 +35,16 @@ class CameraPose:
     """s, by which the camera's samples are late."""
 
 
+class Beginning(StrEnum):
+    """What is known of the arm's motion when a recording begins."""
+
+    REST = "rest"
+    MOTION = "motion"
+    """Its joints move."""
+    UNKNOWN = "unknown"
+    """Its joints seem to rest; nothing shows whether its links do."""
+
+
 @dataclass(frozen=True)
 class Recording:
     """Uniformly sampled channels (N,) in SI units.
@@ -54,8 +65,8 @@ class Recording:
     warnings: tuple[str, ...] = ()
     theta2: float | None = None
     """The working point in rad where the experiment was made at one."""
-    in_motion: bool = False
-    """Whether the arm may move when it begins, so that the state it begins in is not known."""
+    beginning: Beginning = Beginning.REST
+    """What is known of the arm's motion at the first sample."""
 
     @property
     def sample_time(self) -> float:

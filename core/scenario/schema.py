@@ -79,8 +79,8 @@ class IdentifySpec(Settings):
     start: dict[str, Real] = Field(default_factory=dict)
     """Parameter -> start value, SI; a parameter that is not estimated keeps it."""
     initial_state: Switch | None = None
-    """Whether each recording's initial state is estimated; None: where a recording from a file
-    begins in motion."""
+    """Whether each recording's initial state is estimated; None: of a recording from a file, unless
+    it shows that the arm rests."""
     offsets: tuple[Channel, ...] = ()
     """Channels whose constant offset is estimated for each recording."""
     servo_hz: Positive | None = None

@@ -11,13 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..diagnose.base_fit import nuisance_unknowns
 from ..effects.sizes import sizes_of
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
 from ..identify.residuals import Residuals
-from ..identify.unknowns import Unknown, Unknowns
+from ..identify.unknowns import Unknown, Unknowns, unknowns_with_starts
 from ..model import Model
 from ..recording.recording import Recording
 from ..sensors import sensor
@@ -54,7 +53,7 @@ class Detectability:
         absorb."""
         outputs = [sensor(kind) for kind in KINDS]
         bare = self.base.bare or self.base
-        items = list(nuisance_unknowns(bare, IDENTIFY, self.recordings))
+        items = list(unknowns_with_starts(bare, IDENTIFY, self.recordings, outputs).items)
         taken = {u.parameter.name for u in items}
         items += [Unknown(p) for n, p in self.base.effect_parameters.items() if n not in taken]
         unknowns = Unknowns(tuple(items))

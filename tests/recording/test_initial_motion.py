@@ -13,9 +13,10 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.model import Model
 from flexgui.core.recording.initial_motion import with_beginnings
-from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.recording import Beginning, Recording
 from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import from_rest
+from tests.programs.finite_element_beam import Beam
 
 ARM = presets()["paper"]
 STEP, SAMPLES, HOLD, RUNS = 4e-3, 300, 5, 4
@@ -53,58 +54,82 @@ def cut(r: Recording, samples: int) -> Recording:
     return Recording(r.name, r.time[samples:] - r.time[samples], channels)
 
 
-def moving(recordings, drive: str) -> list[bool]:  # type: ignore[no-untyped-def]
+def beginnings(recordings, drive: str) -> list[Beginning]:  # type: ignore[no-untyped-def]
     references = DRIVES[drive].reference_channels(ARM)
-    return [r.in_motion for r in with_beginnings(recordings, 2, references)]
+    return [r.beginning for r in with_beginnings(recordings, 2, references, drive == "loop")]
+
+
+RESTS = {"loop": Beginning.REST, "torque": Beginning.UNKNOWN}
+"""Of a campaign from rest: under a torque nothing shows that the links rest too."""
 
 
 @pytest.mark.parametrize("drive", DRIVES)
 def test_a_campaign_from_rest_rests(drive) -> None:
-    assert moving(campaign(drive), drive) == [False] * RUNS
+    assert beginnings(campaign(drive), drive) == [RESTS[drive]] * RUNS
 
 
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("samples", [1, 20, 37, 61, 110])
 def test_a_campaign_that_is_cut_anywhere_moves(drive, samples) -> None:
     """Where a joint turns round its speed tells nothing."""
-    assert moving([cut(r, samples + 3 * i) for i, r in enumerate(campaign(drive))], drive) == (
-        [True] * RUNS
-    )
+    parts = [cut(r, samples + 3 * i) for i, r in enumerate(campaign(drive))]
+    assert beginnings(parts, drive) == [Beginning.MOTION] * RUNS
 
 
 @pytest.mark.parametrize("drive", DRIVES)
 def test_one_that_moves_among_others_at_rest_is_found(drive) -> None:
     recordings = list(campaign(drive))
     recordings[2] = cut(recordings[2], 37)
-    assert moving(recordings, drive) == [False, False, True, False]
+    rests = RESTS[drive]
+    assert beginnings(recordings, drive) == [rests, rests, Beginning.MOTION, rests]
 
 
-def test_where_a_smooth_drive_jumps_at_first_the_first_steps_decide() -> None:
-    """Nothing like that jump occurs later, so nothing foretells what follows it."""
-    assert moving(campaign("torque", smooth=True), "torque") == [False] * RUNS
-    later = [cut(r, 40 + 3 * i) for i, r in enumerate(campaign("loop", smooth=True))]
-    assert moving(later, "loop") == [True] * RUNS
+@pytest.mark.parametrize("drive", DRIVES)
+def test_under_smooth_references_nothing_shows_that_an_arm_rests(drive) -> None:
+    """Nothing like their first moments occurs later, so nothing tells what follows from rest."""
+    whole = campaign(drive, smooth=True)
+    for recordings in (whole, [cut(r, 40 + 3 * i) for i, r in enumerate(whole)]):
+        assert Beginning.REST not in beginnings(recordings, drive)
 
 
-def test_what_was_not_recorded_is_not_judged() -> None:
+def test_a_link_that_vibrates_behind_a_joint_at_rest_is_seen_by_its_gauge() -> None:
+    """A loop holds the joint, whose encoder shows nothing; the gauge does."""
+    beam = Beam(loop_gain=25.0)
+    rng, dt, still = np.random.default_rng(1), 1e-3, 100
+    for vibrates in (False, True):
+        speed = np.repeat(rng.choice([-0.3, 0.3], 100), 20)
+        speed[400 - still : 400] = 0.0
+        theta, deflection = beam.motion(speed, dt)
+        part = slice(400 if vibrates else 0, None)
+        noise = 1e-5 * rng.standard_normal((2, len(speed)))
+        channels = {
+            "dtheta1_ref": speed[part], "theta1": (theta + noise[0])[part],
+            "deflection1": (deflection / beam.length + noise[1])[part],
+        }  # fmt: skip
+        recording = Recording("r", dt * np.arange(len(speed[part])), channels)
+        (judged,) = with_beginnings([recording], 1, ("dtheta1_ref",), held=True)
+        assert (judged.beginning is Beginning.REST) != vibrates
+
+
+def test_what_was_not_recorded_is_taken_to_rest() -> None:
     bare = [Recording(r.name, r.time, {"theta1": r["theta1"]}) for r in campaign("loop")]
-    assert moving(bare, "loop") == [False] * RUNS
+    assert beginnings(bare, "loop") == [Beginning.REST] * RUNS
     gaps = [
         Recording(r.name, r.time, {**r.channels, "theta2": np.full(len(r.time), np.nan)})
         for r in campaign("loop")
     ]
-    assert moving(gaps, "loop") == [False] * RUNS
-    assert with_beginnings([], 2, ("u1",)) == []
+    assert beginnings(gaps, "loop") == [Beginning.REST] * RUNS
+    assert with_beginnings([], 2, ("u1",), held=False) == []
 
 
 def test_joints_that_somebody_leads_are_judged_by_their_first_steps() -> None:
     time = np.arange(200) * STEP
-    for begin, moves in ((0.0, False), (0.7, True)):
+    for begin, beginning in ((0.0, Beginning.UNKNOWN), (0.7, Beginning.MOTION)):
         place = np.cos(3.0 * (time + begin))
         led = Recording("r", time, {"theta1": place, "theta2": place})
-        assert [r.in_motion for r in with_beginnings([led], 2, ())] == [moves]
+        assert [r.beginning for r in with_beginnings([led], 2, (), held=False)] == [beginning]
 
 
 def test_a_few_samples_say_nothing() -> None:
     short = [cut(r, SAMPLES - 20) for r in campaign("loop")]
-    assert moving(short, "loop") == [False] * RUNS
+    assert beginnings(short, "loop") == [Beginning.REST] * RUNS

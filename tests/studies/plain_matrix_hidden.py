@@ -20,7 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
-from flexgui.core.diagnose.base_fit import compared_outputs, nuisance_unknowns
+from flexgui.core.diagnose.base_fit import compared_outputs
 from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
 from flexgui.core.diagnose.force_shape_refinement import ShapedChanges, best_force_shape
 from flexgui.core.diagnose.gram_matrix import gram_matrix
@@ -38,6 +38,7 @@ from flexgui.core.effects.sizes import Sizes, sizes_of
 from flexgui.core.identify.defect_correction import Anchor
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.setup import Setup, make_setup
+from flexgui.core.identify.unknowns import unknowns_with_starts
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import ABOVE
@@ -95,7 +96,7 @@ class Sight:
         experiments = tuple(prepare(model, r, outputs, processing) for r in recordings)
         ones = tuple(np.ones(e.measured.shape[1]) for e in experiments)
         steps = int(np.ceil(STEPS_HZ / self.bench.rate))
-        nuisance = tuple(nuisance_unknowns(model, self.spec, recordings))
+        nuisance = unknowns_with_starts(model, self.spec, recordings, outputs).items
         return Data(model, experiments, nuisance, ones, {}, {}, self.sizes, steps)
 
     def _weights(self, clean: Sequence[Recording]) -> tuple[np.ndarray, ...]:

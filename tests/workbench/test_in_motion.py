@@ -14,7 +14,7 @@ from flexgui.core.effects import effect
 from flexgui.core.identify.setup import IN_MOTION, make_setup
 from flexgui.core.identify.unknowns import first_state_names
 from flexgui.core.model import Model
-from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.recording import Beginning, Recording
 from flexgui.core.recording.save import save_recording
 from flexgui.core.results import NOTHING, Outcome
 from flexgui.core.scenario.read import parse_scenario
@@ -129,7 +129,7 @@ def test_a_rigid_arm_that_its_encoders_lead_has_no_first_state() -> None:
     model = Model(presets()["single_axis"], Torque(), "nonlinear")
     time = np.arange(100) * STEP
     channels = {"u1": np.ones(100), "theta1": np.cos(3.0 * time)}
-    recording = Recording("r", time, channels, in_motion=True)
+    recording = Recording("r", time, channels, beginning=Beginning.MOTION)
     setup = make_setup(model, IdentifySpec(parameters=("m1",)), [recording])
     assert first_state_names(setup.model) == ()
     assert IN_MOTION not in setup.notes
