@@ -110,7 +110,7 @@ def unknowns_with_starts(
     joints integrate its error."""
     unknowns = collect_unknowns(model, spec, recordings)
     resting = [r for r in recordings if not starts_unknown(spec, r)]
-    if model.steering is not None or model.level == "lpv" or not any(s.drifts for s in outputs):
+    if model.steering is not None or not any(s.drifts for s in outputs):
         return unknowns
     own = [
         Unknown(replace(p, lower=-INITIAL_JOINT_BOUND, upper=INITIAL_JOINT_BOUND), r.name, False)
