@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, get_args, get_origin
@@ -54,6 +55,14 @@ def quoted(value: Any) -> str:
     """The user's value, shortened, as it is repeated in a message."""
     text = one_line(repr(value))
     return text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 3] + "..."
+
+
+def install_command(extra: str) -> str:
+    """Return the command that adds an extra of FlexGUI to this environment.
+
+    FlexGUI is there already, from a clone or a wheel, so pip only adds the packages of the extra.
+    """
+    return f"{sys.executable} -m pip install 'flexgui-arm[{extra}]'"
 
 
 def did_you_mean(name: str, candidates: Iterable[str]) -> str:

@@ -159,10 +159,9 @@ def _require_page() -> None:
     missing = [name for name in ("viser", "websockets", "segno") if find_spec(name) is None]
     if missing:
         from flexgui.core.errors import InputError
+        from flexgui.core.sentences import install_command
 
-        raise InputError(
-            f"The page needs {', '.join(missing)}; install it with pip install 'flexgui[page]'."
-        )
+        raise InputError(f"The page needs {', '.join(missing)}; run {install_command('page')}.")
 
 
 @app.command()

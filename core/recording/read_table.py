@@ -8,11 +8,10 @@ from pathlib import Path
 from ..errors import InputError
 from ..plugins import discover
 from ..recording.table import Reading, Table, TableReader, Watching, damaged
-from ..sentences import few
+from ..sentences import few, install_command
 
 START = 4096
 """Bytes that show what a file is: every signature stands there, and some lines of text."""
-INSTALL = "pip install 'flexgui[lab]'"
 
 
 def readers() -> dict[str, TableReader]:
@@ -97,5 +96,6 @@ def _check_installed(path: Path, reader: TableReader) -> None:
     for module in reader.needs:
         if importlib.util.find_spec(module) is None:
             raise InputError(
-                f"{path.name} needs the package {module}, which is not installed; run {INSTALL}."
+                f"{path.name} needs the package {module}, which is not installed; run "
+                f"{install_command('lab')}."
             )

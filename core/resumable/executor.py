@@ -18,6 +18,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..processors import WORKERS
+from ..sentences import install_command
 
 Work = Callable[[str], str]
 """Order in, answer out: one line of JSON with `key`. Other processes find it by the names of its
@@ -257,9 +258,7 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError:
-        raise InputError(
-            "--cluster needs Dask; install it with pip install 'flexgui[cluster]'."
-        ) from None
+        raise InputError(f"--cluster needs Dask; run {install_command('cluster')}.") from None
     return distributed
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 NO_PLAYER = (
-    "The 3-D motion is left out, because viser is missing. Run pip install 'flexgui[page]' and "
+    "The 3-D motion is left out, because viser is missing. Install the extra `page` of FlexGUI and "
     "export again."
 )
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from flexgui.core.errors import InputError
 from flexgui.core.model import Model
+from flexgui.core.sentences import install_command
 from flexgui.core.simulate.posture import Mode, Posture, posture, vibration_modes
 from flexgui.core.simulate.response import (
     FrequencyResponse,
@@ -141,9 +142,8 @@ class LinearModel:
         try:
             import control
         except ImportError:
-            raise InputError(
-                "python-control is not installed; install it with pip install 'flexgui[control]'."
-            ) from None
+            command = install_command("control")
+            raise InputError(f"python-control is not installed; run {command}.") from None
         return control.ss(
             self.A, self.B, self.C, self.D,
             states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs),

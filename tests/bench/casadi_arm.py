@@ -51,7 +51,7 @@ void run(const double *start, const double *r, const double *theta, double *out,
 def lacking() -> str:
     """What is missing, in plain words; empty where CasADi's code can be compiled."""
     if find_spec("casadi") is None:
-        return "casadi is not installed (pip install 'flexgui[bench]')"
+        return "casadi is not installed (pip install '.[bench]')"
     return "" if shutil.which("gcc") else "there is no C compiler (gcc)"
 
 

@@ -214,7 +214,7 @@ def _not_run(part: ModuleType, folder: Path | None, done: Mapping[str, Any]) -> 
         return [f"Not run: it needs {', '.join(absent)}, which are not part of FlexGUI; set "
                 "FLEXGUI_DATA to the folder that holds them."]  # fmt: skip
     if packages and not done:
-        return [f"Not run: it needs {', '.join(packages)}; pip install 'flexgui[peers]'."]
+        return [f"Not run: it needs {', '.join(packages)}; pip install '.[peers]'."]
     if len(left) > MOST_NAMED:
         return [f"Not run yet: {len(left)} of {len(part.CASES)} cases; the same command goes on."]
     return [f"Not run: {what}." for what in left]

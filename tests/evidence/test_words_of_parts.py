@@ -67,7 +67,7 @@ def test_a_part_without_its_packages_says_what_to_install(
     monkeypatch.setattr(part, "NEEDS", ("no_such_package",))
     assert frame.cases(["peers_sysid"], tmp_path) == []
     said = frame.page(tmp_path, tmp_path / "nothing.jsonl")
-    assert "it needs no_such_package; pip install 'flexgui[peers]'" in said
+    assert "it needs no_such_package; pip install '.[peers]'" in said
 
 
 def test_many_cases_that_were_not_run_are_counted_not_listed(tmp_path: Path) -> None:

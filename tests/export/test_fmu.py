@@ -16,7 +16,7 @@ from flexgui.export.formats.python_control import ELBOW
 from tests.export.helpers import MODELS, inputs, outcome_of
 from tests.helpers import relative_to_largest
 
-fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'flexgui[test]'")
+fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install '.[test]'")
 
 SAME = 1e-9
 """Relative: SciPy discretises without balancing the states."""

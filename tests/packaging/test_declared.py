@@ -1,9 +1,11 @@
-"""Every package that a file imports is one that pyproject.toml names, each with a lower bound."""
+"""Every package that a file imports is one that pyproject.toml names, each with a lower bound; and
+every text that tells how to install FlexGUI names FlexGUI."""
 
 from __future__ import annotations
 
 import ast
 import re
+import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -11,6 +13,8 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+
+from flexgui.core.sentences import install_command
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -80,6 +84,40 @@ def test_only_the_page_imports_what_only_the_page_needs() -> None:
 
 def test_every_package_has_a_lower_bound_and_a_tested_version() -> None:
     lines = [*PROJECT["dependencies"], *(line for extra in EXTRAS.values() for line in extra)]
-    others = [line for line in lines if not line.startswith("flexgui[")]
+    others = [line for line in lines if not line.startswith(f"{PROJECT['name']}[")]
     assert [line for line in others if not re.search(r"[>=]=\d", line)] == []
     assert {name_of(line) for line in others} <= PINNED
+
+
+def test_a_message_installs_an_extra_of_this_distribution_into_this_environment() -> None:
+    for extra in EXTRAS:
+        python, *words = install_command(extra).split()
+        assert Path(python) == Path(sys.executable)
+        assert words == ["-m", "pip", "install", f"'{PROJECT['name']}[{extra}]'"]
+
+
+FOREIGN = re.compile(r"pip3? install[^\n&;|`]*[ '\"]flexgui(?![\w./-])|(?<![\w/-])flexgui\\?\[\w")
+"""A command or a requirement with `flexgui`, which the package index has from others."""
+
+
+@pytest.mark.parametrize(
+    ("text", "foreign"),
+    [("pip install 'flexgui[page]'", True), ("pip install -U flexgui", True),
+     ("with `flexgui[lab]`", True), ("pip install 'flexgui-arm[page]'", False),
+     ("pip install . && flexgui serve", False), ("pip install dist/flexgui_arm-0.1.whl", False)],
+)  # fmt: skip
+def test_the_foreign_distribution_is_recognised(text: str, foreign: bool) -> None:
+    assert bool(FOREIGN.search(text)) == foreign
+
+
+def test_no_text_installs_the_foreign_distribution() -> None:
+    command = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
+    names = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    texts = {path: path.read_bytes().decode(errors="replace") for name in names.splitlines()
+             if (path := ROOT / name).is_file() and path.suffix != ".gz"}  # fmt: skip
+    del texts[Path(__file__).resolve()]
+    assert len(texts) > len(EXTRAS)
+    found = {
+        str(path): hit.group() for path, text in texts.items() if (hit := FOREIGN.search(text))
+    }
+    assert not found

@@ -105,7 +105,7 @@ def test_the_page_of_the_wheel_answers(unpacked: Path, elsewhere: Path) -> None:
 def test_library_and_command_line_need_nothing_of_the_page(unpacked: Path, elsewhere: Path) -> None:
     (elsewhere / "rig.toml").write_text(SCENARIO)
     done = run(unpacked, elsewhere, "-c", WITHOUT_PAGE + LIBRARY + COMMANDS)
-    assert "needs viser, websockets, segno; install it" in done.stderr
+    assert "needs viser, websockets, segno; run " in done.stderr
     assert done.returncode == 2, done.stderr
     for folder in ("library", "command"):
         assert "3-D motion is left out" in (elsewhere / folder / "report.html").read_text()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from flexgui.core.recording.read_table import read_table
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import RecordingSpec, SimulateSpec
 from flexgui.core.scenario.data_folder import resolve_file
+from flexgui.core.sentences import install_command
 from flexgui.core.simulate.experiment import simulate_recording
 from tests.helpers import PAPER, looped
 from tests.recording.lab_formats import FORMATS
@@ -61,7 +63,7 @@ def test_a_missing_extra_is_one_sentence_with_the_command(
     columns = {"t": experiment.time, **{name: experiment[name] for name in NAMES}}
     file = FORMATS["hdf5"](tmp_path, columns)
     monkeypatch.setattr(reading.importlib.util, "find_spec", lambda name: None)
-    said = r"run\.h5 needs .* h5py, .*; run pip install 'flexgui\[lab\]'"
+    said = rf"run\.h5 needs .* h5py, .*; run {re.escape(install_command('lab'))}\.$"
     with pytest.raises(InputError, match=said):
         read_table(tmp_path / file)
 
