@@ -6,6 +6,8 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
+import traceback
 from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -54,7 +56,7 @@ def requeue(index: int, waiting: deque[int], losses: Counter[int]) -> None:
 
 class Executor(ABC):
     """Computes answers, in the order in which they are ready; an order may be repeated on another
-    worker."""
+    worker if its own was lost. An error of the program ends all work at once: RuntimeError."""
 
     @abstractmethod
     def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
@@ -74,24 +76,30 @@ class Here(Executor):
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
+_starting = threading.Lock()
+"""The environment is one for all threads that start processes."""
+
+
 @contextmanager
 def one_thread_each() -> Iterator[None]:
     """The environment in which processes start whose mathematics must not fight for the cores:
-    their libraries read it once, when imported."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ |= dict.fromkeys(THREADS, "1")
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+    their libraries read it once, when imported. One thread at a time; do no more than start."""
+    with _starting:
+        before = {name: os.environ.get(name) for name in THREADS}
+        os.environ |= dict.fromkeys(THREADS, "1")
+        try:
+            yield
+        finally:
+            for name, value in before.items():
+                if value is None:
+                    os.environ.pop(name, None)
+                else:
+                    os.environ[name] = value
 
 
-ERROR = "\0"
-"""Begins a message that is not an answer but what went wrong."""
+REFUSED, FAILED = "\0", "\1"
+"""Begin a message that is no answer: a sentence about the input, or an error of the program and,
+after another FAILED, its traceback."""
 
 FAREWELL = 2.0
 """s that a worker has to end before it is made to."""
@@ -154,9 +162,7 @@ class Processes(Executor):
                 self._replace_worker(worker, index, waiting, losses)
                 continue
             worker.order = None
-            if text.startswith(ERROR):
-                raise InputError(text.removeprefix(ERROR))
-            yield index, text
+            yield index, _received(text)
 
     def _replace_worker(
         self, worker: _Worker, index: int, waiting: deque[int], losses: Counter[int]
@@ -201,14 +207,35 @@ def _serve(connection: Connection, work: Work) -> None:
             order = connection.recv_bytes().decode()
         except (EOFError, OSError):
             return
-        connection.send_bytes(_answer(work, order).encode())
+        try:
+            answer = _answer(work, order)
+        except MemoryError:  # as one that the system ended: another may find more memory
+            return
+        connection.send_bytes(answer.encode())
 
 
 def _answer(work: Work, order: str) -> str:
+    """The answer or what went wrong, for `_received`."""
     try:
         return work(order)
     except InputError as error:
-        return f"{ERROR}{error}"
+        return f"{REFUSED}{error}"
+    except MemoryError:
+        raise
+    except Exception as error:
+        return f"{FAILED}{type(error).__name__}: {error}{FAILED}{traceback.format_exc()}"
+
+
+def _received(text: str) -> str:
+    """The answer that a worker sent; InputError or RuntimeError for what went wrong there."""
+    if text.startswith(REFUSED):
+        raise InputError(text.removeprefix(REFUSED))
+    if text.startswith(FAILED):
+        reason, _, trace = text.removeprefix(FAILED).partition(FAILED)
+        error = RuntimeError(f"{reason}, in a worker process")
+        error.add_note(trace)
+        raise error
+    return text
 
 
 PATIENCE = 10
@@ -230,7 +257,8 @@ class Cluster(Executor):
         with self._client(distributed) as client:
             done: Queue[Any] = Queue()
             futures = {
-                client.submit(work, order, pure=False): index for index, order in enumerate(orders)
+                client.submit(_answer, work, order, pure=False): index
+                for index, order in enumerate(orders)
             }
             for future in futures:
                 future.add_done_callback(done.put)
@@ -270,10 +298,9 @@ def _next(done: Queue[Any]) -> Any:
 
 
 def _result(future: Any) -> str:
+    """The answer; InputError where the cluster could not run the task."""
     error = future.exception()
     if error is None:
-        return str(future.result())
-    if isinstance(error, InputError):
-        raise error
+        return _received(future.result())
     kind = type(error).__name__
     raise InputError(f"The cluster gave up a task ({kind}: {error}).") from None

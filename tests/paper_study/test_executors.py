@@ -5,7 +5,12 @@ from __future__ import annotations
 import json
 import os
 import signal
-from collections.abc import Sequence
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -13,8 +18,23 @@ import pytest
 
 from flexgui.core.errors import InputError
 from flexgui.core.montecarlo.study import study, study_cases
-from flexgui.core.resumable.executor import Answers, Executor, Here, Processes, Stop, Work, never
+from flexgui.core.resumable.executor import (
+    MOST_LOSSES,
+    THREADS,
+    Answers,
+    Cluster,
+    Executor,
+    Here,
+    Processes,
+    Stop,
+    Work,
+    never,
+    one_thread_each,
+)
+from tests.paper_study.failing import fill_memory, lose_key
 from tests.paper_study.helpers import FITS, numbers, records_of, short
+
+NO_DASK = pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
 
 
 class Backwards(Executor):
@@ -93,19 +113,72 @@ def test_bad_input_in_a_worker_is_one_sentence() -> None:
         list(study(short(), only=["fit"]))
 
 
-@pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
-@pytest.mark.long
-def test_a_dask_cluster_gives_the_same_numbers(expected: dict[str, object]) -> None:
+@contextmanager
+def processes() -> Iterator[Executor]:
+    yield Processes(1)
+
+
+@contextmanager
+def cluster(**settings: object) -> Iterator[Executor]:
     from distributed import LocalCluster
 
-    from flexgui.core.resumable.executor import Cluster
+    with LocalCluster(dashboard_address=None, **settings) as made:
+        yield Cluster(made.scheduler_address)
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        found = records_of(study(short(), executor=Cluster(cluster.scheduler_address), only=FITS))
+
+@pytest.mark.parametrize(
+    "workers",
+    [processes, pytest.param(partial(cluster, n_workers=1, processes=False), marks=NO_DASK)],
+    ids=["processes", "cluster"],
+)
+def test_an_error_of_the_program_ends_the_work_at_once_and_keeps_its_traceback(
+    workers: Callable[[], AbstractContextManager[Executor]], tmp_path: Path
+) -> None:
+    runs = tmp_path / "runs"
+    with workers() as executor, pytest.raises(RuntimeError, match="KeyError: 'mass'") as raised:
+        list(executor.answers(lose_key, [str(runs)]))
+    assert runs.read_text() == "run\n"
+    assert "in lose_key" in "".join(traceback.format_exception(raised.value))
+
+
+def test_work_without_enough_memory_is_tried_by_others_and_says_so(tmp_path: Path) -> None:
+    runs = tmp_path / "runs"
+    with pytest.raises(InputError, match="free memory"):
+        list(Processes(1).answers(fill_memory, [str(runs)]))
+    assert runs.read_text() == "run\n" * MOST_LOSSES
+
+
+def test_processes_that_start_at_once_have_one_thread_and_leave_the_environment_as_it_was(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv(THREADS[0], "4")
+    monkeypatch.delenv(THREADS[1], raising=False)
+    before, inside, left = dict(os.environ), threading.Event(), threading.Event()
+
+    def start() -> set[str]:
+        with one_thread_each():
+            inside.set()
+            left.wait()
+            return {os.environ[name] for name in THREADS}
+
+    with ThreadPoolExecutor(1) as threads:
+        with one_thread_each():
+            other = threads.submit(start)
+            inside.wait(0.1)  # it may be inside, or it may have to wait
+        left.set()
+        assert other.result() == {"1"}
+    assert dict(os.environ) == before
+
+
+@NO_DASK
+@pytest.mark.long
+def test_a_dask_cluster_gives_the_same_numbers(expected: dict[str, object]) -> None:
+    with cluster(n_workers=2, threads_per_worker=1) as executor:
+        found = records_of(study(short(), executor=executor, only=FITS))
     assert numbers(found) == expected
 
 
-@pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
+@NO_DASK
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     from flexgui.core.resumable import executor
 
