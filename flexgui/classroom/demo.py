@@ -45,6 +45,7 @@ class Demo:
 
     def arrive(self, browser: BrowserConnection, key: str | None) -> None:
         """Gives a browser its role and session, and shows the session."""
+        known = self._store.knows(key)
         with self._lock:
             self._browsers[browser.client.client_id] = browser
             first = self.session is None and self._first_is_teacher and browser.is_local
@@ -55,10 +56,10 @@ class Demo:
                 mine = key if self.session is None else self.session.key
                 self.session = self._store.join(mine, pinned=True, address=browser.address)
                 browser.take(self.session, TEACHER)
-            elif self._store.knows(key):
-                browser.take(self._store.join(key, address=browser.address))
-            else:
+            elif not known:
                 browser.follow(self.session)
+        if browser.role == OWN:  # no other browser waits until its session is made
+            browser.take(self._store.join(key, address=browser.address))
         self._show(browser)
         if begins:
             for other in list(self._browsers.values()):

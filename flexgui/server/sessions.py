@@ -12,7 +12,8 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from concurrent.futures import Future
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -34,8 +35,11 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class _Entry:
-    session: Session
+    """The place of a session, which is taken before the session is made."""
+
+    key: str
     address: str = ""
+    made: Future[Session] = field(default_factory=Future)
     clients: int = 0
     left_at: float = 0.0
     stopped: bool = False
@@ -68,25 +72,31 @@ class SessionStore:
 
     def knows(self, key: str | None) -> bool:
         """Whether a session or saved work has this key."""
-        kept = self._saved_folders is not None and self._saved_folders.knows(key)
-        return kept or key in self._entries
+        return key in self._entries or self._has_saved_work(key)
+
+    def _has_saved_work(self, key: str | None) -> bool:
+        """Whether there is saved work of this key that no session uses."""
+        return self._saved_folders is not None and self._saved_folders.knows(key)
 
     def join(self, key: str | None, *, pinned: bool = False, address: str = "") -> Session:
         """Adds a browser to the key's session, or to a new one; InputError if all places are taken.
 
-        A new session counts for the browser's network address.
+        A new session counts for the browser's network address. Files are touched outside the lock:
+        a slow disk delays only the browsers of this session.
         """
-        closing: Session | None = None
+        saved = self._has_saved_work(key)
         with self._lock:
             entry = self._entries.get(key or "")
+            is_new, evicted = entry is None, None
             if entry is None:
-                closing = self._free_place(address)
-                entry = self._new(address, key if key is not None and self.knows(key) else None)
+                evicted = self._free_place(address)
+                entry = _Entry(key if key and saved else secrets.token_urlsafe(24), address)
+                self._entries[entry.key] = entry
             entry.clients += 1
             entry.stopped, entry.pinned = False, entry.pinned or pinned
-        if closing is not None:
-            self._close(closing)
-        return entry.session
+        if is_new:
+            self._fill(entry, evicted)
+        return entry.made.result()
 
     def leave(self, session: Session) -> None:
         """Removes a browser from the session."""
@@ -113,24 +123,26 @@ class SessionStore:
                 if absent_seconds >= (
                     self._limits.keep if entry.touched else self._limits.keep_untouched
                 ):
-                    closing.append(self._entries.pop(entry.session.key).session)
+                    closing.append(self._entries.pop(entry.key).made.result())
                 elif absent_seconds >= self._limits.grace and not entry.stopped:
                     entry.stopped = True
-                    idle.append(entry.session)
+                    idle.append(entry.made.result())
         for session in idle:
             _carefully(stop_jobs, session)
         for session in closing:
             self._close(session)
 
     def close(self) -> None:
-        """Closes them all and removes their folders."""
+        """Closes them all, also those that are being made, and removes their folders."""
         with self._lock:
             entries, self._entries = list(self._entries.values()), {}
         for entry in entries:
-            self._close(entry.session)
+            if entry.made.exception() is None:  # waits for it
+                self._close(entry.made.result())
         shutil.rmtree(self.root, ignore_errors=True)
 
     def _unused(self) -> list[_Entry]:
+        """Without browsers; who waits for a session that is being made counts as one."""
         return [e for e in self._entries.values() if e.clients <= 0 and not e.pinned]
 
     def _free_place(self, address: str) -> Session | None:
@@ -150,22 +162,30 @@ class SessionStore:
         if not free:
             raise InputError(f"{len(entries)} {why} come back in a few minutes.")
         oldest = min(free, key=lambda entry: (entry.touched, entry.left_at))
-        return self._entries.pop(oldest.session.key).session
+        return self._entries.pop(oldest.key).made.result()
 
-    def _new(self, address: str, key: str | None) -> _Entry:
-        key = key or secrets.token_urlsafe(24)
+    def _fill(self, entry: _Entry, evicted: Session | None) -> None:
+        """Closes the session that gave its place, and makes the new one or frees the place."""
+        try:
+            if evicted is not None:
+                self._close(evicted)
+            entry.made.set_result(self._new(entry.key))
+        except BaseException as error:
+            with self._lock:
+                self._entries.pop(entry.key, None)
+            entry.made.set_exception(error)
+
+    def _new(self, key: str) -> Session:
         if self._saved_folders is not None:
             folder = self._saved_folders.begin(key)
         else:
             folder = self.root / secrets.token_hex(8)  # lists of files reveal no keys
             folder.mkdir(mode=0o700)
         try:
-            entry = _Entry(self._make(key, folder), address)
+            return self._make(key, folder)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
-        self._entries[key] = entry
-        return entry
 
     def _close(self, session: Session) -> None:
         folder = session.folder

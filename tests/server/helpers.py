@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import itertools
 import json
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from http.client import HTTPConnection, HTTPResponse
 from pathlib import Path
@@ -19,6 +21,7 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from flexgui.core.errors import InputError
 from flexgui.server.app import PageServer
 
 PATIENCE = 5.0
@@ -61,6 +64,31 @@ class Thing:
 
     def close(self) -> None:
         self.closed = True
+
+
+class SlowDisk:
+    """Makes sessions, but none while it stands still or is full."""
+
+    def __init__(self) -> None:
+        self.full = False
+        self.reached, self._moves = threading.Event(), threading.Event()
+        self._moves.set()
+
+    def __call__(self, key: str, folder: Path) -> Thing:
+        self.reached.set()
+        assert self._moves.wait(PATIENCE)
+        if self.full:
+            raise InputError("The disk is full.")
+        return Thing(key, folder)
+
+    @contextmanager
+    def stopped(self) -> Iterator[None]:
+        self.reached.clear()
+        self._moves.clear()
+        try:
+            yield
+        finally:
+            self._moves.set()
 
 
 @dataclass

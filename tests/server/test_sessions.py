@@ -6,16 +6,18 @@ import contextlib
 import stat
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from flexgui.core.errors import InputError
+from flexgui.places import WORK
 from flexgui.server.services import Limits
-from flexgui.server.sessions import SessionStore
+from flexgui.server.sessions import SavedWorkFolders, SessionStore
 from tests.server.conftest import SMALL, MakePlace, Place
-from tests.server.helpers import SILENCE, Browser, FakeClock, Thing, wait_for
+from tests.server.helpers import PATIENCE, SILENCE, Browser, FakeClock, SlowDisk, Thing, wait_for
 
 
 def test_a_reload_keeps_the_session(place: Place) -> None:
@@ -192,6 +194,73 @@ def test_a_session_that_cannot_be_made_leaves_no_folder() -> None:
     assert not list(store.root.iterdir()) and not len(store)
     store.close()
     assert not store.root.exists()
+
+
+def test_work_that_gave_its_place_is_found_again_though_nobody_could_take_it(
+    clock: FakeClock, tmp_path: Path
+) -> None:
+    disk = SlowDisk()
+    store = SessionStore(disk, Limits(sessions=1), SavedWorkFolders(tmp_path / "kept"))
+    first = store.join(None)
+    (first.folder / WORK).touch()
+    store.leave(first)
+    disk.full = True
+    with pytest.raises(InputError, match="full"):
+        store.join(None)
+    assert first.closed and store.knows(first.key)
+    disk.full = False
+    assert store.join(first.key).key == first.key
+    store.close()
+
+
+def test_a_slow_disk_delays_only_whose_session_it_holds_up(clock: FakeClock) -> None:
+    disk = SlowDisk()
+    store = SessionStore(disk, Limits())
+    there = store.join(None)
+    with ThreadPoolExecutor(2) as threads, disk.stopped():
+        waits = threads.submit(store.join, None)
+        assert disk.reached.wait(PATIENCE)
+        for step in (lambda: store.join(there.key), lambda: store.leave(there), store.sweep):
+            threads.submit(step).result(PATIENCE)
+        assert not waits.done() and len(store) == 2
+    assert waits.result(PATIENCE) is not there
+    store.close()
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_windows_that_come_while_their_session_is_made_share_its_fate(
+    full: bool, clock: FakeClock, tmp_path: Path
+) -> None:
+    disk, kept = SlowDisk(), SavedWorkFolders(tmp_path / "kept")
+    store, key = SessionStore(disk, Limits(), kept), "k" * 32
+    folder = kept.begin(key)
+    (folder / WORK).touch()
+    kept.end(folder)
+    with ThreadPoolExecutor(2) as threads, disk.stopped():
+        disk.full = full
+        first = threads.submit(store.join, key)
+        assert disk.reached.wait(PATIENCE)
+        second = threads.submit(store.join, key)
+    if full:
+        assert isinstance(first.exception(), InputError) and isinstance(
+            second.exception(), InputError
+        )
+    else:
+        assert first.result() is second.result()
+    assert len(store) == (not full) and store.knows(key)
+    store.close()
+
+
+def test_the_end_waits_for_a_session_that_is_being_made(clock: FakeClock) -> None:
+    disk = SlowDisk()
+    store = SessionStore(disk, Limits())
+    with ThreadPoolExecutor(2) as threads:
+        with disk.stopped():
+            made = threads.submit(store.join, None)
+            assert disk.reached.wait(PATIENCE)
+            ends = threads.submit(store.close)
+        ends.result(PATIENCE)
+        assert made.result().closed and not store.root.exists()
 
 
 def test_a_session_in_which_nothing_was_done_is_given_up_soon(
