@@ -82,7 +82,7 @@ class PageServer:
         origins = (*loopback_origins(self.port), *settings.origins)
         self._access = AccessHandler(origins, settings.limits, settings.tickets)
         self.viser = guarded_viser(
-            listener, self._access, self._browsers.get, settings.limits, self._reports
+            listener, self._access, self._browsers, settings.limits, self._reports
         )
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False)
         self._register_callbacks()

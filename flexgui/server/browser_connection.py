@@ -7,6 +7,7 @@ import logging
 import re
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import viser
@@ -22,6 +23,14 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 TEACHER, FOLLOWER, OWN = "teacher", "follower", "own"
+
+
+@dataclass
+class Upload:
+    """A file that is announced and not whole yet: its bytes, and those that have not come."""
+
+    size: int
+    left: int
 
 
 class BrowserConnection:
@@ -43,6 +52,8 @@ class BrowserConnection:
         """Whether it has sent the key of its session, or that it has none."""
         self.allowed: set[str] = set()
         """Widgets that a follower may use."""
+        self.uploads: dict[str, Upload] = {}
+        """Uploads under way, by id."""
         self.lock = threading.RLock()
         self._page: Page | None = None
         self._shown = False

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import singledispatch
 from typing import Annotated, Any
 
@@ -13,7 +13,7 @@ import msgspec
 import viser
 from msgspec import Meta, convert
 
-from flexgui.server.browser_connection import BrowserConnection
+from flexgui.server.browser_connection import BrowserConnection, Upload
 from flexgui.server.errors import explain_following, refuse_upload, restore_value
 from flexgui.server.messages import (
     FileTransferPart,
@@ -42,10 +42,11 @@ class RefusedError(Exception):
 class Guard:
     """The checks of one connection. A refused message changes nothing and closes nothing."""
 
-    def __init__(self, browser: Callable[[], BrowserConnection | None], limits: Limits) -> None:
+    def __init__(
+        self, browser: Callable[[], BrowserConnection | None], transfers: Transfers
+    ) -> None:
         """`browser` returns the connection's window; None before viser announces it."""
-        self._browser = browser
-        self._transfers = Transfers(limits)
+        self._browser, self._transfers = browser, transfers
         self._explained = False
 
     async def admit(self, raw: bytes, message: Message) -> bytes | None:
@@ -87,9 +88,10 @@ class Guard:
                 if not isinstance(_usable(browser, message.widget), viser.GuiUploadButtonHandle):
                     raise RefusedError("an upload to something that takes none")
                 # On another thread: it walks a folder.
-                self._transfers.begin(message, await asyncio.to_thread(browser.kept_bytes))
+                kept = await asyncio.to_thread(browser.kept_bytes)
+                self._transfers.begin(browser, message, kept)
             case FileTransferPart():
-                self._transfers.part(message)
+                self._transfers.part(browser, message)
         return False
 
     def _answer(
@@ -210,40 +212,48 @@ SMALLEST_PART = 64 * 1024
 
 
 class Transfers:
-    """The uploads of one connection: announced bytes that have not arrived yet."""
+    """The uploads under way in all windows. The windows of a session share its limits; a window
+    that has left holds nothing."""
 
-    def __init__(self, limits: Limits) -> None:
-        self._limits = limits
-        self._left: dict[str, int] = {}
+    def __init__(self, limits: Limits, browsers: Mapping[int, BrowserConnection]) -> None:
+        self._limits, self._browsers = limits, browsers
 
-    def begin(self, start: FileTransferStartUpload, kept: int) -> None:
+    def begin(self, browser: BrowserConnection, start: FileTransferStartUpload, kept: int) -> None:
         """`kept` bytes are stored already; RefusedError with a sentence above a limit."""
         limits, size, name = self._limits, start.size_bytes, short(start.filename)
+        everybody = list(self._browsers.values())
+        mine = [u for b in everybody if b.session is browser.session for u in b.uploads.values()]
         if size > limits.upload_bytes:
             most = megabytes(limits.upload_bytes)
             raise RefusedError(f"{name} has {megabytes(size)}; a file may have {most}.", shown=True)
-        if kept + sum(self._left.values()) + size > limits.session_bytes:
+        if kept + sum(u.size for u in mine) + size > limits.session_bytes:
             raise RefusedError(
                 f"{name} is too large: the files of this session may have "
                 f"{megabytes(limits.session_bytes)} in all.",
                 shown=True,
             )
-        if len(self._left) >= limits.transfers:
+        if len(mine) >= limits.transfers:
             raise RefusedError(
                 f"{limits.transfers} files are being uploaded; wait for them.", shown=True
             )
-        if start.transfer_uuid in self._left or start.part_count > 1 + size // SMALLEST_PART:
+        if sum(u.size for b in everybody for u in b.uploads.values()) + size > limits.upload_memory:
+            raise RefusedError(
+                f"{name} has to wait: the server has no room for more uploads now. Try again in a "
+                f"minute.",
+                shown=True,
+            )
+        if start.transfer_uuid in browser.uploads or start.part_count > 1 + size // SMALLEST_PART:
             raise RefusedError("an upload in far too many parts, or one that has begun")
         if start.part_count:
-            self._left[start.transfer_uuid] = size
+            browser.uploads[start.transfer_uuid] = Upload(size, size)
 
-    def part(self, part: FileTransferPart) -> None:
+    def part(self, browser: BrowserConnection, part: FileTransferPart) -> None:
         """RefusedError if the part was not announced or is too large: the file is to be dropped."""
-        bytes_left, size = self._left.pop(part.transfer_uuid, 0), len(part.content)
-        if not 0 < size <= bytes_left:
+        upload, size = browser.uploads.pop(part.transfer_uuid, Upload(0, 0)), len(part.content)
+        if not 0 < size <= upload.left:
             raise RefusedError("a part that was not announced, or has more bytes than it said")
-        if bytes_left > size:
-            self._left[part.transfer_uuid] = bytes_left - size
+        if upload.left > size:
+            browser.uploads[part.transfer_uuid] = Upload(upload.size, upload.left - size)
 
 
 def megabytes(size: int) -> str:

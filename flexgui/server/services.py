@@ -21,9 +21,11 @@ class Limits:
     upload_bytes: int = 100 * MEGA
     """One file: an hour of ten channels at 1 kHz as text is about three times less."""
     session_bytes: int = 500 * MEGA
-    """All files that a session keeps."""
+    """All files that a session keeps, with those that are being uploaded in its windows."""
+    upload_memory: int = 2000 * MEGA
+    """All uploads under way: each is in memory until it is whole."""
     transfers: int = 8
-    """Uploads of one connection at a time."""
+    """Uploads of one session at a time."""
     message_bytes: int = 16 * MEGA
     """Parts of an upload have 0.5 MB; the largest message is a picture of the stage."""
     text_length: int = 20_000

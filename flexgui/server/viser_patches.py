@@ -11,7 +11,7 @@ import io
 import logging
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
@@ -26,7 +26,7 @@ from flexgui.server.access import AccessHandler
 from flexgui.server.browser_connection import BrowserConnection
 from flexgui.server.connection import GuardedConnection
 from flexgui.server.errors import ErrorReporter
-from flexgui.server.guard import Guard
+from flexgui.server.guard import Guard, Transfers
 from flexgui.server.services import Limits
 
 CLOSE_TIMEOUT = 1.0
@@ -38,7 +38,7 @@ CALLBACK_THREADS = 32
 def guarded_viser(
     listener: socket.socket,
     access: AccessHandler,
-    browsers: Callable[[int], BrowserConnection | None],
+    browsers: Mapping[int, BrowserConnection],
     limits: Limits,
     reports: ErrorReporter,
 ) -> viser.ViserServer:
@@ -67,12 +67,14 @@ def guarded_viser(
     for kind in REMOVED_HANDLERS:
         inside.unregister_handler(kind)
 
+    transfers = Transfers(limits, browsers)
+
     @inside.on_client_connect
     def _(connection: infra.WebsockClientConnection) -> None:
         number = connection.client_id
         guarded = connection_of(server, number)
         assert guarded is not None
-        guarded.guard = Guard(functools.partial(browsers, number), limits)
+        guarded.guard = Guard(functools.partial(browsers.get, number), transfers)
 
     report_errors(server, reports)
     make_events_thread_safe(server)

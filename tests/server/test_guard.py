@@ -5,14 +5,18 @@ from __future__ import annotations
 import asyncio
 import math
 import threading
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from random import Random
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from flexgui.server import browser_connection
+from flexgui.server.guard import RefusedError, Transfers
+from flexgui.server.messages import FileTransferPart, FileTransferStartUpload
 from flexgui.server.sessions import folder_bytes
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import (
@@ -166,6 +170,65 @@ def test_the_files_of_a_session_have_a_limit_and_no_loop_waits_for_their_count(
         browser.send(announcement(shown.widgets["upload"]._impl.uuid, 90_000, 1))
         browser.until(lambda: browser.notes, "the refusal")
         assert "150.0 kB" in browser.notes[0] and on_loop == [False]
+
+
+@pytest.mark.parametrize("shared", ["upload_memory", "session_bytes"])
+def test_windows_share_the_room_of_uploads_until_one_leaves(
+    shared: str, make_place: MakePlace
+) -> None:
+    place = make_place(replace(SMALL, **{"session_bytes": 10**6, shared: 150_000}))
+    storage: dict[str, str] = {}
+    with Browser(place.server, storage=storage) as other:
+        upload = place.page(other).widgets["upload"]._impl.uuid
+        other.until(lambda: storage, "the key")
+        mine = storage if shared == "session_bytes" else {}
+        with Browser(place.server, storage=mine) as first:
+            start = announcement(place.page(first).widgets["upload"]._impl.uuid, 90_000, 2)
+            first.send(start)
+            first.send(part(start, 0, b"x" * 89_999))
+            first.await_message("FileTransferPartAck")
+            other.send(announcement(upload, 90_000, 2, "second.csv"))
+            other.until(lambda: other.notes, "the refusal")
+            assert other.notes[0].startswith("second.csv ")
+        wait_for(lambda: any(shown.closed for shown in place.pages.all))
+        start = announcement(upload, 90_000, 1)
+        other.send(start)
+        other.send(part(start, 0, b"x" * 90_000))
+        wait_for(lambda: place.page(other).session.uploads)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_order_of_uploads_holds_more_than_a_session_and_the_server_may(seed: int) -> None:
+    """Two windows to a session; each upload waits for its last byte, as long as it can."""
+
+    def opened(k: int) -> Any:
+        return SimpleNamespace(session=k // 2, uploads={})
+
+    def send(k: int, upload: str, size: int) -> None:
+        transfers.part(windows[k], FileTransferPart("", upload, 0, bytes(size)))
+
+    limits, random = replace(SMALL, upload_memory=200_000), Random(seed)
+    windows = {k: opened(k) for k in range(4)}
+    held: dict[int, dict[str, int]] = {k: {} for k in windows}
+    transfers = Transfers(limits, windows)
+    for step in range(400):
+        k, size = random.randrange(4), random.choice([2, 50_000, 90_000])
+        kind = random.choice(["begin", "begin", "begin", "end", "leave"])
+        if kind == "leave":
+            windows[k], held[k] = opened(k), {}
+        elif kind == "end" and held[k]:
+            send(k, held[k].popitem()[0], 1)
+        elif kind == "begin":
+            start = FileTransferStartUpload("", str(step), "a.csv", "", 1, size)
+            with suppress(RefusedError):
+                transfers.begin(windows[k], start, 0)
+                held[k][str(step)] = size - 1
+                send(k, str(step), size - 1)
+        now = [sum(sizes.values()) for sizes in held.values()]
+        assert sum(now) <= limits.upload_memory
+        assert max(now[0] + now[1], now[2] + now[3]) <= limits.session_bytes
+    windows.update({k: opened(k) for k in windows})
+    transfers.begin(windows[0], FileTransferStartUpload("", "last", "a.csv", "", 1, 10**5), 0)
 
 
 def test_a_callback_that_fails_is_told_and_logged_once(
