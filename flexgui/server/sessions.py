@@ -72,11 +72,8 @@ class SessionStore:
 
     def knows(self, key: str | None) -> bool:
         """Whether a session or saved work has this key."""
-        return key in self._entries or self._has_saved_work(key)
-
-    def _has_saved_work(self, key: str | None) -> bool:
-        """Whether there is saved work of this key that no session uses."""
-        return self._saved_folders is not None and self._saved_folders.knows(key)
+        kept = self._saved_folders is not None and self._saved_folders.knows(key)
+        return kept or key in self._entries
 
     def join(self, key: str | None, *, pinned: bool = False, address: str = "") -> Session:
         """Adds a browser to the key's session, or to a new one; InputError if all places are taken.
@@ -84,7 +81,7 @@ class SessionStore:
         A new session counts for the browser's network address. Files are touched outside the lock:
         a slow disk delays only the browsers of this session.
         """
-        saved = self._has_saved_work(key)
+        saved = key not in self._entries and self.knows(key)
         with self._lock:
             entry = self._entries.get(key or "")
             is_new, evicted = entry is None, None
@@ -114,23 +111,20 @@ class SessionStore:
 
     def sweep(self) -> None:
         """Stops the jobs of unused sessions, and closes sessions that are unused for long."""
-        now = monotonic()
-        idle: list[Session] = []
-        closing: list[Session] = []
+        limits, now = self._limits, monotonic()
+        idle, closing = list[_Entry](), list[_Entry]()
         with self._lock:
             for entry in self._unused():
-                absent_seconds = now - entry.left_at
-                if absent_seconds >= (
-                    self._limits.keep if entry.touched else self._limits.keep_untouched
-                ):
-                    closing.append(self._entries.pop(entry.key).made.result())
-                elif absent_seconds >= self._limits.grace and not entry.stopped:
+                seconds = now - entry.left_at
+                if seconds >= (limits.keep if entry.touched else limits.keep_untouched):
+                    closing.append(self._entries.pop(entry.key))
+                elif seconds >= limits.grace and not entry.stopped:
                     entry.stopped = True
-                    idle.append(entry.made.result())
-        for session in idle:
-            _carefully(stop_jobs, session)
-        for session in closing:
-            self._close(session)
+                    idle.append(entry)
+        for entry in idle:
+            _carefully(stop_jobs, entry.made.result())
+        for entry in closing:
+            self._close(entry.made.result())
 
     def close(self) -> None:
         """Closes them all, also those that are being made, and removes their folders."""
