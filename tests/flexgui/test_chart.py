@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from flexgui.core.simulate.posture import Posture
 from flexgui.core.simulate.response import frequency_response as gains_of
 from flexgui.core.simulate.response import step_response
+from flexgui.library.shipped import demo_scenario
+from flexgui.session.scenario_edits import apply_edits, set_arm, set_value
+from flexgui.session.state import LiveSettings
 from flexgui.stages.arm.chart import NO_LINE, Chart, chart
+from flexgui.stages.arm.live import live_model, prepare
 from flexgui.views import colours
-from flexgui.views.dynamics import DOTS, frequency_response, noisy_step, step
+from flexgui.views.dynamics import DOTS, frequency_response, noisy_step, phase_response, step
 from flexgui.views.layout import Figure, axis, dots, figure, line
 from tests.flexgui.test_live_views import NAMES, at
 
@@ -94,3 +100,31 @@ def test_the_look_stays_while_only_numbers_change() -> None:
         return figure(drawn, axis("time [s]"), axis("y [m]"))
 
     assert chart(shown(1.0)).look == chart(shown(3.0)).look
+
+
+@settings(max_examples=25)
+@given(
+    *[
+        st.tuples(st.floats(*ends), st.floats(*ends))
+        for ends in [(0.1, 1.5), (0.1, 20.0), (1.0, 400.0)]
+    ]
+)
+def test_the_axes_of_every_arm_have_ends_that_stay_above_zero(
+    lengths: tuple[float, float], masses: tuple[float, float], gains: tuple[float, float]
+) -> None:
+    """An end below the data's wanders further with each new length of the axis."""
+    demo = demo_scenario()
+    scenario = apply_edits(
+        demo,
+        set_arm(demo, "length", list(lengths)),
+        set_arm(demo, "mass", list(masses)),
+        set_value(("drive", "gains"), list(gains)),
+    )
+    view = live_model(prepare(scenario, None), LiveSettings())
+    for drawn in (frequency_response(view.frequency), phase_response(view.frequency)):
+        found = chart(drawn)
+        ends = np.log10(found.data[0][[0, -1]])
+        assert np.array_equal(ends, np.rint(ends)) and ends[0] < ends[1]
+        assert np.all(np.diff(found.data[0]) >= 0.0)
+        assert all(np.isfinite(column).all() for column in found.data)
+    assert min(c.min() for c in chart(frequency_response(view.frequency)).data[1:]) > 0.0

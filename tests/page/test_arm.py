@@ -147,3 +147,23 @@ def test_a_controller_with_rows_of_gains_has_no_slider_of_them(
     page.get_by_text("More about the arm", exact=True).click()
     page.get_by_text("m2 [kg]", exact=True).first.wait_for()
     assert not page.get_by_text("λ1 [N m s/rad]").count()
+
+
+ANOTHER_ARM = (
+    ("l1 [m]", "0.6"), ("m1 [kg]", "3.2"), ("m2 [kg]", "1.6"), ("λ1 [N m s/rad]", "40"),
+    ("λ1 [N m s/rad]", "60"), ("λ1 [N m s/rad]", "40"),
+)  # fmt: skip
+"""The axis of frequency becomes longer, shorter and longer."""
+
+
+@pytest.mark.long
+def test_charts_follow_an_arm_whose_axis_of_frequency_changes(page: Any) -> None:
+    """uPlot looked for the numbers of an axis for ever, and kept the old curves."""
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.get_by_text("More about the arm", exact=True).click()
+    for label, value in ANOTHER_ARM:
+        before = still(page)
+        enter(page, label, value)
+        redrawn(page, before, FIRST_OF_ITS_KIND)
+    assert not errors

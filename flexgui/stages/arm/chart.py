@@ -41,7 +41,7 @@ def chart(figure: Figure, dark: bool = False) -> Chart:
     What is below the least of a logarithmic axis runs along it. `dark`: for a dark ground.
     """
     traces, layout = figure["data"], figure["layout"]
-    x = max((np.asarray(t["x"], dtype=float) for t in traces), key=len)
+    x = _decimals(max((t["x"] for t in traces), key=len))
     lowest = _least(layout["yaxis"])
     columns = [_column(trace, x, lowest) for trace in traces]
     axes = {key: layout[f"{key}axis"] for key in ("x", "y")}
@@ -53,6 +53,15 @@ def chart(figure: Figure, dark: bool = False) -> Chart:
         "axes": tuple(_axis(key, axis, dark) for key, axis in axes.items()),
     }  # fmt: skip
     return Chart((x, *columns), style)
+
+
+def _decimals(x: Any) -> np.ndarray:
+    """(N,) with the fewest digits that single precision needs: 0.1, not 0.10000000149.
+
+    Else a logarithmic axis begins below the data, at 0.09. viser moves its ends in proportion to
+    those of the data, so a longer axis would begin below zero, where uPlot counts for ever.
+    """
+    return np.asarray(x, dtype=np.float32).astype(str).astype(float)
 
 
 def _column(trace: Figure, x: np.ndarray, lowest: float) -> np.ndarray:
