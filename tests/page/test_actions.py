@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.page.actions import Actions, press, selection
+from flexgui.page.in_browser import asset
 
 
 def heard() -> tuple[Actions, list[str]]:
@@ -55,3 +57,44 @@ def test_texts_in_buttons_and_selections_are_escaped() -> None:
 def test_what_a_browser_keeps_is_no_action() -> None:
     html = selection("Text size", "text", {"100": "usual"}, "", kept=True)
     assert "data-kept='text'" in html and "data-action" not in html
+
+
+BUTTONS = """<html data-mantine-color-scheme="{theme}"><style>{style} :root {{ color-scheme: {theme}; --mantine-color-body: Canvas;
+  --mantine-color-text: CanvasText; --mantine-color-default-hover: {hover};
+  --mantine-primary-color-filled: #1971c2; --mantine-primary-color-filled-hover: #1864ab; }}
+  * {{ transition: none !important; }} </style><body style="background: Canvas; color: CanvasText">
+  <div class="fx">{pressed}</div><div id="fx-line"><button class="play">II</button>
+  <button>Top</button></div>"""
+"""The page's own buttons, in the colours of viser's theme."""
+HOVER = {"light": "#f8f9fa", "dark": "#3b3b3b"}
+CONTRAST = """button => {
+  const context = new OffscreenCanvas(1, 1).getContext("2d", {willReadFrequently: true});
+  const light = colour => {
+    context.fillStyle = colour;
+    context.fillRect(0, 0, 1, 1);
+    const [r, g, b] = [...context.getImageData(0, 0, 1, 1).data].map(
+      v => v <= 10 ? v / 255 / 12.92 : ((v / 255 + .055) / 1.055) ** 2.4);
+    return .2126 * r + .7152 * g + .0722 * b;
+  };
+  const style = getComputedStyle(button);
+  const ground = light(style.backgroundColor), text = light(style.color);
+  return (Math.max(ground, text) + .05) / (Math.min(ground, text) + .05);
+}"""
+READABLE = 4.5
+"""Contrast of text, by the guidelines for accessible pages."""
+
+
+@pytest.mark.parametrize("theme", HOVER)
+def test_every_button_is_readable_under_the_mouse(chromium: Any, theme: str) -> None:
+    pressed = "".join(press(kind or "plain", "add", "", kind) for kind in ("main", "", "link"))
+    page = chromium.new_page(color_scheme=theme)
+    page.set_content(
+        BUTTONS.format(style=asset("page.css"), theme=theme, hover=HOVER[theme], pressed=pressed)
+    )
+    contrasts = {}
+    for button in page.get_by_role("button").all():
+        button.hover()
+        contrasts[button.inner_text()] = button.evaluate(CONTRAST)
+    page.close()
+    assert len(contrasts) == 5
+    assert all(contrast >= READABLE for contrast in contrasts.values()), contrasts
