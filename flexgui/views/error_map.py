@@ -191,11 +191,15 @@ def error_now(seen: RecordingComparison, floors: Mapping[str, float]) -> ErrorNo
 
 
 def _square(c: ChannelComparison, floor: float) -> np.ndarray:
-    """(N,) mean square in noise floors around each sample; zero without counted samples."""
+    """(N,) mean square in noise floors around each sample; zero without counted samples.
+
+    The window holds a sample of a slow camera at any time.
+    """
     counts = c.counted & np.isfinite(c.residual)
     square = np.where(counts, (np.nan_to_num(c.residual) / floor) ** 2, 0.0)
     dt = float(c.time[1] - c.time[0]) if len(c.time) > 1 else 1.0
-    half = max(int(0.5 * WINDOW / dt), 1)
+    step = np.median(np.diff(np.flatnonzero(counts))) if counts.sum() > 1 else 1
+    half = max(int(0.5 * WINDOW / dt), int(step))
     total, many = (np.concatenate([[0.0], np.cumsum(x)]) for x in (square, counts))
     ends = np.arange(len(square))
     low, high = np.maximum(ends - half, 0), np.minimum(ends + half + 1, len(square))

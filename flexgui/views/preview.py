@@ -51,17 +51,20 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
 
 def as_in_file(
     pictures: Mapping[str, tuple[np.ndarray, np.ndarray]], time: str, first: Sequence[str]
-) -> Figure:
-    """Columns of an unread file over time or rows, by heading; `first`: those on top."""
+) -> Figure | None:
+    """Columns of an unread file over time or rows, by heading; `first`: those on top.
+
+    None where the time is the only column of numbers.
+    """
     ordered = [h for h in dict.fromkeys((*first, *pictures)) if h in pictures and h != time]
-    parts = []
+    clock, parts = pictures.get(time, ((), ())), list[Pane]()
     for k, heading in enumerate(ordered[:COLUMNS]):
         rows, values = pictures[heading]
-        x = pictures[time][1] if time in pictures else rows
+        x = np.interp(rows, *clock) if len(clock[0]) else rows
         hover = "%{y:.4g}<extra></extra>"
         drawn = line(x, values, "", colours.series(k), hover, width=1.3)
         parts.append(Pane([drawn], axis(heading, nticks=4)))
-    return panes(parts, axis(time or "row"), hovermode="x unified")
+    return panes(parts, axis(time or "row"), hovermode="x unified") if parts else None
 
 
 def _starts(recording: Recording, names: Sequence[str]) -> list[float]:

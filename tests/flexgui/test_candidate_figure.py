@@ -8,19 +8,24 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from flexgui.core.effects import catalogue, effect, with_included
-from flexgui.core.results import LadderStep, MissingTorque
+from flexgui.core.results import LadderStep, MissingTorque, RankedEffect
 from flexgui.session.state import Cursor
 from flexgui.stages.diagnose.panel import DiagnosePanel
 from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
 from flexgui.stages.diagnose.plots import (
     cloud_caption,
+    glimpse,
+    picture,
     residual_figure,
     rms,
     torque_cloud,
     worst_channel,
 )
+from flexgui.stages.diagnose.task import MOST_ROWS, thinned
 from flexgui.views.ladder import BAND, ladder
 from flexgui.views.over_speed import OverSpeed, over_speed
 from tests.effects.helpers import KINDS
@@ -82,6 +87,27 @@ def test_the_residual_keeps_the_axis_of_the_first_look() -> None:
     assert before["layout"]["yaxis"]["range"][1] > 20.0
     assert [t["name"] for t in before["data"]] == ["residual", "Coulomb friction"]
     assert worst_channel(np.stack([weak, strong], axis=1)) == 1
+
+
+@given(rows=st.integers(2, 5 * MOST_ROWS), every=st.integers(1, 400), first=st.integers(0, 400))
+def test_a_slow_camera_is_drawn_at_its_own_samples(rows: int, every: int, first: int) -> None:
+    """A residual is zero where nothing is compared; drawn it looked like a comb."""
+    counted = np.zeros((rows, 1), dtype=bool)
+    counted[first % rows :: every] = True
+    block = np.where(counted, 9.0, 0.0)
+    effect = RankedEffect(
+        "tip_payload", "Tip payload", 9.0, 0.0, 50.0, 50.0, 9.0, predicted=(block,)
+    )
+    (seen,) = thinned((effect,), [counted])[0].predicted
+    assert 0.5 * MOST_ROWS < len(seen) <= MOST_ROWS or len(seen) == rows
+    assert np.isfinite(seen).sum() >= min(counted.sum(), len(seen)) / 2
+    assert worst_channel(seen) == 0
+    lines = residual_figure("z1", 0.01, seen[:, 0], seen[:, 0], "", seen[:, 0])["data"]
+    for line in lines:
+        assert set(line["y"]) == {9.0}, "one line"
+    shown = glimpse(("th1",), (("z1",),), (0.01,), (seen,), (seen,))
+    assert shown is not None
+    assert str(picture(shown)).count("M") == 3, "each curve is one line"
 
 
 def test_the_ladder_falls_into_the_band_with_the_factor_beside_it() -> None:

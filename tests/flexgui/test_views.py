@@ -13,10 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.core.results import Outcome
+from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
 from flexgui.views import colours
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
+from flexgui.views.error_map import error_now
 from flexgui.views.fit_table import fit_dots, fit_table, variants
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.layout import Figure, decimate, figure_json, trace
@@ -226,6 +227,16 @@ def test_a_slow_camera_draws_one_line() -> None:
     _, y = trace(time, values)
     assert y.size == 300
     assert np.isfinite(y).all()
+
+
+@given(every=st.integers(1, 400), first=st.integers(0, 399))
+def test_the_error_of_a_slow_camera_stays_between_its_samples(every: int, first: int) -> None:
+    time, counted = np.arange(2000) * 1e-3, np.zeros(2000, dtype=bool)
+    counted[first % every :: every] = True
+    measured = np.where(counted, 3.0, np.nan)
+    channel = ChannelComparison("z1", "m", time, measured, np.zeros(2000), counted)
+    now = error_now(RecordingComparison("th1", "estimate", "", (channel,)), {"z1": 1.0})
+    assert now is not None and now.parts["camera"] == pytest.approx(3.0)
 
 
 FORMULAS = (

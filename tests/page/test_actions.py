@@ -59,8 +59,9 @@ def test_what_a_browser_keeps_is_no_action() -> None:
     assert "data-kept='text'" in html and "data-action" not in html
 
 
-BUTTONS = """<html data-mantine-color-scheme="{theme}"><style>{style} :root {{ color-scheme: {theme}; --mantine-color-body: Canvas;
-  --mantine-color-text: CanvasText; --mantine-color-default-hover: {hover};
+BUTTONS = """<html data-mantine-color-scheme="{theme}"><style>{style}
+  :root {{ color-scheme: {theme}; --mantine-color-body: Canvas; --mantine-color-text: CanvasText;
+  --mantine-color-default-hover: {hover};
   --mantine-primary-color-filled: #1971c2; --mantine-primary-color-filled-hover: #1864ab; }}
   * {{ transition: none !important; }} </style><body style="background: Canvas; color: CanvasText">
   <div class="fx">{pressed}</div><div id="fx-line"><button class="play">II</button>

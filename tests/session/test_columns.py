@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import scenario_file
+from flexgui.views.preview import as_in_file
 from tests.session.helpers import bring, good_csv, laboratory_csv, settle, waiting_of
 
 TEXT_DIGITS = 1e-9
@@ -232,3 +236,26 @@ def test_channels_are_named_in_plain_words(session: Session) -> None:
     said = [waiting.words(channel) for channel in waiting.offered]
     assert said[0] == "the time t [s]" and len(set(said)) == len(said)
     assert not [text for text in said if "_ref" in text]
+
+
+@pytest.mark.parametrize(("every", "first"), [(100, 1), (997, 990)])
+def test_the_picture_of_a_slow_camera_shows_its_samples(
+    session: Session, every: int, first: int
+) -> None:
+    table = pd.read_csv(io.BytesIO(foreign(session)))
+    camera = table["z1 [m]"].copy()
+    table.loc[np.arange(len(table)) % every != first, "z1 [m]"] = np.nan
+    assert not session.recordings.upload("slow.csv", table.to_csv(index=False).encode()).result()
+    inspection = waiting_of(session).inspection
+    assert inspection is not None
+    rows, values = inspection.pictures["z1 [m]"]
+    assert list(rows) == list(range(first, len(table), every))
+    assert np.allclose(values, camera[rows.astype(int)])
+    drawn = as_in_file(inspection.pictures, "clock", ["z1 [m]"])
+    assert drawn is not None
+    assert np.allclose(drawn["data"][0]["x"], table["clock"][rows.astype(int)], atol=1e-3)
+
+
+def test_a_file_of_times_alone_has_nothing_to_draw() -> None:
+    rows = np.arange(5)
+    assert as_in_file({"clock": (rows, 0.1 * rows)}, "clock", []) is None

@@ -32,6 +32,7 @@ BAD = {
     "empty": (lambda good: b"", "is empty"),
     "unit": (lambda good: good.replace(b"z1 [m]", b"z1 [kg]", 1), "z1"),
     "hole": (lambda good: "\n".join([*lines(good)[:5], ",,"]).encode(), "row"),
+    "text": (lambda good: b"name,comment\nAnna,fine\nBen,late\n", "no column of numbers"),
     "large": (lambda good: good + b" " * UPLOAD_LIMIT, "MB"),
 }
 

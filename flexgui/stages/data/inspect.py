@@ -22,6 +22,7 @@ from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.units import parse_header
 from flexgui.stages.data.rows import Rows, headers_of, parted, rows, settings, unit_of
+from flexgui.views.layout import trace
 
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
@@ -56,7 +57,7 @@ class Inspection:
     columns: Mapping[str, dict[str, Any]]
     """Channel -> the scenario's entry under `columns`, as guessed."""
     pictures: Mapping[str, tuple[np.ndarray, np.ndarray]]
-    """Header -> rows and values (K,), as they stand in the file."""
+    """Header -> rows and values (K,), as they stand in the file; NaN: a gap."""
     findings: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """Channel -> fault and evidence, of what the check finds in the file as guessed."""
     taken_in: Mapping[str, str] = field(default_factory=dict)
@@ -121,6 +122,10 @@ def inspect_file(
     """
     table = read_table(ConfinedFolder(Path(folder)).find(file), progress)
     titles, numbers = tuple(table.columns), _numbers(table)
+    if not numbers:
+        raise InputError(
+            f"{file} has no column of numbers; choose a table of measurements, one row per sample."
+        )
     columns = _guessed(numbers, wanted)
     read = rows(numbers, headers_of(titles, columns), columns)
     inspected = _File(Path(folder), file, scenario, progress, settings(read))
@@ -134,7 +139,7 @@ def inspect_file(
     return Inspection(
         headers=titles,
         columns=columns,
-        pictures={h: _picture(x) for h, x in numbers.items()},
+        pictures={h: trace(np.arange(len(x)), x, POINTS) for h, x in numbers.items()},
         findings=findings,
         taken_in=taken_in,
         rows=rows(numbers, headers_of(titles, columns), columns),
@@ -284,8 +289,3 @@ def _least_contradicted(
 def _contradictions(findings: Iterable[Finding]) -> int:
     """Number of findings about what a channel is, not about its quality."""
     return sum(finding.fault in CONTRADICT for finding in findings)
-
-
-def _picture(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    rows = np.unique(np.linspace(0, len(values) - 1, min(POINTS, len(values))).astype(int))
-    return rows, values[rows].astype(np.float32)

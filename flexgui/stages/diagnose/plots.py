@@ -84,9 +84,9 @@ class Glimpse:
     channel: str
     seconds: float
     actual: np.ndarray
-    """(rows,) in floors."""
+    """(rows,) in floors; NaN: no sample."""
     predicted: np.ndarray
-    """(rows,) in floors."""
+    """(rows,) in floors; NaN: no sample."""
 
     @property
     def caption(self) -> str:
@@ -105,7 +105,8 @@ def glimpse(
     best, place = 0.0, (0, 0, 0)
     for r, block in enumerate(predicted):
         rows = min(SKETCHED, len(block))
-        energy = np.cumsum(np.vstack([np.zeros(block.shape[1]), block.astype(float) ** 2]), axis=0)
+        square = np.nan_to_num(block.astype(float)) ** 2
+        energy = np.cumsum(np.vstack([np.zeros(block.shape[1]), square]), axis=0)
         window = energy[rows:] - energy[: len(energy) - rows]
         at, k = divmod(int(np.argmax(window)), window.shape[1])
         if window[at, k] > best:
@@ -123,7 +124,7 @@ def glimpse(
 def picture(seen: Glimpse) -> Markup:
     """As SVG."""
     both = (seen.actual, seen.predicted)
-    top = max(NOISY, *(float(np.nanmax(np.abs(values))) for values in both))
+    top = max(NOISY, *(float(np.nanmax(np.abs(values), initial=0.0)) for values in both))
     x = np.arange(len(seen.actual), dtype=float)
     curves = [
         Curve(x, 0.0 * x, colours.GRID, 1.0),
@@ -174,7 +175,8 @@ def residual_figure(
 
 def worst_channel(residual: np.ndarray) -> int:
     """The column of (N, channels) in noise floors that fails most."""
-    return int(np.argmax(np.nan_to_num(np.nanmean(np.square(residual), axis=0))))
+    count = np.isfinite(residual).sum(axis=0)
+    return int(np.argmax(np.nansum(np.square(residual), axis=0) / np.maximum(count, 1)))
 
 
 def cloud_caption(torques: Sequence[MissingTorque], first: Sequence[MissingTorque]) -> str:
@@ -211,16 +213,21 @@ def live_prediction(
     effect: str,
     title: str,
 ) -> Figure:
-    """A row per output, (rows, channels) in floors; the band is one floor wide each way."""
+    """A row per output, (rows, channels) in floors, NaN where it has no sample; the band is one
+    floor wide each way."""
     time, parts, bands = dt * np.arange(len(residual)), [], []
     for k, name in enumerate(channels):
         hover = "%{y:.3g} × noise floor<extra></extra>"
         lines = [
-            line(time, residual[:, k], "residual", colours.RESIDUAL, f"residual {hover}", width=1.0)
-        ]
+            line(
+                *trace(time, residual[:, k]), "residual", colours.RESIDUAL, f"residual {hover}",
+                width=1.0,
+            )
+        ]  # fmt: skip
         if predicted is not None:
             shown = f"{effect} {hover}"
-            lines.append(line(time, predicted[:, k], effect, colours.ADDED, shown, dash="dash"))
+            drawn = trace(time, predicted[:, k])
+            lines.append(line(*drawn, effect, colours.ADDED, shown, dash="dash"))
         parts.append(Pane(lines, axis(f"Δ{channel_symbol(name)}")))
         bands.append(
             {

@@ -80,7 +80,8 @@ def diagnose(
 
     def on_ranking(ranking: tuple[RankedEffect, ...], to_come: RemainingTrials) -> None:
         sizes, effects = to_come
-        reporter.report(ranking=thinned(ranking), to_come=sizes, untried=effects)
+        shown = thinned(ranking, reporter.counted)
+        reporter.report(ranking=shown, to_come=sizes, untried=effects)
         if not sizes:
             reporter.check()
 
@@ -91,7 +92,9 @@ def diagnose(
     # Of a search that was stopped the first is not named as missing.
     is_missing = found.verdict == MISSING and not found.stopped
     named = next((r.effect for r in found.ranking if is_missing), None)
-    light = tuple(replace(r, ranking=thinned(r.ranking, named)) for r in found.rounds)
+    light = tuple(
+        replace(r, ranking=thinned(r.ranking, reporter.counted, named)) for r in found.rounds
+    )
     reported = replace(found, rounds=light)
     reporter.report(ranking=reported.ranking, diagnosis=reported)
     if fit == AFTER and not progress.stopped():
@@ -142,6 +145,7 @@ class FindingsReporter:
         self._shown: tuple[RecordingComparison, ...] = ()
         self._best: object = None
         self.begun = replace(self._whole, validation=None)  # the reporter checks it
+        self.counted = [e.counted for e in self.begun.data.experiments]
         self.seen = _seen(_as_given(self.begun), self.begun)
         self.report()
 
@@ -206,7 +210,7 @@ def _seen(step: LadderStep, begun: BaseFit) -> ModelFindings:
         recordings=tuple(e.recording.name for e in experiments),
         channels=tuple(tuple(name for name, _ in e.channels) for e in experiments),
         dt=tuple(dt),
-        residual=tuple(_thin(block) for block in blocks),
+        residual=tuple(_thin(b, e.counted) for b, e in zip(blocks, experiments, strict=True)),
     )
 
 
@@ -236,11 +240,17 @@ class Unnamed(Silent):
 
 
 def thinned(
-    ranking: tuple[RankedEffect, ...], named: str | None = None
+    ranking: tuple[RankedEffect, ...], counted: Sequence[np.ndarray], named: str | None = None
 ) -> tuple[RankedEffect, ...]:
-    """In the order of the list, with predictions only for the effects that are pictured."""
+    """In the order of the list, with predictions only for the effects that are pictured, at the
+    samples (rows, channels) of each recording that are `counted`."""
     return tuple(
-        replace(r, predicted=tuple(_thin(p) for p in r.predicted) if k < PICTURED else ())
+        replace(
+            r,
+            predicted=tuple(
+                _thin(p, c) for p, c in zip(r.predicted, counted, strict=False) if k < PICTURED
+            ),
+        )
         for k, r in enumerate(in_order(ranking, named))
     )
 
@@ -249,8 +259,14 @@ def _stride(block: np.ndarray) -> int:
     return max(-(-len(block) // MOST_ROWS), 1)
 
 
-def _thin(block: np.ndarray) -> np.ndarray:
-    return np.asarray(block[:: _stride(block)], dtype=np.float32)
+def _thin(block: np.ndarray, counted: np.ndarray) -> np.ndarray:
+    """The first sample of each stretch that counts; NaN where none does."""
+    stride = _stride(block)
+    shown = np.where(counted, block, np.nan)
+    padded = np.pad(shown, ((0, -len(shown) % stride), (0, 0)), constant_values=np.nan)
+    stretches = padded.reshape(-1, stride, shown.shape[1])
+    first = np.argmax(np.isfinite(stretches), axis=1)[:, None]
+    return np.take_along_axis(stretches, first, axis=1)[:, 0].astype(np.float32)
 
 
 def _spacing(time: np.ndarray) -> float:
