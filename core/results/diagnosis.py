@@ -51,9 +51,9 @@ class Remains:
         return self.rms**2 > whole or any(x**2 > limits[n] for n, x in self.by_channel.items())
 
     @property
-    def above_known_floors(self) -> bool:
-        """Whether it would if the floors were known exactly."""
-        return replace(self, within={}, rms_within=1.0).above
+    def above_floors(self) -> bool:
+        """Whether it would if floors and laws were known exactly."""
+        return replace(self, within={}, rms_within=1.0).above_exact_laws
 
     @property
     def above_exact_laws(self) -> bool:

@@ -35,6 +35,7 @@ from flexgui.sentences.ranked import Finding, refitted, round_sentence, what_els
 from flexgui.sentences.written import format_number
 
 STOPPED = "The search was stopped before it was complete."
+NONE_FOUND = "No missing effect was found."
 
 
 def all_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -59,9 +60,23 @@ def verdict_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(p for p in paragraphs if p)
 
 
-def gist(diagnosis: Diagnosis) -> str:
-    """One sentence for a card: what is missing."""
-    return STOPPED if diagnosis.stopped else first_sentence(verdict_paragraphs(diagnosis)[0])
+def is_explained(diagnosis: Diagnosis) -> bool:
+    """Whether nothing is missing and the error is at its noise floor, on validation too."""
+    above = validation_rms(diagnosis.steps[-1].errors) >= ABOVE_IN_ONE
+    nothing = diagnosis.standing_verdict == NOTHING
+    return nothing and not (above or diagnosis.error_left.above_floors)
+
+
+def card_words(diagnosis: Diagnosis) -> tuple[str, str, str]:
+    """The colour of a card (a class of the page's style), its lead, and one sentence more."""
+    if diagnosis.verdict == MISSING:
+        gist = STOPPED if diagnosis.stopped else first_sentence(verdict_paragraphs(diagnosis)[0])
+        return MISSING, "Something is missing.", gist
+    if diagnosis.verdict == UNLISTED:
+        return UNLISTED, "The missing effect is not on the list.", ""
+    if is_explained(diagnosis):
+        return NOTHING, "Nothing is missing.", "At least nothing that these recordings can show."
+    return "", NONE_FOUND, first_sentence(_at_the_floor(diagnosis))
 
 
 def _findings(diagnosis: Diagnosis) -> list[Finding]:
@@ -165,7 +180,7 @@ def _remains(diagnosis: Diagnosis) -> str:
 
 
 IDEALISED = (
-    "That is more than the noise, but little compared with what the effects explain. Their laws "
+    "The error is above the noise, but small compared with what the effects explain. Their laws "
     "are idealised (dry friction, for example) and may cause an error of this size."
 )
 
@@ -175,7 +190,7 @@ def _at_the_floor(diagnosis: Diagnosis) -> str:
     remains, validation = diagnosis.error_left, validation_rms(diagnosis.steps[-1].errors)
     if remains.above_exact_laws:
         return IDEALISED
-    if remains.above_known_floors:
+    if remains.above_floors:
         factor = format_number(max(remains.within.values()), 2)
         return (
             f"The noise is an estimate, good to a factor of {factor}: the residual may be all "
@@ -224,10 +239,11 @@ def _unexplained(diagnosis: Diagnosis) -> str:
 def _nothing(diagnosis: Diagnosis) -> list[str]:
     count = len(diagnosis.ranking)
     tried = f" None of the {count} effects tried explains enough of the error."
+    explained = is_explained(diagnosis)
+    lead = "Nothing is missing that these recordings could show." if explained else NONE_FOUND
     first = (
-        "Nothing is missing that these recordings could show. "
-        f"{_given_error(diagnosis)}{tried if count else ''} Effects that these motions barely "
-        "excite may remain undetected."
+        f"{lead} {_given_error(diagnosis)}{tried if count else ''} Effects that these motions "
+        "barely excite may remain undetected."
     )
     return [first, _not_tried(diagnosis), _remains(diagnosis), _at_bounds(diagnosis)]
 

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexgui.core.results import NOTHING
+from flexgui.core.sentences import first_sentence
 from flexgui.library.shipped import is_of_tour
+from flexgui.sentences.verdict import is_explained, verdict_paragraphs
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.model_versions import ModelVersion, error_stayed, last_change
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
 
+NO_MORE = "Nothing else is missing that these recordings could show."
 OFFERED, STARTED = 0, 1
 """Values of a session's `tour`; None: dismissed."""
 
@@ -135,11 +138,7 @@ def _identify(session: Session) -> Card:
 
 def _compare(session: Session) -> Card:
     version = session.diagnosis.newest
-    if (
-        version is not None
-        and version.diagnosis is not None
-        and version.diagnosis.verdict == NOTHING
-    ):
+    if version is not None and version.diagnosis is not None and is_explained(version.diagnosis):
         return Card(COMPARE, "The residual is only noise now.")
     return AT_COMPARE if session.comparison.shown else UNFITTED
 
@@ -155,7 +154,7 @@ def _diagnose(session: Session) -> Card:
     if version.added:
         return _added(session, version)
     if version.diagnosis is not None and version.diagnosis.verdict == NOTHING:
-        return Card(DONE, "Nothing is missing that these recordings could show.", END)
+        return Card(DONE, first_sentence(verdict_paragraphs(version.diagnosis)[0]), END)
     return Card(
         ADD,
         "What is it? explains an effect, and Show what it does in it. Press Add beside "
@@ -205,11 +204,12 @@ def _added(session: Session, version: ModelVersion) -> Card:
             "Undo the last step and try another.",
         )
     verdict = None if version.diagnosis is None else version.diagnosis.verdict
-    if verdict == NOTHING:
+    if version.diagnosis is not None and verdict == NOTHING:
+        rest = NO_MORE if is_explained(version.diagnosis) else "No other missing effect was found."
         return Card(
             DONE,
-            f"The error fell {words}: {version.title} was missing. Nothing else is missing that "
-            "these recordings could show. Undo it and try another, or take a challenge.",
+            f"The error fell {words}: {version.title} was missing. {rest} Undo it and try another, "
+            "or take a challenge.",
             END,
         )
     if verdict is None:

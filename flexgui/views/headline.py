@@ -17,7 +17,7 @@ from flexgui.core.results import (
 )
 from flexgui.core.sentences import listed
 from flexgui.sentences.figures import error_change
-from flexgui.sentences.verdict import verdict_paragraphs
+from flexgui.sentences.verdict import is_explained, verdict_paragraphs
 from flexgui.views.pooled import derived_names, overall_estimates
 
 AS_GIVEN = "As given"
@@ -45,7 +45,9 @@ def current_verdict(diagnosis: Diagnosis) -> str:
     if not diagnosis.added:
         return next(iter(verdict_paragraphs(diagnosis)), "")
     first, last = diagnosis.steps[0], diagnosis.steps[-1]
-    verdict = f"With {kept_effects(diagnosis)} {ENDS[diagnosis.final_verdict]}"
+    above = diagnosis.final_verdict == NOTHING and not is_explained(diagnosis)
+    end = "no other missing effect is found" if above else ENDS[diagnosis.final_verdict]
+    verdict = f"With {kept_effects(diagnosis)} {end}"
     return f"{verdict}: {error_change(first, last)}."
 
 

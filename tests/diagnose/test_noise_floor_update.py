@@ -126,7 +126,7 @@ def test_an_estimated_floor_makes_no_verdict_that_is_finer_than_it_is_known() ->
     assert left.above
     loose = {n: replace(f, source="estimated", uncertainty=UNCERTAINTY) for n, f in up.items()}
     left = remaining_error(state.data.in_floors(loose), [1.3 * x for x in state.refit.errors])
-    assert left.above_known_floors and not left.above
+    assert left.above_floors and not left.above
 
 
 def test_floors_that_are_right_are_left_alone() -> None:

@@ -83,7 +83,7 @@ def ranked(title: str) -> RankedEffect:
 def version(error: float, verdict: str | None, first: str, title: str = "") -> ModelVersion:
     """One look at a model whose error is so many floors; `title` of what was added to come here."""
     step = LadderStep(None, "", (), (ChannelError("z1", "m", error, 1.0),), None, error**2)
-    diagnosis = None if verdict is None else cast(Diagnosis, SimpleNamespace(verdict=verdict))
+    diagnosis = None if verdict is None else Diagnosis(verdict, None, (), (step,), {})
     found = ModelFindings(
         step, ("th1",), (("z1",),), (0.1,), (np.ones((5, 1)),), (ranked(first),),
         diagnosis=diagnosis,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.results import (
+    ABOVE,
+    ABOVE_IN_ONE,
     MISSING,
     NOTHING,
     UNLISTED,
@@ -18,11 +21,14 @@ from flexgui.core.results import (
     LinearModel,
     Objection,
     Reason,
+    Remains,
 )
 from flexgui.core.workbench import largest_difference
 from flexgui.sentences.figures import chance, linear_sentence, percent, strength
 from flexgui.sentences.ranked import in_order, worth_listing
-from flexgui.sentences.verdict import verdict_paragraphs
+from flexgui.sentences.verdict import card_words, is_explained, verdict_paragraphs
+from flexgui.stages.diagnose.panel_candidates import WORDS
+from flexgui.views.headline import current_verdict
 from tests.sentences.findings import (
     AFTER,
     FOUND,
@@ -129,6 +135,43 @@ def test_nothing_missing_says_so_and_claims_no_more_than_the_recordings_show() -
     assert "None of the 3 effects tried explains enough" in said
     assert "may remain undetected" in said
     assert "missing effect" not in said
+
+
+TOLERANCES = st.fixed_dictionaries(
+    {
+        "rms_within": st.floats(1.0, 20.0),
+        "within": st.fixed_dictionaries({"z1": st.floats(1.0, 20.0)}),
+        "all_idealised": st.floats(0.0, 400.0),
+        "idealised": st.fixed_dictionaries({"z1": st.floats(0.0, 400.0)}),
+    }
+)
+
+
+@given(
+    rms=st.floats(0.5, 20.0), worst=st.floats(0.5, 20.0), tolerances=TOLERANCES,
+    validation=st.floats(0.5, 20.0), verdict=st.sampled_from([MISSING, UNLISTED, NOTHING]),
+)  # fmt: skip
+def test_no_error_above_the_floor_is_called_nothing(
+    rms: float, worst: float, tolerances: dict[str, Any], validation: float, verdict: str
+) -> None:
+    """However large the tolerances are by which the verdict let it pass."""
+    error, last = Remains(rms, {"z1": worst}, **tolerances), step(None, rms**2, None)
+    unseen = tuple(replace(e, validation_rms=validation * e.floor) for e in last.errors)
+    alone = replace(
+        FOUND, verdict=verdict, final_verdict=None, rounds=(), kept=(), error_given=error,
+        steps=(replace(last, errors=unseen),), error_left=error,
+    )  # fmt: skip
+    added = replace(
+        alone, verdict=MISSING, final_verdict=verdict, steps=(GIVEN, replace(AFTER, errors=unseen))
+    )
+    above = rms > ABOVE or worst > ABOVE_IN_ONE or validation >= ABOVE_IN_ONE
+    assert is_explained(alone) is is_explained(added) is (verdict == NOTHING and not above)
+    card = str(WORDS.verdict(alone, rms, "", "", {}, "", False, False))
+    assert (" nothing_missing" in card) is is_explained(alone)
+    assert ("Nothing is missing" in card) is is_explained(alone)
+    assert ("nothing more is missing" in current_verdict(added)) is is_explained(added)
+    assert ("That is the noise floor" in text(alone)) is is_explained(alone)
+    assert all(card_words(alone)[1:]) or verdict == UNLISTED
 
 
 def test_unlisted_says_so_with_the_closest_and_the_vibration() -> None:

@@ -23,7 +23,7 @@ from flexgui.page.widgets import (
 )
 from flexgui.sentences.figures import LITTLE, percent, short_percent
 from flexgui.sentences.ranked import explained_share, nesting, round_sentence, tie, worth_listing
-from flexgui.sentences.verdict import gist, verdict_paragraphs
+from flexgui.sentences.verdict import card_words, verdict_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.session.scenario_edits import cached_model
 from flexgui.stages.diagnose.effects import present
@@ -39,7 +39,7 @@ from flexgui.views.table import mathml
 WORDS = stage_macros(
     "diagnose", percent=percent, short_percent=short_percent, number=format_number, chance=chance,
     isfinite=math.isfinite, typeset_sizes=typeset_sizes, nesting=nesting, tie=tie, mathml=mathml,
-    equation=equation, verdict_paragraphs=verdict_paragraphs, gist=gist, press=press,
+    equation=equation, verdict_paragraphs=verdict_paragraphs, card_words=card_words, press=press,
     round_sentence=round_sentence, complete=COMPLETE, doubtful=DOUBTFUL, catalogue=catalogue,
     residual=colours.RESIDUAL, added=colours.ADDED,
 )  # fmt: skip
