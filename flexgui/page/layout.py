@@ -126,7 +126,7 @@ class PageLayout:
         self._client = client
         self._callbacks: list[WindowCallback] = []
         self._reporting = threading.RLock()
-        self._answered, self._tries = False, 0
+        self._answered, self._tries = False, 0  # ever; questions since an answer
         self._shape = client.camera.aspect
         self.window = self._reported = Window()
         # Items are the times at which a question is due; of several the first is kept.
@@ -163,14 +163,14 @@ class PageLayout:
     def _again(self, _: list[float]) -> None:
         self._shape = self._client.camera.aspect
         is_late = not self._answered
-        self._ask(LATE_TIMEOUT if is_late else ANSWER_TIMEOUT)
+        self._tries += 1
+        self._ask(LATE_TIMEOUT if is_late or self._tries > 1 else ANSWER_TIMEOUT)
         if is_late:  # measured beside panels that still have the widths of a wide window
             self.window = replace(self.window, picture=0.0)
         # An answer that came too late for the beginning counts too.
         if self.window != self._reported:
             self._report()
-        self._tries += 1
-        if not self._answered and self._tries < MOST_RETRIES:
+        if 0 < self._tries < MOST_RETRIES:
             self._questions.put(time.monotonic() + RETRY_DELAY)
 
     def _ask(self, patience: float = ANSWER_TIMEOUT) -> None:
@@ -180,8 +180,8 @@ class PageLayout:
         except (RuntimeError, TimeoutError) as error:
             log.debug("Client %d does not report its size: %s", self._client.client_id, error)
             return
-        self._answered = answer is not None
-        self.window = answer or self.window
+        if answer is not None:
+            self._answered, self._tries, self.window = True, 0, answer
 
     def _report(self) -> None:
         self._reported = self.window

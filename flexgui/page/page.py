@@ -47,7 +47,7 @@ class Page(PageElement):
         others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
         gui.main_panel.dock_right()
-        self._docked = (PLOTS, CONTROLS)
+        self._docked = (PLOTS, CONTROLS, False)
         gui.main_panel.set_width(CONTROLS)
         self._panels: dict[str, Panel] = {stage: panel_of(stage)(context) for stage in STAGES}
         context.actions.build(gui)
@@ -87,8 +87,11 @@ class Page(PageElement):
 
     def _fit(self, window: Window, shares: Widths) -> None:
         """Sets the panels' widths if the window needs other ones; else a moved border stays."""
-        if (shares.plots, shares.controls) != self._docked:
-            self._docked = (shares.plots, shares.controls)
+        # Sent once more when the panels stand: while a panel is docked it takes no width that its
+        # edge had before, as after a reconnect.
+        wanted = (shares.plots, shares.controls, window.picture > 0.0)
+        if wanted != self._docked:
+            self._docked = wanted
             self._left.set_width(shares.plots)
             self.gui.main_panel.set_width(shares.controls)
         width = window.width if window.phone else shares.plots

@@ -1,6 +1,9 @@
-"""Who gets how much of the window, without a browser."""
+"""Who gets how much of the window."""
 
 from __future__ import annotations
+
+import asyncio
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -16,11 +19,17 @@ from flexgui.page.layout import (
     PLOTS,
     PLOTS_SHARE,
     TWO_COLUMNS,
+    PageLayout,
+    Widths,
     Window,
     aspect,
     widths,
     window_of,
 )
+from tests.page.conftest import FORGET, Desktop
+from tests.page.helpers import press
+from tests.page.test_walk import BOXES, SETTLED
+from tests.session.helpers import until
 
 pytestmark = pytest.mark.long
 
@@ -80,3 +89,75 @@ def test_what_a_browser_wrote_down_is_read() -> None:
 )
 def test_anything_else_is_not(text: str | None) -> None:
     assert window_of(text) is None
+
+
+class SlowBrowser:
+    """A client that answers each question but the second, and whose window has grown then."""
+
+    client_id = 1
+
+    def __init__(self) -> None:
+        self.camera = self.local_storage = self._websock_connection = self
+        self.aspect, self.answers = 1.0, iter(["1600 900 600", None, "2560 1440 1205"])
+
+    def on_update(self, moved: Any) -> None:
+        self.moved = moved
+
+    def queue_message(self, message: object) -> None:
+        pass
+
+    def get_item(self, key: str, patience: float) -> str:
+        answer = next(self.answers)
+        if answer is None:
+            raise TimeoutError
+        return answer
+
+
+def test_a_browser_that_is_busy_with_its_new_size_is_asked_again() -> None:
+    browser, seen = SlowBrowser(), list[Widths]()
+    layout = PageLayout(browser)  # type: ignore[arg-type]
+    layout.begin(lambda window, shares: seen.append(shares))
+    browser.aspect = 0.5
+    asyncio.run(browser.moved(browser))
+    until(lambda: seen[-1] == widths(Window(2560.0, 1440.0)))
+    layout.close()
+
+
+AREAS = """() => {
+  const boxes = [...document.querySelectorAll(".mantine-ScrollArea-root, canvas[data-engine]")]
+    .map(e => e.getBoundingClientRect()).filter(box => box.width > 0);
+  const [left, picture, right] = boxes.sort((a, b) => a.left - b.left);
+  const line = document.querySelector("#fx-line").getBoundingClientRect();
+  return boxes.length === 3 ? [left.left, left.right, picture.left, line.left, line.right,
+    picture.right, right.left, right.right, innerWidth] : [];
+}"""
+"""The edges of plots, picture with its time-line, and controls, from the left to the right."""
+
+
+ANEW = """document.querySelector(".js-plotly-plot:not([data-before])")
+  && !document.querySelector("[data-before]")"""
+"""A plot stands, and none from before."""
+
+
+def stand_side_by_side(page: Any, width: float, height: float) -> bool:
+    """Whether no area lies on another one, and the plots have the width that suits the window."""
+    edges = page.evaluate(AREAS)
+    ordered = all(a <= b + ROUNDED for a, b in zip(edges, edges[1:], strict=False))
+    wide = bool(edges) and abs(edges[1] - edges[0] - widths(Window(width, height)).plots) < BORDERS
+    return wide and ordered
+
+
+def test_the_panels_follow_the_window_and_return_after_a_lost_connection(
+    page: Any, desktop: Desktop
+) -> None:
+    press(page, "Data")
+    for width, height in ((2560, 1440), (1280, 720), (1600, 900)):
+        page.set_viewport_size({"width": width, "height": height})
+        until(lambda: stand_side_by_side(page, width, height))  # noqa: B023
+        page.evaluate(FORGET)
+        desktop.server._websock_server.disconnect_all_clients()
+        page.wait_for_function(ANEW)
+        until(lambda: stand_side_by_side(page, width, height))  # noqa: B023
+        page.wait_for_timeout(SETTLED)
+        assert stand_side_by_side(page, width, height)
+        assert not page.evaluate(BOXES)
