@@ -134,6 +134,8 @@ AREAS = """() => {
 """The edges of plots, picture with its time-line, and controls, from the left to the right."""
 
 
+NARROW = 1280.0
+"""px of a window whose time-line has the short words."""
 ANEW = """document.querySelector(".js-plotly-plot:not([data-before])")
   && !document.querySelector("[data-before]")"""
 """A plot stands, and none from before."""
@@ -161,3 +163,5 @@ def test_the_panels_follow_the_window_and_return_after_a_lost_connection(
         page.wait_for_timeout(SETTLED)
         assert stand_side_by_side(page, width, height)
         assert not page.evaluate(BOXES)
+        said = page.locator("#fx-line .speed").evaluate("e => e.selectedOptions[0].text")
+        assert said.startswith("speed") is (width > NARROW)

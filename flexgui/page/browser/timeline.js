@@ -108,7 +108,9 @@
       each.style.maxWidth = `${canvas.width - 20}px`;
     }
     bar.style.width = `${canvas.width - 20}px`;
-    for (const each of [bar, note]) each.classList.toggle("narrow", canvas.width < 480);
+    const narrow = canvas.width < 480, changes = bar.classList.contains("narrow") !== narrow;
+    for (const each of [bar, note]) each.classList.toggle("narrow", narrow);
+    if (changes && state.views) window.fxLine({});  // its words are shorter now, or longer
   };
   document.body.append(bar, note);
   addEventListener("resize", place);

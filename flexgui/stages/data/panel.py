@@ -161,7 +161,8 @@ class DataPanel(Panel):
         waiting, recording = self.session.recordings.waiting, self.session.playback.recording
         if waiting is not None and waiting.inspection is not None:
             known = waiting.known
-            drawn = as_in_file(waiting.inspection.pictures, known.get("t", ""), [*known.values()])
+            first = [known[channel] for channel in waiting.offered if channel in known]
+            drawn = as_in_file(waiting.inspection.pictures, known.get("t", ""), first)
             self._about.show(paragraph(f"{waiting.file}, as it stands in the file.", "lead"))
             self._plot.show(drawn)
             self._warnings.show()
