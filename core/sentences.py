@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
@@ -66,13 +67,16 @@ def install_command(extra: str) -> str:
 
 
 def did_you_mean(name: str, candidates: Iterable[str]) -> str:
-    """`did you mean 'x'?` with the nearest known name, or all of them where none is near."""
+    """`did you mean 'x'?` with the known name that this one misspells, or a word of it; all of them
+    where it misspells none."""
     names = sorted(candidates)
     if not names:
         return "leave it out."
     lowered = {x.lower(): x for x in names if len(x) <= LONGEST_QUOTE}
-    matches = get_close_matches(name[:LONGEST_QUOTE].lower(), lowered, n=1, cutoff=0.5)
-    return f"did you mean {lowered[matches[0]]!r}?" if matches else f"known: {few(names)}."
+    words = {word: lowered[x] for x in reversed(lowered) for word in re.split("[_/]", x)}
+    known = {**words, **lowered}
+    matches = get_close_matches(name[:LONGEST_QUOTE].lower(), known, n=1, cutoff=0.65)
+    return f"did you mean {known[matches[0]]!r}?" if matches else f"known: {few(names)}."
 
 
 def few(names: Sequence[str]) -> str:

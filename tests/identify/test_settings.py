@@ -104,7 +104,7 @@ def test_settings_of_what_is_not_estimated_are_refused(setting):
     [
         ({"parameters": ("EI3",)}, "did you mean 'EI"),
         ({"parameters": ("epsilom",)}, "did you mean 'epsilon'"),
-        ({"parameters": ("gain_z3",)}, "did you mean"),
+        ({"parameters": ("gain_z3",)}, "'z3' is not an output of this arm; known: "),
         ({"parameters": ("start_v9",)}, "is not a coordinate"),
         ({"start": {"EJ": 3.0}}, "'EJ' is not a parameter"),
     ],

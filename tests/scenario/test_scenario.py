@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from flexgui.core.arm.segment import Segment
+from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.data_folder import VARIABLE, outside, resolve_file
 from flexgui.core.scenario.read import (
@@ -20,6 +22,7 @@ from flexgui.core.scenario.read import (
     write_scenario,
 )
 from flexgui.core.scenario.schema import Scenario
+from flexgui.core.sentences import did_you_mean
 from tests.helpers import refusal
 
 FULL = """
@@ -183,6 +186,24 @@ def _refusal(text: str) -> str:
 def test_each_fault_is_named_with_its_key(old, new, words):
     assert FULL.count(old) >= 1
     assert words in _refusal(FULL.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("kind", sorted(catalogue()))
+def test_a_slip_in_a_name_is_met_with_the_name(kind):
+    for k in range(len(kind)):
+        assert f"{kind!r}?" in did_you_mean(kind[:k] + kind[k + 1 :], catalogue())
+
+
+@pytest.mark.parametrize(
+    ("name", "known"),
+    [
+        ("u1", ("z1", "z2", "theta1", "y1")),
+        ("densty", Segment.model_fields),
+        ("friction", ("backlash", "tip_payload")),
+    ],
+)
+def test_another_name_is_no_slip(name, known):
+    assert did_you_mean(name, known).startswith("known: ")
 
 
 def test_wrong_toml_is_named_with_its_line():
