@@ -21,7 +21,7 @@ from ..arm.presets import presets
 from ..arm.segment import Segment
 from ..errors import InputError
 from ..sentences import did_you_mean, one_line, predicate
-from ..validation import gathered, validated
+from ..validation import Positive, gathered, validated
 
 _SECTION = ("width", "young_modulus")
 
@@ -40,6 +40,8 @@ class ArmSpec(BaseModel):
     """For display."""
     gravity: tuple[FiniteFloat, FiniteFloat] | None = None
     """m/s^2"""
+    base_compliance: Positive | None = None
+    """m/N, the same in both directions; None: the base does not move."""
     segments: tuple[dict[str, Any], ...] = ()
     """Alone: the segments. On top of a preset: what differs from each of its segments."""
     overrides: dict[str, Any] = Field(default_factory=dict)
@@ -71,9 +73,9 @@ def build_arm(spec: ArmSpec, base: Arm | None = None, label: str = "[arm]") -> A
         _changed(t, o) for t, o in zip(tables, _spread(spec, len(tables), label), strict=True)
     ]
     segments = tuple(_segment(table, k, label) for k, table in enumerate(tables))
-    gravity = spec.gravity or (below.gravity if below else (0.0, 0.0))
-    name = spec.name or (below.name if below else "arm")
-    return validated(Arm, {"segments": segments, "gravity": gravity, "name": name}, label)
+    stated = {name: getattr(spec, name) for name in Arm.model_fields if name != "segments"}
+    own = {name: value for name, value in stated.items() if value is not None}
+    return validated(Arm, {**dict(below or {}), **own, "segments": segments}, label)
 
 
 def _below(spec: ArmSpec, base: Arm | None, label: str) -> Arm | None:

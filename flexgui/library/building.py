@@ -114,8 +114,7 @@ def _arm_table(arm: str | Arm | Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(arm, str):
         return {"preset": arm}
     if isinstance(arm, Arm):
-        segments = [segment.model_dump(exclude_none=True) for segment in arm.segments]
-        return {"name": arm.name, "gravity": arm.gravity, "segments": segments}
+        return arm.model_dump(exclude_none=True)
     return dict(arm)
 
 

@@ -18,7 +18,8 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 
 import flexgui as fg
-from flexgui.core.scenario.read import read_scenario
+from flexgui.core.arm.presets import presets
+from flexgui.core.scenario.read import parse_scenario, read_scenario
 from flexgui.core.workbench import run_scenario
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -286,6 +287,14 @@ def test_units_in_a_tables_headings_are_converted() -> None:
     degrees["theta1 [deg]"] = np.degrees(degrees.pop("theta1 [rad]"))
     read = fg.project("paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)), [degrees]).recordings()
     assert read[0]["theta1"] == pytest.approx(made.recording["theta1"], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["paper", "single_axis", "two_stage_uncoupled"])
+def test_an_arm_as_an_object_keeps_all_that_it_states(name: str) -> None:
+    stated = presets()[name].model_copy(update={"base_compliance": 1e-5, "gravity": (0.0, -9.81)})
+    made = fg.project(stated, fg.drives.VelocityLoop(gains=(60.0,) * stated.joints))
+    assert made.model.arm == stated
+    assert parse_scenario(made.to_toml(), "saved.toml").arm == made.scenario.arm
 
 
 def test_effects_are_given_by_id_class_table_and_formula(rig: fg.Project) -> None:
