@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from .arm.build import build_arm
-from .errors import InputError
 from .identify.compare import compare_many
 from .identify.fit import Fitted, identify
 from .identify.prepared_recording import prepare
@@ -33,8 +32,6 @@ def fit_all(
 ) -> list[Fitted]:
     """One fit over all estimation recordings, or one per recording."""
     chosen = [r for r in recordings if r.role == "estimate"]
-    if not chosen:
-        raise InputError('No recording has role = "estimate"; give at least one to fit.')
     groups = [[r] for r in chosen] if spec.method == "local" else [chosen]
     stated = "generations" in spec.model_fields_set or setup.model.level == "lpv"
     progress.stage("Identifying", spec.generations * len(groups) if stated else None)

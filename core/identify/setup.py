@@ -47,6 +47,8 @@ class Setup:
 def make_setup(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> Setup:
     """The setup for the estimation recordings; InputError where they lack what is compared."""
     chosen = [r for r in recordings if r.role == "estimate"]
+    if not chosen:
+        raise InputError('No recording has role = "estimate"; give at least one that role.')
     outputs = _outputs(model, spec, chosen)
     processing = Processing(spec.filter or None, spec.decimate, spec.output_filter)
     servo, band = None, ""

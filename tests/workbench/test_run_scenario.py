@@ -136,6 +136,7 @@ def test_offsets_of_a_validation_recording_are_fitted_to_it_alone():
     "change, words",
     [
         ({"recordings": ()}, "no \\[\\[recordings\\]\\]"),
+        ({"recordings": ({"simulate": {"theta2": 1.0}, "role": "validate"},)}, "role = .estimate"),
         ({"model": {"effects": ({"id": "colomb"},)}}, "did you mean 'coulomb_friction'"),
     ],
 )

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexgui.core.effects import catalogue
-from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress, Silent
 from flexgui.core.results import MISSING, LadderStep, Outcome, RankedEffect, RecordingComparison
 from flexgui.core.scenario.data_folder import ConfinedFolder
@@ -116,8 +115,6 @@ def _search_inputs(
         spec = spec.model_copy(update={"output": settings.output})
     progress.stage("Reading the recordings", len(scenario.recordings))
     recordings = list(load_recordings(scenario, model, where, None, progress))
-    if not any(r.role == "estimate" for r in recordings):
-        raise InputError('No recording has role = "estimate"; the diagnosis needs at least one.')
     setup = make_setup(model, spec, recordings)
     options = Options(
         max_effects=0,
