@@ -101,13 +101,20 @@ def _entry(given: OneRecording, number: int, folder: Path) -> dict[str, Any]:
         named = {"name": table.name, "role": table.role}
         named |= {} if table.theta2 is None else {"theta2": table.theta2}
     elif isinstance(table, pd.DataFrame):
-        frame = table if table.index.name is None else table.reset_index()
-        frame.rename(columns=str).to_parquet(file, index=False)
+        _with_its_clock(table).rename(columns=str).to_parquet(file, index=False)
     else:
         raise InputError(
             f"recordings holds {type(table).__name__}; give a pandas table, a Recording or a path."
         )
     return {**named, **stated, "file": file.name}
+
+
+def _with_its_clock(table: pd.DataFrame) -> pd.DataFrame:
+    """With the index as a column where it is more than row numbers: named, or times."""
+    times = table.index.dtype.kind in "mM" and "t" not in table
+    if table.index.name is None and not times:
+        return table
+    return table.rename_axis(index=table.index.name or "t").reset_index()
 
 
 def _arm_table(arm: str | Arm | Mapping[str, Any]) -> dict[str, Any]:

@@ -289,6 +289,28 @@ def test_units_in_a_tables_headings_are_converted() -> None:
     assert read[0]["theta1"] == pytest.approx(made.recording["theta1"], abs=1e-12)
 
 
+CLOCKS = {
+    "durations": lambda t: pd.to_timedelta(t, unit="s"),
+    "durations in microseconds": lambda t: pd.to_timedelta(t, unit="s").astype("m8[us]"),
+    "dates": lambda t: pd.Timestamp("2026-05-01") + pd.to_timedelta(t, unit="s"),
+}
+
+
+@pytest.mark.parametrize("clock", CLOCKS.values(), ids=CLOCKS)
+@pytest.mark.parametrize("place", ["index", "t", "t [s]", "t [ms]", "stamp"])
+def test_durations_and_dates_are_a_clock_in_seconds(clock: Any, place: str) -> None:
+    drive = fg.drives.VelocityLoop(gains=(60.0, 30.0))
+    made = fg.project("paper", drive).simulate(theta2=1.1, seconds=0.2)
+    table = made.to_dataframe().drop(columns="t [s]")
+    given: dict[str, Any] = {"columns": {"t": "stamp"}} if place == "stamp" else {}
+    times = pd.Index(clock(made.recording.time))
+    given["table"] = (
+        table.set_index(times) if place == "index" else table.assign(**{place: times})
+    )
+    (read,) = fg.project("paper", drive, [given]).recordings()
+    assert read.time == pytest.approx(made.recording.time, abs=1e-9)
+
+
 @pytest.mark.parametrize("name", ["paper", "single_axis", "two_stage_uncoupled"])
 def test_an_arm_as_an_object_keeps_all_that_it_states(name: str) -> None:
     stated = presets()[name].model_copy(update={"base_compliance": 1e-5, "gravity": (0.0, -9.81)})
