@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -12,15 +12,19 @@ from flexgui.core.drives.drive import Drive
 from flexgui.core.errors import InputError
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.save import save_recording
+from flexgui.core.scenario.data_folder import resolve_file
 from flexgui.core.scenario.read import check_scenario, read_scenario
 from flexgui.library.catalogues import OneEffect, model_with
+from flexgui.library.comparison import Simulation
 from flexgui.library.project import SOURCE, Project
 from flexgui.library.shipped import scenario_path
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    OneRecording: TypeAlias = "pd.DataFrame | Recording | str | Path | Mapping[str, Any]"
+    OneRecording: TypeAlias = (
+        "pd.DataFrame | Recording | Simulation | str | Path | Mapping[str, Any]"
+    )
 
 TABLE = "table"
 """Key of a recording's settings that holds the table itself."""
@@ -29,7 +33,7 @@ TABLE = "table"
 def project(
     arm: str | Arm | Mapping[str, Any] = "paper",
     drive: str | Drive | Mapping[str, Any] = "velocity_loop",
-    recordings: Sequence[OneRecording] = (),
+    recordings: OneRecording | Iterable[OneRecording] = (),
     *,
     effects: Sequence[OneEffect] = (),
     title: str = "Project",
@@ -43,9 +47,9 @@ def project(
         arm: A preset's name, an `Arm`, or a table as `[arm]` of a scenario.
         drive: An id, a `Drive` such as `drives.VelocityLoop(gains=(60, 30))`, or a table as
             `[drive]`.
-        recordings: Each a pandas table (columns as in a file, `theta1 [deg]` or SI), a
-            `Recording`, a path, or a table as `[[recordings]]`; with the key "table" instead of
-            "file" that may hold a pandas table with its role, name and columns.
+        recordings: One or several, each a pandas table (columns as in a file, `theta1 [deg]` or
+            SI), a `Recording`, a `Simulation`, a path, or a table as `[[recordings]]`; with the key
+            "table" instead of "file" that may hold a pandas table with its role, name and columns.
         effects: As `Project.with_effects` takes them.
         title: Of the report.
         folder: Where relative paths are sought.
@@ -58,8 +62,14 @@ def project(
     Raises:
         InputError: Where a setting is wrong; it says which.
     """
-    kept = tempfile.TemporaryDirectory(prefix="flexgui-")
-    entries = [_entry(one, k, Path(kept.name)) for k, one in enumerate(recordings, start=1)]
+    where = None if data is None else Path(data)
+    stated = [_stated(one) for one in _several(recordings)]
+    kept = None
+    if any(TABLE in one for one in stated):
+        kept = tempfile.TemporaryDirectory(prefix="flexgui-")
+        stated = [_with_whole_paths(one, Path(folder), where) for one in stated]
+        folder = kept.name
+    entries = [_entry(one, k, Path(folder)) for k, one in enumerate(stated, start=1)]
     model = model_with(dict(tables.pop("model", {})), effects)
     document = {
         "title": title,
@@ -70,31 +80,40 @@ def project(
         **tables,
     }
     made = check_scenario(document, SOURCE)
-    where = None if data is None else Path(data)
-    if not any(Path(kept.name).iterdir()):
-        found = Project(made, Path(folder), where)
-    elif str(folder):
-        raise InputError(
-            "recordings mixes tables with a folder of files; read the files with pandas first, or "
-            "give their whole paths."
-        )
-    else:
-        found = Project(made, Path(kept.name), where, kept)
+    found = Project(made, Path(folder), where, kept)
     _ = found.model
     return found
 
 
-def _entry(given: OneRecording, number: int, folder: Path) -> dict[str, Any]:
-    """One `[[recordings]]` of a scenario; a table that comes as an object becomes a file in
-    `folder`, which the loader checks like any other."""
-    if isinstance(given, str | Path):
-        return {"file": str(given)}
-    stated = dict(given) if isinstance(given, Mapping) else {TABLE: given}
-    if TABLE not in stated:
-        return stated
+def _several(given: OneRecording | Iterable[OneRecording]) -> list[OneRecording]:
     import pandas as pd
 
-    table, file = stated.pop(TABLE), folder / f"{number}.parquet"
+    one = isinstance(given, str | Path | Mapping | Recording | Simulation | pd.DataFrame)
+    return [given] if one else list(given)  # type: ignore[arg-type]
+
+
+def _stated(given: OneRecording) -> dict[str, Any]:
+    """What is said of a recording, with its file or the object itself."""
+    if isinstance(given, str | Path):
+        return {"file": str(given)}
+    return dict(given) if isinstance(given, Mapping) else {TABLE: given}
+
+
+def _with_whole_paths(stated: Mapping[str, Any], folder: Path, data: Path | None) -> dict[str, Any]:
+    """Found now: the relative files of a project with tables are sought among the tables."""
+    paths = {key: stated[key] for key in ("file", "played") if key in stated}
+    return {**stated} | {k: str(resolve_file(p, folder, data).resolve()) for k, p in paths.items()}
+
+
+def _entry(stated: Mapping[str, Any], number: int, folder: Path) -> dict[str, Any]:
+    """One `[[recordings]]` of a scenario; a table that comes as an object becomes a file in
+    `folder`, which the loader checks like any other."""
+    if TABLE not in stated:
+        return dict(stated)
+    import pandas as pd
+
+    table, file = stated[TABLE], folder / f"{number}.parquet"
+    table = table.recording if isinstance(table, Simulation) else table
     named: dict[str, Any] = {"name": f"recording-{number}"}
     if isinstance(table, Recording):
         save_recording(table, file)
@@ -104,9 +123,11 @@ def _entry(given: OneRecording, number: int, folder: Path) -> dict[str, Any]:
         _with_its_clock(table).rename(columns=str).to_parquet(file, index=False)
     else:
         raise InputError(
-            f"recordings holds {type(table).__name__}; give a pandas table, a Recording or a path."
+            f"recordings holds {type(table).__name__}; give a pandas table, a Recording, a "
+            "Simulation or a path."
         )
-    return {**named, **stated, "file": file.name}
+    said = {key: value for key, value in stated.items() if key != TABLE}
+    return {**named, **said, "file": file.name}
 
 
 def _with_its_clock(table: pd.DataFrame) -> pd.DataFrame:

@@ -19,6 +19,7 @@ from scipy.optimize import linear_sum_assignment
 
 import flexgui as fg
 from flexgui.core.arm.presets import presets
+from flexgui.core.recording.save import save_recording
 from flexgui.core.scenario.read import parse_scenario, read_scenario
 from flexgui.core.workbench import run_scenario
 
@@ -30,6 +31,7 @@ EI = 520.8333
 DIGITS = 1e-9
 """Two ways to one number through the same code."""
 
+LOOP = fg.drives.VelocityLoop(gains=(60.0, 30.0))
 QUICK = {"parameters": ["EI1", "EI2"], "output": ["z", "encoder"], "generations": 0}
 
 
@@ -289,6 +291,46 @@ def test_units_in_a_tables_headings_are_converted() -> None:
     assert read[0]["theta1"] == pytest.approx(made.recording["theta1"], abs=1e-12)
 
 
+MADE_AS = {
+    "a table": lambda made, folder: made.to_dataframe(),
+    "a recording": lambda made, folder: made.recording,
+    "a simulation": lambda made, folder: made,
+    "a path": lambda made, folder: folder / "made.csv",
+    "a relative path": lambda made, folder: "made.csv",
+    "settings": lambda made, folder: {"file": "made.csv", "role": "validate"},
+    "settings of a table": lambda made, folder: {"table": made.to_dataframe()},
+}
+
+
+@pytest.fixture(scope="module")
+def made() -> fg.Simulation:
+    return fg.project("paper", LOOP).simulate(theta2=1.1, seconds=0.2)
+
+
+@pytest.mark.parametrize("form", MADE_AS.values(), ids=MADE_AS)
+def test_one_recording_needs_no_list(form: Any, made: fg.Simulation, tmp_path: Path) -> None:
+    made.to_dataframe().to_csv(tmp_path / "made.csv", index=False)
+    (read,) = fg.project("paper", LOOP, form(made, tmp_path), folder=tmp_path).recordings()
+    assert read["z1"] == pytest.approx(made.recording["z1"], abs=1e-12)
+
+
+def test_tables_and_files_stand_side_by_side(made: fg.Simulation, tmp_path: Path) -> None:
+    other = fg.project("paper", LOOP).simulate(theta2=1.1, seconds=0.2, seed=9)
+    here, there = tmp_path / "here", tmp_path / "there"
+    for place, name in ((here, "1.parquet"), (there, "far.csv")):
+        place.mkdir()
+        save_recording(other.recording, place / name)
+    given = [made, "1.parquet", {"table": made.recording, "name": "again"}, {"file": "far.csv"}]
+    rig = fg.project("paper", LOOP, given, folder=here, data=there)
+    assert rig.save(tmp_path / "saved" / "rig.toml").is_file()
+    for project in (rig, fg.load(tmp_path / "saved" / "rig.toml")):
+        read = [each["z1"] for each in project.recordings()]
+        for z, expected in zip(read, (made, other, made, other), strict=True):
+            assert z == pytest.approx(expected.recording["z1"], abs=1e-12)
+    with pytest.raises(fg.InputError, match="gone.csv was not found in .*here"):
+        fg.project("paper", LOOP, [made, "gone.csv"], folder=here)
+
+
 CLOCKS = {
     "durations": lambda t: pd.to_timedelta(t, unit="s"),
     "durations in microseconds": lambda t: pd.to_timedelta(t, unit="s").astype("m8[us]"),
@@ -298,16 +340,14 @@ CLOCKS = {
 
 @pytest.mark.parametrize("clock", CLOCKS.values(), ids=CLOCKS)
 @pytest.mark.parametrize("place", ["index", "t", "t [s]", "t [ms]", "stamp"])
-def test_durations_and_dates_are_a_clock_in_seconds(clock: Any, place: str) -> None:
-    drive = fg.drives.VelocityLoop(gains=(60.0, 30.0))
-    made = fg.project("paper", drive).simulate(theta2=1.1, seconds=0.2)
+def test_durations_and_dates_are_a_clock_in_seconds(
+    clock: Any, place: str, made: fg.Simulation
+) -> None:
     table = made.to_dataframe().drop(columns="t [s]")
     given: dict[str, Any] = {"columns": {"t": "stamp"}} if place == "stamp" else {}
     times = pd.Index(clock(made.recording.time))
-    given["table"] = (
-        table.set_index(times) if place == "index" else table.assign(**{place: times})
-    )
-    (read,) = fg.project("paper", drive, [given]).recordings()
+    given["table"] = table.set_index(times) if place == "index" else table.assign(**{place: times})
+    (read,) = fg.project("paper", LOOP, given).recordings()
     assert read.time == pytest.approx(made.recording.time, abs=1e-9)
 
 
