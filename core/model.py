@@ -22,6 +22,7 @@ from .errors import InputError
 from .forces.element import Element, ElementArrays, pack
 from .parameters import Parameter
 from .sentences import did_you_mean
+from .validation import finite_number
 
 LEVELS = ("lpv", "nonlinear")
 
@@ -100,14 +101,22 @@ class Model:
             return "drive"
         return "arm" if name in self.arm_catalogue.entries else "sensor"
 
-    def parameter(self, name: str) -> Parameter:
+    def parameter(self, name: str, where: str = "[identify] parameters") -> Parameter:
         """The parameter of that name; InputError with the nearest known one otherwise."""
         if name not in self.parameters:
             hint = did_you_mean(name, self.parameters)
-            raise InputError(
-                f"[identify] parameters: {name!r} is not a parameter of this arm; {hint}"
-            )
+            raise InputError(f"{where}: {name!r} is not a parameter of this arm; {hint}")
         return self.parameters[name]
+
+    def check_values(self, values: Mapping[str, object], where: str = "values") -> None:
+        """InputError for a value of no parameter, for one that is no number, and for one with a
+        sign that its parameter cannot have."""
+        for name, given in values.items():
+            lower = self.parameter(name, where).lower
+            value = finite_number(given, f"{where}: {name}")
+            if value < 0.0 <= lower or value == 0.0 < lower:
+                least = "greater than" if lower > 0.0 else "at least"
+                raise InputError(f"{where}: {name} is {value:g}; it must be {least} 0.")
 
     @property
     def active_steering(self) -> Steering:

@@ -3,14 +3,16 @@ error as one sentence."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
+from numbers import Real
 from typing import Annotated, Any, TypeVar, cast
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic._internal._model_construction import ModelMetaclass
 
 from .errors import InputError
-from .sentences import did_you_mean, one_line, predicate
+from .sentences import did_you_mean, one_line, predicate, quoted
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -43,6 +45,13 @@ def _first_fault(error: ValidationError, where: str, settings: Iterable[str]) ->
     if fault["type"] == "extra_forbidden":
         return one_line(f"{where} {key} is not a setting; {did_you_mean(key, settings)}")
     return one_line(f"{where} {key} {predicate(fault)}")
+
+
+def finite_number(value: object, where: str) -> float:
+    """A user's value as a finite number; InputError begins with `where`."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+        raise InputError(f"{where} is {quoted(value)}; it must be a number.")
+    return float(value)
 
 
 class _OneSentence(ModelMetaclass):

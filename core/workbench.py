@@ -175,8 +175,7 @@ def compare_at(
     progress = progress or Silent()
     progress.stage("Reading the recordings", len(scenario.recordings))
     model = base_model(scenario)
-    for name in values:
-        model.parameter(name)
+    model.check_values(values)
     recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
     model, _ = model_at_level(scenario, model, scenario.identify, recordings)
     setup = make_setup(model, scenario.identify, recordings)

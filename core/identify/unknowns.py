@@ -238,7 +238,6 @@ def fixed_values(model: Model, spec: IdentifySpec, unknowns: Unknowns) -> Mappin
     """Starts that the scenario states for parameters it does not estimate: they are held there."""
     estimated = {item.parameter.name for item in unknowns.items}
     fixed = {name: value for name, value in spec.start.items() if name not in estimated}
-    for name in fixed:
-        if not name.startswith((OFFSET, GAIN, START)):
-            model.parameter(name)
+    own = {n: x for n, x in fixed.items() if not n.startswith((OFFSET, GAIN, START))}
+    model.check_values(own, "[identify] start")
     return fixed

@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from ..errors import InputError
+from ..units import parse_header
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,15 @@ class Table:
                     f"{self.source}: column {header} {cell_fault(cell, self.row(index))}"
                 ) from None
         return values
+
+
+def in_seconds(header: str, values: np.ndarray) -> tuple[str, np.ndarray]:
+    """Durations, or dates from the first one on, in the unit that the header then has; other
+    columns as they are."""
+    if values.dtype.kind not in "mM":
+        return header, values
+    spans = values - values[0] if values.dtype.kind == "M" else values
+    return f"{parse_header(header)[0]} [s]", spans / np.timedelta64(1, "s")
 
 
 def check_distinct(source: str, names: Sequence[str]) -> None:

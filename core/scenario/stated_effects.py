@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..arm.arm import Arm, Structure
 from ..arm.build import build_arm
 from ..drives import build_drive
@@ -17,7 +15,8 @@ from ..errors import InputError
 from ..model import LEVELS, Model
 from ..scenario.rig_spec import EffectParameterSpec, EffectSpec, ModelSpec, OwnSpec
 from ..scenario.schema import DiagnoseSpec, IdentifySpec, Scenario
-from ..sentences import did_you_mean, quoted
+from ..sentences import did_you_mean
+from ..validation import finite_number
 
 
 def base_model(scenario: Scenario) -> Model:
@@ -86,7 +85,7 @@ def with_hidden_effects(
         if kind not in effects:
             raise InputError(f"{where} is not known; {did_you_mean(kind, effects)}")
         sizes = {
-            name: EffectParameterSpec(start=_number(v, f"{where}.{name}"))
+            name: EffectParameterSpec(start=finite_number(v, f"{where}.{name}"))
             for name, v in table.items()
         }
         stated.append(Stated(effects[kind], sizes, where))
@@ -301,10 +300,3 @@ def _check_present(
                 f"{entry.where} starts at its neutral value, where it vanishes; give another start "
                 f"to at least one of {', '.join(sizes)}."
             )
-
-
-def _number(value: object, where: str) -> float:
-    plain = isinstance(value, int | float) and not isinstance(value, bool)
-    if not plain or not np.isfinite(float(value)):  # type: ignore[arg-type]
-        raise InputError(f"{where} is {quoted(value)}; it must be a number.")
-    return float(value)  # type: ignore[arg-type]

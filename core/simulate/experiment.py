@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,10 +17,12 @@ from ..recording.spec import SimulateSpec
 from ..sensors import sensors
 from ..sensors.rigid_rates import SINGULAR_MARGIN
 from ..sensors.sensor import Sensor
+from ..sentences import did_you_mean
 from ..simulate.linear import respond
 from ..simulate.motion import Task, at_rest
 from ..simulate.nonlinear import DEFAULT_TOLERANCE, NOISE_SHARE, simulate_within
 from ..trajectory import Trajectory
+from ..validation import finite_number
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ def simulate_recording(
     noise: NoiseLevels = NO_NOISE,
     references: np.ndarray | None = None,
     values: Mapping[str, float] | None = None,
+    state: Mapping[str, float] | None = None,
 ) -> Recording:
     """A recording of the model's motion, as a rig would have written it.
 
@@ -56,6 +59,7 @@ def simulate_recording(
         noise: Of the sensors.
         references: (N, references of the drive), in SI units, instead of the excitation.
         values: Parameter -> value in SI units; the model's own where not named.
+        state: Coordinate or rate -> where it begins, in SI units; at rest where not named.
 
     Raises:
         InputError: Where the drive or the experiment does not allow it.
@@ -67,6 +71,7 @@ def simulate_recording(
         )
     values = values or {}
     task, theta2 = make_task(model, spec, name, references, values)
+    task = _begun_at(task, model.arm, state or {})
     numbers = model.numbers(values)
     remarks: tuple[str, ...] = ()
     if spec.level == "lpv":
@@ -85,6 +90,18 @@ def simulate_recording(
         name=name, time=task.time, channels=channels, role=role, source="simulation",
         warnings=remarks, theta2=theta2,
     )  # fmt: skip
+
+
+def _begun_at(task: Task, arm: Arm, state: Mapping[str, float]) -> Task:
+    """The task with some of its initial coordinates and rates elsewhere."""
+    names = [f"{rate}{q}" for rate in ("", "d") for q in arm.coordinate_names]
+    start = task.start.copy()
+    for name, value in state.items():
+        if name not in names:
+            hint = did_you_mean(name, names)
+            raise InputError(f"state: {name!r} is no coordinate or rate of this arm; {hint}")
+        start[names.index(name)] = finite_number(value, f"state: {name}")
+    return replace(task, start=start)
 
 
 def simulation_tolerance(arm: Arm, noise: NoiseLevels) -> float:

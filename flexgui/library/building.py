@@ -15,7 +15,7 @@ from flexgui.core.recording.save import save_recording
 from flexgui.core.scenario.data_folder import resolve_file
 from flexgui.core.scenario.read import check_scenario, read_scenario
 from flexgui.library.catalogues import OneEffect, model_with
-from flexgui.library.comparison import Simulation
+from flexgui.library.comparison import Simulation, with_its_clock
 from flexgui.library.project import SOURCE, Project
 from flexgui.library.shipped import scenario_path
 
@@ -120,7 +120,7 @@ def _entry(stated: Mapping[str, Any], number: int, folder: Path) -> dict[str, An
         named = {"name": table.name, "role": table.role}
         named |= {} if table.theta2 is None else {"theta2": table.theta2}
     elif isinstance(table, pd.DataFrame):
-        _with_its_clock(table).rename(columns=str).to_parquet(file, index=False)
+        with_its_clock(table).rename(columns=str).to_parquet(file, index=False)
     else:
         raise InputError(
             f"recordings holds {type(table).__name__}; give a pandas table, a Recording, a "
@@ -128,14 +128,6 @@ def _entry(stated: Mapping[str, Any], number: int, folder: Path) -> dict[str, An
         )
     said = {key: value for key, value in stated.items() if key != TABLE}
     return {**named, **said, "file": file.name}
-
-
-def _with_its_clock(table: pd.DataFrame) -> pd.DataFrame:
-    """With the index as a column where it is more than row numbers: named, or times."""
-    times = table.index.dtype.kind in "mM" and "t" not in table
-    if table.index.name is None and not times:
-        return table
-    return table.rename_axis(index=table.index.name or "t").reset_index()
 
 
 def _arm_table(arm: str | Arm | Mapping[str, Any]) -> dict[str, Any]:

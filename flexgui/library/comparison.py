@@ -13,6 +13,9 @@ from flexgui.core.errors import InputError
 from flexgui.core.recording.clock import JITTER
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.save import recording_frame
+from flexgui.core.recording.sources import find_sources
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.recording.table import Table, in_seconds
 from flexgui.core.results import (
     ErrorMaps,
     RecordingComparison,
@@ -58,14 +61,23 @@ class Simulation:
         return str(paragraphs([repr(self)]))
 
 
+def with_its_clock(table: pd.DataFrame) -> pd.DataFrame:
+    """With the index as a column where it is more than row numbers: named, or times."""
+    times = table.index.dtype.kind in "mM" and "t" not in table
+    if table.index.name is None and not times:
+        return table
+    return table.rename_axis(index=table.index.name or "t").reset_index()
+
+
 def reference_signals(
-    table: pd.DataFrame, channels: Sequence[str]
+    table: pd.DataFrame, channels: Sequence[str], units: Mapping[str, str]
 ) -> tuple[np.ndarray, dict[str, float]]:
     """References of one's own, and the clock on which they are played.
 
     Args:
-        table: With `t` in s, at even times, and `channels` in SI units.
+        table: With `t`, at even times, and `channels`, in SI units or those of the headings.
         channels: References of the drive.
+        units: SI units of the joints' channels.
 
     Returns:
         (N, channels), and the settings `seconds` and `sample_time` of an experiment.
@@ -73,12 +85,16 @@ def reference_signals(
     Raises:
         InputError: Where a column is missing, a value is no number, or times are not even.
     """
-    missing = [name for name in ("t", *channels) if name not in table.columns]
+    columns = with_its_clock(table).items()
+    read = Table("references", dict(in_seconds(str(h), c.to_numpy()) for h, c in columns))
+    sources = find_sources(read, RecordingSpec(file=read.source), units)
+    missing = [name for name in ("t", *channels) if name not in sources]
     if missing:
         raise InputError(
             f"references has no column {', '.join(missing)}; it needs t and {', '.join(channels)}."
         )
-    numbers = table[["t", *channels]].to_numpy(dtype=float)
+    ordered = [sources[name] for name in ("t", *channels)]
+    numbers = np.column_stack([s.factor * read.numbers(s.header) for s in ordered])
     steps = np.diff(numbers[:, 0])
     if not np.isfinite(numbers).all() or len(numbers) < 2:
         raise InputError("references has an empty cell or fewer than two rows; fill every cell.")

@@ -23,7 +23,7 @@ from flexgui.core.simulate.response import (
     references,
     step_response,
 )
-from flexgui.library.shown import chosen, looked_up
+from flexgui.library.shown import chosen
 from flexgui.views.dynamics import frequency_response as draw_frequency
 from flexgui.views.dynamics import mode_table
 from flexgui.views.dynamics import poles as draw_poles
@@ -207,13 +207,7 @@ def linear_model(
         if len(joints) < 2:
             raise InputError("The arm has one joint and no theta2; give theta.")
         joints[1] = theta2
-    check_names(model, values)
+    model.check_values(values)
     return LinearModel(
         posture(model, joints, model.numbers(values)), output or default_output(model)
     )
-
-
-def check_names(model: Model, values: Mapping[str, float]) -> None:
-    """Raise InputError for a value of something that is no parameter of the model."""
-    for name in values:
-        looked_up(model.parameters, name, f"values: {name!r} is no parameter of this model")

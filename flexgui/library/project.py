@@ -130,6 +130,7 @@ class Project:
         noise: bool = True,
         references: pd.DataFrame | None = None,
         values: Mapping[str, float] | None = None,
+        state: Mapping[str, float] | None = None,
         **settings: Any,
     ) -> Simulation:
         """Simulate one experiment with the model as stated.
@@ -140,9 +141,12 @@ class Project:
                 then the bare model with these alone, as in a scenario.
             role: 'estimate' or 'validate'.
             noise: Whether sensors have the noise that the scenario states.
-            references: Table with `t` in s and the references of the drive in SI units, such as
-                dtheta1_ref and dtheta2_ref; instead of an excitation. Times are even.
+            references: Table with `t` and the references of the drive, such as dtheta1_ref and
+                dtheta2_ref, in SI units or those of the headings; instead of an excitation. Times
+                are even. Other columns play no part.
             values: Parameter -> value in SI units; the scenario's own where not named.
+            state: Coordinate, or its rate with a d before it -> where it begins, in SI units, such
+                as {"dtheta1": 0.2, "v1_1": 0.01}; at rest and straight where not named.
             **settings: As `simulate` of a recording: theta2 [rad], seconds, seed, snr_db, ...
 
         Returns:
@@ -151,20 +155,22 @@ class Project:
         Raises:
             InputError: Where a setting is wrong.
         """
+        from flexgui.core.loading import joint_units
+
         bare, played = self.model, None
         if references is not None:
-            played, clock = reference_signals(references, bare.drive.reference_channels(bare.arm))
+            channels = bare.drive.reference_channels(bare.arm)
+            played, clock = reference_signals(references, channels, joint_units(bare.arm))
             settings = {**settings, **clock}
         spec = validated(SimulateSpec, settings, "simulate")
-        for parameter in values or {}:
-            bare.parameter(parameter)
+        bare.check_values(values or {})
         model = bare if hidden is None else with_hidden_effects(bare, hidden, name)
         with at_work(None):
-            from flexgui.core.loading import joint_units, noise_levels
+            from flexgui.core.loading import noise_levels
             from flexgui.core.simulate.experiment import NO_NOISE, simulate_recording
 
             levels = noise_levels(self.scenario.sensors) if noise else NO_NOISE
-            made = simulate_recording(model, spec, name, role, levels, played, values)
+            made = simulate_recording(model, spec, name, role, levels, played, values, state)
         return Simulation(made, joint_units(model.arm))
 
     def identify(self, progress: Callback | None = None) -> Identification:

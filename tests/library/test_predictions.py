@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -85,3 +87,73 @@ def test_stated_values_are_those_of_the_simulated_model() -> None:
 def test_what_cannot_be_played_is_one_sentence(table: pd.DataFrame, sentence: str) -> None:
     with pytest.raises(fg.InputError, match=sentence):
         machine().simulate(references=table)
+
+
+@pytest.mark.parametrize("index", ["rows", "t [s]", "durations"])
+def test_a_simulation_is_played_again_from_its_own_table(index: str) -> None:
+    first = machine().simulate(theta2=1.1, seconds=0.4, seed=3)
+    table = first.to_dataframe()
+    if index != "rows":
+        table = table.set_index("t [s]")
+    if index == "durations":
+        table.index = pd.to_timedelta(table.index, unit="s").rename(None)
+    table["dtheta1_ref [deg/s]"] = np.degrees(table.pop("dtheta1_ref [rad/s]"))
+    again = machine().simulate(references=table, theta2=1.1)
+    assert np.abs(again.recording["z1"] - first.recording["z1"]).max() < OTHER_STEPS
+
+
+ASKED = {
+    "simulated": lambda rig, values: rig.simulate(theta2=1.1, seconds=0.1, values=values),
+    "linearised": lambda rig, values: rig.linear(theta2=1.1, values=values),
+    "compared": lambda rig, values: rig.compare(values),
+}
+
+
+@pytest.mark.parametrize("asked", ASKED.values(), ids=ASKED)
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"EI1": -1.0}, "values: EI1 is -1; it must be greater than 0"),
+        ({"EI1": 0}, "values: EI1 is 0; it must be greater than 0"),
+        ({"mt1": -1}, "values: mt1 is -1; it must be at least 0"),
+        ({"EI1": "x"}, "values: EI1 is 'x'; it must be a number"),
+        ({"EI1": None}, "values: EI1 is None; it must be a number"),
+        ({"EI1": float("nan")}, "values: EI1 is nan; it must be a number"),
+        ({"EI11": 1.0}, "values: 'EI11' is not a parameter of this arm; did you mean 'EI1'"),
+    ],
+)
+def test_a_value_that_cannot_be_is_one_sentence(
+    asked: Callable[..., object],
+    values: dict[str, float],
+    sentence: str,
+    found: fg.Identification,
+) -> None:
+    with pytest.raises(fg.InputError, match=sentence):
+        asked(found.project, values)
+
+
+def test_a_stated_value_that_cannot_be_is_refused(found: fg.Identification) -> None:
+    with pytest.raises(fg.InputError, match="start: m1 is -1; it must be greater than 0"):
+        found.project.with_settings(identify={"start": {"m1": -1.0}}).identify()
+
+
+@pytest.mark.parametrize("level", ["nonlinear", "lpv"])
+def test_a_motion_begins_in_the_state_that_is_stated(level: str) -> None:
+    rest = references().assign(dtheta1_ref=0.0)
+    state = {"theta1": 0.02, "dtheta1": 0.1, "v2_1": 1e-3}
+    begun = machine().simulate(references=rest, theta2=1.1, state=state, level=level).recording
+    rate = np.diff(begun["theta1"])[0] / begun.sample_time
+    assert begun["theta1"][0] == pytest.approx(0.02)
+    assert 0.0 < rate < 0.1  # the loop brakes at once
+    assert begun["deflection2"][0] == pytest.approx(0.5 * 1e-3)  # v l of the shape v x^2
+    still = machine().simulate(references=rest, theta2=1.1, level=level).recording
+    assert np.ptp(still["z2"]) < OTHER_STEPS < np.ptp(begun["z2"])
+
+
+@pytest.mark.parametrize(
+    ("state", "sentence"),
+    [({"dtheta3": 0.1}, "state: 'dtheta3' is no coord"), ({"theta1": "x"}, "theta1 is 'x'")],
+)
+def test_a_state_that_cannot_be_is_one_sentence(state: dict[str, float], sentence: str) -> None:
+    with pytest.raises(fg.InputError, match=sentence):
+        machine().simulate(theta2=1.1, seconds=0.1, state=state)

@@ -13,8 +13,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...recording.signals import by_length, merged
-from ...recording.table import WIDEST, Reading, Table, TableReader, check_distinct
-from ...units import parse_header
+from ...recording.table import WIDEST, Reading, Table, TableReader, check_distinct, in_seconds
 
 _INDEX = "__index_level_"
 """pandas stores the row numbers of a frame under such names; they are no measurement."""
@@ -34,7 +33,7 @@ class ParquetReader(TableReader):
 
     def read(self, path: Path, reading: Reading) -> Table:
         columns = _columns(path, reading, _numbers)
-        return Table(path.name, dict(_in_seconds(*column) for column in columns.items()))
+        return Table(path.name, dict(in_seconds(*column) for column in columns.items()))
 
 
 class LerobotReader(TableReader):
@@ -90,15 +89,6 @@ def _numbers(column: Any) -> np.ndarray:
     values = np.asarray(column.to_pandas())
     kind = values.dtype.kind
     return values if kind in "mM" else values.astype(float if kind in "iuf" else object)
-
-
-def _in_seconds(header: str, values: np.ndarray) -> tuple[str, np.ndarray]:
-    """Durations, or dates from the first one on, in the unit that the header then has; other
-    columns as they are."""
-    if values.dtype.kind not in "mM":
-        return header, values
-    spans = values - values[0] if values.dtype.kind == "M" else values
-    return f"{parse_header(header)[0]} [s]", spans / np.timedelta64(1, "s")
 
 
 def _vectors(column: Any) -> np.ndarray:
