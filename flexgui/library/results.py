@@ -68,6 +68,13 @@ class _Found:
         return looked_up(known, name, f"{name!r} was not estimated")
 
     @property
+    def stopped(self) -> bool:
+        """Whether it ended before it was complete, since somebody stopped it."""
+        found = self.outcome.diagnosis
+        fits = any(fit.stopped for fit in self.outcome.fits)
+        return fits or (found is not None and found.stopped)
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """Say what was found, a sentence each."""
         return plain((*alarms(self.outcome), *summary(self.outcome)))
@@ -107,11 +114,6 @@ class _Found:
 @dataclass(frozen=True, repr=False)
 class Identification(_Found):
     """Estimated parameters, and how far the measurements fix them."""
-
-    @property
-    def stopped(self) -> bool:
-        """Whether it ended before it had converged, since somebody stopped it."""
-        return any(fit.stopped for fit in self.outcome.fits)
 
     @property
     def words(self) -> tuple[str, ...]:

@@ -52,11 +52,8 @@ def verdict_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
     if diagnosis.stopped and not _findings(diagnosis) and diagnosis.verdict != NOTHING:
         opening = _unfinished
     paragraphs = [*opening(diagnosis), _ruled_out(diagnosis)]
-    if diagnosis.stopped:
-        paragraphs.append(
-            "The search was stopped before it was complete. Other effects may explain more than "
-            "those listed here."
-        )
+    if diagnosis.stopped and opening is not _unfinished:
+        paragraphs.append(f"{STOPPED} Other effects may explain more than those listed here.")
     return tuple(p for p in paragraphs if p)
 
 
@@ -275,7 +272,8 @@ def _unfinished(diagnosis: Diagnosis) -> list[str]:
     best = _best(diagnosis.rounds[-1].ranking if diagnosis.rounds else ())
     share = "of the error above the noise floor"
     most = f" So far {best[0]} explains most: {best[1]} {share}." if best else ""
-    return [f"Something is missing. {_given_error(diagnosis)} Its cause is not found yet.{most}"]
+    begin = f"{STOPPED} Something is missing, and its cause is not found yet."
+    return [f"{begin} {_given_error(diagnosis)}{most}"]
 
 
 def _not_tried(diagnosis: Diagnosis) -> str:

@@ -273,6 +273,21 @@ def test_progress_is_told_and_false_stops(rig: fg.Project) -> None:
     assert "EI1" in stopped.value.identification.values
 
 
+def test_a_diagnosis_that_was_stopped_says_so() -> None:
+    hidden = {"coulomb_friction": {"fc1": 4.0}}
+    made = fg.project("paper", LOOP).simulate(theta2=1.1, seconds=0.3, hidden=hidden)
+    stages: list[str] = []
+
+    def stop_in_the_diagnosis(update: fg.Update) -> bool:
+        stages.append(update.stage)
+        compared = [k for k, stage in enumerate(stages) if stage.startswith("Comparing")]
+        return not compared or set(stages[compared[-1] :]) == {stages[compared[-1]]}
+
+    told = fg.project("paper", LOOP, made, identify=QUICK).diagnose(stop_in_the_diagnosis)
+    assert told.stopped and told.final_verdict is None
+    assert "search was stopped" in told.words[0] and "search was stopped" in repr(told)
+
+
 def test_an_export_runs_again_from_its_folder(
     found: fg.Identification, rig: fg.Project, tmp_path: Path
 ) -> None:

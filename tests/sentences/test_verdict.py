@@ -26,7 +26,7 @@ from flexgui.core.results import (
 from flexgui.core.workbench import largest_difference
 from flexgui.sentences.figures import chance, linear_sentence, percent, strength
 from flexgui.sentences.ranked import in_order, worth_listing
-from flexgui.sentences.verdict import card_words, is_explained, verdict_paragraphs
+from flexgui.sentences.verdict import STOPPED, card_words, is_explained, verdict_paragraphs
 from flexgui.stages.diagnose.panel_candidates import WORDS
 from flexgui.views.headline import current_verdict
 from tests.sentences.findings import (
@@ -224,7 +224,8 @@ def test_before_anything_was_added_nothing_is_said_to_remain() -> None:
 def test_a_stopped_ranking_names_no_effect_as_missing() -> None:
     said = text(replace(RANKED_ONLY, stopped=True))
     assert "missing effect" not in said and "emaining" not in said
-    assert "Its cause is not found yet. So far Coulomb friction explains most: 99.4 %" in said
+    assert "So far Coulomb friction explains most: 99.4 %" in said
+    assert said.startswith(STOPPED) and said.count(STOPPED) == 1
 
 
 @pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED])
