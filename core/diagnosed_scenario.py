@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .effects import catalogue, with_included
-from .identify.unknowns import RECORDING_MARK
 from .results import Diagnosis
+from .results.identification import values_in
 from .scenario.read import check_scenario, document_toml
 from .scenario.schema import Scenario
 from .scenario.stated_effects import base_model
@@ -78,13 +78,8 @@ def _states(entries: list[Document], name: str) -> bool:
 def _stated_values(scenario: Scenario, diagnosis: Diagnosis) -> dict[str, float]:
     """name -> value of what a scenario can state: what is shared, and what belongs to the only
     recording."""
-    alone = len(scenario.recordings) == 1
-    values = {}
-    for label, value in diagnosis.values.items():
-        name, mark, _ = label.partition(RECORDING_MARK)
-        if not mark or alone:
-            values[name] = float(value)
-    return values
+    alone = scenario.recordings[0].name if len(scenario.recordings) == 1 else ""
+    return {name: float(x) for name, x in values_in(alone, diagnosis.values).items()}
 
 
 def _put_values(

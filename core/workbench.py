@@ -37,11 +37,13 @@ from .results import (
     Outcome,
     RecordingComparison,
 )
+from .results.identification import labelled, values_in
 from .scenario.data_folder import Folder
 from .scenario.schema import IdentifySpec, Scenario
 from .scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
 from .scenario.stated_effects import diagnosis_wanted as diagnosis_wanted
 from .scenario_fits import compare_all, compared_variant, fit_all, shared_by_fits
+from .sentences import listed
 from .simulate.descriptor import descriptor, prepare_descriptor
 from .simulate.equations import equations, prepare_equations
 from .simulate.mechanism import mechanism
@@ -101,13 +103,13 @@ def run_scenario(
         with clock.timed("load"):
             progress.stage("Checking the recordings")
             found = findings()
-    standing, values = _final_model(scenario, setup, fits, diagnosis)
+    standing, values, shown = _final_model(scenario, setup, fits, diagnosis)
     return Outcome(
         title=scenario.title, method=scenario.identify.method, level=setup.model.level,
         fits=tuple(f.fit for f in fits), comparisons=comparisons,
         model=descriptor(standing, standing.numbers(values)), equations=equations(standing),
         variants=variants, seconds=clock.seconds, chosen_level=chosen,
-        notes=(*setup.notes, *_warnings(recordings)), findings=found,
+        notes=(*setup.notes, *shown, *_warnings(recordings)), findings=found,
         arm_table=_arm_table(model), diagnosis=diagnosis,
         repeated=compare_repeated_runs(fits),
         origins=_origins(setup.model, fits), mechanism=mechanism(standing, values),
@@ -189,11 +191,19 @@ def compare_at(
 
 def _final_model(
     scenario: Scenario, setup: Setup, fits: Sequence[Fitted], diagnosis: Diagnosis | None
-) -> tuple[Model, Mapping[str, float]]:
-    """The model with the added effects, and its values at the end of the last fit."""
+) -> tuple[Model, Mapping[str, float], tuple[str, ...]]:
+    """The model with the added effects, its values at the end of the last fit, and a sentence on
+    those that it has of one recording only."""
+    first = fits[0].fit.recordings[0]
     if diagnosis is None or not diagnosis.effects:
-        return setup.model.steered_by(None), shared_by_fits(fits)
-    return base_model(diagnosed_scenario(scenario, diagnosis)), diagnosis.values
+        model = setup.model.steered_by(None)
+        known = {**final_values(fits), **shared_by_fits(fits)}
+    else:
+        model = base_model(diagnosed_scenario(scenario, diagnosis))
+        known = dict(diagnosis.values)
+    own = [name for name in model.parameters if labelled(name, first) in known]
+    text = f"Matrices and exported models have {listed(own)} of {first}: it differs by recording."
+    return model, values_in(first, known), (text,) if own else ()
 
 
 def _origins(model: Model, fits: Sequence[Fitted]) -> dict[str, str]:

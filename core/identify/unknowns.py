@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..model import Model
 from ..parameters import Parameter, ParameterSet
 from ..recording.recording import Beginning, Recording
+from ..results.identification import labelled
 from ..scenario.schema import IdentifySpec, Scenario
 from ..scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
 from ..sensors import sensors
@@ -21,9 +22,6 @@ OFFSET, GAIN, START = "offset_", "gain_", "start_"
 
 WIDE = 1e3
 """Bounds of offsets and initial states, in units of their scale; only to be finite."""
-
-RECORDING_MARK = "@"
-"""Separates a parameter's name from its recording's."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +37,7 @@ class Unknown:
     @property
     def label(self) -> str:
         """Its parameter's name, with the recording where it belongs to one."""
-        own = f"{RECORDING_MARK}{self.recording}" if self.recording is not None else ""
-        return self.parameter.name + own
+        return labelled(self.parameter.name, self.recording)
 
 
 @dataclass(frozen=True)

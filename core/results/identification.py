@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+
+RECORDING_MARK = "@"
+"""Separates a parameter's name from its recording's."""
+
+
+def labelled(name: str, recording: str | None) -> str:
+    """A parameter's name, with the recording where it belongs to one: `mt2@th1`."""
+    return name if recording is None else f"{name}{RECORDING_MARK}{recording}"
+
+
+def values_in(recording: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Name -> value as one recording has them, of values by label."""
+    parts = {label: label.partition(RECORDING_MARK) for label in values}
+    return {n: values[k] for k, (n, mark, own) in parts.items() if not mark or own == recording}
 
 
 @dataclass(frozen=True)
@@ -24,6 +39,11 @@ class Estimate:
     """The recording that the parameter belongs to; None where it is shared by all."""
     at_bound: bool = False
     title: str = ""
+
+    @property
+    def label(self) -> str:
+        """Its name, with the recording where it belongs to one."""
+        return labelled(self.name, self.recording)
 
     @property
     def undetermined(self) -> bool:

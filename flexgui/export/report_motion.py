@@ -12,9 +12,10 @@ from markupsafe import Markup
 
 from flexgui.core.diagnosed_scenario import diagnosed_scenario
 from flexgui.core.errors import InputError
-from flexgui.core.identify.unknowns import GAIN, OFFSET, RECORDING_MARK
+from flexgui.core.identify.unknowns import GAIN, OFFSET
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import Outcome
+from flexgui.core.results.identification import values_in
 from flexgui.core.scenario.data_folder import Folder
 from flexgui.core.scenario.schema import Scenario
 
@@ -66,14 +67,12 @@ def report_motion(
 
 def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> RecordedMotion:
     """Of the model after the diagnosis."""
-    from flexgui.scene.recorded_motion import fitted_values, simulated_motion
+    from flexgui.scene.recorded_motion import simulated_motion
+    from flexgui.views.headline import fitted_values
 
     diagnosis = outcome.diagnosis
     if diagnosis is None or not (diagnosis.added and diagnosis.values):
         return simulated_motion(scenario, fitted_values(outcome, recording.name), recording)
-    values = {}
-    for label, value in diagnosis.values.items():
-        name, mark, own = label.partition(RECORDING_MARK)
-        if (not mark or own == recording.name) and not name.startswith((OFFSET, GAIN)):
-            values[name] = value
+    own = values_in(recording.name, diagnosis.values)
+    values = {name: x for name, x in own.items() if not name.startswith((OFFSET, GAIN))}
     return simulated_motion(diagnosed_scenario(scenario, diagnosis), values, recording)

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from flexgui.core.diagnose.error_maps import error_maps
-from flexgui.core.results import ChannelComparison, Estimate, Outcome, RecordingComparison
+from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
 from flexgui.export.result import as_record, parameters
 from flexgui.views.fit_table import bar_label
 from flexgui.views.headline import (
@@ -91,14 +91,10 @@ def fit_rows(outcome: Outcome) -> Rows:
 def correlation_rows(outcome: Outcome) -> Rows:
     """A row per fit and pair of parameters."""
     for fit in outcome.fits:
-        names = list(map(_own_name, fit.estimates))
+        names = [e.label for e in fit.estimates]
         for (i, a), (j, b) in product(enumerate(names), repeat=2):
             rho = fit.correlation[i, j]
             yield {"fit": fit.label, "parameter": a, "other": b, "correlation": rho}
-
-
-def _own_name(estimate: Estimate) -> str:
-    return f"{estimate.name} ({estimate.recording})" if estimate.recording else estimate.name
 
 
 def repeatability_rows(outcome: Outcome) -> Rows:
@@ -201,7 +197,7 @@ def convergence_table(outcome: Outcome) -> pd.DataFrame:
     """A row per fit and generation, with the best member's parameters."""
     rows = [
         {"fit": fit.label, "generation": g.number, "best": g.best, "mean": g.mean, "worst": g.worst}
-        | dict(zip(map(_own_name, fit.estimates), g.best_vector, strict=False))
+        | dict(zip((e.label for e in fit.estimates), g.best_vector, strict=False))
         for fit in outcome.fits
         for g in fit.convergence
     ]

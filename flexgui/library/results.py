@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,19 +10,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexgui.core.diagnosed_scenario import diagnosed_scenario
+from flexgui.core.errors import InputError
 from flexgui.core.results import (
     Estimate,
     LadderStep,
     Outcome,
     RankedEffect,
 )
+from flexgui.core.results.identification import labelled
+from flexgui.core.sentences import few, listed
 from flexgui.library.comparison import Comparison, Simulation
 from flexgui.library.shown import chosen, looked_up, paragraphs
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import fit_dots
-from flexgui.views.headline import comparisons_as_given, final_comparisons, final_estimates
+from flexgui.views.headline import (
+    comparisons_as_given,
+    final_comparisons,
+    final_estimates,
+    fitted_values,
+)
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder, ladder_table
 from flexgui.views.parameter_tables import final_parameters
@@ -59,12 +68,14 @@ class _Found:
         """The estimate of a parameter: value, std, unit, identifiable.
 
         Args:
-            name: Of the parameter.
+            name: Of the parameter; `name@recording` where each recording has its own.
 
         Raises:
-            InputError: Where it was not estimated.
+            InputError: Where it was not estimated, or several recordings have one.
         """
-        known = {e.name: e for e in self.parameters}
+        known = {e.label: e for e in self.parameters}
+        if own := [label for label, e in known.items() if e.name == name != label]:
+            raise InputError(f"{name!r} differs by recording; choose one of {few(own)}.")
         return looked_up(known, name, f"{name!r} was not estimated")
 
     @property
@@ -127,45 +138,67 @@ class Identification(_Found):
         leave free has NaN. Of local fits there is a block per recording.
 
         Returns:
-            Square, parameters (`name`, or `name, recording` of local fits) by parameters.
+            Square, parameters by parameters: `name`, or `name@recording` of one recording's own.
         """
         import pandas as pd
 
         local = len(self.outcome.fits) > 1
         blocks = []
         for fit in self.outcome.fits:
-            names = [f"{e.name}, {fit.label}" if local else e.name for e in fit.estimates]
+            names = [labelled(e.name, fit.label) if local else e.label for e in fit.estimates]
             std = np.array([np.nan if e.std is None else e.std for e in fit.estimates])
             blocks.append(pd.DataFrame(fit.correlation * np.outer(std, std), names, names))
         return pd.concat(blocks)
 
-    def simulate(self, **settings: Any) -> Simulation:
+    def simulate(self, *, recording: str | None = None, **settings: Any) -> Simulation:
         """Predict an experiment with the identified model; without noise unless stated.
 
         Args:
+            recording: The one whose own values are taken; None: what all recordings share.
             **settings: As for `Project.simulate`: references, theta2, seconds, noise, ...
 
         Returns:
             The predicted recording.
+
+        Raises:
+            InputError: Where a setting is wrong, or a parameter differs by recording and neither
+                `recording` nor `values` says its value.
         """
-        return self.project.simulate(**{"noise": False, "values": self._known_values, **settings})
+        values = self._values_in(recording, settings.pop("values", None))
+        return self.project.simulate(**{"noise": False, **settings, "values": values})
 
-    @property
-    def _known_values(self) -> dict[str, float]:
-        """The estimates of parameters that the model itself has."""
-        known = self.project.model.parameters
-        return {name: value for name, value in self.values.items() if name in known}
+    def _values_in(
+        self, recording: str | None, stated: Mapping[str, float] | None
+    ) -> dict[str, float]:
+        """Of the model's own parameters: as stated, else as estimated for that recording."""
+        known, stated = self.project.model.parameters, stated or {}
+        fitted = [name for fit in self.outcome.fits for name in fit.recordings]
+        estimated = self.values
+        if recording is not None:
+            looked_up(dict.fromkeys(fitted), recording, f"{recording!r} was not fitted")
+            estimated = fitted_values(self.outcome, recording)
+        missing = {e.name for e in self.parameters if e.name in known} - {*estimated, *stated}
+        if missing:
+            raise InputError(
+                f"{listed(sorted(missing))} differs by recording; add recording= with one of "
+                f"{few(fitted)}, or values= with a number for it."
+            )
+        return {**{n: x for n, x in estimated.items() if n in known}, **stated}
 
-    def linear(self, **where: Any) -> LinearModel:
+    def linear(self, *, recording: str | None = None, **where: Any) -> LinearModel:
         """Linearise the identified model.
 
         Args:
+            recording: The one whose own values are taken; None: what all recordings share.
             **where: As for `Project.linear`: theta, theta2, output, values.
 
         Returns:
             The linear model with the estimated values.
+
+        Raises:
+            InputError: As for `simulate`.
         """
-        values = {**self._known_values, **where.pop("values", {})}
+        values = self._values_in(recording, where.pop("values", None))
         return self.project.linear(values=values, **where)
 
     def to_dataframe(self) -> pd.DataFrame:

@@ -20,11 +20,9 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.chord import chord_matrix
 from flexgui.core.arm.compiled import CompiledArm
 from flexgui.core.arm.slots import gravity_slot
-from flexgui.core.identify.unknowns import GAIN, OFFSET
 from flexgui.core.model import Model, Numbers
 from flexgui.core.progress import Progress, Silent
 from flexgui.core.recording.recording import Recording
-from flexgui.core.results import Outcome
 from flexgui.core.scenario.data_folder import ConfinedFolder, Folder
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
@@ -160,18 +158,6 @@ def simulated_motion(
     shortened = replace(recording, time=recording.time[rows], channels=channels, counted={})
     ghost = measured_postures(shortened, model, numbers)
     return RecordedMotion(recording.name, frames, ghost, bool(values))
-
-
-def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
-    """name -> value for a recording: its own fit's, else the mean over the fits."""
-    fits = () if outcome is None else outcome.fits
-    own = tuple(fit for fit in fits if recording in fit.recordings) or fits
-    estimates: dict[str, list[float]] = {}
-    for fit in own:
-        for e in fit.estimates:
-            if e.recording in (None, recording) and not e.name.startswith((OFFSET, GAIN)):
-                estimates.setdefault(e.name, []).append(e.value)
-    return {name: float(np.mean(values)) for name, values in estimates.items()}
 
 
 STEPS = 5

@@ -13,8 +13,9 @@ from flexgui.core.identify.identifiability import (
     POORLY_DISTINGUISHABLE,
     identified,
 )
-from flexgui.core.identify.unknowns import RECORDING_MARK, START
+from flexgui.core.identify.unknowns import START
 from flexgui.core.results import Fit, LevelChoice, Outcome, Repeated, Valley
+from flexgui.core.results.identification import RECORDING_MARK
 from flexgui.core.sentences import listed
 from flexgui.sentences.written import SUPERSCRIPTS, format_number
 

@@ -18,6 +18,7 @@ from flexgui.scene import recorded_motion
 from flexgui.scene.recorded_motion import load_motion
 from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import STAGES, Cursor, PagePart, Topic
+from flexgui.views.headline import fitted_values
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -142,7 +143,7 @@ class Playback:
         self, scenario: Scenario, name: str, fitted: Outcome | None, cached: Recording | None
     ) -> tuple[Recording, recorded_motion.RecordedMotion]:
         """The recording (`cached` if given) and its motion; long ones are made in a worker."""
-        values = recorded_motion.fitted_values(fitted, name)
+        values = fitted_values(fitted, name)
         if not _short(scenario, name):
             arguments = {"recording": name, "folder": str(self._session.folder), "values": values}
             task = Task.of(load_motion, f"Recording {name}", scenario=scenario, **arguments)

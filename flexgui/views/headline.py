@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from flexgui.core.effects import catalogue
-from flexgui.core.identify.unknowns import RECORDING_MARK
+from flexgui.core.identify.unknowns import GAIN, OFFSET
 from flexgui.core.results import (
     MISSING,
     NOTHING,
@@ -15,6 +17,7 @@ from flexgui.core.results import (
     Outcome,
     RecordingComparison,
 )
+from flexgui.core.results.identification import RECORDING_MARK
 from flexgui.core.sentences import listed
 from flexgui.sentences.figures import error_change
 from flexgui.sentences.verdict import is_explained, verdict_paragraphs
@@ -66,9 +69,7 @@ def final_estimates(outcome: Outcome) -> tuple[Estimate, ...]:
     first = {e.name: e.start for e in first_estimates(outcome)}
     # Each refit starts where the one before it ended; what a person stated is the first start.
     shared = [replace(e, start=first.get(e.name, float("nan"))) for e in diagnosis.parameters]
-    labels = {
-        f"{e.name}{RECORDING_MARK}{e.recording}": e for e in first_estimates(outcome) if e.recording
-    }
+    labels = {e.label: e for e in first_estimates(outcome) if e.recording}
     # What belongs to a recording has moved with the rest; how sure it is was not asked again.
     moved = [
         replace(e, value=diagnosis.values[label], std=float("nan"))
@@ -76,6 +77,18 @@ def final_estimates(outcome: Outcome) -> tuple[Estimate, ...]:
         if label in diagnosis.values
     ]
     return (*shared, *moved)
+
+
+def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
+    """name -> value for a recording: its own fit's, else the mean over the fits."""
+    fits = () if outcome is None else outcome.fits
+    own = tuple(fit for fit in fits if recording in fit.recordings) or fits
+    estimates: dict[str, list[float]] = {}
+    for fit in own:
+        for e in fit.estimates:
+            if e.recording in (None, recording) and not e.name.startswith((OFFSET, GAIN)):
+                estimates.setdefault(e.name, []).append(e.value)
+    return {name: float(np.mean(values)) for name, values in estimates.items()}
 
 
 def first_estimates(outcome: Outcome) -> tuple[Estimate, ...]:

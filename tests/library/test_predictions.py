@@ -45,6 +45,70 @@ def test_the_covariance_has_the_deviations_on_its_diagonal(found: fg.Identificat
     assert np.allclose(table, table.T)
 
 
+@pytest.fixture(scope="module", params=["glocal", "local"])
+def loads(request: pytest.FixtureRequest) -> fg.Identification:
+    """Of an arm that carries another load in each recording."""
+    made = [
+        machine().simulate(theta2=1.1, seconds=0.3, seed=k, name=name, values={"mt2": load})
+        for k, (name, load) in enumerate(LOADS.items())
+    ]
+    settings = {"parameters": ["EI1"], "per_recording": ["mt2"], "output": ["z", "encoder"]}
+    return fg.project(
+        "paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)), made, model={"level": "nonlinear"},
+        identify={**settings, "generations": 0, "method": request.param},
+    ).identify()  # fmt: skip
+
+
+LOADS = {"empty": 0.1, "full": 1.5}
+"""kg"""
+NEAR = 1e-3
+"""Relative: what is identified without noise."""
+
+
+def test_what_belongs_to_a_recording_is_named_with_it(loads: fg.Identification) -> None:
+    for name, load in LOADS.items():
+        assert loads[f"mt2@{name}"].value == pytest.approx(load, rel=NEAR)
+    with pytest.raises(fg.InputError, match="'mt2' differs by recording; .*mt2@empty, mt2@full"):
+        loads["mt2"]
+    table = loads.covariance()
+    assert table.index.is_unique and list(table.index) == list(table.columns)
+    assert {"mt2@empty", "mt2@full"} < set(table.index)
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_a_model_has_the_values_of_the_recording_that_is_meant(
+    loads: fg.Identification, name: str
+) -> None:
+    truth = {"mt2": LOADS[name]}
+    modes = loads.linear(theta2=1.1, recording=name).modes
+    expected = machine().linear(theta2=1.1, values=truth).modes
+    assert modes[0].frequency == pytest.approx(expected[0].frequency, rel=NEAR)
+    played = {"references": references(), "theta2": 1.1}
+    z = loads.simulate(recording=name, **played).recording["z1"]
+    assert np.abs(z - machine().simulate(values=truth, **played).recording["z1"]).max() < 1e-5
+
+
+def test_a_value_that_differs_by_recording_is_asked_for(loads: fg.Identification) -> None:
+    for asked in (loads.linear, loads.simulate):
+        with pytest.raises(fg.InputError, match="mt2 differs by recording; add recording="):
+            asked(theta2=1.1)
+        with pytest.raises(fg.InputError, match="'ful' was not fitted; did you mean 'full'"):
+            asked(theta2=1.1, recording="ful")
+    stated = loads.linear(theta2=1.1, values={"mt2": 0.1})
+    assert stated.modes[0].frequency == pytest.approx(
+        loads.linear(theta2=1.1, recording="empty").modes[0].frequency, rel=NEAR
+    )
+
+
+def test_an_exported_model_is_that_of_one_recording_and_says_which(
+    loads: fg.Identification,
+) -> None:
+    mechanism = loads.outcome.mechanism
+    assert mechanism is not None
+    assert mechanism.links[1].tip_mass == pytest.approx(LOADS["empty"], rel=NEAR)
+    assert any("mt2 of empty" in note for note in loads.outcome.notes)
+
+
 def test_residuals_are_measured_minus_modelled(found: fg.Identification) -> None:
     comparison = found.compare()
     table, one = comparison.residuals(), comparison.recordings[0]

@@ -18,10 +18,11 @@ from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 from flexgui.jobs import Event, Failed, Finished, Job, WorkerLost
 from flexgui.jobs.messages import Task
-from flexgui.scene.recorded_motion import fitted_values, read_recording
+from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.model_versions import Demonstration
+from flexgui.views.headline import fitted_values
 from flexgui.views.over_speed import OverSpeed, over_speed
 
 if TYPE_CHECKING:
