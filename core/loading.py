@@ -29,8 +29,10 @@ from .scenario.schema import Scenario
 from .scenario.stated_effects import with_hidden_effects
 from .sensors import sensors
 from .simulate.experiment import NoiseLevels, simulate_recording
+from .validation import naming_scenario
 
 
+@naming_scenario
 def load_recordings(
     scenario: Scenario, model: Model, folder: Folder, data_folder: Path | None, progress: Progress
 ) -> list[Recording]:

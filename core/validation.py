@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
 from numbers import Real
-from typing import Annotated, Any, TypeVar, cast
+from typing import Annotated, Any, Concatenate, ParamSpec, Protocol, TypeVar, cast
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic._internal._model_construction import ModelMetaclass
@@ -45,6 +46,33 @@ def _first_fault(error: ValidationError, where: str, settings: Iterable[str]) ->
     if fault["type"] == "extra_forbidden":
         return one_line(f"{where} {key} is not a setting; {did_you_mean(key, settings)}")
     return one_line(f"{where} {key} {predicate(fault)}")
+
+
+class Titled(Protocol):
+    """What has a title, as a scenario has."""
+
+    @property
+    def title(self) -> str:
+        """By which a person knows it."""
+
+
+S = TypeVar("S", bound=Titled)
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def naming_scenario(function: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
+    """The function with InputErrors that begin with the scenario's title, its first argument."""
+
+    @wraps(function)
+    def named(scenario: S, /, *given: P.args, **settings: P.kwargs) -> R:
+        name = f"Scenario {quoted(scenario.title)}: "
+        try:
+            return function(scenario, *given, **settings)
+        except InputError as error:
+            raise InputError(name + str(error).removeprefix(name)) from None
+
+    return named
 
 
 def finite_number(value: object, where: str) -> float:

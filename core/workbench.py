@@ -47,6 +47,7 @@ from .sentences import listed
 from .simulate.descriptor import descriptor, prepare_descriptor
 from .simulate.equations import equations, prepare_equations
 from .simulate.mechanism import mechanism
+from .validation import naming_scenario
 
 AS_STATED = "the stated values"
 
@@ -66,6 +67,7 @@ class Clock:
 
 
 @predictor.fast_thread_switching()
+@naming_scenario
 def run_scenario(
     scenario: Scenario, *, folder: Folder | None = None, data_folder: Path | None = None,
     progress: Progress | None = None,
@@ -168,6 +170,7 @@ def _prepare_forms(model: Model) -> None:
         prepare_descriptor(model)
 
 
+@naming_scenario
 def compare_at(
     scenario: Scenario, values: Mapping[str, float], *, folder: Folder | None = None,
     data_folder: Path | None = None, progress: Progress | None = None,

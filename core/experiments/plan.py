@@ -21,6 +21,7 @@ from ..scenario.data_folder import Folder
 from ..scenario.schema import Scenario
 from ..scenario.stated_effects import base_model, with_effect_parameters
 from ..scenario_fits import fit_all
+from ..validation import naming_scenario
 from ..workbench import final_values, model_at_level
 
 
@@ -39,6 +40,7 @@ def plan(
     return design(fit_for_planning(scenario, recordings, progress), request, progress)
 
 
+@naming_scenario
 def fit_for_planning(
     scenario: Scenario, recordings: Sequence[Recording], progress: Progress
 ) -> BaseFit:

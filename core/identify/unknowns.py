@@ -17,6 +17,7 @@ from ..scenario.stated_effects import base_model, candidate_effects, with_effect
 from ..sensors import sensors
 from ..sensors.sensor import Sensor
 from ..sentences import did_you_mean
+from ..validation import naming_scenario
 
 OFFSET, GAIN, START = "offset_", "gain_", "start_"
 
@@ -118,6 +119,7 @@ def unknowns_with_starts(
     return Unknowns((*unknowns.items, *(item for item in own if item.label not in stated)))
 
 
+@naming_scenario
 def check_names(scenario: Scenario) -> None:
     """InputError for an unknown parameter, effect or channel, before any recording is read."""
     model = base_model(scenario)

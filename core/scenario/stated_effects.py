@@ -16,9 +16,10 @@ from ..model import LEVELS, Model
 from ..scenario.rig_spec import EffectParameterSpec, EffectSpec, ModelSpec, OwnSpec
 from ..scenario.schema import DiagnoseSpec, IdentifySpec, Scenario
 from ..sentences import did_you_mean
-from ..validation import finite_number
+from ..validation import finite_number, naming_scenario
 
 
+@naming_scenario
 def base_model(scenario: Scenario) -> Model:
     """With the effects that the scenario states; InputError for one that `[rig]` rules out."""
     model = bare_model(scenario, build_arm(scenario.arm))
