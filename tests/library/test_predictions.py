@@ -40,8 +40,8 @@ def references(samples: int = 400) -> pd.DataFrame:
 
 def test_the_covariance_has_the_deviations_on_its_diagonal(found: fg.Identification) -> None:
     table = found.covariance()
-    assert list(table.index) == list(table.columns) == ["EI1", "EI2"]
-    assert np.sqrt(np.diag(table)) == pytest.approx([found["EI1"].std, found["EI2"].std])
+    assert list(table.index) == list(table.columns) == [e.label for e in found.parameters]
+    assert np.sqrt(np.diag(table)) == pytest.approx([e.std for e in found.parameters])
     assert np.allclose(table, table.T)
 
 
