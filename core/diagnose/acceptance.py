@@ -20,7 +20,9 @@ from ..diagnose.evidence import (
     acceptable,
     assess_refit,
     at_bounds,
+    certain,
     ended_at_bound,
+    small_share,
 )
 from ..diagnose.fit_problem import Data, Hypothesis
 from ..diagnose.force_shape_refinement import refine_force_shape
@@ -34,7 +36,7 @@ from ..results import Objection, Reason
 
 @dataclass(frozen=True)
 class Refusal:
-    """An effect that explains enough of the error but is rejected."""
+    """An effect that is certain and relevant but is rejected."""
 
     refitted: RefittedCandidate
     objection: Objection
@@ -55,7 +57,7 @@ class Round:
     added: tuple[RefittedCandidate, ...] = ()
     """The effects that lead from `before` to `after`, in the order of what each explains."""
     refusals: Sequence[Refusal] = ()
-    """Effects that explained enough and were rejected, best first."""
+    """Effects that were certain and relevant and were rejected, best first."""
     failed_refits: tuple[str, ...] = ()
     """Titles of effects whose refits could not be simulated."""
 
@@ -118,6 +120,8 @@ class Acceptance:
         for best in refitted[:MOST_TRIED]:
             part = best.screened.effect.kind in members
             if not acceptable(best, part) or self.stopped():
+                if certain(best):
+                    refusals.append(Refusal(best, small_share(best)))
                 continue
             if not most:
                 return replace(still, accepted=best)

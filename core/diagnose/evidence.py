@@ -107,11 +107,22 @@ def assess_refit(
     )  # fmt: skip
 
 
+def certain(w: RefittedCandidate) -> bool:
+    """Whether a candidate is significant and relevant."""
+    return w.p_value < SIGNIFICANCE and w.delta_bic > TIE and w.explained >= RELEVANT
+
+
 def acceptable(w: RefittedCandidate, part: bool = False) -> bool:
-    """Whether a candidate is significant, relevant, and explains a sufficient share of the error
-    above the noise floor: alone, or as `part` of a set that does."""
-    sure = w.p_value < SIGNIFICANCE and w.delta_bic > TIE
-    return sure and w.explained >= RELEVANT and (part or w.reduction >= LEAST_SHARE)
+    """Whether a candidate is certain and explains a sufficient share of the error above the noise
+    floor: alone, or as `part` of a set that does."""
+    return certain(w) and (part or w.reduction >= LEAST_SHARE)
+
+
+def small_share(w: RefittedCandidate) -> Objection:
+    """The objection to a candidate that is certain and explains too small a share."""
+    return Objection(
+        Reason.SMALL_SHARE, share=w.reduction, p_value=w.p_value, delta_bic=w.delta_bic
+    )
 
 
 def ranked_candidates(candidates: list[RefittedCandidate]) -> list[RefittedCandidate]:

@@ -147,6 +147,8 @@ class Reason(StrEnum):
     """With finer steps the model is worse with it."""
     INDISTINCT = "indistinct"
     """Its size is within its deviation of no effect."""
+    SMALL_SHARE = "small_share"
+    """It is certain and relevant, and explains too small a part of what is left."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,10 @@ class Objection:
     unit: str = ""
     unseen: tuple[float, float] = (float("nan"), float("nan"))
     """rms on recordings that no fit has seen without and with it, in floors."""
+    share: float = float("nan")
+    """Of the error above the noise floor that it explains."""
+    p_value: float = float("nan")
+    delta_bic: float = float("nan")
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from flexgui.core.results import (
 )
 from flexgui.core.sentences import listed
 from flexgui.sentences.experiments import experiment_sentence
-from flexgui.sentences.figures import evidence, percent, times
+from flexgui.sentences.figures import chance, evidence, percent, times
 from flexgui.sentences.written import estimate_text, format_number, quantity
 
 LEAST_SHARE = 0.05
@@ -117,6 +117,9 @@ def _reason(why: Objection) -> str:
         "probably imitates another effect",
         Reason.UNSETTLED: "with finer simulation steps it worsens the fit",
         Reason.INDISTINCT: "its size cannot be distinguished from zero",
+        Reason.SMALL_SHARE: f"it is certain ({chance(why.p_value)} by noise alone, ΔBIC "
+        f"{evidence(why.delta_bic)}), but explains only {percent(100.0 * why.share)} of the error "
+        "above the noise floor, and what explains so little often imitates another effect",
     }[why.reason]
 
 
