@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -15,10 +15,10 @@ from ..check.finding import Finding, Picture
 from ..check.gain_and_lag import GAIN_EXPLAINED, LOOP, Relation
 from ..check.late_channels import LateResult, late_channel, shape_of
 from ..check.link_bending import LinkShape
-from ..check.measured_recording import MeasuredRecording
+from ..check.measured_recording import MeasuredRecording, jumps
 from ..check.suspect_channels import Suspect, late_suspects, suspects
 from ..check.tip_geometry import TipGeometry
-from ..recording.channels import Role, channel_kind, role_of
+from ..recording.channels import Role, channel_kind, is_reference, role_of
 from ..units import parse_header
 
 MOST_POINTS = 600
@@ -65,11 +65,11 @@ class Dynamics:
     @cached_property
     def relations(self) -> tuple[Relation, ...]:
         """With the stiffness that explains more."""
-        stated = relations(self.recording, shape=self.shape)
+        stated = relations(self.recording)
         if not self.stiffness:
             return stated
         softer = replace(self.recording, values={**self.recording.values, **self.stiffness})
-        fitted = relations(softer, shape=self.shape)
+        fitted = relations(softer)
         # A loop that explains little with any stiffness lacks something else, which a fit hides.
         return fitted if _explained(fitted) > max(_explained(stated), GAIN_EXPLAINED) else stated
 
@@ -83,26 +83,61 @@ class Dynamics:
     @cached_property
     def _by_relations(self) -> tuple[Suspect, ...]:
         """The suspects by the relations alone; without lags where the links show those."""
-        own, others = self.relations, [other.dynamics.relations for other in self.others]
+        own, others = self._own_and_others
         if self.shape is None:
             return suspects(own, others)
         return suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
 
     @property
+    def _own_and_others(self) -> tuple[Sequence[Relation], list[Sequence[Relation]]]:
+        return self.relations, [other.dynamics.relations for other in self.others]
+
+    @property
+    def fault(self) -> ColumnFault | None:
+        """The fault with the best correction. A unit and a factor that make a gear are that
+        gear."""
+        fault = find_fault(self.recording, self.factors)
+        if fault is None or fault.factor == 1.0 or len(fault.channels) > 1:
+            return fault
+        left = [one for one in self.without(fault).factors if one.channels == fault.channels]
+        both = [_factor_fault(fault.channels[0], fault.factor * one.factor) for one in left]
+        gears = [gear for gear in both if gear.fault == "gear_ratio"]
+        return max([fault, *gears], key=lambda each: each.improvement(self.recording))
+
+    def without(self, fault: ColumnFault) -> Dynamics:
+        """The same relations with a fault corrected."""
+        return Dynamics(fault.corrected(self.recording), self.others)
+
+    @property
     def factors(self) -> list[ColumnFault]:
-        """Factors and offsets of single channels suggested by camera, encoders and dynamics."""
+        """Factors, delays and offsets of single channels suggested by camera, encoders and
+        dynamics."""
         faults = [
             _factor_fault(suspect.channel, suspect.factor)
             for suspect in self._by_relations
             if suspect.factor != 1.0
         ]
         tip = TipGeometry.of(self.recording)
+        own, others = self._own_and_others
+        faults += [
+            ColumnFault("delay", (suspect.channel,), lag=suspect.delay, rank=FREE_RANK + 1)
+            for suspect in suspects(own, others)
+            if suspect.delay > 0.0 and is_reference(suspect.channel)
+        ]
         if tip is None or tip.misfit() <= tip.tolerance:
             return faults
         faults += [_factor_fault(name, factor) for name, factor in tip.factors()]
         return faults + [
             ColumnFault("offset", (n,), shift=s, rank=FREE_RANK + 1) for n, s in tip.shifts()
         ]
+
+
+def _jumps(recording: MeasuredRecording) -> Iterator[ColumnFault]:
+    """Encoders that are shifted from a sample on."""
+    for name in recording.names("theta#"):
+        for k, shift in jumps(recording.even(name)):
+            since = float(recording.grid[k] - 0.5 * recording.step)
+            yield ColumnFault("offset", (name,), shift=shift, since=since)
 
 
 def _factor_fault(channel: str, factor: float) -> ColumnFault:
@@ -144,14 +179,17 @@ class Case:
 
     @cached_property
     def _corrected(self) -> tuple[tuple[ColumnFault, ...], Dynamics]:
-        faults: list[ColumnFault] = []
-        dynamics = Dynamics(self.recording, self.others)
+        found = self.recording
+        faults = list(_jumps(found))
+        for jump in faults:
+            found = jump.corrected(found)
+        dynamics = Dynamics(found, self.others)
         for _ in range(ROUNDS):
-            fault = find_fault(dynamics.recording, dynamics.factors)
+            fault = dynamics.fault
             if fault is None:
                 break
             faults.append(fault)
-            dynamics = Dynamics(fault.corrected(dynamics.recording), self.others)
+            dynamics = dynamics.without(fault)
         return tuple(faults), dynamics
 
     @property

@@ -16,12 +16,12 @@ from ..check.gain_and_lag import (
     LEAST_EXPLAINED,
     LOOP,
     Relation,
+    best_lag,
     fit_gains_and_lags,
     relate,
     smoothed,
 )
 from ..check.inverse_dynamics import torque_relations
-from ..check.link_bending import LinkShape
 from ..check.measured_recording import MeasuredRecording
 from ..model import Model
 from ..recording.channels import Role, is_reference, role_of
@@ -37,24 +37,19 @@ SMALL = 0.3
 """rad (m): below, responses to the references add up within a few per cent."""
 
 
-def relations(
-    recording: MeasuredRecording, quick: bool = False, shape: LinkShape | None = None
-) -> tuple[Relation, ...]:
+def relations(recording: MeasuredRecording, quick: bool = False) -> tuple[Relation, ...]:
     """All relations, once per recording; only servo relations without a model. `quick` leaves out
-    what each reference does by itself; `shape`: the links as the recordings show them."""
-    key = relations, quick, id(shape)
-    if key not in recording.cache:
-        recording.cache[key] = shape, _relations(recording, quick, shape)
-    return recording.cache[key][1]
+    what each reference does by itself."""
+    if (relations, quick) not in recording.cache:
+        recording.cache[relations, quick] = _relations(recording, quick)
+    return recording.cache[relations, quick]
 
 
-def _relations(
-    recording: MeasuredRecording, quick: bool, shape: LinkShape | None
-) -> tuple[Relation, ...]:
+def _relations(recording: MeasuredRecording, quick: bool) -> tuple[Relation, ...]:
     all_relations = [*_servos(recording)]
     if recording.model is not None:
         all_relations += _loop(recording, recording.model, quick)
-        all_relations += torque_relations(recording, recording.model, shape)
+        all_relations += torque_relations(recording, recording.model)
     return tuple(all_relations)
 
 
@@ -124,17 +119,20 @@ def _compared(
         compared += [whole] if whole else []
         if all(name in single for single in singles) and singles:
             parts = [single[name] for single in singles]
-            first = whole.lag if whole and whole.explained > LEAST_EXPLAINED else 0.0
+            first = whole.lag if whole and whole.explained > LEAST_EXPLAINED else None
             compared += _by_reference(name, references, y, parts, recording.step, first)
     return compared
 
 
 def _by_reference(
     name: str, references: Sequence[str], y: np.ndarray, parts: Sequence[np.ndarray], dt: float,
-    lag: float,
+    lag: float | None,
 ) -> list[Relation]:  # fmt: skip
-    """Gains of all references in a channel, fitted together."""
-    fit = fit_gains_and_lags(smoothed(y), smoothed(np.array(parts)), dt, lag)
+    """Gains of all references in a channel, fitted together; the lags begin at `lag` s, or where
+    each part by itself agrees best."""
+    moves, each = smoothed(y), smoothed(np.array(parts))
+    first = [best_lag(moves, part, dt)[0] if lag is None else lag for part in each]
+    fit = fit_gains_and_lags(moves, each, dt, np.array(first))
     return [
         Relation(name, (reference,), float(gain), float(late), 0.0, np.inf, fit.explained, LOOP,
                  part, step=dt)

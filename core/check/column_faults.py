@@ -39,6 +39,10 @@ class ColumnFault:
     factor: float = 1.0
     shift: float = 0.0
     """SI, by which a channel is too large."""
+    since: float = -np.inf
+    """s, from when on it is."""
+    lag: float = 0.0
+    """s, by which a channel is late."""
     swapped: str = ""
     """Two joint numbers: each channel holds the other's data."""
     rank: int = 1
@@ -54,7 +58,13 @@ class ColumnFault:
         for name in self.channels:
             source = name.translate(other)
             if name in recording.channels:
-                channels[name] = (recording.channels[source] - self.shift) / self.factor
+                values_read = recording.channels[source]
+                if self.lag:
+                    values_read = np.interp(
+                        recording.time + self.lag, recording.grid, recording.even(source)
+                    )
+                shift = self.shift * (recording.time >= self.since)
+                channels[name] = (values_read - shift) / self.factor
                 headers |= {name: recording.headers[source]} if source in recording.headers else {}
             elif recording.model is not None and name in recording.model.parameters:
                 values[name] = recording.model.parameters[name].value / self.factor
@@ -86,10 +96,12 @@ def find_fault(
     if not improving:
         return None
     best = max(gain for gain, _ in improving)
-    good = [cause for gain, cause in improving if gain >= (1.0 - TIE) * best]
-    first = min(good, key=lambda c: (c.rank, len(c.channels)))
-    alike = [c for c in good if (c.rank, len(c.channels)) == (first.rank, len(first.channels))]
-    return replace(first, alternatives=tuple(n for c in alike if c != first for n in c.channels))
+    good = [
+        (c.rank, len(c.channels), -gain, c) for gain, c in improving if gain >= (1.0 - TIE) * best
+    ]
+    rank, size, _, first = min(good, key=lambda each: each[:3])
+    alike = {n: None for *each, c in good if each[:2] == [rank, size] for n in c.channels}
+    return replace(first, alternatives=tuple(n for n in alike if n not in first.channels))
 
 
 FREE_RANK = 3

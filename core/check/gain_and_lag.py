@@ -79,7 +79,7 @@ def relate(
     if not (np.std(x) > 0 and np.std(y) > 0):
         return None
     moves = smoothed(np.array([y, x]))
-    lag, explained = _best_lag(moves[0], moves[1], dt)
+    lag, explained = best_lag(moves[0], moves[1], dt)
     if explained < 0.02:
         return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, tolerance, x, dt)
     fit = fit_gains_and_lags(moves[0], moves[1:], dt, lag, drifts=True)
@@ -105,7 +105,7 @@ def _low_pass() -> np.ndarray:
     return np.asarray(scipy.signal.butter(2, SLOW, output="sos"))
 
 
-def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
+def best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
     """The lag (s) at which the rates of smoothed signals agree best, and the share explained."""
     a, b = np.diff(x), np.diff(y)
     a, b = a - a.mean(), b - b.mean()
@@ -162,10 +162,11 @@ class GainsAndLags(NamedTuple):
 
 
 def fit_gains_and_lags(
-    y: np.ndarray, parts: np.ndarray, dt: float, lag: float, drifts: bool = False
+    y: np.ndarray, parts: np.ndarray, dt: float, lag: float | np.ndarray, drifts: bool = False
 ) -> GainsAndLags:
     """Gauss-Newton on the rate of a smoothed y (M,), with free gain and lag of each of the smoothed
-    parts (k, M). The lags begin at `lag` s and may change with time if it `drifts`; `dt` in s."""
+    parts (k, M). The lags begin at `lag` s, one or (k,), and may change
+    with time if it `drifts`; `dt` in s."""
     t, k = dt * np.arange(len(y)), len(parts)
     ys, rates = (np.gradient(each, dt, axis=-1) for each in (y, parts))
     middle, lags, drift, error = t - t[-1] / 2, np.full(k, lag), 0.0, np.inf

@@ -18,6 +18,7 @@ from ..check.gain_and_lag import (
     Relation,
     regress,
 )
+from ..check.late_channels import shape_of
 from ..check.link_bending import MOST, SMALL, LinkBending, LinkShape
 from ..check.measured_recording import MeasuredRecording
 from ..model import Model
@@ -30,27 +31,28 @@ KNOWN = 5.0
 
 
 def torque_gains(
-    recording: MeasuredRecording, names: tuple[str, ...], shape: LinkShape | None
-) -> list[tuple[str, str, float, float]]:
+    recording: MeasuredRecording, names: tuple[str, ...]
+) -> list[tuple[str, tuple[str, ...], float, float]]:
     """(torque, encoder, gain over the model's, share of the torque explained) where they are
-    determined. `names`: the torques or currents, one per joint; `shape`: the links as they are,
-    None: as stiff ones."""
-    links = LinkBending.of(recording, most=np.inf)
+    determined; of a torque that shows no gain no encoder, and 1. `names`: the torques or currents,
+    one per joint."""
+    links, shape = LinkBending.of(recording, most=np.inf), shape_of(recording)
     if links is None or not recording.has(*names):
         return []
     moved = float(np.max(np.ptp(links.q[:, 1:], axis=0), initial=0.0))
     parts = links.torques_of_each(shape if moved <= SMALL else None)
     speed, dry = links.friction_inputs(links.q)
     inner = links.inner
-    gains = []
+    gains: list[tuple[str, tuple[str, ...], float, float]] = []
     for k, name in enumerate(names):
         y = links.as_applied(links.channel(name))[inner]
         A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(len(speed))])[inner]
         part, errors, explained = regress(A, y)
-        for j in range(parts.shape[2]):
-            large = float(np.var(part[j] * A[:, j])) > PART * float(np.var(y))
-            if large and abs(part[j]) > KNOWN * errors[j]:
-                gains.append((name, f"theta{j + 1}", float(part[j]), explained))
+        joints = range(parts.shape[2])
+        large = np.var(part * A, axis=0) > PART * np.var(y)
+        sure = [j for j in joints if large[j] and abs(part[j]) > KNOWN * errors[j]]
+        gains += [(name, (f"theta{j + 1}",), float(part[j]), explained) for j in sure]
+        gains += [] if sure else [(name, (), 1.0, explained)]
     return gains
 
 
@@ -77,23 +79,22 @@ def loop_gains(recording: MeasuredRecording, shape: LinkShape) -> list[tuple[flo
     return gains
 
 
-def torque_relations(
-    recording: MeasuredRecording, model: Model, shape: LinkShape | None
-) -> list[Relation]:
+def torque_relations(recording: MeasuredRecording, model: Model) -> list[Relation]:
     """Relations of each torque to every joint's motion, or else to its own joint's."""
     names = model.drive.reference_channels(model.arm)
     if not all(role_of(n) in DRIVES for n in names):
         return _newton(recording, model)
     constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
-    gains = torque_gains(recording, names, shape)
-    if not gains:
-        return _newton(recording, model)
+    gains = torque_gains(recording, names)
     scale = dict(zip(names, constants, strict=True))
-    return [
-        Relation(torque, (angle,), gain * scale[torque], np.inf, 0.0, np.inf, explained,
-                 NEWTON if explained > GAIN_EXPLAINED else np.inf, step=recording.step)
+    of_each = [
+        Relation(torque, angle, gain * scale[torque] if angle else 1.0, np.inf, 0.0, np.inf,
+                 explained, NEWTON if angle and explained > GAIN_EXPLAINED else np.inf,
+                 step=recording.step)
         for torque, angle, gain, explained in gains
     ]  # fmt: skip
+    known = any(relation.inputs for relation in of_each)
+    return of_each if known else [*of_each, *_newton(recording, model)]
 
 
 def _newton(recording: MeasuredRecording, model: Model) -> list[Relation]:

@@ -74,10 +74,18 @@ class MeasuredRecording:
         return {}
 
     def counted(self, channel: str) -> np.ndarray:
-        """(N,) values; NaN where masked."""
-        values = self.channels[channel]
-        mask = self.masks.get(channel)
-        return values if mask is None else np.where(mask, values, np.nan)
+        """(N,) values; NaN where masked, and where the last sample of a slow sensor is held."""
+        held = self.held(channel)
+        return np.where(self.masks.get(channel, True) & ~held, self.channels[channel], np.nan)
+
+    def held(self, channel: str) -> np.ndarray:
+        """(N,) True where a slow sensor's last sample stands until its next one. A sensor with
+        coarse steps repeats values too, but it mostly changes by one step."""
+        x = self.channels[channel]
+        changes = np.abs(np.diff(x, prepend=np.nan))
+        moves, strides = changes[changes > 0], np.diff(np.flatnonzero(changes > 0))
+        slow = channel_kind(channel).sparse and len(strides) and np.median(strides) > 1.0
+        return (changes == 0.0) & bool(slow and np.median(moves) > 1.5 * moves.min())
 
     def even(self, channel: str) -> np.ndarray:
         """(M,) on the even clock: gaps interpolated, repeated times removed."""
@@ -137,6 +145,30 @@ SHARE_AT_LIMIT = 0.01
 """Share of the samples; real recordings have 0.2 % at their largest value."""
 FEWEST_AT_LIMIT = 8
 """Fewest samples at a limit."""
+LONGEST = 20
+"""Equal samples in a row: noise and motion never repeat a value so often."""
+FAR = 8.0
+"""Times what nearly all samples stand out by at most; white noise stays below four."""
+
+
+def jumps(x: np.ndarray) -> list[tuple[int, float]]:
+    """Samples from which on a position (N,) is shifted, and by how much: it moves there FAR beyond
+    what it does around. It does not come back as an outlier does, nor does it leave a frozen
+    stretch or a zero."""
+    moves = np.diff(x)
+    steps = np.abs(moves)
+    if not steps.any():
+        return []
+    usual = max(np.percentile(steps, 99), np.median(steps[steps > 0]))
+    found = []
+    for k in np.flatnonzero(steps > FAR * usual):
+        around = slice(max(k - 2, 0), k + 3)
+        alone = np.sum(steps[around] > steps[k] / FAR) == 1
+        if alone and steps[max(k - LONGEST, 0) : k].any() and x[k] * x[k + 1] != 0.0:
+            found.append((int(k) + 1, float(moves[k] - np.median(moves[around]))))
+    return found
+
+
 NEAR_LIMIT = 0.02
 """Share of the range: a smooth turning point has more samples below its top than at it."""
 FAST = 0.25

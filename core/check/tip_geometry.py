@@ -66,8 +66,8 @@ class TipGeometry:
         return float(1.4 * np.median(np.hypot(values["z1"] - x, values["z2"] - y)))
 
     def factors(self) -> list[tuple[str, float]]:
-        """(channel, factor from 0.2 to 5) with which both agree."""
-        grid = np.geomspace(0.2, 5.0, 41)
+        """(channel, factor from 0.2 to 300) with which both agree."""
+        grid = np.geomspace(0.2, 300.0, 92)
         tried = [(n, *_least(partial(self.misfit, n), grid)) for n in self.values]
         return [(name, size) for name, size, misfit in tried if misfit <= self.tolerance]
 

@@ -15,6 +15,8 @@ from flexgui.core.check.run_checks import check_all, check_scenario
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from tests.check.rigs import SCENARIOS, Rig, rig
+from tests.check.test_faults import SIZE
+from tests.studies.checked_rigs import checked_rig
 
 PLACES = ("theta1", "theta2", "dtheta1_ref", "dtheta2_ref")
 TEXT = (SCENARIOS / "hidden_friction.toml").read_text()
@@ -121,3 +123,70 @@ def test_an_unknown_parameter_is_named() -> None:
     scenario = parse_scenario("[[recordings]]".join(text[:2]), "unknown")
     said = check_scenario(scenario, SCENARIOS)
     assert [(one.fault, one.channel) for one in said] == [("unknown_parameter", "E12")]
+
+
+def moved(found: MeasuredRecording, **channels: np.ndarray) -> MeasuredRecording:
+    """The recording with other values in some channels."""
+    return replace(found, channels={**found.channels, **channels})
+
+
+def said_of(found: MeasuredRecording) -> list[tuple[str, str, float]]:
+    return [(one.fault, one.channel, one.size) for one in alone(found)]
+
+
+@pytest.mark.parametrize("joint", ["theta1", pytest.param("theta2", marks=pytest.mark.long)])
+def test_an_encoder_before_a_gear_is_not_in_degrees(joint: str, rigs: list[Rig]) -> None:
+    """A gear of 50 is 57.3 times 0.87, but nothing rubs away 13 % of the motion here."""
+    found = rigs[1].cases[1].recording
+    said = said_of(moved(found, **{joint: 50.0 * found.channels[joint]}))
+    assert said == [("gear_ratio", joint, 50.0)]
+
+
+@pytest.mark.parametrize(
+    "name", ["dtheta2_ref", pytest.param("dtheta1_ref", marks=pytest.mark.long)]
+)
+def test_a_late_reference_is_a_delay(name: str, rigs: list[Rig]) -> None:
+    found, lag = rigs[1].cases[1].recording, 0.02
+    x, rows = found.channels[name], round(lag / rigs[1].cases[1].recording.step)
+    said = said_of(moved(found, **{name: np.r_[np.full(rows, x[0]), x[:-rows]]}))
+    assert said == [("delay", name, pytest.approx(lag, rel=SIZE))]
+
+
+@pytest.mark.parametrize("joint, jump", [("theta1", 0.1), ("theta2", -0.1)])
+def test_an_encoder_that_jumps_is_shifted_from_there_on(
+    joint: str, jump: float, rigs: list[Rig]
+) -> None:
+    found = rigs[1].cases[1].recording
+    later = np.arange(found.rows) >= found.rows // 2
+    (one,) = alone(moved(found, **{joint: found.channels[joint] + jump * later}))
+    assert (one.fault, one.channel, one.size) == ("offset", joint, pytest.approx(jump, rel=SIZE))
+
+
+@pytest.mark.parametrize("rows", [5, 20])
+def test_held_samples_of_a_slow_camera_are_no_samples(rows: int, rigs: list[Rig]) -> None:
+    """A delay of half the hold was named, or a limit at the largest value."""
+    found = rigs[1].cases[1].recording
+    held = {n: found.channels[n][::rows].repeat(rows)[: found.rows] for n in ("z1", "z2")}
+    said = said_of(moved(found, **held))
+    repeats = found.rows - len(range(0, found.rows, rows))
+    assert said == [("dropouts", name, repeats) for name in held]
+
+
+def test_a_coarse_gauge_at_rest_holds_nothing() -> None:
+    coarse = 1e-3 * np.round(8.0 * np.sin(np.linspace(0.0, 9.0, 2000)))
+    found = MeasuredRecording("r", "estimate", 1e-3 * np.arange(2000), {"deflection1": coarse})
+    assert not found.held("deflection1").any()
+
+
+torque_driven = cache(lambda: checked_rig(28))
+
+
+def test_swapped_torques_are_named_where_torques_drive() -> None:
+    (one,) = alone(spoilt(torque_driven().cases[1].recording, other, "u1", "u2"))
+    assert one.fault == "swapped_joints" and one.fix is not None
+
+
+def test_a_torque_of_an_absurd_size_is_named_where_torques_drive() -> None:
+    found = torque_driven().cases[1].recording
+    ((fault, channel, size),) = said_of(moved(found, u1=1e12 * found.channels["u1"]))
+    assert (fault, channel) == ("scale", "u1") and np.log10(size) == pytest.approx(12.0, abs=0.1)

@@ -8,11 +8,9 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
-from ...check.measured_recording import ON_LATTICE
+from ...check.measured_recording import LONGEST, ON_LATTICE
 from ...recording.channels import is_reference
 
-LONGEST = 20
-"""Equal samples in a row: noise and motion never repeat a value so often."""
 LONGER = 4.0
 """Times the next longest run: an encoder at rest repeats values too, but more than once."""
 

@@ -35,6 +35,9 @@ class Dropouts(Check):
             if missing:
                 sentence = f"{name} has {missing} inner rows without a sample"
                 yield case.finding(self.kind, name, missing, "samples", sentence)
+            if held := int(np.sum(recording.held(name))):
+                sentence = f"{name} repeats its last sample in {held} rows; leave those cells empty"
+                yield case.finding(self.kind, name, held, "samples", sentence)
 
 
 def _fix_lines(longest: float) -> str:

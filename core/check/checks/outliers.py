@@ -8,10 +8,9 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
+from ...check.measured_recording import FAR
 from ...recording.channels import Role, is_reference, role_of
 
-FAR = 8.0
-"""Times what nearly all samples stand out by at most; white noise stays below four."""
 OF_SPREAD = 0.5
 """Of the channel's standard deviation: in recordings of real drives, currents stand out by 0.3."""
 MOST = 0.03

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from ...check.case import Case
 from ...check.column_faults import ColumnFault, unit_of
 from ...check.finding import Check, Finding
@@ -17,6 +19,7 @@ SENTENCES = {
     "gear_ratio": "{0} turns {1:.0f} times as far as the other channels say: a gear",
     "scale": "{0} is {1:.4g} times what the other channels imply",
     "offset": "{0} fits the other channels if {2:.4g} smaller",
+    "delay": "{0} fits the other channels if {3:.4g} s earlier",
     "stated_stiffness": "{0} {fit} the recording if divided by {1:.4g}",
 }
 UNITS = {"degrees": ("rad", "deg"), "millimetres": ("m", "mm")}
@@ -32,12 +35,15 @@ class WrongColumns(Check):
         for fault in case.causes:
             fit = "fit" if len(fault.channels) > 1 else "fits"
             names = _listed(fault.channels, "and")
-            sentence = SENTENCES[fault.fault].format(names, fault.factor, fault.shift, fit=fit)
+            sentence = SENTENCES[fault.fault].format(
+                names, fault.factor, fault.shift, fault.lag, fit=fit
+            )
             if fault.alternatives:
                 sentence += f"; so would {_listed(fault.alternatives, 'or')}"
+            sentence += f" from {fault.since:.4g} s on" if np.isfinite(fault.since) else ""
             fix = None if fault.alternatives else _fix_line(case, fault)
-            size = fault.shift or fault.factor
-            unit = "SI" if fault.shift else ""
+            size = fault.shift or fault.lag or fault.factor
+            unit = "SI" if fault.shift else "s" if fault.lag else ""
             yield case.finding(fault.fault, fault.channels[0], size, unit, sentence, fix)
         tip = case.tip_off
         if tip:
@@ -53,7 +59,7 @@ def _listed(names: tuple[str, ...], last: str) -> str:
 
 def _fix_line(case: Case, fault: ColumnFault) -> str | None:
     """The line that takes a cause back; None where none can."""
-    if fault.shift:
+    if fault.shift or fault.lag:
         return None
     other = str.maketrans(fault.swapped, fault.swapped[::-1])
     return case.columns(
