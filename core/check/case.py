@@ -16,7 +16,7 @@ from ..check.gain_and_lag import GAIN_EXPLAINED, LOOP, Relation
 from ..check.late_channels import LateResult, late_channel, shape_of
 from ..check.link_bending import LinkShape
 from ..check.measured_recording import MeasuredRecording, jumps
-from ..check.suspect_channels import Suspect, late_suspects, suspects
+from ..check.suspect_channels import Suspect, contrast, late_suspects, suspects
 from ..check.tip_geometry import TipGeometry
 from ..recording.channels import Role, channel_kind, is_reference, role_of
 from ..units import parse_header
@@ -99,8 +99,10 @@ class Dynamics:
         fault = find_fault(self.recording, self.factors)
         if fault is None or fault.factor == 1.0 or len(fault.channels) > 1:
             return fault
-        left = [one for one in self.without(fault).factors if one.channels == fault.channels]
-        both = [_factor_fault(fault.channels[0], fault.factor * one.factor) for one in left]
+        after, channel = self.without(fault), fault.channels[0]
+        left = [one.factor for one in after.factors if one.channels == fault.channels]
+        left = [factor for factor in (*left, contrast(after.relations, channel)) if factor != 1.0]
+        both = [_factor_fault(channel, fault.factor * factor) for factor in left]
         gears = [gear for gear in both if gear.fault == "gear_ratio"]
         return max([fault, *gears], key=lambda each: each.improvement(self.recording))
 

@@ -95,6 +95,18 @@ def late_suspects(result: LateResult | None, step: float) -> tuple[Suspect, ...]
     )
 
 
+def contrast(own: Sequence[Relation], channel: str) -> float:
+    """Factor of a channel in the loop beyond that of the other channels, which share its friction
+    and payload; 1: none beyond SCALE."""
+    loop = [_judged(r, ()) for r in own if r.tolerance == LOOP and r.explained > GAIN_EXPLAINED]
+    touched = _touching(loop, [channel])
+    others = [e.gain for e in loop if all(e is not one for one, _ in touched)]
+    if not touched or not others:
+        return 1.0
+    off = float(np.median([side * e.gain for e, side in touched]) - np.median(others))
+    return float(np.exp(off)) if abs(off) > SCALE else 1.0
+
+
 def _single(entries: Sequence[_JudgedRelation]) -> Sequence[_JudgedRelation]:
     """Relations to single references; where these exist, those to all together are omitted."""
     judged_singly = {e.relation.output for e in entries if len(e.relation.inputs) == 1
