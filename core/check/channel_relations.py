@@ -119,20 +119,22 @@ def _compared(
         compared += [whole] if whole else []
         if all(name in single for single in singles) and singles:
             parts = [single[name] for single in singles]
-            first = whole.lag if whole and whole.explained > LEAST_EXPLAINED else None
+            first = whole.lag if whole and whole.explained > LEAST_EXPLAINED else 0.0
             compared += _by_reference(name, references, y, parts, recording.step, first)
     return compared
 
 
 def _by_reference(
     name: str, references: Sequence[str], y: np.ndarray, parts: Sequence[np.ndarray], dt: float,
-    lag: float | None,
+    lag: float,
 ) -> list[Relation]:  # fmt: skip
     """Gains of all references in a channel, fitted together; the lags begin at `lag` s, or where
-    each part by itself agrees best."""
+    each part agrees best with what the others leave, whichever explains more."""
     moves, each = smoothed(y), smoothed(np.array(parts))
-    first = [best_lag(moves, part, dt)[0] if lag is None else lag for part in each]
-    fit = fit_gains_and_lags(moves, each, dt, np.array(first))
+    left = moves - each.sum(axis=0)
+    alone = np.array([best_lag(left + part, part, dt)[0] for part in each])
+    fits = [fit_gains_and_lags(moves, each, dt, first) for first in (lag, alone)]
+    fit = max(fits, key=lambda one: one.explained)
     return [
         Relation(name, (reference,), float(gain), float(late), 0.0, np.inf, fit.explained, LOOP,
                  part, step=dt)

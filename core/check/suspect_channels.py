@@ -259,7 +259,7 @@ def _delays(
             continue
         sizes = np.array([side * lag(e) for e, side in touched])
         size = float(np.median(sizes))
-        inner = {id(e) for e, _ in touched}
+        inner = {id(e) for e, _ in _touching(usable, group)}
         other_lags = [abs(lag(e)) for e in usable if id(e) not in inner]
         tolerance = max(e.lag_tolerance for e, _ in touched)
         step = _step(touched)
