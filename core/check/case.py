@@ -99,12 +99,10 @@ class Dynamics:
         fault = find_fault(self.recording, self.factors)
         if fault is None or fault.factor == 1.0 or len(fault.channels) > 1:
             return fault
-        after, channel = self.without(fault), fault.channels[0]
-        left = [one.factor for one in after.factors if one.channels == fault.channels]
-        left = [factor for factor in (*left, contrast(after.relations, channel)) if factor != 1.0]
-        both = [_factor_fault(channel, fault.factor * factor) for factor in left]
-        gears = [gear for gear in both if gear.fault == "gear_ratio"]
-        return max([fault, *gears], key=lambda each: each.improvement(self.recording))
+        left = contrast(self.without(fault).relations, fault.channels[0])
+        gear = _factor_fault(fault.channels[0], fault.factor * left)
+        better = gear.improvement(self.recording) > fault.improvement(self.recording)
+        return gear if left != 1.0 and gear.fault == "gear_ratio" and better else fault
 
     def without(self, fault: ColumnFault) -> Dynamics:
         """The same relations with a fault corrected."""
@@ -182,8 +180,7 @@ class Case:
     @cached_property
     def _corrected(self) -> tuple[tuple[ColumnFault, ...], Dynamics]:
         found = self.recording
-        faults = list(_jumps(found))
-        for jump in faults:
+        for jump in (faults := list(_jumps(found))):
             found = jump.corrected(found)
         dynamics = Dynamics(found, self.others)
         for _ in range(ROUNDS):

@@ -129,11 +129,13 @@ def _by_reference(
     lag: float,
 ) -> list[Relation]:  # fmt: skip
     """Gains of all references in a channel, fitted together; the lags begin at `lag` s, or where
-    each part agrees best with what the others leave, whichever explains more."""
+    each part, the largest first, agrees best with the rest, whichever explains more."""
     moves, each = smoothed(y), smoothed(np.array(parts))
-    left = moves - each.sum(axis=0)
-    alone = np.array([best_lag(left + part, part, dt)[0] for part in each])
-    fits = [fit_gains_and_lags(moves, each, dt, first) for first in (lag, alone)]
+    t, left, lags = dt * np.arange(len(y)), moves - each.sum(axis=0), np.zeros(len(each))
+    for k in np.argsort(-np.std(each, axis=1)):
+        lags[k], _ = best_lag(left + each[k], each[k], dt)
+        left = left + each[k] - np.interp(t - lags[k], t, each[k])
+    fits = [fit_gains_and_lags(moves, each, dt, first) for first in (lag, lags)]
     fit = max(fits, key=lambda one: one.explained)
     return [
         Relation(name, (reference,), float(gain), float(late), 0.0, np.inf, fit.explained, LOOP,

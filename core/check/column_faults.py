@@ -17,7 +17,7 @@ from ..check.channel_relations import relations
 from ..check.gain_and_lag import DIRECT, LOOP
 from ..check.measured_recording import MeasuredRecording
 from ..check.tip_geometry import TipGeometry
-from ..recording.channels import Role, channel_kind, role_of
+from ..recording.channels import Role, channel_kind, is_reference, role_of
 
 DEGREES, MILLI = 180.0 / np.pi, 1000.0
 FAMILIES = ("theta#", "z#", "u#", "i#", "deflection#", "dtheta#_ref", "theta#_ref", "i#_ref")
@@ -90,6 +90,10 @@ def find_fault(
         after = cause.corrected(recording)
         tip_after = TipGeometry.of(after)
         gain = _reduction(before, disagreements(after))
+        if gain > TIE and any(map(is_reference, cause.channels)):
+            # A wrong correction that takes a reference's effect away is shown by its own gains.
+            single = _reduction(disagreements(recording, False), disagreements(after, False))
+            gain = min(gain, single)
         worse = cause.rank >= FREE_RANK and tip_after is not None and tip_after.misfit() > off
         if gain > (CLEAR if cause.rank < FREE_RANK else TIE) and not worse:
             improving.append((gain, cause))
@@ -108,11 +112,11 @@ FREE_RANK = 3
 """Rank from which a fault has a free size."""
 
 
-def disagreements(recording: MeasuredRecording) -> dict[object, float]:
+def disagreements(recording: MeasuredRecording, quick: bool = True) -> dict[object, float]:
     """Disagreement of each relation, and of the camera with the encoders; 0: agrees, within
     friction and unexplained variance."""
     by_relation: dict[object, float] = {}
-    for relation in relations(recording, quick=True):
+    for relation in relations(recording, quick):
         unknown = np.sqrt(max(1.0 - relation.explained, 0.0))
         slack = max(relation.tolerance - LOOP + DIRECT, DIRECT, unknown)
         off = np.clip(abs(np.log(abs(relation.gain))) - slack, 0.0, MOST)

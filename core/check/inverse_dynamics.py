@@ -30,32 +30,6 @@ KNOWN = 5.0
 """Least standard deviations of a gain from zero."""
 
 
-def torque_gains(
-    recording: MeasuredRecording, names: tuple[str, ...]
-) -> list[tuple[str, tuple[str, ...], float, float]]:
-    """(torque, encoder, gain over the model's, share of the torque explained) where they are
-    determined; of a torque that shows no gain no encoder, and 1. `names`: the torques or currents,
-    one per joint."""
-    links, shape = LinkBending.of(recording, most=np.inf), shape_of(recording)
-    if links is None or not recording.has(*names):
-        return []
-    moved = float(np.max(np.ptp(links.q[:, 1:], axis=0), initial=0.0))
-    parts = links.torques_of_each(shape if moved <= SMALL else None)
-    speed, dry = links.friction_inputs(links.q)
-    inner = links.inner
-    gains: list[tuple[str, tuple[str, ...], float, float]] = []
-    for k, name in enumerate(names):
-        y = links.as_applied(links.channel(name))[inner]
-        A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(len(speed))])[inner]
-        part, errors, explained = regress(A, y)
-        joints = range(parts.shape[2])
-        large = np.var(part * A, axis=0) > PART * np.var(y)
-        sure = [j for j in joints if large[j] and abs(part[j]) > KNOWN * errors[j]]
-        gains += [(name, (f"theta{j + 1}",), float(part[j]), explained) for j in sure]
-        gains += [] if sure else [(name, (), 1.0, explained)]
-    return gains
-
-
 def loop_gains(recording: MeasuredRecording, shape: LinkShape) -> list[tuple[float, float, float]]:
     """(gain of the speed, gain of the torque over the stated 1 / lambda, share explained) of each
     velocity loop, theta'* = theta' + (tau + friction) / lambda. With a clock c times too slow a
@@ -80,21 +54,33 @@ def loop_gains(recording: MeasuredRecording, shape: LinkShape) -> list[tuple[flo
 
 
 def torque_relations(recording: MeasuredRecording, model: Model) -> list[Relation]:
-    """Relations of each torque to every joint's motion, or else to its own joint's."""
-    names = model.drive.reference_channels(model.arm)
-    if not all(role_of(n) in DRIVES for n in names):
+    """Relations of each torque to every joint's motion where its gain is determined, or else to
+    none; where no gain is, also to its own joint's."""
+    names, links = model.drive.reference_channels(model.arm), LinkBending.of(recording, most=np.inf)
+    driven = all(role_of(n) in DRIVES for n in names) and recording.has(*names)
+    if links is None or not driven:
         return _newton(recording, model)
     constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
-    gains = torque_gains(recording, names)
-    scale = dict(zip(names, constants, strict=True))
-    of_each = [
-        Relation(torque, angle, gain * scale[torque] if angle else 1.0, np.inf, 0.0, np.inf,
-                 explained, NEWTON if angle and explained > GAIN_EXPLAINED else np.inf,
-                 step=recording.step)
-        for torque, angle, gain, explained in gains
-    ]  # fmt: skip
-    known = any(relation.inputs for relation in of_each)
-    return of_each if known else [*of_each, *_newton(recording, model)]
+    moved = float(np.max(np.ptp(links.q[:, 1:], axis=0), initial=0.0))
+    parts = links.torques_of_each(shape_of(recording) if moved <= SMALL else None)
+    speed, dry = links.friction_inputs(links.q)
+    each: list[Relation] = []
+    for k, (name, constant) in enumerate(zip(names, constants, strict=True)):
+        y = links.as_applied(links.channel(name))[links.inner]
+        A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(len(speed))])[links.inner]
+        part, errors, explained = regress(A, y)
+        large = np.var(part * A, axis=0) > PART * np.var(y)
+        sure = [j for j in range(len(names)) if large[j] and abs(part[j]) > KNOWN * errors[j]]
+        tolerance = NEWTON if sure and explained > GAIN_EXPLAINED else np.inf
+        gains: list[tuple[tuple[str, ...], float]] = [
+            ((f"theta{j + 1}",), float(part[j]) * constant) for j in sure
+        ]
+        each += [
+            Relation(name, angle, gain, np.inf, 0.0, np.inf, explained, tolerance,
+                     step=recording.step)
+            for angle, gain in gains or [((), 1.0)]
+        ]  # fmt: skip
+    return each if any(r.inputs for r in each) else [*each, *_newton(recording, model)]
 
 
 def _newton(recording: MeasuredRecording, model: Model) -> list[Relation]:

@@ -181,11 +181,13 @@ def test_a_coarse_gauge_at_rest_holds_nothing() -> None:
 torque_driven = cache(lambda: checked_rig(28))
 
 
+@pytest.mark.long
 def test_swapped_torques_are_named_where_torques_drive() -> None:
     (one,) = alone(spoilt(torque_driven().cases[1].recording, other, "u1", "u2"))
     assert one.fault == "swapped_joints" and one.fix is not None
 
 
+@pytest.mark.long
 def test_a_torque_of_an_absurd_size_is_named_where_torques_drive() -> None:
     found = torque_driven().cases[1].recording
     ((fault, channel, size),) = said_of(moved(found, u1=1e12 * found.channels["u1"]))

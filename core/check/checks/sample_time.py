@@ -40,7 +40,7 @@ Gains = Sequence[tuple[float, float, float]]
 def clock_speed(case: Case) -> tuple[float, float, float] | None:
     """(stated over true sample time, share explained with the true one, and as stated)."""
     recording = case.recording
-    if recording.model is None:
+    if recording.model is None or not recording.names("dtheta#_ref"):
         return None
     # Columns are corrected, which takes seconds, only where the speeds look wrong as they are read.
     as_read = _gains(recording, Dynamics(recording).shape)
