@@ -11,8 +11,8 @@ from scipy.signal import butter, cont2discrete, dlsim, sosfiltfilt
 
 from flexgui.core.check.case import Case
 from flexgui.core.check.checks.dead import Dead
-from flexgui.core.check.checks.drive_saturated import DriveSaturated
-from flexgui.core.check.checks.weak_excitation import quiet_noise
+from flexgui.core.check.checks.limits import DriveSaturated
+from flexgui.core.check.checks.resolution import quiet_noise
 from flexgui.core.check.inverse_dynamics import loop_gains
 from flexgui.core.check.late_channels import late_channel, shape_of
 from flexgui.core.check.link_bending import LinkShape, _low_passed, _second_order

@@ -1,4 +1,4 @@
-"""A channel that is late against the others."""
+"""Channels that are late, or ever later, against the others."""
 
 from __future__ import annotations
 
@@ -25,4 +25,21 @@ class Delay(Check):
             fix = f"time_shift = {suspect.delay:.6g}" if camera else None
             yield case.finding(
                 self.kind, suspect.channel, suspect.delay, "s", sentence, fix, suspect.expected
+            )
+
+
+class ClockDrift(Check):
+    """A lag that grows with time."""
+
+    kind = "clock_drift"
+    compares_channels = True
+
+    def find(self, case: Case) -> Iterable[Finding]:
+        for suspect in case.suspects:
+            if suspect.drift == 0.0:
+                continue
+            size = f"{1e3 * suspect.drift:.3g} ms per second"
+            sentence = f"{suspect.channel} lags {suspect.against} by a growing delay: {size}"
+            yield case.finding(
+                self.kind, suspect.channel, suspect.drift, "s/s", sentence, None, suspect.expected
             )

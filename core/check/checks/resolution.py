@@ -1,4 +1,4 @@
-"""A motion too small for what is to be estimated."""
+"""Motion too small, or steps too coarse, for what is to be estimated."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import scipy
 from ...check.case import Case
 from ...check.checks.outliers import far_out
 from ...check.finding import Check, Finding
-from ...check.measured_recording import noise_of
+from ...check.measured_recording import lattice_step, noise_of
+from ...recording.channels import is_reference
 
 FEWEST = 10.0
 """Times its noise must a joint move: with less, 10 % of what is estimated is noise."""
@@ -50,3 +51,26 @@ def quiet_noise(x: np.ndarray) -> float:
     high = white[frequencies > LOWEST]
     least = min(float(np.mean(band)) for band in np.array_split(high, BANDS))
     return float(np.sqrt(least / 2.0))  # one-sided over a bandwidth of one half
+
+
+COARSE = 0.05
+"""Of the channel's spread: three times the coarsest current sensor of real recordings (0.0155)."""
+
+
+class Quantised(Check):
+    """Values on a lattice whose step is a large share of the motion."""
+
+    kind = "quantised"
+
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        for name in recording.channels:
+            if is_reference(name):
+                continue
+            x = recording.counted(name)
+            x = x[np.isfinite(x)]
+            step = lattice_step(x)
+            if step > COARSE * float(np.std(x)):
+                share = step / float(np.std(x))
+                sentence = f"{name} has steps of {step:.4g}, {share:.0%} of its standard deviation"
+                yield case.finding(self.kind, name, step, "SI", sentence)
