@@ -97,14 +97,16 @@ def late_suspects(result: LateResult | None, step: float) -> tuple[Suspect, ...]
 
 def contrast(own: Sequence[Relation], channel: str) -> float:
     """Factor of a channel in the loop beyond that of the other channels, which share its friction
-    and payload; 1: none beyond SCALE."""
+    and payload; 1: none beyond their scatter."""
     loop = [_judged(r, ()) for r in own if r.tolerance == LOOP and r.explained > GAIN_EXPLAINED]
     touched = _touching(loop, [channel])
     others = [e.gain for e in loop if all(e is not one for one, _ in touched)]
     if not touched or not others:
         return 1.0
-    off = float(np.median([side * e.gain for e, side in touched]) - np.median(others))
-    return float(np.exp(off)) if abs(off) > SCALE else 1.0
+    usual = float(np.median(others))
+    off = float(np.median([side * e.gain for e, side in touched])) - usual
+    scatter = float(np.percentile(np.abs(np.array(others) - usual), 80))
+    return float(np.exp(off)) if abs(off) > max(SCALE, LEAST_RATIO * scatter) else 1.0
 
 
 def _single(entries: Sequence[_JudgedRelation]) -> Sequence[_JudgedRelation]:

@@ -10,8 +10,8 @@ import pytest
 from scipy.signal import butter, cont2discrete, dlsim, sosfiltfilt
 
 from flexgui.core.check.case import Case
-from flexgui.core.check.checks.dead import Dead
 from flexgui.core.check.checks.limits import DriveSaturated
+from flexgui.core.check.checks.missing_samples import Dead
 from flexgui.core.check.checks.resolution import quiet_noise
 from flexgui.core.check.inverse_dynamics import loop_gains
 from flexgui.core.check.late_channels import late_channel, shape_of

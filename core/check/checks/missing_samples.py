@@ -1,4 +1,4 @@
-"""A channel that never changes, or freezes."""
+"""Empty cells and rows, zeros between values, and channels that freeze."""
 
 from __future__ import annotations
 
@@ -7,9 +7,77 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...check.case import Case
-from ...check.finding import Check, Finding
+from ...check.finding import RESAMPLE_LINE, Check, Finding
 from ...check.measured_recording import LONGEST, ON_LATTICE
 from ...recording.channels import is_reference
+from ...recording.resampling import GAP
+from ...recording.spec import GapsSpec
+
+
+class Dropouts(Check):
+    """Empty cells, missing rows, and zeros between values."""
+
+    kind = "dropouts"
+
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        steps = np.diff(recording.time[np.isfinite(recording.time)])
+        stuck = np.r_[False, steps[:-1] <= 0]  # a stamp that repeats makes the next step longer
+        gaps = steps[(steps > GAP * recording.step) & ~stuck]
+        if gaps.size and gaps.size < 0.1 * len(steps):
+            missing = int(np.sum(np.round(gaps / recording.step) - 1))
+            longest = f"{gaps.max():.4g} s"
+            sentence = (
+                f"{missing} rows are missing in {gaps.size} gaps of t; the longest is {longest}"
+            )
+            fix = _fix_lines(float(gaps.max()))
+            yield case.finding(self.kind, "t", missing, "samples", sentence, fix)
+        for name, values in recording.channels.items():
+            missing = _missing(recording.counted(name), name in recording.masks) + _zeros(values)
+            if missing:
+                sentence = f"{name} has {missing} inner rows without a sample"
+                yield case.finding(self.kind, name, missing, "samples", sentence)
+            if held := int(np.sum(recording.held(name))):
+                sentence = f"{name} repeats its last sample in {held} rows; leave those cells empty"
+                yield case.finding(self.kind, name, held, "samples", sentence)
+
+
+def _fix_lines(longest: float) -> str:
+    """Lines that put the rows on an even clock; across a long gap nobody knows what was asked of
+    the arm, so the longest part is kept."""
+    how = "mask" if longest <= GapsSpec(how="mask").longest else "cut"
+    return f'{RESAMPLE_LINE}\ngaps = {{ how = "{how}" }}'
+
+
+def _missing(values: np.ndarray, masked: bool) -> int:
+    """Empty cells beyond those of a slower sensor's own rate."""
+    good = np.flatnonzero(np.isfinite(values))
+    if len(good) < 10 or masked:
+        return 0
+    strides = np.diff(good)
+    usual = int(np.median(strides))
+    ends = int(good[0] // usual + (len(values) - 1 - good[-1]) // usual)
+    return int(np.sum(np.round(strides[strides > usual] / usual) - 1)) + ends
+
+
+def _zeros(values: np.ndarray) -> int:
+    """Runs of exact zeros into which a channel falls from afar and from which it jumps back."""
+    x = np.where(np.isfinite(values), values, 1.0)
+    zero = np.flatnonzero(x == 0.0)
+    if not 0 < len(zero) < 0.3 * len(x):
+        return 0
+    steps = np.abs(np.diff(x[x != 0.0]))
+    moves = steps[steps > 0]
+    usual = max(np.percentile(steps, 99), np.median(moves)) if moves.size else 0.0
+    count = 0
+    for run in np.split(zero, np.flatnonzero(np.diff(zero) > 1) + 1):
+        if run[0] == 0 or run[-1] == len(x) - 1:
+            continue
+        before, after = abs(x[run[0] - 1]), abs(x[run[-1] + 1])
+        jumps = min(before, after) > 5.0 * max(usual, 1e-12)
+        count += len(run) if jumps and before * after > 0 else 0
+    return count
+
 
 LONGER = 4.0
 """Times the next longest run: an encoder at rest repeats values too, but more than once."""

@@ -1,4 +1,4 @@
-"""A time column that runs too fast or too slow."""
+"""Time stamps in another unit, out of order, uneven, or too fast or too slow."""
 
 from __future__ import annotations
 
@@ -10,11 +10,72 @@ import numpy as np
 from ...check.case import Case, Dynamics
 from ...check.channel_relations import relations
 from ...check.column_faults import TIE, ColumnFault
-from ...check.finding import Check, Finding
+from ...check.finding import RESAMPLE_LINE, Check, Finding
 from ...check.inverse_dynamics import loop_gains
 from ...check.link_bending import LinkShape
 from ...check.measured_recording import MeasuredRecording
 from ...recording.channels import Role, role_of
+
+SLOWEST = 0.25
+"""s: no logger of a moving arm samples more seldom than 4 Hz."""
+UNITS = ((1e3, "ms"), (1e6, "us"), (1e9, "ns"))
+
+
+class TimeUnit(Check):
+    """A sample time that no logger has."""
+
+    kind = "time_unit"
+
+    def find(self, case: Case) -> Iterable[Finding]:
+        step = case.recording.stated_step
+        if step <= SLOWEST:
+            return
+        factor, unit = next((u for u in UNITS if step / u[0] <= SLOWEST), UNITS[-1])
+        sentence = f"t steps by {step:g}; as seconds that is {1 / step:.3g} Hz, so it is in {unit}"
+        fix = case.columns({"t": ("t", {"unit": unit})})
+        yield case.finding(self.kind, "t", factor, "", sentence, fix)
+
+
+class RepeatedTimes(Check):
+    """Time stamps that do not increase."""
+
+    kind = "repeated_times"
+
+    def find(self, case: Case) -> Iterable[Finding]:
+        time = case.recording.time
+        steps = np.diff(time[np.isfinite(time)])
+        count = int(np.sum(steps <= 0))
+        if count:
+            back = int(np.sum(steps < 0))
+            sentence = f"non-increasing timestamps: {count - back} repeat and {back} decrease"
+            yield case.finding(self.kind, "t", count, "samples", sentence, RESAMPLE_LINE)
+
+
+SHARE = 0.02
+"""Of the sample time; rounding of the time column and real loggers stay below 1 %."""
+
+
+class Jitter(Check):
+    """Steps of the time column that scatter."""
+
+    kind = "jitter"
+
+    def find(self, case: Case) -> Iterable[Finding]:
+        recording = case.recording
+        time = recording.time[np.isfinite(recording.time)]
+        if len(time) < 20:
+            return
+        steps = np.diff(time)
+        whole = np.round(steps / recording.step)
+        plain = steps[whole == 1.0] if np.mean(whole == 1.0) > 0.5 else steps
+        # Two neighbouring stamps scatter independently: their distance has twice the variance.
+        spread = float(np.std(plain)) / np.sqrt(2.0)
+        many = float(np.mean(np.abs(plain - np.median(plain)) > SHARE * recording.step))
+        if spread > SHARE * recording.step and many > 0.2:
+            size = f"{1e3 * spread:.3g} ms"
+            sentence = f"t scatters by {size} around an even clock of {recording.step:.4g} s"
+            yield case.finding(self.kind, "t", spread, "s", sentence, RESAMPLE_LINE)
+
 
 FACTORS = (0.1, 0.2, 0.25, 0.4, 0.5, 2.0, 2.5, 4.0, 5.0, 10.0)
 """Wrong sample times are slips of rates: 1 and 2 kHz, 100 and 250 Hz, a decimal."""
