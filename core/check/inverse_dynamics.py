@@ -70,15 +70,16 @@ def torque_relations(recording: MeasuredRecording, model: Model) -> list[Relatio
         A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(len(speed))])[links.inner]
         part, errors, explained = regress(A, y)
         large = np.var(part * A, axis=0) > PART * np.var(y)
+        clear = explained > GAIN_EXPLAINED
         sure = [j for j in range(len(names)) if large[j] and abs(part[j]) > KNOWN * errors[j]]
-        tolerance = NEWTON if sure and explained > GAIN_EXPLAINED else np.inf
-        gains: list[tuple[tuple[str, ...], float]] = [
-            ((f"theta{j + 1}",), float(part[j]) * constant) for j in sure
-        ]
+        if not clear or not sure:
+            share = explained if clear else 0.0
+            each.append(Relation(name, (), 1.0, np.inf, 0.0, np.inf, share, np.inf))
+            continue
         each += [
-            Relation(name, angle, gain, np.inf, 0.0, np.inf, explained, tolerance,
-                     step=recording.step)
-            for angle, gain in gains or [((), 1.0)]
+            Relation(name, (f"theta{j + 1}",), float(part[j]) * constant, np.inf, 0.0, np.inf,
+                     explained, NEWTON, step=recording.step)
+            for j in sure
         ]  # fmt: skip
     return each if any(r.inputs for r in each) else [*each, *_newton(recording, model)]
 

@@ -53,7 +53,6 @@ class _JudgedRelation:
     relation: Relation
     gain: float
     """ln |gain| beyond the usual one."""
-    negative: bool
     lag: float
     lag_tolerance: float
     drift: float
@@ -105,7 +104,7 @@ def contrast(own: Sequence[Relation], channel: str) -> float:
         return 1.0
     usual = float(np.median(others))
     off = float(np.median([side * e.gain for e, side in touched])) - usual
-    scatter = float(np.percentile(np.abs(np.array(others) - usual), 80))
+    scatter = float(np.max(np.abs(np.array(others) - usual)))
     return float(np.exp(off)) if abs(off) > max(SCALE, LEAST_RATIO * scatter) else 1.0
 
 
@@ -151,7 +150,7 @@ def _judged(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Judged
     spread = float(np.ptp(lags)) if len(lags) >= 2 else 0.0
     tolerance = 1.5 * float(np.ptp(logs)) if len(logs) >= 2 else relation.tolerance
     return _JudgedRelation(
-        relation, log - habit, relation.gain < 0, relation.lag - lag, spread, relation.drift,
+        relation, log - habit, relation.lag - lag, spread, relation.drift,
         max(tolerance, SCALE),
     )  # fmt: skip
 
@@ -174,10 +173,6 @@ def _channels(entries: Sequence[_JudgedRelation]) -> list[str]:
     names = {e.relation.output for e in entries}
     names |= {e.relation.inputs[0] for e in entries if len(e.relation.inputs) == 1}
     return sorted(names, key=lambda n: (is_reference(n), n))
-
-
-def _of(entry: _JudgedRelation, channel: str) -> np.ndarray | None:
-    return entry.relation.expected if entry.relation.output == channel else None
 
 
 def _names(entries: Sequence[_JudgedRelation], channel: str) -> str:
