@@ -65,11 +65,11 @@ class Dynamics:
     @cached_property
     def relations(self) -> tuple[Relation, ...]:
         """With the stiffness that explains more."""
-        stated = relations(self.recording)
+        stated = relations(self.recording, shape=self.shape)
         if not self.stiffness:
             return stated
         softer = replace(self.recording, values={**self.recording.values, **self.stiffness})
-        fitted = relations(softer)
+        fitted = relations(softer, shape=self.shape)
         # A loop that explains little with any stiffness lacks something else, which a fit hides.
         return fitted if _explained(fitted) > max(_explained(stated), GAIN_EXPLAINED) else stated
 
@@ -96,13 +96,15 @@ class Dynamics:
     def fault(self) -> ColumnFault | None:
         """The fault with the best correction. A unit and a factor that make a gear are that
         gear."""
-        fault = find_fault(self.recording, self.factors)
+        fault = find_fault(self.recording, self.factors, self.shape)
         if fault is None or fault.factor == 1.0 or len(fault.channels) > 1:
             return fault
-        left = contrast(self.without(fault).relations, fault.channels[0])
-        gear = _factor_fault(fault.channels[0], fault.factor * left)
-        better = gear.improvement(self.recording) > fault.improvement(self.recording)
-        return gear if left != 1.0 and gear.fault == "gear_ratio" and better else fault
+        after, channel = self.without(fault), fault.channels[0]
+        left = [one.factor for one in after.factors if one.channels == fault.channels]
+        left = [factor for factor in (*left, contrast(after.relations, channel)) if factor != 1.0]
+        both = [_factor_fault(channel, fault.factor * factor) for factor in left]
+        gears = [gear for gear in both if gear.fault == "gear_ratio"]
+        return max([fault, *gears], key=lambda each: each.improvement(self.recording))
 
     def without(self, fault: ColumnFault) -> Dynamics:
         """The same relations with a fault corrected."""

@@ -22,6 +22,7 @@ from ..check.gain_and_lag import (
     smoothed,
 )
 from ..check.inverse_dynamics import torque_relations
+from ..check.link_bending import LinkShape
 from ..check.measured_recording import MeasuredRecording
 from ..model import Model
 from ..recording.channels import Role, is_reference, role_of
@@ -37,19 +38,24 @@ SMALL = 0.3
 """rad (m): below, responses to the references add up within a few per cent."""
 
 
-def relations(recording: MeasuredRecording, quick: bool = False) -> tuple[Relation, ...]:
+def relations(
+    recording: MeasuredRecording, quick: bool = False, shape: LinkShape | None = None
+) -> tuple[Relation, ...]:
     """All relations, once per recording; only servo relations without a model. `quick` leaves out
-    what each reference does by itself."""
-    if (relations, quick) not in recording.cache:
-        recording.cache[relations, quick] = _relations(recording, quick)
-    return recording.cache[relations, quick]
+    what each reference does by itself; `shape`: the links as the recordings show them."""
+    key = relations, quick, id(shape)
+    if key not in recording.cache:
+        recording.cache[key] = shape, _relations(recording, quick, shape)
+    return recording.cache[key][1]
 
 
-def _relations(recording: MeasuredRecording, quick: bool) -> tuple[Relation, ...]:
+def _relations(
+    recording: MeasuredRecording, quick: bool, shape: LinkShape | None
+) -> tuple[Relation, ...]:
     all_relations = [*_servos(recording)]
     if recording.model is not None:
         all_relations += _loop(recording, recording.model, quick)
-        all_relations += torque_relations(recording, recording.model)
+        all_relations += torque_relations(recording, recording.model, shape)
     return tuple(all_relations)
 
 

@@ -15,9 +15,10 @@ import numpy as np
 
 from ..check.channel_relations import relations
 from ..check.gain_and_lag import DIRECT, LOOP
+from ..check.link_bending import LinkShape
 from ..check.measured_recording import MeasuredRecording
 from ..check.tip_geometry import TipGeometry
-from ..recording.channels import Role, channel_kind, is_reference, role_of
+from ..recording.channels import DRIVES, Role, channel_kind, is_reference, role_of
 
 DEGREES, MILLI = 180.0 / np.pi, 1000.0
 FAMILIES = ("theta#", "z#", "u#", "i#", "deflection#", "dtheta#_ref", "theta#_ref", "i#_ref")
@@ -77,22 +78,25 @@ class ColumnFault:
 
 
 def find_fault(
-    recording: MeasuredRecording, free: Sequence[ColumnFault] = ()
+    recording: MeasuredRecording, free: Sequence[ColumnFault] = (), shape: LinkShape | None = None
 ) -> ColumnFault | None:
     """The fault with the best correction; None without disagreement or correction. `free`: causes
-    of any size that the channels' gains suggest."""
-    before, tip = disagreements(recording), TipGeometry.of(recording)
-    clear = any(value > CLEAR for value in before.values())
-    tried = [*(_usual_faults(recording) if clear else ()), *free]
+    of any size that the channels' gains suggest; `shape`: the links as the recordings show them,
+    which only a correction of what drives the joints leaves as it is."""
+    tip = TipGeometry.of(recording)
     off = np.inf if tip is None else tip.misfit()
     improving = []
-    for cause in tried:
+    for cause in (*_usual_faults(recording), *free):
+        links = shape if all(role_of(n) in DRIVES for n in cause.channels) else None
+        before = disagreements(recording, links)
+        if cause.rank < FREE_RANK and max(before.values(), default=0.0) <= CLEAR:
+            continue
         after = cause.corrected(recording)
         tip_after = TipGeometry.of(after)
-        gain = _reduction(before, disagreements(after))
+        gain = _reduction(before, disagreements(after, links))
         if gain > TIE and any(map(is_reference, cause.channels)):
             # A wrong correction that takes a reference's effect away is shown by its own gains.
-            single = _reduction(disagreements(recording, False), disagreements(after, False))
+            single = _reduction(*(disagreements(r, links, quick=False) for r in (recording, after)))
             gain = min(gain, single)
         worse = cause.rank >= FREE_RANK and tip_after is not None and tip_after.misfit() > off
         if gain > (CLEAR if cause.rank < FREE_RANK else TIE) and not worse:
@@ -112,11 +116,13 @@ FREE_RANK = 3
 """Rank from which a fault has a free size."""
 
 
-def disagreements(recording: MeasuredRecording, quick: bool = True) -> dict[object, float]:
+def disagreements(
+    recording: MeasuredRecording, shape: LinkShape | None = None, quick: bool = True
+) -> dict[object, float]:
     """Disagreement of each relation, and of the camera with the encoders; 0: agrees, within
     friction and unexplained variance."""
     by_relation: dict[object, float] = {}
-    for relation in relations(recording, quick):
+    for relation in relations(recording, quick, shape):
         unknown = np.sqrt(max(1.0 - relation.explained, 0.0))
         slack = max(relation.tolerance - LOOP + DIRECT, DIRECT, unknown)
         off = np.clip(abs(np.log(abs(relation.gain))) - slack, 0.0, MOST)

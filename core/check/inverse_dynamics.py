@@ -18,7 +18,6 @@ from ..check.gain_and_lag import (
     Relation,
     regress,
 )
-from ..check.late_channels import shape_of
 from ..check.link_bending import MOST, SMALL, LinkBending, LinkShape
 from ..check.measured_recording import MeasuredRecording
 from ..model import Model
@@ -53,16 +52,20 @@ def loop_gains(recording: MeasuredRecording, shape: LinkShape) -> list[tuple[flo
     return gains
 
 
-def torque_relations(recording: MeasuredRecording, model: Model) -> list[Relation]:
+def torque_relations(
+    recording: MeasuredRecording, model: Model, shape: LinkShape | None
+) -> list[Relation]:
     """Relations of each torque to every joint's motion where its gain is determined, or else to
-    none; where no gain is, also to its own joint's."""
+    its own joint's. `shape`: the links as they are, which must explain a torque, or none does;
+    None: as stiff ones."""
     names, links = model.drive.reference_channels(model.arm), LinkBending.of(recording, most=np.inf)
     driven = all(role_of(n) in DRIVES for n in names) and recording.has(*names)
     if links is None or not driven:
         return _newton(recording, model)
     constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
-    moved = float(np.max(np.ptp(links.q[:, 1:], axis=0), initial=0.0))
-    parts = links.torques_of_each(shape_of(recording) if moved <= SMALL else None)
+    if np.max(np.ptp(links.q[:, 1:], axis=0), initial=0.0) > SMALL:
+        shape = None
+    parts = links.torques_of_each(shape)
     speed, dry = links.friction_inputs(links.q)
     each: list[Relation] = []
     for k, (name, constant) in enumerate(zip(names, constants, strict=True)):
@@ -72,16 +75,15 @@ def torque_relations(recording: MeasuredRecording, model: Model) -> list[Relatio
         large = np.var(part * A, axis=0) > PART * np.var(y)
         clear = explained > GAIN_EXPLAINED
         sure = [j for j in range(len(names)) if large[j] and abs(part[j]) > KNOWN * errors[j]]
-        if not clear or not sure:
-            share = explained if clear else 0.0
-            each.append(Relation(name, (), 1.0, np.inf, 0.0, np.inf, share, np.inf))
+        if shape is not None and not (clear and sure):
+            each.append(Relation(name, (), 1.0, np.inf, 0.0, np.inf, 0.0, np.inf))
             continue
         each += [
             Relation(name, (f"theta{j + 1}",), float(part[j]) * constant, np.inf, 0.0, np.inf,
-                     explained, NEWTON, step=recording.step)
+                     explained, NEWTON if clear else np.inf, step=recording.step)
             for j in sure
         ]  # fmt: skip
-    return each if any(r.inputs for r in each) else [*each, *_newton(recording, model)]
+    return each or _newton(recording, model)
 
 
 def _newton(recording: MeasuredRecording, model: Model) -> list[Relation]:
