@@ -134,7 +134,8 @@ def said_of(found: MeasuredRecording) -> list[tuple[str, str, float]]:
     return [(one.fault, one.channel, one.size) for one in alone(found)]
 
 
-@pytest.mark.parametrize("joint", ["theta1", pytest.param("theta2", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("joint", ["theta1", "theta2"])
 def test_an_encoder_before_a_gear_is_not_in_degrees(joint: str, rigs: list[Rig]) -> None:
     """A gear of 50 is 57.3 times 0.87, but nothing rubs away 13 % of the motion here."""
     found = rigs[1].cases[1].recording
