@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from ..diagnose.base_fit import BaseFit, fit_base
 from ..diagnose.effect_search import converge_final_model
 from ..diagnose.final_ladder import final_ladder
 from ..diagnose.final_results import compare_with_recordings, final_parameters, parameter_origins
+from ..diagnose.fit_problem import Data
 from ..diagnose.noise_floor_update import search_with_new_floors
 from ..diagnose.progress_messages import fit_title
 from ..diagnose.remaining_error import remaining_error
@@ -30,6 +31,7 @@ from ..recording.recording import Recording
 from ..results import MISSING, NOTHING, UNLISTED, Diagnosis, Remains
 from ..scenario.schema import IdentifySpec
 from ..scenario.stated_effects import candidate_structures
+from ..sensors import sensor
 
 
 @fast_thread_switching()
@@ -78,6 +80,20 @@ def diagnose(
         left=compare_with_recordings(final_fit) if options.compare and state.added else (),
         parameters=final_parameters(state.refit),
         origins=parameter_origins(state.refit), values=state.refit.hypothesis.values(),
+        unstated_noise=_unstated_noise(state.data, options.stated_noise),
+    )  # fmt: skip
+
+
+def _unstated_noise(data: Data, stated: Mapping[str, float]) -> tuple[str, ...]:
+    """Settings of the compared sensors and, where a servo follows them, of the encoders, whose
+    noise nobody stated."""
+    arm, outputs = data.bare.arm, data.experiments[0].outputs
+    followed = (sensor("encoder"),) if data.rig.servo else ()
+    return tuple(
+        dict.fromkeys(
+            s.noise for s in (*outputs, *followed)
+            if s.noise and not any(c.name in stated for c in s.channels(arm))
+        )
     )  # fmt: skip
 
 

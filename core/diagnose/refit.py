@@ -175,5 +175,7 @@ def robust_covariance(
     slopes = [S[:, :, inside] for S in refit.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)
     if len(inside):
-        out[np.ix_(inside, inside)] = covariance(slopes, refit.errors, len(inside), relative)
+        out[np.ix_(inside, inside)] = covariance(
+            slopes, refit.errors, len(inside), relative, np.asarray(h.limits.deviations)[inside]
+        )
     return out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from ..identify.refinement import RefinedFit
 from ..identify.residuals import Residuals
 from ..identify.uncertainty import covariance
 from ..identify.unknowns import Unknowns
+from ..least_squares import Limits, limits_of, normal_equations, pseudo_inverse
 from ..model import Model
 from ..results import Estimate, Fit, Generation
 
@@ -47,7 +48,11 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     rank, _, null = (
         identifiability.analyse(unknowns, vector, jacobian) if P else (0, None, np.zeros((0, 0)))
     )
-    cov = covariance(sensitivities, blocks, rank) if P else np.zeros((0, 0))
+    limits = limits_of(unknowns.parameters)
+    level = float(np.sqrt(squares / max(residuals.count, 1))) or 1.0
+    cov = np.zeros((0, 0))
+    if P:
+        cov = covariance(sensitivities, blocks, rank, known=limits.deviations, level=level)
     identified = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
     determined = identifiability.determined(unknowns, vector, cov, null) if P else identified
     fast, floor = residuals.population(vector), COST_FLOOR * residuals.magnitude
@@ -59,6 +64,7 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     return Fit(
         label=label, recordings=recordings,
         estimates=_estimates(unknowns, vector, cov, identified, determined),
+        contradicted=_contradicted(unknowns, vector, sensitivities, blocks, limits),
         correlation=identifiability.correlation_of(cov),
         cost=refined.cost if np.isfinite(refined.cost) else squares,
         residual_count=residuals.count, convergence=result.history,
@@ -94,6 +100,26 @@ def _estimates(
             )
         )
     return tuple(rows)
+
+
+SURELY_APART = 3.0
+"""Deviations by which a prior and the recordings must differ to contradict each other."""
+
+
+def _contradicted(
+    unknowns: Unknowns, vector: np.ndarray, sensitivities: Sequence[np.ndarray],
+    blocks: Sequence[np.ndarray], limits: Limits,
+) -> dict[str, float]:  # fmt: skip
+    """Label -> deviations between a parameter's prior and what the recordings alone would say, by
+    one step from the minimum; only of those that are surely apart."""
+    known = np.flatnonzero(np.isfinite(limits.deviations))
+    if not len(known):
+        return {}
+    A, b = normal_equations(blocks, sensitivities)
+    alone = vector - pseudo_inverse(A) @ b
+    spread = np.diag(covariance(sensitivities, blocks, len(vector))) + limits.deviations**2
+    apart = np.abs(alone - limits.prior_means) / np.sqrt(spread)
+    return {unknowns.labels[i]: float(apart[i]) for i in known if apart[i] > SURELY_APART}
 
 
 def first_estimate_text(unknowns: Unknowns, vector: np.ndarray) -> str:

@@ -3,7 +3,8 @@
 The least-squares estimate is theta + (S'S)^-1 S'e, so its covariance is
 (S'S)^-1 S' cov(e) S (S'S)^-1 with cov(e) estimated from the residuals' own auto- and
 cross-covariances per recording, tapered by a flat-top window whose width adapts to the data
-(Politis, J. Nonparametric Statistics 15, 2003). For white residuals it is the usual formula.
+(Politis, J. Nonparametric Statistics 15, 2003). For white residuals it is the usual formula. What
+is known a priori counts as one more measurement of its parameter.
 """
 
 from __future__ import annotations
@@ -30,11 +31,13 @@ core.identify.identifiability.RANK_TOLERANCE."""
 
 def covariance(
     sensitivities: Sequence[np.ndarray], residuals: Sequence[np.ndarray], free: int,
-    relative: float = NOTHING,
+    relative: float = NOTHING, known: np.ndarray | float = np.inf, level: float = 1.0,
 ) -> np.ndarray:  # fmt: skip
     """(P, P) from S_i (M, k, P) and residuals (M, k) per recording, both weighted and zero where a
     sample does not count. `free`: number of independent directions estimated; zero along those
-    whose `relative` eigenvalue of the normal equations is too small."""
+    whose `relative` eigenvalue of the normal equations is too small. `known`: deviations (P,) of
+    what is known a priori, infinite where nothing is; `level`: rms of the noise in the residuals'
+    unit."""
     P = sensitivities[0].shape[2]
     information, meat = np.zeros((P, P)), np.zeros((P, P))
     counted = 0
@@ -43,9 +46,10 @@ def covariance(
         information += flat.T @ flat
         meat += score_covariance(S, autocovariance(r))
         counted += int(np.count_nonzero(r))
-    inverse = pseudo_inverse(information, relative)
+    prior = np.diag(np.broadcast_to((level / np.asarray(known)) ** 2, P))
+    inverse = pseudo_inverse(information + prior, relative)
     correction = counted / max(counted - free, 1)
-    total = correction * inverse @ meat @ inverse
+    total = inverse @ (correction * meat + level**2 * prior) @ inverse
     return np.asarray(0.5 * (total + total.T))
 
 

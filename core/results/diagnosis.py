@@ -242,6 +242,8 @@ class Diagnosis:
     """What the linear model costs on these recordings, where it was the one identified."""
     ruled_out: Mapping[str, str] = field(default_factory=dict)
     """Title of an effect or of its parameters that [rig] excludes -> the statement."""
+    unstated_noise: tuple[str, ...] = ()
+    """Settings of [sensors] for the noise of what is compared or followed, which nobody stated."""
 
     @property
     def added(self) -> tuple[str, ...]:

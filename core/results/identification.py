@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -117,3 +117,5 @@ class Fit:
     """Whether the descent has ended at a minimum; None in a result of an older version."""
     derived: tuple[Estimate, ...] = ()
     """Quantities that follow from the estimates, such as EI from epsilon and d."""
+    contradicted: Mapping[str, float] = field(default_factory=dict)
+    """Label -> deviations by which the recordings alone differ from what was known a priori."""

@@ -62,6 +62,11 @@ def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
         f"The data hardly determine {labels[i]}: its standard deviation exceeds its value."
         for i in result.unsure if own[i] and determined[i]
     ]  # fmt: skip
+    lines += [
+        f"The prior of {_symbols(name)} and the recordings contradict each other: they differ by "
+        f"{format_number(apart, 2)} standard deviations. Check the prior, or what the model lacks."
+        for name, apart in fit.contradicted.items()
+    ]
     if not lines:
         lines = ["All estimated parameters are identifiable."]
         lines += [STARTS_FREE] if len(null) else []

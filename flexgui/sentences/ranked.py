@@ -119,7 +119,7 @@ def _reason(why: Objection) -> str:
         Reason.INDISTINCT: "its size cannot be distinguished from zero",
         Reason.SMALL_SHARE: f"it is certain ({chance(why.p_value)} by noise alone, ΔBIC "
         f"{evidence(why.delta_bic)}), but explains only {percent(100.0 * why.share)} of the error "
-        "above the noise floor, and what explains so little often imitates another effect",
+        "above the noise floor",
     }[why.reason]
 
 

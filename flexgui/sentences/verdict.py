@@ -14,6 +14,7 @@ from flexgui.core.results import (
     Diagnosis,
     Estimate,
     RankedEffect,
+    Reason,
 )
 from flexgui.core.sentences import first_sentence, listed
 from flexgui.sentences.figures import (
@@ -191,7 +192,7 @@ def _at_the_floor(diagnosis: Diagnosis) -> str:
         factor = format_number(max(remains.within.values()), 2)
         return (
             f"The noise is an estimate, good to a factor of {factor}: the residual may be all "
-            "noise. State the sensors' noise for a sharper verdict."
+            f"noise. State {_noise_settings(diagnosis)} for a sharper verdict."
         )
     if not validation >= ABOVE_IN_ONE:
         return "That is the noise floor: these recordings show nothing more to explain."
@@ -200,6 +201,12 @@ def _at_the_floor(diagnosis: Diagnosis) -> str:
         "noisier, or their motion shows errors that the fitted recordings hardly show: in a "
         "parameter, or by an effect. Fit some of them too, and diagnose again."
     )
+
+
+def _noise_settings(diagnosis: Diagnosis) -> str:
+    """What to state in the scenario so that the noise is known."""
+    settings = listed(diagnosis.unstated_noise)
+    return f"[sensors] {settings}" if settings else "the sensors' noise"
 
 
 def _error_by_channel(diagnosis: Diagnosis) -> str:
@@ -227,9 +234,12 @@ def _more(diagnosis: Diagnosis) -> str:
 
 def _unexplained(diagnosis: Diagnosis) -> str:
     """An error above the noise floor that no listed effect explains."""
+    refused = diagnosis.rounds[-1].refused if diagnosis.rounds else ()
+    part = any(why.reason is Reason.SMALL_SHARE for _, why in refused)
+    explains = "explains enough of it" if part else "explains it"
     return (
         f"The remaining error is {times(diagnosis.error_left.rms)} the noise floor, and no listed "
-        f"effect explains it: something else is missing too. {vibration(diagnosis.error_left)}"
+        f"effect {explains}: something else is missing too. {vibration(diagnosis.error_left)}"
     ).strip()
 
 

@@ -8,6 +8,7 @@ import pytest
 from flexgui.core.errors import InputError
 from flexgui.core.identify.residuals import channel_weights
 from flexgui.core.scenario.rig_spec import PriorSpec
+from flexgui.sentences.identifiability import identifiability_sentences
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import (
     EI,
@@ -39,6 +40,9 @@ def test_a_narrow_prior_wins_over_the_data():
     prior = {"EI": PriorSpec(value=0.9 * EI, std=1e-6 * EI)}
     fitted = fit(LPV, noisy(data(), 20.0, 1), parameters=("EI",), prior=prior, **YDOT)
     assert estimate(fitted, "EI").value == pytest.approx(0.9 * EI, rel=1e-3)
+    assert estimate(fitted, "EI").std == pytest.approx(1e-6 * EI, rel=0.01)
+    (said,) = identifiability_sentences(fitted.fit)
+    assert said.startswith("The prior of EI and the recordings contradict each other")
 
 
 def test_a_wide_prior_leaves_the_estimate_to_the_data():
@@ -46,7 +50,10 @@ def test_a_wide_prior_leaves_the_estimate_to_the_data():
     recordings = noisy(data(), 20.0, 1)
     pulled = fit(LPV, recordings, parameters=("EI",), prior=prior, **YDOT)
     free = fit(LPV, recordings, parameters=("EI",), **YDOT)
-    assert estimate(pulled, "EI").value == pytest.approx(estimate(free, "EI").value, rel=1e-6)
+    for figure in ("value", "std"):
+        pull, alone = (getattr(estimate(f, "EI"), figure) for f in (pulled, free))
+        assert pull == pytest.approx(alone, rel=1e-6)
+    assert not pulled.fit.contradicted
 
 
 def test_prior_and_data_of_equal_precision_meet_half_way():
@@ -59,6 +66,7 @@ def test_prior_and_data_of_equal_precision_meet_half_way():
     believed = free.value * 1.003
     prior = {"EI": PriorSpec(value=believed, std=free.std)}
     found = estimate(fit(LPV, recordings, parameters=("EI",), prior=prior, **YDOT), "EI")
+    assert found.std == pytest.approx(free.std / np.sqrt(2.0), rel=0.05)
     share = (found.value - free.value) / (believed - free.value)
     assert share == pytest.approx(0.5, abs=0.05)  # the stated deviation is itself an estimate
 

@@ -28,7 +28,7 @@ def sentences(
 ) -> tuple[str, ...]:
     directions = np.array(null).reshape(-1, len(labels))
     found = Identifiability(tuple(labels), 0, np.ones(len(labels)), directions, unsure)
-    fit: Any = SimpleNamespace(identifiability=found, correlation=correlation)
+    fit: Any = SimpleNamespace(identifiability=found, correlation=correlation, contradicted={})
     return identifiability_sentences(fit)
 
 

@@ -77,11 +77,14 @@ def test_why_effects_were_not_added_is_told_with_its_figures() -> None:
         ("A", Objection(Reason.AT_BOUND, "The friction", 5.5, "N m s/rad")),
         ("B", Objection(Reason.UNSETTLED)),
         ("C", Objection(Reason.INDISTINCT)),
+        ("D", Objection(Reason.SMALL_SHARE, share=0.23, p_value=7e-26, delta_bic=92.0)),
     )
     assert round_sentence(DiagnosisRound((), None, refused, ("Play",))) == (
         "A was not added: The friction ended at 5.5 N m s/rad, the bound of its plausible range. "
         "B was not added: with finer simulation steps it worsens the fit. "
         "C was not added: its size cannot be distinguished from zero. "
+        "D was not added: it is certain (less than one in a billion by noise alone, ΔBIC 92), but "
+        "explains only 23 % of the error above the noise floor. "
         "Could not be simulated at any size: Play."
     )
 

@@ -347,6 +347,21 @@ def test_a_round_that_refused_everything_says_why(verdict: str) -> None:
     assert text(told).count(WHY) == 1
 
 
+def test_what_is_certain_and_small_is_named_beside_what_nothing_explains() -> None:
+    small = Objection(Reason.SMALL_SHARE, share=0.23, p_value=7e-26, delta_bic=92.0)
+    last = DiagnosisRound(RIVALS[1:], None, (("Stribeck friction", small),))
+    rounds = (FOUND.rounds[0], last)
+    said = text(replace(FOUND, final_verdict=UNLISTED, rounds=rounds, error_left=left(3.0)))
+    assert "no listed effect explains enough of it" in said
+    assert "Stribeck friction was not added: it is certain" in said
+
+
+def test_an_estimated_noise_names_the_settings_that_state_it() -> None:
+    vague = replace(left(1.3), within={"theta1": 1.5, "z1": 1.5}, rms_within=1.5)
+    said = replace(FOUND, error_left=vague, unstated_noise=("torque_noise", "encoder_noise"))
+    assert "State [sensors] torque_noise and encoder_noise for a sharper" in text(said)
+
+
 def test_what_explains_nothing_or_has_no_size_is_not_listed() -> None:
     nothing = ranked(VISCOUS, 0.01, -8.0)
     gone = replace(ranked(VISCOUS, 100.0, 900.0), parameters=(estimate("b1", 0.0, 0.0),))
