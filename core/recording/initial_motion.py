@@ -74,15 +74,16 @@ def with_beginnings(
     nobody knows what leads the joints, their first steps decide. Where the joints or `references`
     (channels that drive them) were not recorded, the arm is taken to rest.
 
-    `held`: whether the drive's feedback holds the joints. Under a torque the encoders hardly show
-    whether the links vibrate, and two numbers per vibration take that out of every estimate.
+    `held`: whether the drive's feedback holds the joints. Under a torque encoders alone do not show
+    whether the links rest.
     """
     names = [f"theta{k + 1}" for k in range(joints)]
     able = [r for r in recordings if _complete(r, [*names, *references])]
     if not able:
         return list(recordings)
     share = max(MOST_SAMPLES // len(able), 4 * LAGS)
-    places = [_columns(r, [*names, *_sensors(able)], share) for r in able]
+    sensors = _sensors(able)
+    places = [_columns(r, [*names, *sensors], share) for r in able]
     driving = [_columns(r, references, share) for r in able]
     judged = _first_errors(places, driving, LAGS) if references else None
     if judged is None:  # nothing predicts it
@@ -92,7 +93,7 @@ def with_beginnings(
     beginnings = {}
     for r, x, unlike in zip(able, worse, leverage, strict=True):
         moves = max(x, float(np.median(worse))) > WORSE
-        rests = held and unlike <= FAMILIAR
+        rests = (held or sensors) and unlike <= FAMILIAR
         beginnings[r.name] = (
             Beginning.MOTION if moves else Beginning.REST if rests else Beginning.UNKNOWN
         )
