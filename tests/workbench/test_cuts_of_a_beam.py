@@ -15,8 +15,8 @@ ENCODER, GAUGE = 1e-5, 1e-5
 """rad, rms"""
 WITHIN = 0.01
 """Of the true stiffness; three polynomial shapes cost a fifth of that."""
-MISLEADING = (2, 6, 10)
-"""Cuts whose stiffness was off by up to 7 % while the arm was taken to rest."""
+MISLEADING = 0
+"""A cut whose stiffness was off by 40 % while the arm was taken to rest."""
 
 
 def cut(seed: int) -> pd.DataFrame:
@@ -50,7 +50,7 @@ def off(seed: int) -> float:
 
 
 def test_a_cut_in_motion_gives_the_stiffness() -> None:
-    assert off(MISLEADING[1]) < WITHIN
+    assert off(MISLEADING) < WITHIN
 
 
 @pytest.mark.long
