@@ -75,7 +75,9 @@ class Prepared:
         for i, name in enumerate(names):
             start[i] += values.get(START + name, 0.0)
             start[len(names) + i] += values.get(f"{START}d{name}", 0.0)
-        return replace(task, start=start, schedule=schedule)
+        # Where the first state is estimated, rest is one value of it and no other way to begin.
+        before = None if moved else task.before
+        return replace(task, start=start, schedule=schedule, before=before)
 
     def _followed_at(self, values: Mapping[str, float]) -> Task:
         """The task with the motion that the virtual servo follows at these values."""
