@@ -87,17 +87,28 @@ def with_beginnings(
     driving = [_columns(r, references, share) for r in able]
     judged = _first_errors(places, driving, LAGS) if references else None
     if judged is None:  # nothing predicts it
-        still = [begins_at_rest(place[:, :joints]) for place in places]
-        judged = np.where(still, 0.0, np.inf), np.full(len(able), np.inf)
+        slow = [begins_at_rest(place[:, :joints]) for place in places]
+        judged = np.where(slow, 0.0, np.inf), np.full(len(able), np.inf)
     worse, leverage = judged
     beginnings = {}
-    for r, x, unlike in zip(able, worse, leverage, strict=True):
-        moves = max(x, float(np.median(worse))) > WORSE
-        rests = (held or sensors) and unlike <= FAMILIAR
+    for r, place, x, unlike in zip(able, places, worse, leverage, strict=True):
+        still = _begins_still(place)
+        moves = max(x, float(np.median(worse))) > WORSE and not still
+        rests = (held or sensors) and (still or unlike <= FAMILIAR)
         beginnings[r.name] = (
             Beginning.MOTION if moves else Beginning.REST if rests else Beginning.UNKNOWN
         )
     return [replace(r, beginning=beginnings.get(r.name, r.beginning)) for r in recordings]
+
+
+STILL = 0.01
+"""Of a channel's whole range: by less it changes over the first samples of a log that begins
+before its motion."""
+
+
+def _begins_still(places: np.ndarray) -> bool:
+    """Whether all channels (N, k) hardly change over the first 2 LAGS samples."""
+    return bool(np.all(np.ptp(places[: 2 * LAGS], axis=0) <= STILL * np.ptp(places, axis=0)))
 
 
 def _sensors(recordings: Sequence[Recording]) -> list[str]:

@@ -85,7 +85,7 @@ def test_a_foreign_file_is_fitted_right(page: Any, session: Session, foreign: Pa
     shot(page, "check")
     (fit,) = hand.fit(session).fits
     sees(page, "Converged: yes")
-    for estimate in fit.estimates:
+    for estimate in (e for e in fit.estimates if e.recording is None):
         assert estimate.value == pytest.approx(TRUE_EI, rel=CLOSE), estimate.name
     columns = session.document.scenario.recordings[0].columns
     assert columns["theta1"].name == "enc_2 [deg]" and columns["theta2"].name == "enc_1 [deg]"
