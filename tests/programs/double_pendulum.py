@@ -1,4 +1,4 @@
-"""A rigid double pendulum in a horizontal plane with Stribeck friction: explicit, by hand, and slow.
+"""A rigid double pendulum in a plane with Stribeck friction: explicit, by hand, and slow.
 
 Its equations are those of a textbook (two uniform rods), its friction a smooth law of the joints'
 speeds, its integrator a Runge-Kutta method of fourth order with very short steps. Nothing of it

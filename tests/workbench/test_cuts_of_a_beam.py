@@ -1,4 +1,4 @@
-"""Cuts of a log of an independent finite-element beam, from a scenario that states nothing of them."""
+"""Cuts of a log of an independent beam, from a scenario that states nothing of them."""
 
 from __future__ import annotations
 
