@@ -119,10 +119,12 @@ class Acceptance:
         refusals = list[Refusal]()
         for best in refitted[:MOST_TRIED]:
             part = best.screened.effect.kind in members
-            if not acceptable(best, part) or self.stopped():
+            if not acceptable(best, part):
                 if certain(best):
                     refusals.append(Refusal(best, small_share(best)))
                 continue
+            if self.stopped():
+                break
             if not most:
                 return replace(still, accepted=best)
             assessed, data, after = self._converge(best)

@@ -102,10 +102,10 @@ INITIAL_JOINT_BOUND = 0.05
 def unknowns_with_starts(
     model: Model, spec: IdentifySpec, recordings: Sequence[Recording], outputs: Sequence[Sensor]
 ) -> Unknowns:
-    """What a fit of the full equations estimates: what [identify] asks for and, where a drive holds
-    the joints and the outputs show places, the place of each joint at the first sample of a
-    recording that begins at rest. The encoder's first reading is no better than any other, and the
-    joints integrate its error."""
+    """What a fit estimates: what [identify] asks for and, where a drive holds the joints and the
+    outputs show places, the place of each joint at the first sample of a recording that begins at
+    rest. The encoder's first reading is no better than any other, and every later place has its
+    error."""
     unknowns = collect_unknowns(model, spec, recordings)
     resting = [r for r in recordings if not starts_unknown(spec, r)]
     if model.steering is not None or not any(s.drifts for s in outputs):

@@ -33,6 +33,7 @@ from flexgui.views.headline import (
 )
 from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder, ladder_table
+from flexgui.views.names import is_of_a_start
 from flexgui.views.parameter_tables import final_parameters
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.summary import alarms, plain, result_lines, summary
@@ -145,9 +146,12 @@ class Identification(_Found):
         local = len(self.outcome.fits) > 1
         blocks = []
         for fit in self.outcome.fits:
-            names = [labelled(e.name, fit.label) if local else e.label for e in fit.estimates]
-            std = np.array([np.nan if e.std is None else e.std for e in fit.estimates])
-            blocks.append(pd.DataFrame(fit.correlation * np.outer(std, std), names, names))
+            shown = [k for k, e in enumerate(fit.estimates) if not is_of_a_start(e)]
+            estimates = [fit.estimates[k] for k in shown]
+            names = [labelled(e.name, fit.label) if local else e.label for e in estimates]
+            std = np.array([np.nan if e.std is None else e.std for e in estimates])
+            correlation = fit.correlation[np.ix_(shown, shown)]
+            blocks.append(pd.DataFrame(correlation * np.outer(std, std), names, names))
         return pd.concat(blocks)
 
     def simulate(self, *, recording: str | None = None, **settings: Any) -> Simulation:

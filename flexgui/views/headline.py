@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from flexgui.core.results.identification import RECORDING_MARK
 from flexgui.core.sentences import listed
 from flexgui.sentences.figures import error_change
 from flexgui.sentences.verdict import is_explained, verdict_paragraphs
+from flexgui.views.names import is_of_a_start
 from flexgui.views.pooled import derived_names, overall_estimates
 
 AS_GIVEN = "As given"
@@ -62,10 +64,11 @@ def kept_effects(diagnosis: Diagnosis) -> str:
 
 
 def final_estimates(outcome: Outcome) -> tuple[Estimate, ...]:
-    """Parameters of the model after the diagnosis: of the diagnosis' last fit if there is one."""
+    """Parameters of the model after the diagnosis: of the diagnosis' last fit if there is one. The
+    first states of recordings, dozens of numbers, stand with their fits alone."""
     diagnosis = outcome.diagnosis
     if diagnosis is None or not diagnosis.parameters:
-        return overall_estimates(outcome.fits)
+        return _without_starts(overall_estimates(outcome.fits))
     first = {e.name: e.start for e in first_estimates(outcome)}
     # Each refit starts where the one before it ended; what a person stated is the first start.
     shared = [replace(e, start=first.get(e.name, float("nan"))) for e in diagnosis.parameters]
@@ -92,8 +95,12 @@ def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
 
 
 def first_estimates(outcome: Outcome) -> tuple[Estimate, ...]:
-    """Estimates of the first fit, of the model as given."""
-    return outcome.as_given or overall_estimates(outcome.fits)
+    """Estimates of the first fit, of the model as given, without first states."""
+    return _without_starts(outcome.as_given or overall_estimates(outcome.fits))
+
+
+def _without_starts(estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
+    return tuple(e for e in estimates if not is_of_a_start(e))
 
 
 def first_is_biased(outcome: Outcome) -> bool:

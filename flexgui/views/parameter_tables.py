@@ -81,9 +81,8 @@ def final_parameters(outcome: Outcome) -> Table:
     if outcome.diagnosis is None or not outcome.diagnosis.parameters:
         table = parameters(outcome.fits)
         return replace(table, caption=f"{table.caption} {COMPLETE}")
-    everything, derived = final_estimates(outcome), final_derived_names(outcome)
-    # States in which recordings begin are dozens of numbers that say nothing of the arm.
-    shown = [e for e in everything if not is_of_a_start(e)]
+    shown, derived = final_estimates(outcome), final_derived_names(outcome)
+    starts = any(is_of_a_start(e) for fit in outcome.fits for e in fit.estimates)
     own = any(e.recording for e in shown)
     rows = []
     for e in shown:
@@ -95,7 +94,7 @@ def final_parameters(outcome: Outcome) -> Table:
         STILL_MISSING if final_is_biased(outcome) else "",
         COLOURED,
         FOLLOWS if derived else "",
-        STARTS if len(shown) < len(everything) else "",
+        STARTS if starts else "",
     )
     heads = texts("Belongs to", *(("Recording",) if own else ()))
     return Table((*heads, *COLUMNS), tuple(rows), caption)

@@ -183,7 +183,8 @@ def test_objects_and_a_file_give_the_same_numbers(
 ) -> None:
     path = rig.save(tmp_path / "rig.toml")
     outcome = run_scenario(read_scenario(path), folder=tmp_path)
-    for ours, theirs in zip(found.parameters, outcome.fits[0].estimates, strict=True):
+    shared = [e for e in outcome.fits[0].estimates if e.recording is None]
+    for ours, theirs in zip(found.parameters, shared, strict=True):
         assert ours.value == pytest.approx(theirs.value, rel=DIGITS)
 
 

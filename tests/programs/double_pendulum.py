@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-STEP = 2e-5
+STEP = 4e-6
 """s"""
-STICK = 1e-3
-"""rad/s over which dry friction changes its sign."""
+STICK = 1e-4
+"""rad/s over which dry friction changes its sign; ten times as much moves the friction found."""
 
 
 @dataclass(frozen=True)
