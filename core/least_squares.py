@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from .parameters import ParameterSet
 
@@ -74,13 +75,6 @@ MOST_ITERATIONS = 15
 GOOD_ENOUGH = 1e-4
 """Reduction of the cost per sample, in floors squared, below which an iteration is the last: with
 the 100,000 samples of a long campaign it is the evidence at which two models tie."""
-KEPT = 0.5
-"""Of the reduction that straight lines promise: by less than this they were no straight lines."""
-FLAT = 1.5
-"""Of that reduction: by more than this the errors bend away from straight lines so that the cost is
-less than half as curved as they say, and its minimum more than twice as far."""
-SHORT = 1e-2
-"""Damping above which a step was short, so that a small reduction says nothing of the next one."""
 WORST_DAMPING = 1e6
 SAME_START = 0.1
 """Of a typical size: nearer starts end in the same minimum, as those within some ten per cent of a
@@ -117,26 +111,19 @@ def descend(
     stopped: Callable[[], bool] = lambda: False,
     most: int = MOST_ITERATIONS,
     good_enough: float = GOOD_ENOUGH,
-    keep: bool = False,
     damping: float = FIRST_DAMPING,
     exact: Callable[[np.ndarray], Slopes] | None = None,
     share: float = 0.0,
 ) -> Descended:
     """The minimum reached from `start` (P,) within the bounds; `damping` of a descent that goes on.
 
-    An iteration is the last where it reduces the cost by less than `good_enough` per sample, or by
-    less than that `share` of it.
+    An iteration is the last where its reduction of the cost, and what a step without damping would
+    have added to it, are less than `good_enough` per sample, or than that `share` of the cost.
+
+    With a `share`, a step that raises the cost is shortened only while it promises that much.
 
     Where rough `slopes` lead nowhere downhill, the descent goes on with the `exact` ones: of a fast
     vibration with half the steps they pointed uphill, and left a tenth of the error.
-
-    `keep` is for a start near its minimum. Slopes hardly change there and are the expensive part.
-    So they are computed again only where a step with those at hand reduced the cost by less than
-    KEPT or more than FLAT of the predicted reduction. Such a step is doubled as long as the cost
-    falls. A step that raises the cost is shortened only while the predicted reduction is large
-    enough. Not for starts farther away: short steps were seen to gain more than the linear
-    prediction there, and doubled ones to leave a limit of torque so far from its minimum that a
-    soft base seemed to be missing.
     """
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
@@ -144,38 +131,45 @@ def descend(
     cost, done, ended = cost_of(blocks), 0, False
     cost += float(limits.prior_cost(x))
     S: Slopes = ()
-    at, shorter = None, keep or share > 0.0
+    stuck, shorter = False, share > 0.0
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
-        if at is None:
-            S, at = [as_finite(s) for s in slopes(x)], x
+        if not stuck:
+            S = [as_finite(s) for s in slopes(x)]
         enough = max(least, share * cost)
-        A, b = normal_equations(blocks, S)
-        A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
-        b += (x - limits.prior_means) / np.asarray(limits.deviations) ** 2
+        A, b = _with_prior(*normal_equations(blocks, S), x, limits)
         done += 1
-        free = _free(x, b, limits)
-        x_new, blocks_new, cost_new, damping = _step(
-            errors, x, blocks, cost, A, b, free, limits, damping, enough if shorter else 0.0
+        before, begun = x, damping
+        x, blocks, cost_new, damping = _step(
+            errors, x, blocks, cost, A, b, limits, damping, enough if shorter else 0.0
         )
-        promise = _reduction_of_move(A, b, x_new - x)
-        bent = keep and cost - cost_new > FLAT * promise + enough
-        if bent:
-            x_new, blocks_new, cost_new = _longer(errors, x, x_new, blocks_new, cost_new, limits)
-        reduction = cost - cost_new
-        stuck = np.array_equal(x, x_new)
-        poor = stuck or bent or reduction < KEPT * promise
-        if stuck and exact is not None and np.any(free):
-            slopes, exact, at, damping, shorter = exact, None, None, FIRST_DAMPING, True
+        reduction, cost, stuck = cost - cost_new, cost_new, np.array_equal(before, x)
+        if stuck and begun > FIRST_DAMPING:
+            damping = FIRST_DAMPING  # short steps alone were tried
             continue
-        resting = stuck or (reduction < enough and damping < SHORT)
-        ended = resting and (at is x or not poor)
-        if not keep or poor:
-            at = None
-        x, blocks, cost = x_new, blocks_new, cost_new
+        if stuck and exact is not None:
+            slopes, exact, stuck, damping, shorter = exact, None, False, FIRST_DAMPING, True
+            continue
+        left = _promised(A, b, before, limits) - _reduction_of_move(A, b, x - before)
+        ended = stuck or reduction + max(left, 0.0) < enough
         if ended:
             break
     S = S or [np.zeros((*b.shape, len(x))) for b in blocks]
     return Descended(x, cost_of(blocks), done, tuple(blocks), tuple(S), damping, ended)
+
+
+def _with_prior(
+    A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: Limits
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal equations with what is known a priori as measurements of x (P,)."""
+    weights = np.asarray(limits.deviations) ** -2.0
+    return A + np.diag(np.broadcast_to(weights, len(x))), b + (x - limits.prior_means) * weights
+
+
+def _promised(A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: Limits) -> float:
+    """Reduction of the cost by a step without damping where the errors are straight lines."""
+    return max(
+        _reduction_of_move(A, b, _stepped(A, b, x, limits.lower, limits.upper, 0.0) - x), 0.0
+    )
 
 
 def _reduction_of_move(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
@@ -188,23 +182,14 @@ def predicted_reduction(descended: Descended, limits: Limits) -> float:
     the slopes last taken."""
     if not len(descended.vector):
         return 0.0
-    A, b, x = *normal_equations(descended.blocks, descended.slopes), descended.vector
-    A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
-    b += (x - limits.prior_means) / np.asarray(limits.deviations) ** 2
-    move = _inside(x, _move(A, b, _free(x, b, limits), FIRST_DAMPING), limits) - x
-    return max(_reduction_of_move(A, b, move), 0.0)
+    x = descended.vector
+    A, b = _with_prior(*normal_equations(descended.blocks, descended.slopes), x, limits)
+    return _promised(A, b, x, limits)
 
 
 def as_finite(S: np.ndarray) -> np.ndarray:
     """S with zeros for what is not finite, where a simulation diverged."""
     return S if np.all(np.abs(S) < DIVERGED) else np.nan_to_num(S, nan=0.0, posinf=0.0, neginf=0.0)
-
-
-def _free(x: np.ndarray, b: np.ndarray, limits: Limits) -> np.ndarray:
-    """(P,) bool: not held by a bound that the descent pushes against; the errors fall along -b."""
-    margin = AT_BOUND * limits.scales
-    bound = ((x <= limits.lower + margin) & (b > 0.0)) | ((x >= limits.upper - margin) & (b < 0.0))
-    return ~bound
 
 
 FIRST_WAY = 0.9
@@ -215,43 +200,33 @@ NEAR = 0.05
 """Of a typical size: from here on a step may go all the way."""
 
 
-def _inside(x: np.ndarray, move: np.ndarray, limits: Limits) -> np.ndarray:
-    """x + move within the bounds."""
+def _reach(x: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.ndarray]:
+    """Between which (P,) a step from x may end."""
     low, high, margin = limits.lower, limits.upper, NEAR * limits.scales
     low = np.where(x - low > margin, x - FIRST_WAY * (x - low), low)
     high = np.where(high - x > margin, x + FIRST_WAY * (high - x), high)
-    return np.clip(x + move, low, high)
+    return low, high
 
 
 def _step(  # type: ignore[no-untyped-def]
-    errors, x, blocks, cost, A, b, free, limits: Limits, damping: float, enough: float
+    errors, x, blocks, cost, A, b, limits: Limits, damping: float, enough: float
 ):
     """One accepted step with its damping; the point itself where no step reduces the cost.
 
     A step that increases the cost is shortened while its predicted reduction exceeds `enough`.
     """
-    while damping < WORST_DAMPING and np.any(free & (np.diag(A) > 0.0)):
-        move = _move(A, b, free, damping)
-        x_new = _inside(x, move, limits)
+    while damping < WORST_DAMPING:
+        x_new = _stepped(A, b, x, *_reach(x, limits), damping)
+        if np.array_equal(x, x_new):
+            break
         new_blocks = errors(x_new)
         new = cost_of(new_blocks) + float(limits.prior_cost(x_new))
         if new < cost:
             return x_new, new_blocks, new, max(0.1 * damping, 1e-9)
-        if np.isfinite(new) and _reduction_of_move(A, b, move) < enough:
+        if np.isfinite(new) and _reduction_of_move(A, b, x_new - x) < enough:
             break  # shorter ones promise less
         damping = max(10.0 * damping, 1e-3)
     return x, blocks, cost, damping
-
-
-def _longer(errors, x, x_new, blocks, cost: float, limits: Limits):  # type: ignore[no-untyped-def]
-    """The step from x to x_new, doubled as long as that goes down."""
-    while True:
-        x_longer = _inside(x, 2.0 * (x_new - x), limits)
-        new_blocks = errors(x_longer)
-        new = cost_of(new_blocks) + float(limits.prior_cost(x_longer))
-        if not new < cost:
-            return x_new, blocks, cost
-        x_new, blocks, cost = x_longer, new_blocks, new
 
 
 SEEN = 1e-10
@@ -276,15 +251,18 @@ def pseudo_inverse(A: np.ndarray, relative: float = SEEN) -> np.ndarray:
     return np.asarray(inner / np.outer(d, d))
 
 
-def _move(A: np.ndarray, b: np.ndarray, free: np.ndarray, damping: float) -> np.ndarray:
-    """(P,) Levenberg's step of what is free and moves any output."""
-    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    inside = np.flatnonzero(free & (np.diag(A) > 0.0))
-    move = np.zeros_like(b)
-    if len(inside):
-        normal = (A / np.outer(scale, scale))[np.ix_(inside, inside)]
-        sizes, directions = np.linalg.eigh(normal)
-        directions, sizes = directions[:, sizes > SEEN * sizes[-1]], sizes[sizes > SEEN * sizes[-1]]
-        along = directions.T @ (b / scale)[inside] / (sizes + damping)
-        move[inside] = -directions @ along
-    return move / scale
+def _stepped(
+    A: np.ndarray, b: np.ndarray, x: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float
+) -> np.ndarray:
+    """(P,) after Levenberg's step, the best between `low` and `high`, of what moves any output."""
+    moving, stepped = (np.diag(A) > _SMALLEST) & (low < high), x.copy()
+    if np.any(moving):
+        scale = np.sqrt(np.diag(A)[moving])
+        sizes, directions = np.linalg.eigh(A[np.ix_(moving, moving)] / np.outer(scale, scale))
+        seen = sizes > SEEN * sizes[-1]
+        roots, along = np.sqrt(sizes[seen] + damping), directions[:, seen].T
+        box = ((low - x)[moving] * scale, (high - x)[moving] * scale)
+        goal = -(along @ (b[moving] / scale)) / roots
+        move = scipy.optimize.lsq_linear(roots[:, None] * along, goal, box, method="bvls").x
+        stepped[moving] += move / scale
+    return np.asarray(np.clip(stepped, low, high))

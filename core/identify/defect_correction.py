@@ -131,7 +131,7 @@ def corrected_minimum(
         else:
             descended = descend(
                 corrected.blocks, lambda x: coarse.sensitivities(x, central=False), vector, limits,
-                stopped, good_enough=LAST_REDUCTION * cost_of(fine) / residuals.count**2, keep=True,
+                stopped, good_enough=0.0, share=LAST_REDUCTION / residuals.count,
             )  # fmt: skip
         is_short = not _length(descended.vector - vector, descended) > MOST_DESCENT**2
         if (is_near and is_short) or stopped() or not np.isfinite(descended.cost):
@@ -177,7 +177,7 @@ def _along_fine_slopes(
     def minimum(slopes: Sequence[np.ndarray]) -> Descended:
         return descend(
             lambda x: [r + S @ (x - vector) for r, S in zip(fine, slopes, strict=True)],
-            lambda _: slopes, vector, limits, keep=True,
+            lambda _: slopes, vector, limits,
         )  # fmt: skip
 
     coarse, better = on_all_cores(slopes_with, (steps, 2 * steps))

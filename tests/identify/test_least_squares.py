@@ -7,15 +7,18 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from flexgui.core.least_squares import Descended, Limits, descend, predicted_reduction
+from flexgui.core.least_squares import (
+    FIRST_DAMPING,
+    WORST_DAMPING,
+    Descended,
+    Limits,
+    descend,
+    predicted_reduction,
+)
 
 LIMITS = Limits(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
 SAMPLES = 500
-NEAR = (1.02, 1.96)
-"""Some deviations from the minimum."""
 NOISE = 0.1
-WRONG = 0.55
-"""Times the true slopes: a step along them goes nearly twice as far as it should."""
 BENT = 0.02
 """Share of its slope by which an error bends over the way that a descent goes."""
 
@@ -48,30 +51,54 @@ class Curve:
         return [np.stack([-inner, -inner * self.t], axis=-1) / NOISE]
 
 
-def descended(curve: Curve, keep: bool = False, start: tuple[float, float] = (0.0, 0.0)):  # type: ignore[no-untyped-def]
-    at = np.array(start)
-    return descend(curve.errors, curve.slopes, at, LIMITS, good_enough=1e-9, keep=keep)
+def descended(curve: Curve) -> Descended:
+    return descend(curve.errors, curve.slopes, np.zeros(2), LIMITS, good_enough=1e-9)
 
 
-def test_slopes_that_are_kept_lead_to_the_same_minimum_for_one_look_at_them() -> None:
-    fresh, kept = Curve(), Curve()
-    a, b = descended(fresh, start=NEAR), descended(kept, keep=True, start=NEAR)
-    deviation = NOISE / np.sqrt(SAMPLES)
-    assert b.vector == pytest.approx(a.vector, abs=1e-2 * deviation)
-    assert kept.asked["slopes"] == 1 < fresh.asked["slopes"]
+TIMES = np.linspace(0.0, 1.0, 60)[:, None]
+MODELS = {
+    "exponential": (lambda x: x[0] * np.exp(-3.0 * x[1] * TIMES), (1.0, 0.8)),
+    "two exponentials": (
+        lambda x: x[0] * np.exp(-x[1] * TIMES) + x[2] * np.exp(-4.0 * x[3] * TIMES),
+        (1.0, 1.0, 0.5, 1.2),
+    ),
+    "sine": (lambda x: x[0] * np.sin(2.0 * np.pi * (1.0 + 0.2 * x[1]) * TIMES), (1.0, 0.5)),
+    "saturation": (lambda x: x[0] * TIMES / (0.3 + np.abs(x[1]) + TIMES), (1.0, 0.4)),
+    "nearly parallel": (lambda x: x[0] * TIMES + x[1] * (TIMES + 1e-3 * TIMES**2), (1.0, 0.5)),
+}
+ENOUGH = 1e-4
+"""Reduction per sample below which a descent ends."""
+SEEDS = range(40)
 
 
-def test_slopes_that_no_longer_fit_are_taken_anew() -> None:
-    """Along slopes that are too flat a step overshoots and falls by a part of its promise."""
-    curve = Curve()
+@pytest.mark.parametrize("damping", [FIRST_DAMPING, WORST_DAMPING])
+@pytest.mark.parametrize("name", MODELS)
+def test_no_restart_gains_from_where_a_descent_ended(name: str, damping: float) -> None:
+    """With bounds and priors or without, whatever damping it began with."""
+    model, true = MODELS[name]
+    for seed in SEEDS:
+        rng, P = np.random.default_rng(seed), len(true)
+        noise, spread = 10.0 ** rng.uniform(-3.0, -0.5), rng.choice([0.05, 0.3])
+        y = model(true) + noise * rng.standard_normal((len(TIMES), 1))
+        below, above = rng.uniform(-0.05, 0.6, (2, P)) if seed % 2 else np.full((2, P), 9.0)
+        deviations = rng.uniform(0.3, 30.0, P) if seed % 3 else np.full(P, np.inf)
+        limits = Limits(true - below, true + above, np.ones(P), np.array(true), deviations)
 
-    def late(x: np.ndarray) -> list[np.ndarray]:
-        factor = WRONG if not curve.asked["slopes"] else 1.0
-        return [factor * s for s in curve.slopes(x)]
+        def errors(x: np.ndarray) -> list[np.ndarray]:
+            return [(y - model(x)) / noise]  # noqa: B023
 
-    found = descend(curve.errors, late, np.zeros(2), LIMITS, good_enough=1e-9, keep=True)
-    assert curve.asked["slopes"] > 1
-    assert found.cost == pytest.approx(descended(Curve()).cost, rel=1e-6)
+        def slopes(x: np.ndarray) -> list[np.ndarray]:
+            sides = [(errors(x + h)[0] - errors(x - h)[0]) / 2e-6 for h in 1e-6 * np.eye(len(x))]
+            return [np.stack(sides, axis=-1)]
+
+        def end(start: np.ndarray, damping: float) -> tuple[Descended, float]:
+            found = descend(errors, slopes, start, limits, most=200, damping=damping)  # noqa: B023
+            return found, found.cost + float(limits.prior_cost(found.vector))  # noqa: B023
+
+        found, cost = end(true + spread * rng.standard_normal(P), damping)
+        _, restarted = end(found.vector, FIRST_DAMPING)
+        assert found.ended
+        assert cost - restarted < ENOUGH * len(TIMES), seed
 
 
 class Level:
@@ -91,11 +118,9 @@ FAR = (2.6, 0.0)
 """Beyond where the cost is curved as straight lines say; the minimum is at zero."""
 
 
-@pytest.mark.parametrize("keep", [False, True])
-def test_a_minimum_beyond_what_straight_lines_promise_is_reached(keep: bool) -> None:
-    """Kept slopes led to where the errors were at right angles to slopes of another place."""
+def test_a_minimum_beyond_what_straight_lines_promise_is_reached() -> None:
     level = Level()
-    found = descend(level.errors, level.slopes, np.array(FAR), LIMITS, good_enough=1e-6, keep=keep)
+    found = descend(level.errors, level.slopes, np.array(FAR), LIMITS, good_enough=1e-6)
     assert found.ended
     assert found.vector[0] == pytest.approx(0.0, abs=1e-3)
 
@@ -104,7 +129,7 @@ def test_at_a_minimum_that_no_step_improves_a_descent_ends_after_one_try() -> No
     """Beyond it a simulation's own error decides which of two points is lower."""
     bottom = descended(Curve()).vector
     curve = Curve(rough=1e-4)
-    found = descend(curve.errors, curve.slopes, bottom, LIMITS, good_enough=1e-4, keep=True)
+    found = descend(curve.errors, curve.slopes, bottom, LIMITS, share=1e-4)
     assert found.iterations == 1
     assert curve.asked["errors"] <= 2
 
