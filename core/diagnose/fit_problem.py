@@ -15,7 +15,7 @@ from ..effects import with_included
 from ..effects.effect import Effect, Rig
 from ..effects.sizes import Sizes
 from ..identify.defect_correction import Anchor
-from ..identify.predictor import Motion, MotionCache, Predictor, with_steps_per_sample
+from ..identify.predictor import Motion, MotionCache, Predictor
 from ..identify.prepared_recording import Prepared, make_task
 from ..identify.prescribed_joint_forces import needed_steps
 from ..identify.residuals import Residuals
@@ -176,7 +176,7 @@ class Hypothesis:
         predictor = self.residuals.predictor
         if predictor.steps is None:
             return self
-        predictor = with_steps_per_sample(predictor, max(predictor.steps // 2, 1))
+        predictor = predictor.with_steps(max(predictor.steps // 2, 1))
         return replace(self, residuals=replace(self.residuals, predictor=predictor))
 
     def values(self) -> dict[str, float]:

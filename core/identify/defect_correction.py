@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arm.arm import Arm
-from ..identify.predictor import on_all_cores, with_steps_per_sample
+from ..identify.predictor import on_all_cores
 from ..least_squares import (
     Descended,
     Limits,
@@ -90,9 +90,7 @@ class Anchor:
 
 def with_steps(residuals: Residuals, steps: int) -> Residuals:
     """The residuals with so many steps per sample, without correction."""
-    return replace(
-        residuals, predictor=with_steps_per_sample(residuals.predictor, steps), anchor=None
-    )
+    return replace(residuals, predictor=residuals.predictor.with_steps(steps), anchor=None)
 
 
 def errors_with(residuals: Residuals, vector: np.ndarray, steps: int) -> list[np.ndarray]:

@@ -47,16 +47,17 @@ def identify(
 ) -> Fitted:  # fmt: skip
     """Minimises (13) over the experiments and estimates the uncertainty. If stopped, the best so
     far is described."""
+    start, predictor = unknowns.parameters.vector(), Predictor(experiments, unknowns, fixed)
+    if predictor.simulation_is_expensive:
+        predictor = predictor.coarsened(start)
     residuals = Residuals(
-        Predictor(experiments, unknowns, fixed),
-        channel_weights(experiments, spec.weights),
+        predictor, channel_weights(experiments, spec.weights),
         on_better=partial(progress.better, label),
-    )
+    )  # fmt: skip
     with use_progress(progress):
         result = _stoppable(lambda: _searched(label, residuals, spec, progress))
     if result is None:
-        start = RefinedFit(unknowns.parameters.vector(), np.nan, np.nan, False)
-        result = SearchResult(residuals, start, (), "", True)
+        result = SearchResult(residuals, RefinedFit(start, np.nan, np.nan, False), (), "", True)
     return Fitted(summarise_fit(label, result), result.refined.vector, result.residuals)
 
 
@@ -87,8 +88,6 @@ def _searched(
     """Search and refinement over the residuals' experiments."""
     predictor, unknowns = residuals.predictor, residuals.unknowns
     start = unknowns.parameters.vector()
-    if predictor.simulation_is_expensive:
-        predictor.coarsen(start)
     short = first_samples_of(residuals, SEARCH_SAMPLES)
     searched, fast = None, short.population()
     if uses_evolution(fast, spec):

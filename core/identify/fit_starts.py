@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from ..identify.defect_correction import with_steps
 from ..identify.estimates import first_estimate_text
 from ..identify.population_cost import PopulationCost
 from ..identify.refinement import RefinedFit, refine
@@ -172,10 +173,7 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
     tried[:, moved] *= SPREAD ** (2.0 * points - 1.0)
     p = residuals.unknowns.parameters
     tried = np.clip(tried, p.lower(), p.upper())
-    predictor = residuals.predictor
-    steps, predictor.steps = predictor.steps, 1  # which is best, few steps show as well
-    costs = residuals.costs(tried)
-    predictor.steps = steps
+    costs = with_steps(residuals, 1).costs(tried)  # which is best, few steps show as well
     return [start, tried[int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))]]
 
 

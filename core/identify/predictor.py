@@ -8,7 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -148,7 +148,7 @@ def motion_of(e: Prepared, numbers: Numbers, values: Mapping[str, float], steps:
     return prescribed_joint_forces.with_prescribed_forces(e.model, numbers, motion)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Predictor:
     """Simulates prepared recordings at the level of their model."""
 
@@ -158,12 +158,12 @@ class Predictor:
     steps: int | None = None
     """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis fixes
     them: friction and limits have edges, where extrapolation fails."""
-    errors: dict[str, float] = field(default_factory=dict)
+    errors: dict[str, float] = field(default_factory=dict, init=False)
     """Estimated rms simulation error per recording in m or rad, non-linear level only."""
     motion_cache: MotionCache = field(default_factory=MotionCache)
     own: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Recording -> values that hold for it alone."""
-    _motions: OrderedDict[Key, Trajectory] = field(default_factory=OrderedDict)
+    _motions: OrderedDict[Key, Trajectory] = field(default_factory=OrderedDict, init=False)
 
     @property
     def simulation_is_expensive(self) -> bool:
@@ -222,7 +222,7 @@ class Predictor:
         keys = [self._key(*each) for each in zip(chosen, parts, tasks, strict=True)]
         first = {key: i for i, key in reversed(list(enumerate(keys)))}
         cached = self.motion_cache.motions
-        self._motions |= {key: cached[key] for key in first if key in cached}
+        self._motions.update({key: cached[key] for key in first if key in cached})
         new = [i for i, key in enumerate(keys) if key not in self._motions and first[key] == i]
         some = [chosen[i] for i in new]
         simulated = self._run(some, [parts[i] for i in new], [tasks[i] for i in new])
@@ -262,7 +262,8 @@ class Predictor:
         )
         share = TORQUE_TOLERANCE if torque_compared else np.inf
         results = simulate_many(jobs, FIT_TOLERANCE, share, _workers)
-        self.errors |= {e.recording.name: x.error for e, x in zip(chosen, results, strict=True)}
+        for e, x in zip(chosen, results, strict=True):
+            self.errors[e.recording.name] = x.error
         return [result.trajectory for result in results]
 
     def simulated_at(self, vector: np.ndarray) -> MotionCache:
@@ -272,20 +273,24 @@ class Predictor:
         motions = dict(self._simulate(self.experiments, numbers, values))
         return MotionCache(motions, tuple(e.recording for e in self.experiments))
 
-    def coarsen(self, vector: np.ndarray) -> None:
-        """Continues with few steps; the step error is corrected at the end
+    def with_steps(self, steps: int) -> Predictor:
+        """The same with so many steps per sample."""
+        return replace(self, steps=steps)
+
+    def coarsened(self, vector: np.ndarray) -> Predictor:
+        """The same with few steps; the step error is corrected at the end
         (core.identify.defect_correction)."""
         spread = [_spread_of(e) for e in self.experiments]
-        self.steps = 1
-        coarse = self.predict(vector)
+        found = self.with_steps(1)
+        coarse = found.predict(vector)
         while True:
-            steps, self.steps = self.steps, 2 * self.steps
-            fine = self.predict(vector)
+            finer = found.with_steps(2 * (found.steps or 1))
+            fine = finer.predict(vector)
             miss = self._largest_miss(fine, coarse, spread)
-            if miss * LEAST_GAIN / (LEAST_GAIN - 1.0) <= SEARCH_SHARE or steps >= MOST_SUBSTEPS:
-                self.steps = steps
-                return
-            coarse = fine
+            enough = miss * LEAST_GAIN / (LEAST_GAIN - 1.0) <= SEARCH_SHARE
+            if enough or (found.steps or 1) >= MOST_SUBSTEPS:
+                return found
+            found, coarse = finer, fine
 
     def _largest_miss(
         self, fine: Sequence[np.ndarray], coarse: Sequence[np.ndarray], spread: Sequence[np.ndarray]
@@ -296,12 +301,6 @@ class Predictor:
             for e, a, b in zip(self.experiments, fine, coarse, strict=True)
         ]
         return max(float(np.max(_rms(x) / s)) for x, s in zip(differences, spread, strict=True))
-
-
-def with_steps_per_sample(predictor: Predictor, steps: int) -> Predictor:
-    """The same with other steps per sample."""
-    parts = predictor.experiments, predictor.unknowns, predictor.fixed
-    return Predictor(*parts, steps=steps, motion_cache=predictor.motion_cache)
 
 
 SEARCH_SHARE = 0.05

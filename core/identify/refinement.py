@@ -10,7 +10,7 @@ multiple shooting.)
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -65,7 +65,8 @@ def refine(
             EXPENSIVE_TOLERANCE if residuals.predictor.simulation_is_expensive else TOLERANCE
         )
     limits = limits_of(residuals.unknowns.parameters)
-    vector, watched = np.asarray(start, dtype=float), _WatchedResiduals(residuals, on_step)
+    vector = np.asarray(start, dtype=float)
+    watched = _WatchedResiduals(residuals, on_step, vector)
     for _ in range(ROUNDS_WITH_PRIOR if _has_prior(limits) else 1):
         try:
             descended = descend(
@@ -104,13 +105,13 @@ class _WatchedResiduals:
 
     residuals: Residuals
     on_step: OnStep
-    vector: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    vector: np.ndarray
     cost: float = np.inf
 
     def errors(self, x: np.ndarray) -> list[np.ndarray]:
         blocks = self.residuals.blocks(x)
         cost = cost_of(blocks)
-        if cost < self.cost or not self.vector.size:
+        if cost < self.cost:
             self.vector, self.cost = np.array(x), cost
             self.residuals.report(self.vector, cost)
         return blocks

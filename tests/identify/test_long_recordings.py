@@ -15,6 +15,7 @@ from flexgui.core.identify.fit import Fitted, identify
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.refinement import refine
 from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.uncertainty import FEW_LAGS, cross_covariances
 from flexgui.core.identify.unknowns import Unknowns, collect_unknowns
@@ -125,6 +126,46 @@ def test_a_stop_before_any_estimate_leaves_the_start(model: Model, recording: Re
     found = _identify(model, recording, Told("first vibrations"))
     assert found.fit.stopped
     assert found.vector == pytest.approx([e.start for e in found.fit.estimates])
+
+
+class Patient(Silent):
+    """Stops when asked for the n-th time whether it wishes to."""
+
+    def __init__(self, patience: int) -> None:
+        self.left = patience
+
+    def stopped(self) -> bool:
+        self.left -= 1
+        return self.left < 0
+
+
+PATIENCE = (0, 1, 2, 3, 5)
+
+
+def test_whenever_a_stop_comes_the_start_has_the_same_cost() -> None:
+    """Within the comparison of starts, one step per sample was left for the summary."""
+    model = with_modes(2)
+    swings = recorded(model, 4e-3)
+    ends = [_identify(model, swings, Patient(n)).fit for n in PATIENCE]
+    costs = [f.cost for f in ends if all(e.value == e.start for e in f.estimates)]
+    assert all(f.stopped for f in ends)
+    assert len(costs) > 3 and set(costs) == {costs[0]}
+
+
+def test_a_stop_within_the_first_simulation_of_a_descent_leaves_its_start(
+    model: Model, recording: Recording
+) -> None:
+    experiments, unknowns = (
+        [_prepared(model, recording)],
+        collect_unknowns(model, SPEC, [recording]),
+    )
+    residuals = Residuals(
+        Predictor(experiments, unknowns, steps=1), channel_weights(experiments, {})
+    )
+    start = unknowns.parameters.vector()
+    with use_progress(Patient(0)):
+        found = refine(residuals, start, lambda _: False)
+    assert found.stopped_before_first_step and np.array_equal(found.vector, start)
 
 
 def test_stretches_change_nothing(

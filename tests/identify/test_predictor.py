@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -89,7 +88,7 @@ def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
     counting: Residuals,
 ) -> None:
     predictor, here = counting.predictor, counting.unknowns.parameters.vector()
-    known = replace(predictor, motion_cache=predictor.simulated_at(here), _motions=OrderedDict())
+    known = replace(predictor, motion_cache=predictor.simulated_at(here))
     given = {id(motion) for motion in known.motion_cache.motions.values()}
     everything = range(len(known.experiments))
     for vector, same in ((here, True), (1.01 * here, False)):
