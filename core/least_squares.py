@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from .parameters import ParameterSet
+from .parameters import AT_BOUND, ParameterSet
 
 Blocks = Sequence[np.ndarray]
 """Weighted errors (M, k) per recording."""
@@ -52,7 +52,7 @@ class Limits:
     deviations: np.ndarray | float = np.inf
 
     def inside(self, x: np.ndarray) -> np.ndarray:
-        """(P,) bool: not at a bound, to a millionth of a typical size."""
+        """(P,) bool: not at a bound."""
         margin = AT_BOUND * self.scales
         return np.asarray((x > self.lower + margin) & (x < self.upper - margin))
 
@@ -79,8 +79,6 @@ WORST_DAMPING = 1e6
 SAME_START = 0.1
 """Of a typical size: nearer starts end in the same minimum, as those within some ten per cent of a
 resonance do."""
-AT_BOUND = 1e-6
-"""Of a typical size: nearer than this a parameter stands at its bound."""
 DIVERGED = 1e12
 """In floors: no simulation that holds together is that far off."""
 

@@ -9,6 +9,9 @@ import numpy as np
 
 from .errors import InputError
 
+AT_BOUND = 1e-6
+"""Of a typical size: nearer than this a parameter is at its bound."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -45,9 +48,9 @@ class Parameter:
         return self.lower > 0.0
 
     def at_bound(self, value: float) -> bool:
-        """Whether a value is at a bound, to a millionth of the distance between both."""
-        margin = 1e-6 * (self.upper - self.lower)
-        return bool(value - self.lower < margin or self.upper - value < margin)
+        """Whether a value is at a bound, to a millionth of a typical size."""
+        margin = AT_BOUND * self.scale
+        return not self.lower + margin < value < self.upper - margin
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from flexgui.core.diagnose.fit_problem import Data, hypothesis
 from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.least_squares import Limits, cost_of, descend
+from flexgui.core.least_squares import Limits, cost_of, descend, limits_of
+from flexgui.core.parameters import Parameter, ParameterSet
 from tests.diagnose.test_stated_effects import bare, begun
 from tests.helpers import PAPER, looped
 
@@ -54,6 +55,20 @@ def test_a_bound_that_nothing_presses_costs_nothing() -> None:
         at.descended, blocks=(at.descended.blocks[0] + 0.1 * at.descended.slopes[0][..., 2],)
     )
     assert reduction_beyond_bound(at, 2) == 0.0
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e9])
+@pytest.mark.parametrize("lower", [-np.inf, -2.0])
+@pytest.mark.parametrize("upper", [np.inf, 5.0])
+def test_only_a_value_next_to_a_finite_bound_is_at_a_bound(
+    lower: float, upper: float, scale: float
+) -> None:
+    p = Parameter("x", 0.0, lower=lower * scale, upper=upper * scale, scale=scale)
+    limits = limits_of(ParameterSet((p,)))
+    for share in (-2.0, -1.9, 0.0, 4.9, 5.0):
+        value = share * scale
+        assert p.at_bound(value) == (share in (lower, upper))
+        assert p.at_bound(value) != limits.inside(np.array([value]))[0]
 
 
 def pressed(upper: float) -> tuple[Data, Refit]:
