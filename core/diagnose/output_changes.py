@@ -146,13 +146,15 @@ def simulate_output_change(
     larger size can put a vibration out of phase. Diverging simulations are repeated at smaller
     sizes.
     """
+    share = 1.0
     for _ in range(SMALLER_TRIES):
+        trial = _smaller(trial, share)
         blocks, zero = _output_change(data, base, accepted, trial, base_errors)
         bounded = all(np.all(np.abs(b) < DIVERGED) for b in blocks)
         share = LARGEST_CHANGE * _rms(zero) / max(_rms(blocks), 1e-300)
         if bounded and (trial.scanned or not share < 1.0) or not trial.values:
             break
-        trial = _smaller(trial, max(SIZE_MARGIN * share if bounded else 0.0, SMALLEST_SHARE))
+        share = max(SIZE_MARGIN * share if bounded else 0.0, SMALLEST_SHARE)
     blocks = blocks if bounded else [np.zeros_like(b) for b in blocks]
     return OutputChange(**vars(trial), blocks=tuple(blocks), diverged=not bounded)
 

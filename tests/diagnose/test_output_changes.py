@@ -154,6 +154,19 @@ def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
     )
 
 
+@pytest.mark.parametrize("tries", [1, 2])
+def test_the_outputs_change_as_simulated_at_the_stated_size(
+    data: Data, monkeypatch: pytest.MonkeyPatch, tries: int
+) -> None:
+    """After the last try, too, of a size that would have to be smaller still."""
+    monkeypatch.setattr(output_changes, "SMALLER_TRIES", tries)
+    base, trial = base_and_trial(data, "tip_payload")
+    found = column(data, base, times_as_large(trial, 1000.0))
+    monkeypatch.setattr(output_changes, "SMALLER_TRIES", 1)
+    again = column(data, base, replace(trial, values=found.values, sizes=found.sizes))
+    assert again.blocks[0] == pytest.approx(found.blocks[0], abs=0.0)
+
+
 def test_what_comes_apart_at_every_size_is_said(
     data: Data, monkeypatch: pytest.MonkeyPatch
 ) -> None:
