@@ -105,7 +105,7 @@ class FittedModel:
     @cached_property
     def errors(self) -> Autocovariance:
         """Autocovariance of the errors; new recordings are expected to have the same."""
-        return autocovariance(np.concatenate(self.begun.base.errors))
+        return autocovariance(*self.begun.base.errors)
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:

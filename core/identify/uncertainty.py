@@ -66,15 +66,20 @@ class Autocovariance:
     width: int
 
 
-def autocovariance(r: np.ndarray) -> Autocovariance:
-    """The autocovariance of residuals (M, k), zero where a sample does not count."""
-    width = bandwidth(r)
-    return Autocovariance(_covariances_where_sampled(r, 2 * width)[0], width)
+def autocovariance(*residuals: np.ndarray) -> Autocovariance:
+    """The autocovariance of residuals (M, k), zero where a sample does not count, of one recording
+    or of several that have the same."""
+    width = max(map(bandwidth, residuals))
+    parts = [_covariances_where_sampled(r, 2 * width) for r in residuals]
+    gammas, pairs = (np.array(each) for each in zip(*parts, strict=True))
+    shares = pairs / np.maximum(pairs.sum(axis=0), 1.0)
+    return Autocovariance(np.sum(shares * gammas, axis=0), width)
 
 
 def _covariances_where_sampled(r: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray]:
     """(lags + 1, k, k) each: covariances of residuals (M, k) as if all samples counted, from the
     existing pairs, zero without any; and the number of pairs."""
+    r = np.pad(r, ((0, max(lags + 1 - len(r), 0)), (0, 0)))
     M, counts = len(r), r != 0.0
     gamma = cross_covariances(r, lags)
     complete = (M - np.arange(lags + 1.0))[:, None, None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,8 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
+from flexgui.core.experiments.fitted_model import FittedModel
 from flexgui.core.identify.uncertainty import (
     QUIET_LAGS,
+    autocovariance,
     bandwidth,
     covariance,
     cross_covariances,
@@ -191,6 +194,21 @@ def test_cross_covariances_are_means_of_products():
     r = coloured(3, 50, 0.5, 0.4)
     gamma = cross_covariances(r, QUIET_LAGS)
     assert gamma[2, 0, 1] == pytest.approx(np.sum(r[:-2, 0] * r[2:, 1]) / 50)
+
+
+@pytest.mark.parametrize("lengths", [(400, 400), (900, 60), (30, 700, 200)])
+def test_no_error_of_one_recording_is_correlated_with_those_of_another(
+    lengths: tuple[int, ...],
+) -> None:
+    """Only pairs within a recording count, so that neither their order nor a sign matters."""
+    recordings = [coloured(k, M, 0.9, 0.3) + 0.5 for k, M in enumerate(lengths)]
+    base = SimpleNamespace(errors=recordings)
+    planned = FittedModel(SimpleNamespace(base=base)).errors  # type: ignore[arg-type]
+    turned = autocovariance(*[r * (-1.0) ** k for k, r in enumerate(reversed(recordings))])
+    assert planned.width == turned.width > 0
+    assert turned.gamma == pytest.approx(planned.gamma, abs=1e-12)
+    alone = [np.mean(r[:, :, None] * r[:, None], axis=0) for r in recordings]
+    assert planned.gamma[0] == pytest.approx(np.average(alone, axis=0, weights=lengths))
 
 
 def test_the_inverse_of_a_full_matrix_is_the_usual_one():
