@@ -175,7 +175,8 @@ def robust_covariance(
     slopes = [S[:, :, inside] for S in refit.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)
     if len(inside):
+        known, counted = np.asarray(h.limits.deviations)[inside], h.residuals.counted
         out[np.ix_(inside, inside)] = covariance(
-            slopes, refit.errors, len(inside), relative, np.asarray(h.limits.deviations)[inside]
+            slopes, refit.errors, counted, len(inside), relative, known
         )
     return out

@@ -105,7 +105,8 @@ class FittedModel:
     @cached_property
     def errors(self) -> Autocovariance:
         """Autocovariance of the errors; new recordings are expected to have the same."""
-        return autocovariance(*self.begun.base.errors)
+        pairs = zip(self.begun.base.errors, self.h.residuals.counted, strict=True)
+        return autocovariance(*pairs)
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
@@ -116,7 +117,8 @@ class FittedModel:
     def known(self) -> Information:
         """Information of the existing recordings."""
         base = self.begun.base
-        own = [autocovariance(r) for r in base.errors]
+        counted = self.h.residuals.counted
+        own = [autocovariance(each) for each in zip(base.errors, counted, strict=True)]
         return information(self.h.unknowns.labels, base.descended.slopes, own)
 
     def deviations(self, shown: Information) -> dict[str, float]:

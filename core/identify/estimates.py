@@ -52,7 +52,9 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     level = float(np.sqrt(squares / max(residuals.count, 1))) or 1.0
     cov = np.zeros((0, 0))
     if P:
-        cov = covariance(sensitivities, blocks, rank, known=limits.deviations, level=level)
+        cov = covariance(
+            sensitivities, blocks, residuals.counted, rank, known=limits.deviations, level=level
+        )
     identified = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
     determined = identifiability.determined(unknowns, vector, cov, null) if P else identified
     fast, floor = residuals.population(vector), COST_FLOOR * residuals.magnitude
@@ -64,7 +66,7 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     return Fit(
         label=label, recordings=recordings,
         estimates=_estimates(unknowns, vector, cov, identified, determined),
-        contradicted=_contradicted(unknowns, vector, sensitivities, blocks, limits),
+        contradicted=_contradicted(residuals, vector, sensitivities, blocks, limits),
         correlation=identifiability.correlation_of(cov),
         cost=refined.cost if np.isfinite(refined.cost) else squares,
         residual_count=residuals.count, convergence=result.history,
@@ -107,7 +109,7 @@ SURELY_APART = 3.0
 
 
 def _contradicted(
-    unknowns: Unknowns, vector: np.ndarray, sensitivities: Sequence[np.ndarray],
+    residuals: Residuals, vector: np.ndarray, sensitivities: Sequence[np.ndarray],
     blocks: Sequence[np.ndarray], limits: Limits,
 ) -> dict[str, float]:  # fmt: skip
     """Label -> deviations between a parameter's prior and what the recordings alone would say, by
@@ -117,9 +119,11 @@ def _contradicted(
         return {}
     A, b = normal_equations(blocks, sensitivities)
     alone = vector - pseudo_inverse(A) @ b
-    spread = np.diag(covariance(sensitivities, blocks, len(vector))) + limits.deviations**2
+    own = covariance(sensitivities, blocks, residuals.counted, len(vector))
+    spread = np.diag(own) + limits.deviations**2
     apart = np.abs(alone - limits.prior_means) / np.sqrt(spread)
-    return {unknowns.labels[i]: float(apart[i]) for i in known if apart[i] > SURELY_APART}
+    labels = residuals.unknowns.labels
+    return {labels[i]: float(apart[i]) for i in known if apart[i] > SURELY_APART}
 
 
 def first_estimate_text(unknowns: Unknowns, vector: np.ndarray) -> str:

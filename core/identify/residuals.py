@@ -139,10 +139,14 @@ class Residuals:
         error = np.where(e.counted, e.measured - predicted, 0.0)
         return np.asarray(error * self.weights[i])
 
+    @property
+    def counted(self) -> list[np.ndarray]:
+        """(M_i, k) per recording: which samples count."""
+        return [e.counted for e in self.experiments]
+
     def vector(self, blocks: Sequence[np.ndarray]) -> np.ndarray:
         """The blocks' counted samples in one vector (K,)."""
-        parts = [b[e.counted] for b, e in zip(blocks, self.experiments, strict=True)]
-        return np.concatenate(parts)
+        return np.concatenate([b[c] for b, c in zip(blocks, self.counted, strict=True)])
 
     def __call__(self, vector: np.ndarray) -> np.ndarray:
         return self.vector(self.blocks(vector))
@@ -156,7 +160,7 @@ class Residuals:
     @property
     def count(self) -> int:
         """Number of samples that count, all channels together."""
-        return int(sum(e.counted.sum() for e in self.experiments))
+        return int(sum(c.sum() for c in self.counted))
 
     def sensitivities(
         self, vector: np.ndarray, central: bool = True, only: Sequence[int] | None = None

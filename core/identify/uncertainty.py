@@ -30,25 +30,25 @@ core.identify.identifiability.RANK_TOLERANCE."""
 
 
 def covariance(
-    sensitivities: Sequence[np.ndarray], residuals: Sequence[np.ndarray], free: int,
-    relative: float = NOTHING, known: np.ndarray | float = np.inf, level: float = 1.0,
+    sensitivities: Sequence[np.ndarray], residuals: Sequence[np.ndarray],
+    counted: Sequence[np.ndarray], free: int, relative: float = NOTHING,
+    known: np.ndarray | float = np.inf, level: float = 1.0,
 ) -> np.ndarray:  # fmt: skip
     """(P, P) from S_i (M, k, P) and residuals (M, k) per recording, both weighted and zero where a
-    sample does not count. `free`: number of independent directions estimated; zero along those
-    whose `relative` eigenvalue of the normal equations is too small. `known`: deviations (P,) of
-    what is known a priori, infinite where nothing is; `level`: rms of the noise in the residuals'
-    unit."""
+    sample is not `counted` (M, k). `free`: number of independent directions estimated; zero along
+    those whose `relative` eigenvalue of the normal equations is too small. `known`: deviations (P,)
+    of what is known a priori, infinite where nothing is; `level`: rms of the noise in the
+    residuals' unit."""
     P = sensitivities[0].shape[2]
     information, meat = np.zeros((P, P)), np.zeros((P, P))
-    counted = 0
-    for S, r in zip(sensitivities, residuals, strict=True):
+    for S, r, counts in zip(sensitivities, residuals, counted, strict=True):
         flat = S.reshape(-1, P)
         information += flat.T @ flat
-        meat += score_covariance(S, autocovariance(r))
-        counted += int(np.count_nonzero(r))
+        meat += score_covariance(S, autocovariance((r, counts)))
+    count = sum(int(counts.sum()) for counts in counted)
     prior = np.diag(np.broadcast_to((level / np.asarray(known)) ** 2, P))
     inverse = pseudo_inverse(information + prior, relative)
-    correction = counted / max(counted - free, 1)
+    correction = count / max(count - free, 1)
     total = inverse @ (correction * meat + level**2 * prior) @ inverse
     return np.asarray(0.5 * (total + total.T))
 
@@ -66,21 +66,24 @@ class Autocovariance:
     width: int
 
 
-def autocovariance(*residuals: np.ndarray) -> Autocovariance:
-    """The autocovariance of residuals (M, k), zero where a sample does not count, of one recording
-    or of several that have the same."""
-    width = max(map(bandwidth, residuals))
-    parts = [_covariances_where_sampled(r, 2 * width) for r in residuals]
+def autocovariance(*errors: tuple[np.ndarray, np.ndarray]) -> Autocovariance:
+    """The autocovariance of (residuals (M, k), which samples count (M, k)) of one recording, or of
+    several that have the same; residuals are zero where a sample does not count."""
+    width = max(bandwidth(r, counts) for r, counts in errors)
+    parts = [_covariances_where_sampled(r, counts, 2 * width) for r, counts in errors]
     gammas, pairs = (np.array(each) for each in zip(*parts, strict=True))
     shares = pairs / np.maximum(pairs.sum(axis=0), 1.0)
     return Autocovariance(np.sum(shares * gammas, axis=0), width)
 
 
-def _covariances_where_sampled(r: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray]:
+def _covariances_where_sampled(
+    r: np.ndarray, counts: np.ndarray, lags: int
+) -> tuple[np.ndarray, np.ndarray]:
     """(lags + 1, k, k) each: covariances of residuals (M, k) as if all samples counted, from the
     existing pairs, zero without any; and the number of pairs."""
-    r = np.pad(r, ((0, max(lags + 1 - len(r), 0)), (0, 0)))
-    M, counts = len(r), r != 0.0
+    missing = max(lags + 1 - len(r), 0)
+    r, counts = (np.pad(x, ((0, missing), (0, 0))) for x in (r, counts))
+    M = len(r)
     gamma = cross_covariances(r, lags)
     complete = (M - np.arange(lags + 1.0))[:, None, None]
     if np.all(counts):
@@ -165,14 +168,14 @@ def triangle(width: int) -> np.ndarray:
     return np.asarray(1.0 - np.arange(2 * width + 1) / (2 * width + 1.0))
 
 
-def bandwidth(r: np.ndarray) -> int:
-    """The first lag after which QUIET_LAGS correlations of every two channels are insignificant; of
-    a slow sensor, at the lags of its samples."""
+def bandwidth(r: np.ndarray, counts: np.ndarray) -> int:
+    """The first lag after which QUIET_LAGS correlations of every two channels of residuals (M, k)
+    are insignificant; of a slow sensor, at the lags of its samples that count (M, k)."""
     M, k = r.shape
     longest = max(int(LONGEST_SHARE * M) // 2, 1)
-    counts = np.count_nonzero(r, axis=0)
-    stride = int(np.ceil(M / counts[counts > 0].min(initial=M)))  # the slowest sensor's samples
-    gamma, pairs = _covariances_where_sampled(r, min(longest + QUIET_LAGS * stride, M - 1))
+    sizes = counts.sum(axis=0)
+    stride = int(np.ceil(M / sizes[sizes > 0].min(initial=M)))  # the slowest sensor's samples
+    gamma, pairs = _covariances_where_sampled(r, counts, min(longest + QUIET_LAGS * stride, M - 1))
     scale = np.sqrt(np.maximum(np.diag(gamma[0]), 1e-300))
     rho = np.abs(gamma / np.outer(scale, scale))
     own = np.diag(pairs[0])

@@ -56,9 +56,11 @@ def regression() -> np.ndarray:
     return np.stack([first, second], axis=1)
 
 
-def repeated(pole: float, mix: float, counts: np.ndarray | None = None) -> Deviations:
+ALL = np.ones((SAMPLES, 2), dtype=bool)
+
+
+def repeated(pole: float, mix: float, counts: np.ndarray = ALL) -> Deviations:
     """Linear regressions of noise, over and over; of the samples that count (samples, 2)."""
-    counts = np.ones((SAMPLES, 2), dtype=bool) if counts is None else counts
     S = regression() * counts[:, :, None]
     flat = S.reshape(-1, 2)
     inverse = np.linalg.inv(flat.T @ flat)
@@ -68,7 +70,7 @@ def repeated(pole: float, mix: float, counts: np.ndarray | None = None) -> Devia
         x = inverse @ flat.T @ e.ravel()
         r = e - S @ x
         found.append(x)
-        stated.append(np.sqrt(np.diag(covariance([S], [r], 2))))
+        stated.append(np.sqrt(np.diag(covariance([S], [r], [counts], 2))))
         white.append(np.sqrt(np.diag(inverse) * r.var()))
     return Deviations(
         np.std(found, axis=0, ddof=1), np.median(stated, axis=0), np.median(white, axis=0)
@@ -113,13 +115,14 @@ def test_the_white_formula_is_misled_by_coloured_residuals(pole):
 
 
 @settings(max_examples=20)
-@given(st.integers(0, 10_000))
-def test_white_residuals_give_the_usual_formula(seed):
+@given(st.integers(0, 10_000), st.floats(0.0, 0.8))
+def test_white_residuals_give_the_usual_formula_even_where_most_are_zero(seed, zeros):
     S = regression()
     e = coloured(seed, SAMPLES, 0.0, 0.0)
+    e[np.random.default_rng(seed + 1).random(e.shape) < zeros] = 0.0
     flat = S.reshape(-1, 2)
     usual = np.linalg.inv(flat.T @ flat) * e.var()
-    found = covariance([S], [e], 2)
+    found = covariance([S], [e], [ALL], 2)
     assert np.sqrt(np.diag(found)) == pytest.approx(np.sqrt(np.diag(usual)), rel=AGREES)
 
 
@@ -127,7 +130,7 @@ def test_white_residuals_give_the_usual_formula(seed):
 @given(st.integers(0, 10_000), st.floats(0.0, 0.98), st.floats(-0.9, 0.9))
 def test_a_covariance_is_symmetric_and_has_no_negative_direction(seed, pole, mix):
     S, e = regression()[:300], coloured(seed, 300, pole, mix)
-    C = covariance([S, S], [e, 2.0 * e], 2)
+    C = covariance([S, S], [e, 2.0 * e], [ALL[:300]] * 2, 2)
     assert np.array_equal(C, C.T)
     assert np.linalg.eigvalsh(C).min() >= -1e-12 * np.trace(C)
 
@@ -138,7 +141,7 @@ def test_noise_that_was_differentiated_twice_leaves_no_deviation_of_nought(seed)
     """Nearly nothing of it is slow, and a flat-topped window found less than that."""
     S = regression()[2:]
     e = np.diff(coloured(seed, SAMPLES, 0.0, 0.3), 2, axis=0)
-    found = np.sqrt(np.diag(covariance([S], [e], 2)))
+    found = np.sqrt(np.diag(covariance([S], [e], [ALL[2:]], 2)))
     flat = S.reshape(-1, 2)
     white = np.sqrt(np.diag(np.linalg.inv(flat.T @ flat)) * e.var())
     assert np.all(found > 1e-3 * white) and np.all(found < white)
@@ -148,21 +151,22 @@ def test_noise_that_was_differentiated_twice_leaves_no_deviation_of_nought(seed)
 @given(st.integers(0, 10_000), st.floats(1e-3, 1e3), st.floats(1e-3, 1e3))
 def test_a_covariance_follows_the_units(seed, residual, parameter):
     S, e = regression()[:300], coloured(seed, 300, 0.5, 0.3)
-    scaled = covariance([S / parameter], [e * residual], 2)
-    assert scaled == pytest.approx(covariance([S], [e], 2) * (residual * parameter) ** 2, rel=1e-6)
+    scaled = covariance([S / parameter], [e * residual], [ALL[:300]], 2)
+    unscaled = covariance([S], [e], [ALL[:300]], 2)
+    assert scaled == pytest.approx(unscaled * (residual * parameter) ** 2, rel=1e-6)
 
 
 def test_a_direction_that_nothing_shows_gets_no_variance_from_rounding():
     S = regression()
     S = np.concatenate([S, S.sum(axis=2, keepdims=True)], axis=2)
-    C = covariance([S], [coloured(1, SAMPLES, 0.5, 0.3)], 2)
+    C = covariance([S], [coloured(1, SAMPLES, 0.5, 0.3)], [ALL], 2)
     flat = regression().reshape(-1, 2)
     assert np.trace(C) < 10.0 / np.linalg.eigvalsh(flat.T @ flat).min() * SAMPLES
 
 
 def test_the_window_is_short_for_white_and_longer_for_coloured_residuals():
     widths = {
-        pole: np.median([bandwidth(coloured(seed, SAMPLES, pole, 0.3)) for seed in range(20)])
+        pole: np.median([bandwidth(coloured(seed, SAMPLES, pole, 0.3), ALL) for seed in range(20)])
         for pole in (0.0, 0.5, 0.9, 0.97)
     }
     assert widths[0.0] <= 1
@@ -173,13 +177,13 @@ def test_the_window_is_short_for_white_and_longer_for_coloured_residuals():
 @given(st.integers(10, 400), st.integers(1, 3), st.integers(0, 1000))
 def test_the_window_always_ends(samples, channels, seed):
     r = np.cumsum(np.random.default_rng(seed).standard_normal((samples, channels)), axis=0)
-    assert 0 <= bandwidth(r) <= samples
+    assert 0 <= bandwidth(r, np.ones(r.shape, dtype=bool)) <= samples
 
 
 def test_silent_residuals_are_no_trouble():
     S, zero = regression(), np.zeros((SAMPLES, 2))
-    assert bandwidth(zero) == 0
-    assert np.array_equal(covariance([S], [zero], 2), np.zeros((2, 2)))
+    assert bandwidth(zero, ALL) == 0
+    assert np.array_equal(covariance([S], [zero], [ALL], 2), np.zeros((2, 2)))
 
 
 @pytest.mark.parametrize("width", [0, 1, 7])
@@ -202,9 +206,12 @@ def test_no_error_of_one_recording_is_correlated_with_those_of_another(
 ) -> None:
     """Only pairs within a recording count, so that neither their order nor a sign matters."""
     recordings = [coloured(k, M, 0.9, 0.3) + 0.5 for k, M in enumerate(lengths)]
-    base = SimpleNamespace(errors=recordings)
+    counted = [np.ones(r.shape, dtype=bool) for r in recordings]
+    residuals = SimpleNamespace(counted=counted)
+    base = SimpleNamespace(errors=recordings, hypothesis=SimpleNamespace(residuals=residuals))
     planned = FittedModel(SimpleNamespace(base=base)).errors  # type: ignore[arg-type]
-    turned = autocovariance(*[r * (-1.0) ** k for k, r in enumerate(reversed(recordings))])
+    pairs = zip(reversed(recordings), reversed(counted), strict=True)
+    turned = autocovariance(*[(r * (-1.0) ** k, counts) for k, (r, counts) in enumerate(pairs)])
     assert planned.width == turned.width > 0
     assert turned.gamma == pytest.approx(planned.gamma, abs=1e-12)
     alone = [np.mean(r[:, :, None] * r[:, None], axis=0) for r in recordings]
@@ -250,9 +257,9 @@ def test_a_fit_states_its_deviation_whatever_the_colour_of_the_noise(pole, repea
 def test_a_parameter_without_influence_has_no_covariance():
     S = np.concatenate([regression(), np.zeros((SAMPLES, 2, 1))], axis=2)
     e = coloured(1, SAMPLES, 0.5, 0.3)
-    C = covariance([S], [e], 2)
+    C = covariance([S], [e], [ALL], 2)
     assert np.all(C[2] == 0.0)
-    assert C[:2, :2] == pytest.approx(covariance([regression()], [e], 2))
+    assert C[:2, :2] == pytest.approx(covariance([regression()], [e], [ALL], 2))
 
 
 DIFFERENCES = 1e-5
@@ -265,7 +272,7 @@ def test_a_product_is_known_as_well_where_its_factors_are_not(seed):
     alone, e = regression()[:, :, :1], coloured(seed, SAMPLES, 0.5, 0.3)
     both = alone * np.array([1.0, 4.0])
     both[:, :, 1] += DIFFERENCES * draws.standard_normal(alone.shape[:2])
-    product = covariance([alone], [e], 1)[0, 0]
-    factors = covariance([both], [e], 1, SEEN)
+    product = covariance([alone], [e], [ALL], 1)[0, 0]
+    factors = covariance([both], [e], [ALL], 1, SEEN)
     gradient = np.array([1.0, 4.0])
     assert gradient @ factors @ gradient == pytest.approx(product, rel=1e-3)
