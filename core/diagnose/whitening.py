@@ -134,7 +134,7 @@ def _fit_channel(series: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[Channe
         [p.whitened(x) for p, (x, _) in zip(predictions, series, strict=True)]
     )
     size = float(np.sqrt(np.mean(whitened**2))) if np.any(whitened) else 1.0
-    # Covariances over different pairs contradict each other a little where samples are missing.
+    # So that noise costs as much as it has samples, whatever the autoregression misses.
     return [replace(p, deviation=size * p.deviation) for p in predictions]
 
 
@@ -148,44 +148,42 @@ class _Autocovariance:
 
 
 def _autocovariance(pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> _Autocovariance:
-    """The autocovariance, from values (n,) and the numbers (n,) of their samples."""
-    dense = [_on_grid(x, steps) for x, steps in pieces if len(x)]
-    count = sum(len(x) for x, _ in pieces)
-    gamma = _lagged_products(dense)
-    if gamma[0] <= SMALLEST:
+    """The autocovariance, from values (n,) and the numbers (n,) of their samples.
+
+    Burg's method for segments (de Waele & Broersen 2000). Each order uses the rows that have all
+    its samples: means over different pairs contradict each other, which AIC took for correlation.
+    """
+    forward = backward = _on_grid(pieces)
+    values = forward[np.isfinite(forward)]
+    variance = float(values @ values) / max(len(values), 1)
+    if variance <= SMALLEST:
         return _Autocovariance(0, _extended(np.ones(1), np.zeros(0)))
-    taps, variance, best = np.zeros(0), gamma[0], (count * np.log(gamma[0]), np.zeros(0))
-    for order in range(1, len(gamma)):  # Levinson and Durbin
-        reflection = (gamma[order] - taps @ gamma[order - 1 : 0 : -1]) / variance
+    gamma, taps, best, criterion, least = [variance], np.zeros(0), np.zeros(0), 0.0, 0.0
+    for _ in range(HIGHEST_ORDER):
+        forward, backward = forward[1:], backward[:-1]
+        rows = np.isfinite(forward + backward)
+        f, b = forward[rows], backward[rows]
+        reflection = 2.0 * float(f @ b) / max(float(f @ f + b @ b), SMALLEST)
+        gamma.append(float(taps @ gamma[:0:-1]) + reflection * variance)
         variance *= 1.0 - reflection**2
-        if not abs(reflection) < 1.0 or variance <= SMALLEST:
+        if variance <= SMALLEST:
             break
         taps = np.append(taps - reflection * taps[::-1], reflection)
-        best = min(best, (count * np.log(variance) + 2.0 * order, taps), key=lambda pair: pair[0])
-    order = len(best[1])
-    return _Autocovariance(order, _extended(gamma[: order + 1], best[1]))
+        forward, backward = forward - reflection * backward, backward - reflection * forward
+        criterion += len(f) * float(np.log1p(-(reflection**2))) + 2.0
+        if criterion < least:
+            least, best = criterion, taps
+    return _Autocovariance(len(best), _extended(np.array(gamma[: len(best) + 1]), best))
 
 
-def _on_grid(x: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values on an even grid, and which of them exist."""
-    values, present = np.zeros(steps[-1] + 1), np.zeros(steps[-1] + 1)
-    values[steps], present[steps] = x, 1.0
-    return values, present
-
-
-def _lagged_products(dense: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """(up to HIGHEST_ORDER + 1,) means of x(t) x(t + lag) over existing pairs, scaled to an
-    unbroken series; up to the first lag without pairs."""
-    products = []
-    length = sum(len(x) for x, _ in dense)
-    for lag in range(HIGHEST_ORDER + 1):
-        inner = [(x, present) for x, present in dense if len(x) > lag]
-        pairs = sum(float(present[: len(x) - lag] @ present[lag:]) for x, present in inner)
-        if not pairs:
-            break
-        total = sum(float(x[: len(x) - lag] @ x[lag:]) for x, _ in inner)
-        products.append(total / pairs * sum(len(x) - lag for x, _ in inner) / length)
-    return np.array(products or [0.0])
+def _on_grid(pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """All pieces on one even grid, HIGHEST_ORDER samples apart; NaN where there is no value."""
+    grids = []
+    for x, steps in pieces:
+        grid = np.full(steps.max(initial=-1) + 1 + HIGHEST_ORDER, np.nan)
+        grid[steps] = x
+        grids.append(grid)
+    return np.concatenate(grids)
 
 
 def _extended(gamma: np.ndarray, taps: np.ndarray) -> np.ndarray:

@@ -73,6 +73,17 @@ def test_the_whitened_cost_is_the_number_of_samples(rows: np.ndarray, memory: fl
     assert abs(np.mean(white[1:] * white[:-1])) < MEMORY_LEFT
 
 
+MEAN_ORDER = 2.2
+"""Of first-order noise over 30 draws: AIC's mean of 1.6 and three deviations."""
+
+
+@pytest.mark.parametrize("rows", SAMPLED.values(), ids=SAMPLED)
+def test_gaps_add_nothing_to_the_order_of_the_noise(rows: np.ndarray) -> None:
+    rows = rows[rows < CHANCE_ROWS]
+    fits = [fit_whitener([noise(seed, rows, 0.9)], [[rows]]) for seed in range(30)]
+    assert np.mean([f.predictions[0][0].weights.shape[1] for f in fits]) < MEAN_ORDER
+
+
 def test_channels_of_different_rates_are_whitened_each_by_itself() -> None:
     fast, slow = noise(2, EVERY_ROW, 0.9), 3.0 * noise(3, TENTH, 0.0)
     both = np.hstack([fast, slow])
