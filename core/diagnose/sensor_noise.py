@@ -191,8 +191,8 @@ def quietest_stretches(pieces: Sequence[np.ndarray], quantum: float = 0.0) -> li
     ]
 
 
-SURELY_LOUDER = 3.0
-"""Standard deviations of a mean power, above which a recording has different noise."""
+LOUDER_SIGNIFICANCE = 0.003
+"""Probability that any of several recordings with the same noise seems louder than the quietest."""
 
 
 def noise_ratios(recordings: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
@@ -207,26 +207,29 @@ def noise_ratios(recordings: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
     if len(usable) < 2:
         return ratios
     least, many = min((halves[i] for i in usable), key=lambda half: half[0].mean())
+    pairs = len(usable) * (len(usable) - 1)
+    deviations = -float(scipy.special.ndtri(LOUDER_SIGNIFICANCE / pairs))
     for i in usable:
         power, count = halves[i]
         if not least.min() > 0.0 or not power.min() > 0.0:
             continue
-        ratio, sure = np.log(power / least), SURELY_LOUDER * np.sqrt(1.0 / count + 1.0 / many)
+        ratio, sure = np.log(power / least), deviations * np.sqrt(1.0 / count + 1.0 / many)
         louder = ratio.mean() > np.sqrt(np.mean(sure**2) / 2.0)
         similar = abs(ratio[0] - ratio[1]) < np.sqrt(np.sum(sure**2))
-        flat = abs(np.log(power[0] / power[1])) < SURELY_LOUDER * np.sqrt(np.sum(1.0 / count))
+        flat = abs(np.log(power[0] / power[1])) < deviations * np.sqrt(np.sum(1.0 / count))
         if louder and (similar or flat):
             ratios[i] = np.exp(0.5 * ratio.mean())
     return ratios
 
 
 def _half_band_powers(pieces: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """(2,) mean power in the lower and upper half of the high band, and the number of ordinates."""
+    """(2,) mean power in the lower and upper half of the high band, and the number of independent
+    ordinates: half of a Hann window's."""
     s = without_lines(spectrum(pieces))
     ends = np.linspace(*HIGH, 3)
     halves = [(s.angle >= a) & (s.angle < b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
     power = [float(np.mean(s.power[half])) if half.any() else 0.0 for half in halves]
-    return np.array(power), np.array([half.sum() for half in halves])
+    return np.array(power), np.array([half.sum() // 2 for half in halves])
 
 
 def quieter_of(a: np.ndarray, b: np.ndarray) -> np.ndarray:

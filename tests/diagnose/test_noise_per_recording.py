@@ -31,12 +31,11 @@ def test_a_louder_recording_is_known_by_its_factor(seed: int, factor: float, col
     assert found[1] == pytest.approx(factor, rel=KNOWN)
 
 
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 10_000))
-def test_recordings_of_one_noise_are_pooled(seed: int) -> None:
-    """Nearly always: three deviations are exceeded by one in hundreds."""
-    found = noise_ratios([noise(7 * seed + k, 1.0) for k in range(2)])
-    assert found == pytest.approx(np.ones(2), abs=2.0 * KNOWN)
+@pytest.mark.parametrize("colour", [0.0, 0.9])
+def test_recordings_of_one_noise_are_pooled(colour: float) -> None:
+    """At a significance of 0.003 one of sixty sets may differ; two in five did."""
+    sets = [[noise(8 * s + k, 1.0, colour) for k in range(8)] for s in range(60)]
+    assert sum(bool(np.any(noise_ratios(each) != 1.0)) for each in sets) <= 1
 
 
 def test_what_a_model_misses_in_a_recording_is_none_of_its_noise() -> None:
