@@ -72,12 +72,14 @@ def lines_of(x: np.ndarray, dt: float) -> list[Line]:
         return []
     # Scaled so that the ordinates of a sine add up to its mean square.
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2 * 2.0 / (N * np.sum(window**2))
-    padded = np.pad(power, WINDOW, mode="reflect")
-    median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * WINDOW + 1), axis=1)
+    windows = np.lib.stride_tricks.sliding_window_view(power, 2 * WINDOW + 1)
+    median = np.pad(np.median(windows, axis=1), WINDOW, mode="edge")
     median = np.maximum(median, _within_an_octave(power))
     background = np.maximum(median / np.log(2.0), 1e-300)  # the mean that a median stands for
-    ratio = np.minimum(power / background, 700.0)
-    chances = np.minimum((len(power) - LOWEST) * np.exp(-ratio), 1.0)
+    # An F distribution, not an exponential: the background comes from 2 WINDOW + 1 ordinates
+    # itself, half of which are independent, as a Hann window correlates neighbours.
+    tail = (1.0 + power / background / WINDOW) ** -WINDOW
+    chances = np.minimum((len(power) - LOWEST) * tail, 1.0)
     lines = []
     for k in range(LOWEST, len(power) - 1):
         if power[k] >= max(power[k - 1], power[k + 1]):

@@ -123,6 +123,14 @@ def test_noise_holds_none():
     assert sum(told) <= FALSE_ALARMS
 
 
+@pytest.mark.parametrize("samples", [250, 1000])
+def test_noise_has_a_line_of_one_per_cent_chance_in_one_of_a_hundred_series(samples: int) -> None:
+    """The chance took the background, a median of 51 ordinates, as exactly known."""
+    rng = np.random.default_rng(samples)
+    lines = [line_of(rng.standard_normal(samples), DT) for _ in range(600)]
+    assert sum(line is not None and line.chance < 0.01 for line in lines) <= 12
+
+
 def found_anywhere(e: Prepared, errors: np.ndarray) -> bool:
     return unexplained_line([e], [errors], None, ABOVE) is not None
 
