@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import gcd
 
 import numpy as np
 
@@ -28,7 +29,7 @@ FEWEST_CYCLES = 2
 
 @dataclass(frozen=True)
 class Stretch:
-    """A recording's samples from `start` on, before decimation."""
+    """A recording's compared samples from `start` on."""
 
     recording: int
     start: int
@@ -36,7 +37,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Group:
-    """Stretches of the same motion, `length` samples each."""
+    """Stretches of the same motion, `length` compared samples each."""
 
     stretches: tuple[Stretch, ...]
     length: int
@@ -79,9 +80,7 @@ def _stacked(
     rows = []
     for s in group.stretches:
         e = experiments[s.recording]
-        every = e.processing.decimate
-        first, count = int(round(s.start / every)), group.length // every
-        part = slice(first, first + count)
+        part = slice(s.start, s.start + group.length)
         counts = e.counted[part, k]
         rows.append(np.where(counts, errors[s.recording][part, k], np.nan))
     shortest = min(len(row) for row in rows)
@@ -90,12 +89,15 @@ def _stacked(
 
 def _cycles(i: int, e: Prepared) -> Group | None:
     """The cycles of one recording. The first of three or more is left out; of two, the first
-    halves: a motion from rest takes time until it repeats."""
-    inputs = motion_inputs(e)
-    length = period(inputs)
-    if length is None:
+    halves: a motion from rest takes time until it repeats. With decimation, as many cycles count as
+    one as bring the compared samples back to the same instants of the motion."""
+    repeats = period(motion_inputs(e))
+    if repeats is None:
         return None
-    count = len(inputs) // length
+    length = repeats // gcd(repeats, e.processing.decimate)
+    count = len(e.time) // length
+    if count < FEWEST_CYCLES:
+        return None
     first = 1 if count > FEWEST_CYCLES else 0
     skipped = 0 if first else length // 2
     starts = [Stretch(i, c * length + skipped) for c in range(first, count)]
@@ -151,7 +153,7 @@ def _repeated_recordings(experiments: Sequence[Prepared]) -> list[Group]:
         like = next((j for j in groups if _same_motion(experiments[j], e)), i)
         groups.setdefault(like, []).append(i)
     return [
-        Group(tuple(Stretch(i, 0) for i in members), len(experiments[like].recording.time))
+        Group(tuple(Stretch(i, 0) for i in members), len(experiments[like].time))
         for like, members in groups.items()
         if len(members) >= FEWEST_CYCLES
     ]
