@@ -147,7 +147,7 @@ def descend(
         if stuck and exact is not None:
             slopes, exact, stuck, damping, shorter = exact, None, False, FIRST_DAMPING, True
             continue
-        left = _promised(A, b, before, limits) - _reduction_of_move(A, b, x - before)
+        left = _predicted_by_full_step(A, b, before, limits) - _reduction_of_move(A, b, x - before)
         ended = stuck or reduction + max(left, 0.0) < enough
         if ended:
             break
@@ -163,7 +163,7 @@ def _with_prior(
     return A + np.diag(np.broadcast_to(weights, len(x))), b + (x - limits.prior_means) * weights
 
 
-def _promised(A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: Limits) -> float:
+def _predicted_by_full_step(A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: Limits) -> float:
     """Reduction of the cost by a step without damping where the errors are straight lines."""
     return max(
         _reduction_of_move(A, b, _stepped(A, b, x, limits.lower, limits.upper, 0.0) - x), 0.0
@@ -182,7 +182,7 @@ def predicted_reduction(descended: Descended, limits: Limits) -> float:
         return 0.0
     x = descended.vector
     A, b = _with_prior(*normal_equations(descended.blocks, descended.slopes), x, limits)
-    return _promised(A, b, x, limits)
+    return _predicted_by_full_step(A, b, x, limits)
 
 
 def as_finite(S: np.ndarray) -> np.ndarray:
