@@ -212,7 +212,7 @@ class FollowingServo:
             x = recording[f"theta{k + 1}"]
             band = visible_band([(x, dt)])
             if band is None or band.whole:
-                continue  # no noise stands alone in the spectrum, so none is known
+                continue  # no noise stands alone in the spectrum, so none can be told
             speed = self.seen_by_friction(x[:, None], dt)[1][:, 0]
             sure = np.abs(speed) > SURE_DIRECTION * gain * band.noise
             sure = scipy.ndimage.binary_erosion(sure, np.ones(2 * around + 1), border_value=1)
