@@ -21,7 +21,6 @@ from ..errors import InputError
 from ..recording.initial_motion import begins_at_rest
 from ..recording.recording import Beginning, Recording
 from ..recording.velocity import ZeroPhaseLowPass, central_difference
-from ..recording.visible_band import visible_band
 
 if TYPE_CHECKING:
     from ..drives.drive import Drive
@@ -110,10 +109,6 @@ BEYOND = 2.0
 the filters leave a thousandth, and by 2 % at the cut-off of a filter of fourth order."""
 
 
-SURE_DIRECTION = 3.0
-"""Standard deviations of a joint's speed beyond which it shows which way the joint moves."""
-
-
 class Steering(Protocol):
     """What closes the loop: a drive, or a servo around one."""
 
@@ -197,27 +192,6 @@ class FollowingServo:
         compared = band if np.isfinite(band) else self.hz
         smooth = self.response(place, dt, max(self.hz, BEYOND * compared))
         return smooth, slopes(smooth, dt)
-
-    def shows_direction(self, recording: Recording, arm: Arm) -> np.ndarray:
-        """(N, joints): where the encoders show which way a joint moves, for a period of the servo
-        before and after. Elsewhere its dry friction is any torque between two levels, and signs
-        read out of noise made a Stribeck friction half as large as it was."""
-        dt, N = recording.sample_time, len(recording.time)
-        around = round(1.0 / (min(self.hz, self.torque_hz) * dt))
-        impulse = np.zeros((2 * around + 1, 1))
-        impulse[around] = 1.0
-        gain = float(np.linalg.norm(self.seen_by_friction(impulse, dt)[1]))
-        shown = np.ones((N, arm.joints), dtype=bool)
-        for k in range(arm.joints):
-            x = recording[f"theta{k + 1}"]
-            band = visible_band([(x, dt)])
-            if band is None or band.whole:
-                continue  # no noise stands alone in the spectrum, so none can be told
-            speed = self.seen_by_friction(x[:, None], dt)[1][:, 0]
-            sure = np.abs(speed) > SURE_DIRECTION * gain * band.noise
-            sure = scipy.ndimage.binary_erosion(sure, np.ones(2 * around + 1), border_value=1)
-            shown[:, k] = sure | ~sure.any()  # where it never does, nothing else can be compared
-        return shown
 
     def motion(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
         """Measured joint positions and velocities (N, joints)."""

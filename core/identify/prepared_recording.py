@@ -267,10 +267,9 @@ def measured_outputs(
     if sensor.kind == TORQUE and steering is not None:
         recorded = steering.recorded(recording, arm)
         y = steering.recorded_torque(recorded, arm, steering.base.law(arm, model.numbers().p, {}))
-        mask = np.isfinite(y) & steering.shows_direction(recording, arm)
     else:
         y = np.array(sensor.measured(recording, arm))
-        mask = np.isfinite(y)
+    mask = np.isfinite(y)
     for k, name in enumerate(names):
         chosen = recording.counted.get(name)
         if chosen is not None:
