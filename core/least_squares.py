@@ -136,12 +136,12 @@ def descend(
         enough = max(least, share * cost)
         A, b = _with_prior(*normal_equations(blocks, S), x, limits)
         done += 1
-        before, begun = x, damping
+        before, first_damping = x, damping
         x, blocks, cost_new, damping = _step(
             errors, x, blocks, cost, A, b, limits, damping, enough if shorter else 0.0
         )
         reduction, cost, stuck = cost - cost_new, cost_new, np.array_equal(before, x)
-        if stuck and begun > FIRST_DAMPING:
+        if stuck and first_damping > FIRST_DAMPING:
             damping = FIRST_DAMPING  # short steps alone were tried
             continue
         if stuck and exact is not None:
