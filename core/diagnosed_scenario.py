@@ -52,6 +52,7 @@ def diagnosed(scenario: Scenario, diagnosis: Diagnosis) -> Document:
     model["level"] = "nonlinear"
     _keep_priors(scenario, document)
     _put_effects(model, diagnosis)
+    _put_shapes(document, diagnosis)
     _put_values(document, _stated_values(scenario, diagnosis), diagnosis.origins)
     return document
 
@@ -68,6 +69,18 @@ def _put_effects(model: Document, diagnosis: Diagnosis) -> None:
             entries.append({k: v for k, v in fresh.items() if not _states(entries, k)})
     if not entries:
         del model["effects"]
+
+
+def _put_shapes(document: Document, diagnosis: Diagnosis) -> None:
+    """As many bending shapes as the recordings show."""
+    if not diagnosis.shapes:
+        return
+    arm = document.setdefault("arm", {})
+    if "segments" in arm:
+        pairs = zip(arm["segments"], diagnosis.shapes, strict=True)
+        arm["segments"] = [{**segment, "modes": n} for segment, n in pairs]
+    else:
+        arm["modes"] = list(diagnosis.shapes)
 
 
 def _states(entries: list[Document], name: str) -> bool:

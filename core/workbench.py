@@ -17,7 +17,7 @@ from .diagnose.diagnose import diagnose
 from .diagnose.linear_or_nonlinear import AUTO, choose_level
 from .diagnose.output_noise import stated_noise
 from .diagnose.repeated_motions import compare_repeated_runs
-from .diagnose.search_state import Options
+from .diagnose.search_options import Options
 from .diagnosed_scenario import diagnosed_scenario
 from .errors import InputError
 from .identify import predictor

@@ -125,8 +125,6 @@ class Acceptance:
                 continue
             if self.stopped():
                 break
-            if not most:
-                return replace(still, accepted=best)
             assessed, data, after = self._converge(best)
             refusal = self._refusal(assessed, data, after)
             if refusal is None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnose.cost_minimum import converge, law_error
+from ..diagnose.cost_minimum import converge
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
     MOST_SUBSTEPS,
@@ -118,7 +118,7 @@ def fit_base(
     steps = enough_substeps(data, effects, values, least=few)
     data = replace(data, substeps=steps, anchored_substeps=few, substeps_by_modes=SubstepsByModes())
     data, base = converge(data, hypothesis(data, effects, values), None, stopped)
-    return BaseFit(replace(data, law_errors=law_error(data, base)), base)
+    return BaseFit(data, base)
 
 
 def _noise_ratios(

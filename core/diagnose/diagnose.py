@@ -6,21 +6,23 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+from ..arm.arm import Arm
 from ..diagnose.base_fit import BaseFit, fit_base
-from ..diagnose.effect_search import converge_final_model
-from ..diagnose.final_ladder import final_ladder
-from ..diagnose.final_results import compare_with_recordings, final_parameters, parameter_origins
+from ..diagnose.cost_minimum import converge_precisely, with_simulated_deviations
+from ..diagnose.final_results import (
+    compare_with_recordings,
+    effect_settings,
+    final_parameters,
+    parameter_origins,
+)
 from ..diagnose.fit_problem import Data
-from ..diagnose.noise_floor_update import search_with_new_floors
+from ..diagnose.fitted_model import FittedModel
+from ..diagnose.ladder import Ladder, ladder
 from ..diagnose.progress_messages import fit_title
 from ..diagnose.remaining_error import remaining_error
+from ..diagnose.search import Found, Memo, Search
+from ..diagnose.search_options import Options, RankingCallback
 from ..diagnose.search_round import not_applicable, ruled_out
-from ..diagnose.search_state import (
-    Options,
-    RankingCallback,
-    added_effect_settings,
-    state_from_base_fit,
-)
 from ..effects import catalogue, with_included
 from ..errors import InputError
 from ..identify.predictor import fast_thread_switching
@@ -50,38 +52,69 @@ def diagnose(
     options, progress = options or Options(), progress or Silent()
     clock = time.perf_counter()
     base_fit = base_fit or fit_base_to_recordings(setup, spec, recordings, options, progress)
-    state = state_from_base_fit(setup, base_fit)
     fitted = time.perf_counter()
-    state, more = search_with_new_floors(state, options, progress, on_ranking)
-    state, base_fit = final_ladder(state, base_fit, options, progress)
-    converge_final_model(state, options, progress)
-    final_fit = BaseFit(
-        state.data, state.refit, state.validation, state.validation_fit(state.refit)
-    )
-    base_fit = base_fit if state.added else final_fit
+    stated = tuple(setup.model.effects)
+    memo = Memo(base_fit.validation, stated)
+    base = FittedModel(base_fit.data, base_fit.base, stated)
+    found = Search(options, progress, on_ranking, memo).run(base)
+    climbed = ladder(found, memo, progress)
+    first, last = climbed.rungs[0].model.with_law_errors(), _final(climbed, options, progress)
+    climbed = climbed.ending(last)
+    final_fit = memo.base_fit(last)
     if on_end is not None:
         on_end(final_fit)
-    remaining = remaining_error(state.data, state.refit.errors, state.refit.hypothesis)
-    base_error = remaining_error(base_fit.data, base_fit.base.errors, base_fit.base.hypothesis)
-    stopped = progress.stopped()
-    verdict = _verdict(bool(more or state.added or (stopped and base_error.above)), base_error)
-    final = _verdict(more, remaining) if options.max_effects and not stopped else None
-    have = {e.kind for e in with_included(state.present)}
-    reasons = not_applicable(state.data, options.candidates)
-    applies = {kind: reason for kind, reason in reasons.items() if kind not in have}
+    remaining, base_error = (
+        remaining_error(m.data, m.refit.errors, m.refit.hypothesis) for m in (last, first)
+    )
+    added, stopped = last.effects[len(stated) :], progress.stopped()
+    verdict = _verdict(bool(found.proposed or added or (stopped and base_error.above)), base_error)
+    final = (
+        _verdict(found.proposed is not None, remaining)
+        if options.max_effects and not stopped
+        else None
+    )
+    have = {e.kind for e in with_included(last.effects)}
+    reasons = not_applicable(last.data, options.candidates)
+    compared = options.compare
     return Diagnosis(
-        verdict=verdict, final_verdict=final, rounds=tuple(state.rounds), steps=tuple(state.ladder),
-        not_applicable=applies, ruled_out=ruled_out(state.data, options.candidates),
-        effects=tuple(added_effect_settings(state)), floors=state.data.floors,
+        verdict=verdict, final_verdict=final, rounds=climbed.rounds, steps=climbed.steps(memo),
+        not_applicable={kind: why for kind, why in reasons.items() if kind not in have},
+        ruled_out=ruled_out(last.data, options.candidates),
+        effects=tuple(effect_settings(last, stated)), floors=last.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted}, stopped=stopped,
-        kept=tuple(e.kind for e in state.added), needless=state.needless, limit=options.max_effects,
+        kept=tuple(e.kind for e in added), needless=_needless(found), limit=options.max_effects,
         error_given=base_error, error_left=remaining,
-        given=compare_with_recordings(base_fit) if options.compare else (),
-        left=compare_with_recordings(final_fit) if options.compare and state.added else (),
-        parameters=final_parameters(state.refit),
-        origins=parameter_origins(state.refit), values=state.refit.hypothesis.values(),
-        unstated_noise=_unstated_noise(state.data, options.stated_noise),
+        given=compare_with_recordings(memo.base_fit(first)) if compared else (),
+        left=compare_with_recordings(final_fit) if compared and added else (),
+        parameters=final_parameters(last.refit),
+        origins=parameter_origins(last.refit), values=last.refit.hypothesis.values(),
+        proposed=found.proposed, shapes=_further_shapes(last, base.data.bare.arm),
+        unstated_noise=_unstated_noise(last.data, options.stated_noise),
     )  # fmt: skip
+
+
+def _final(climbed: Ladder, options: Options, progress: Progress) -> FittedModel:
+    """The last model at its precise minimum, with what is stated of it."""
+    last = climbed.rungs[-1].model
+    if progress.stopped():
+        return last.with_law_errors()
+    data, refit = converge_precisely(last.data, last.refit, progress.stopped)
+    if data.rig.servo:
+        refit = with_simulated_deviations(data, refit, options.stated_noise)
+    return replace(last, data=data, refit=refit).with_law_errors()
+
+
+def _further_shapes(last: FittedModel, given: Arm) -> tuple[int, ...]:
+    """Bending shapes per segment of the model, where they are more than stated."""
+    modes = last.data.bare.arm.modes
+    return modes if modes != given.modes else ()
+
+
+def _needless(found: Found) -> tuple[str, ...]:
+    """Titles of effects that were added and are no longer in the model."""
+    kept = {e.title for e in found.model.effects}
+    removed = dict.fromkeys(title for move in found.path for title in move.removed)
+    return tuple(title for title in removed if title not in kept)
 
 
 def _unstated_noise(data: Data, stated: Mapping[str, float]) -> tuple[str, ...]:

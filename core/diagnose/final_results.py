@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.fit_problem import Data, Hypothesis
+from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import estimates
 from ..diagnose.missing_torque import missing_torque
 from ..diagnose.refit import Refit, robust_covariance
+from ..effects import with_included
+from ..effects.effect import Effect
 from ..identify import identifiability
 from ..identify.compare import compare_many
 from ..identify.estimates import derived_estimates
@@ -50,6 +54,29 @@ def parameter_origins(refit: Refit) -> dict[str, str]:
     """Name of a parameter -> arm, drive, sensor, or the id of its effect."""
     names = {u.parameter.name for u in refit.hypothesis.unknowns.items}
     return {name: refit.hypothesis.model.origin(name) for name in sorted(names)}
+
+
+def effect_settings(last: FittedModel, given: Sequence[Effect]) -> list[dict[str, object]]:
+    """The effects of a model beside the `given` ones, with those that they include, as [model]
+    effects of a scenario."""
+    model, data = last.refit.hypothesis.model, last.data
+    values = {**model.effect_values, **last.refit.hypothesis.values()}
+    stated = {e.kind for e in with_included(given)}
+    listed: list[dict[str, object]] = []
+    for effect in with_included(last.effects[len(given) :]):
+        if effect.kind in stated and not effect.repeats:
+            continue
+        entry: dict[str, object] = {"id": effect.kind}
+        for effect_parameter in effect.parameters(model.arm, model.drive, data.sizes):
+            name = effect_parameter.parameter.name
+            if not effect.is_searched(effect_parameter, data.rig):
+                continue
+            entry[name] = {
+                "start": float(values.get(name, effect_parameter.parameter.value)),
+                "vary": True,
+            }
+        listed.append(entry)
+    return listed
 
 
 def compare_with_recordings(base_fit: BaseFit) -> tuple[RecordingComparison, ...]:

@@ -25,6 +25,7 @@ from ..diagnose.output_changes import (
 from ..diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 from ..effects.effect import Effect
 from ..identify import predictor
+from ..identify.prepared_recording import Prepared
 from ..least_squares import as_finite
 
 
@@ -138,6 +139,19 @@ def screen(
         if on_interim is not None and number in INTERIM_ROUNDS and number < len(rounds):
             on_interim(scored())
     return scored()
+
+
+def rescored(
+    screened: Screen, experiments: Sequence[Prepared], errors: Sequence[np.ndarray],
+    slopes: Sequence[np.ndarray], changes: Sequence[OutputChange],
+) -> Screen:  # fmt: skip
+    """The screen of the same candidates with other errors (M, k), slopes (M, k, P) and output
+    changes; nothing is simulated."""
+    candidates = list(dict.fromkeys(c.effect for c in changes))
+    rows = whitened_rows(experiments)
+    return _score_candidates(
+        list(errors), list(slopes), list(changes), candidates, screened.remaining_trials, rows
+    )
 
 
 def trial_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[int]]:

@@ -25,7 +25,6 @@ from ..diagnose.output_changes import OutputChange
 from ..diagnose.refit import Refit, fit, refit_with, with_robust_covariance, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.remaining_error import within_noise
-from ..diagnose.whitening import fit_whitener, whitened_rows
 from ..effects import effect
 from ..effects.effect import Effect
 from ..identify import predictor
@@ -60,8 +59,7 @@ def needed_effects(
         acceptable = [
             option
             for option in _refitted(data, model.refit, options, stopped)
-            if (option.refit.cost < most or within_noise(data, option.refit.errors))
-            and not _fewer_shapes_and_less_likely(data, option.refit, model.refit)
+            if option.refit.cost < most or within_noise(data, option.refit.errors)
         ]
         if stopped() or not acceptable:
             break
@@ -104,19 +102,6 @@ def _simpler_replacements(effects: Sequence[Effect], place: int) -> list[tuple[E
     have = {e.kind for e in effects}
     simpler = tuple(effect(kind) for kind in effects[place].includes if kind not in have)
     return [(), simpler] if simpler else [()]
-
-
-def _fewer_shapes_and_less_likely(data: Data, candidate: Refit, refit: Refit) -> bool:
-    """Whether `candidate` has fewer bending shapes and the recordings are far less likely under it.
-    Shapes cost no parameter, so the evidence alone decides."""
-    shapes, before = (
-        sum(e.resolution for e in fitted.hypothesis.model.effects) for fitted in (candidate, refit)
-    )
-    if shapes == before:
-        return False
-    whitener = fit_whitener(refit.errors, whitened_rows(data.experiments))
-    without, with_them = (with_whitened_cost(r, whitener).whitened_cost for r in (candidate, refit))
-    return without - with_them > TIE
 
 
 TRIED = 2

@@ -13,11 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, ModelCheck, Round
-from ..diagnose.effect_sets import EffectSet
 from ..diagnose.evidence import (
     CLOSE,
     RefittedCandidate,
-    acceptable,
     assess_refit,
     penalised_error,
     ranked_candidates,
@@ -61,7 +59,9 @@ def applicable(data: Data, present: Sequence[Effect], only: Sequence[str] = ()) 
     return [
         candidate
         for kind, candidate in _selected(only).items()
-        if kind not in have and not _reason_against(candidate, rig, data)
+        if kind not in have
+        and not candidate.resolution
+        and not _reason_against(candidate, rig, data)
     ]
 
 
@@ -144,33 +144,11 @@ def _accept(
     acceptance = Acceptance(
         data, before, present, screened, candidate_count, lambda: on_progress(""), check
     )
-    more_shapes = candidate_with_more_shapes(refitted, data)
-    if more_shapes is not None:
-        single = acceptance.try_single([more_shapes], EffectSet((), 0.0), most)
-        if single.accepted is not None:
-            others = [w for w in refitted if w is not more_shapes]
-            return replace(single, refitted=(*single.refitted, *others))
     reduction = (refitted[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
     joint, together = acceptance.try_sets(
         refitted, most, allowed=most > 1 and reduction > 1.0 - WHOLE_SHARE
     )
     return joint or acceptance.try_single(refitted, together, most)
-
-
-def candidate_with_more_shapes(
-    refitted: Sequence[RefittedCandidate], data: Data
-) -> RefittedCandidate | None:
-    """The candidate with one more bending shape, if it is acceptable and no physical effect
-    explains the whole error; else None.
-
-    Joint elasticity, backlash and damping mimic modal truncation. On a continuous arm with one
-    shape, an elastic joint leaves less error than a second shape does; only a third leaves none. A
-    needless shape is removed at the end.
-    """
-    whole = [w for w in refitted if within_noise(data, w.refit.errors)]
-    if any(not w.screened.effect.resolution for w in whole):
-        return None
-    return next((w for w in refitted if w.screened.effect.resolution and acceptable(w)), None)
 
 
 def _refit_candidates(
@@ -203,8 +181,7 @@ def _refit_candidates(
 
 
 def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
-    """Half of the best by whitened score, the rest by largest reduction; and one more bending
-    shape, which the screen hardly shows once a stiffness imitates it."""
+    """Half of the best by whitened score, the rest by largest reduction."""
     within = [s for s in screened.candidates if s.largest_reduction > LEAST_REACH * count]
     by_score = sorted(within, key=lambda s: -s.score)
     by_reduction = sorted(within, key=lambda s: -s.largest_reduction)
@@ -213,8 +190,7 @@ def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
         for s in pair:
             if len(chosen) < REFITTED:
                 chosen.setdefault(s.effect.kind, s)
-    more_shapes = {s.effect.kind: s for s in screened.candidates if s.effect.resolution}
-    return list((chosen | more_shapes).values())
+    return list(chosen.values())
 
 
 OPTIMISM = 2.0

@@ -11,7 +11,7 @@ from ..diagnose.cost_minimum import converge_precisely
 from ..diagnose.diagnose import fit_base_to_recordings
 from ..diagnose.linear_or_nonlinear import AUTO
 from ..diagnose.output_noise import stated_noise
-from ..diagnose.search_state import Options
+from ..diagnose.search_options import Options
 from ..experiments.design import Design, ExperimentRequest, design
 from ..identify.setup import make_setup
 from ..loading import load_recordings

@@ -78,6 +78,16 @@ class Anchor:
         """The arm of that model."""
         return self._at.experiments[0].model.arm
 
+    def weighted(self, weights: Sequence[np.ndarray]) -> Anchor:
+        """The same with other weights (k,) per recording."""
+        ratios = [b / a for a, b in zip(self._at.weights, weights, strict=True)]
+        fine = [x * r for x, r in zip(self._fine, ratios, strict=True)]
+        other = Anchor(replace(self._at, weights=weights), self._vector, fine)
+        with self._lock:
+            for steps, blocks in self._found.items():
+                other._found[steps] = tuple(x * r for x, r in zip(blocks, ratios, strict=True))
+        return other
+
     def correction(self, steps: int) -> tuple[np.ndarray, ...]:
         """(M, k) per recording: added to weighted errors with so many steps per sample."""
         with self._lock:

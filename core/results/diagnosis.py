@@ -242,6 +242,10 @@ class Diagnosis:
     """What the linear model costs on these recordings, where it was the one identified."""
     ruled_out: Mapping[str, str] = field(default_factory=dict)
     """Title of an effect or of its parameters that [rig] excludes -> the statement."""
+    proposed: str | None = None
+    """Id of one more effect that passes every test, which the limit keeps out."""
+    shapes: tuple[int, ...] = ()
+    """Bending shapes per segment that the recordings show, where these are more than stated."""
     unstated_noise: tuple[str, ...] = ()
     """Settings of [sensors] for the noise of what is compared or followed, which nobody stated."""
 

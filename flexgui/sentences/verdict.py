@@ -52,10 +52,21 @@ def verdict_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
     opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[diagnosis.verdict]
     if diagnosis.stopped and not _findings(diagnosis) and diagnosis.verdict != NOTHING:
         opening = _unfinished
-    paragraphs = [*opening(diagnosis), _ruled_out(diagnosis)]
+    paragraphs = [*opening(diagnosis), _ruled_out(diagnosis), _further_shapes(diagnosis)]
     if diagnosis.stopped and opening is not _unfinished:
         paragraphs.append(f"{STOPPED} Other effects may explain more than those listed here.")
     return tuple(p for p in paragraphs if p)
+
+
+def _further_shapes(diagnosis: Diagnosis) -> str:
+    """Advice to state as many bending shapes as the recordings show."""
+    if not diagnosis.shapes:
+        return ""
+    each = listed([str(n) for n in diagnosis.shapes])
+    return (
+        f"The recordings show more bending shapes than the scenario states, so the model of this "
+        f"diagnosis has {each} (one number per segment). State them with modes in [arm]."
+    )
 
 
 def is_explained(diagnosis: Diagnosis) -> bool:
@@ -81,8 +92,7 @@ def _findings(diagnosis: Diagnosis) -> list[Finding]:
     """The effects that are in the model at the end; the best of the ranking where none was to be
     added."""
     if not diagnosis.limit:
-        # In a ranking that was stopped the first is not yet the best.
-        best = [] if diagnosis.stopped or not diagnosis.ranking else [diagnosis.ranking[0]]
+        best = [r for r in diagnosis.ranking if r.effect == diagnosis.proposed]
         return [Finding(ranked, diagnosis.rounds[0], diagnosis.steps[0], None) for ranked in best]
     accepted = [r for r in diagnosis.rounds if r.accepted is not None]
     added = [(a, b) for a, b in pairwise(diagnosis.steps) if b.added is not None]

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
-from flexgui.core.diagnose import search_round
 from flexgui.core.diagnose.evidence import RefittedCandidate, ranked_candidates
-from flexgui.core.diagnose.search_round import candidate_with_more_shapes
 from flexgui.core.effects import effect
-
-SHAPE = "extra_bending_mode"
 
 LARGE, SMALLER = 5000.0, 4000.0
 """Of evidence: far more than a tie apart."""
@@ -62,28 +57,3 @@ PRESLIDING = weighed("presliding_friction", 0.762, LARGE, 4)
 )  # fmt: skip
 def test_what_comes_first(first: RefittedCandidate, second: RefittedCandidate) -> None:
     assert ranked_candidates([second, first]) == [first, second]
-
-
-@pytest.mark.parametrize(
-    "whole", [(), ("joint_elasticity",), (SHAPE,), ("joint_elasticity", SHAPE)]
-)
-def test_a_finer_model_goes_first_unless_a_physical_effect_explains_everything(
-    whole: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    joint, shape = weighed("joint_elasticity", 0.9, LARGE, 4), weighed(SHAPE, 0.8, SMALLER, 0)
-    found = [
-        replace(w, refit=cast(Any, SimpleNamespace(errors=w.screened.effect.kind in whole)))
-        for w in (joint, shape)
-    ]
-    monkeypatch.setattr(search_round, "within_noise", lambda _, errors: errors)
-    first = candidate_with_more_shapes(found, cast(Any, None))
-    assert (first is None) is ("joint_elasticity" in whole)
-    assert first is None or first.screened.effect.kind == SHAPE
-
-
-def test_a_finer_model_that_explains_little_does_not_go_first(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(search_round, "within_noise", lambda _, errors: False)
-    little = replace(weighed(SHAPE, 0.1, SMALLER, 0), refit=cast(Any, SimpleNamespace(errors=())))
-    assert candidate_with_more_shapes([little], cast(Any, None)) is None

@@ -11,8 +11,8 @@ import pytest
 
 from flexgui.core.diagnose.diagnose import diagnose
 from flexgui.core.diagnose.fit_problem import Data, undetectable_parameters
+from flexgui.core.diagnose.search_options import Options
 from flexgui.core.diagnose.search_round import applicable, not_applicable, ruled_out
-from flexgui.core.diagnose.search_state import Options
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.scenario.rig_spec import RigSpec
 from tests.diagnose.test_stated_effects import bare

@@ -52,6 +52,7 @@ def diagnose_case(case: Case) -> dict[str, Any]:
     return {
         "key": case.name,
         "kept": list(last.model),
+        "shapes": list(outcome.diagnosis.shapes),
         "verdict": found["verdict"],
         "final_verdict": found["final_verdict"],
         "values": {p["name"]: float(f"{p['value']:.8g}") for p in found["parameters"]},

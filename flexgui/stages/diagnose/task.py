@@ -11,7 +11,7 @@ import numpy as np
 
 from flexgui.core.effects import catalogue
 from flexgui.core.progress import Progress, Silent
-from flexgui.core.results import MISSING, LadderStep, Outcome, RankedEffect, RecordingComparison
+from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
 from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.stated_effects import (
     base_model,
@@ -25,7 +25,7 @@ from flexgui.views.over_speed import OverSpeed, over_speed
 
 if TYPE_CHECKING:
     from flexgui.core.diagnose.base_fit import BaseFit
-    from flexgui.core.diagnose.search_state import Options, RemainingTrials
+    from flexgui.core.diagnose.search_options import Options, RemainingTrials
     from flexgui.core.identify.setup import Setup
     from flexgui.core.model import Model
     from flexgui.core.recording.recording import Recording
@@ -88,11 +88,9 @@ def diagnose(
         inputs.setup, inputs.spec, inputs.recordings, inputs.options, progress, on_ranking,
         reporter.begun, reporter.settled,
     )  # fmt: skip
-    # Of a search that was stopped the first is not named as missing.
-    is_missing = found.verdict == MISSING and not found.stopped
-    named = next((r.effect for r in found.ranking if is_missing), None)
     light = tuple(
-        replace(r, ranking=thinned(r.ranking, reporter.counted, named)) for r in found.rounds
+        replace(r, ranking=thinned(r.ranking, reporter.counted, found.proposed))
+        for r in found.rounds
     )
     reported = replace(found, rounds=light)
     reporter.report(ranking=reported.ranking, diagnosis=reported)
@@ -105,7 +103,7 @@ def _search_inputs(
     scenario: Any, model: Any, spec: IdentifySpec, where: ConfinedFolder, progress: PartialProgress
 ) -> SearchInputs:
     from flexgui.core.diagnose.output_noise import stated_noise
-    from flexgui.core.diagnose.search_state import Options
+    from flexgui.core.diagnose.search_options import Options
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.loading import load_recordings
 

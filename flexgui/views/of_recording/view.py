@@ -39,7 +39,7 @@ def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, f
     the last thousandth of what a channel does.
     """
     from flexgui.core.diagnose.error_maps import noise_floors
-    from flexgui.core.diagnose.search_state import FIDELITY  # late: it loads all of a diagnosis
+    from flexgui.core.diagnose.search_options import FIDELITY  # late: it loads all of a diagnosis
 
     spread: dict[str, list[float]] = {}
     for r in comparisons:

@@ -25,28 +25,22 @@ def diagnosed(noise: float, hidden: dict[str, dict[str, float]]) -> Diagnosis:
 
 
 @pytest.mark.parametrize(
-    "noise, of_given",
-    [
-        pytest.param(3e-4, (1.06, 1.1), marks=pytest.mark.long),
-        (5e-4, (1.0, 1.03)),
-        pytest.param(1e-3, (0.98, 1.0), marks=pytest.mark.long),
-    ],
+    "noise",
+    [pytest.param(3e-4, marks=pytest.mark.long), 5e-4, pytest.param(1e-3, marks=pytest.mark.long)],
 )
-def test_a_shape_is_named_although_the_coarse_model_leaves_hardly_more_than_noise(
-    noise: float, of_given: tuple[float, float]
+def test_a_shape_is_added_although_the_coarse_model_leaves_hardly_more_than_noise(
+    noise: float,
 ) -> None:
-    """`of_given`: between which the coarse model's error lies, in floors."""
+    """It leaves 1.08, 1.02 and .99 times the noise."""
     found = diagnosed(noise, {MODE: {}})
-    low, high = of_given
-    assert low < found.steps[0].cost_per_sample ** 0.5 < high
-    assert [step.added for step in found.steps] == [None, MODE]
+    assert found.shapes == (0, 2) and found.kept == ()
     assert found.final_verdict == "nothing_missing"
     (EI,) = (p for p in found.parameters if p.name == "EI2")
     assert abs(EI.value - TRUE_EI) < DEVIATIONS * EI.std
     assert EI.std < SPREAD * TRUE_EI
 
 
-def test_none_is_named_where_the_machine_has_no_more() -> None:
+def test_none_is_added_where_the_machine_has_no_more() -> None:
     found = diagnosed(1e-3, {})
-    assert [step.added for step in found.steps] == [None]
+    assert found.shapes == ()
     assert found.verdict == found.final_verdict == "nothing_missing"

@@ -1,0 +1,102 @@
+"""Fitted models: a set of effects with the minimum of its cost.
+
+A fit does not depend on the noise beyond the weights of its channels. Seen against another noise,
+its errors and their slopes are multiplied by the ratio, and one linear step leads to the minimum
+with the other weights. So a new estimate of the noise costs no simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..diagnose.cost_minimum import converge, law_error
+from ..diagnose.fit_problem import Data, hypothesis
+from ..diagnose.linear_screen import Screen, rescored
+from ..diagnose.refit import Refit, with_robust_covariance
+from ..effects.effect import Effect
+from ..least_squares import cost_of, normal_equations, pseudo_inverse
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """A model at its minimum."""
+
+    data: Data
+    """Anchored at the model."""
+    refit: Refit
+    effects: tuple[Effect, ...]
+    """Those that were stated first."""
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """What identifies the model: bending shapes per segment, and the set of effects."""
+        return (*map(str, self.data.bare.arm.modes), *sorted(e.kind for e in self.effects))
+
+    def against(self, like: Data) -> FittedModel:
+        """The model against the noise of other data of the same recordings."""
+        if like.floors == self.data.floors:
+            return self
+        data = replace(
+            self.data, weights=self.data.weights_at(like.floors), floors=like.floors,
+            floor_sources=like.floor_sources, floor_uncertainty=like.floor_uncertainty,
+        )  # fmt: skip
+        refit = weighted(self.refit, self.data, data)
+        anchored = replace(data, anchor=refit.hypothesis.residuals.anchor)
+        return replace(self, data=anchored, refit=refit)
+
+    def with_law_errors(self) -> FittedModel:
+        """The model with what its idealised laws may miss."""
+        return replace(self, data=replace(self.data, law_errors=law_error(self.data, self.refit)))
+
+
+def fit_model(
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float],
+    stopped: Callable[[], bool],
+) -> FittedModel:  # fmt: skip
+    """The model with these effects, converged from `values` (label -> value)."""
+    start = hypothesis(replace(data, anchor=None), effects, values)
+    return FittedModel(*converge(replace(data, anchor=None), start, None, stopped), tuple(effects))
+
+
+def weight_ratios(old: Data, new: Data) -> list[np.ndarray]:
+    """(k,) per recording: new weights of the channels over the old ones."""
+    return [b / a for a, b in zip(old.weights, new.weights, strict=True)]
+
+
+def weighted(refit: Refit, old: Data, new: Data) -> Refit:
+    """A refit of `old` data with the weights of `new`, at the minimum of these by a linear step."""
+    ratios, h = weight_ratios(old, new), refit.hypothesis
+    blocks = [b * r for b, r in zip(refit.errors, ratios, strict=True)]
+    slopes = [S * r[:, None] for S, r in zip(refit.descended.slopes, ratios, strict=True)]
+    move = np.zeros(len(h.vector))
+    inside = np.flatnonzero(h.limits.inside(h.vector))
+    if len(inside):
+        A, b = normal_equations(blocks, [S[:, :, inside] for S in slopes])
+        move[inside] = -pseudo_inverse(A) @ b
+    vector = np.clip(h.vector + move, h.limits.lower, h.limits.upper)
+    moved = [b + S @ (vector - h.vector) for b, S in zip(blocks, slopes, strict=True)]
+    if not cost_of(moved) < cost_of(blocks):
+        vector, moved = h.vector, blocks
+    anchor = None if h.residuals.anchor is None else h.residuals.anchor.weighted(new.weights)
+    at = replace(h.at(vector), residuals=replace(h.residuals, weights=new.weights, anchor=anchor))
+    descended = replace(
+        refit.descended, vector=vector, blocks=tuple(moved), slopes=tuple(slopes),
+        cost=cost_of(moved),
+    )  # fmt: skip
+    return with_robust_covariance(
+        replace(refit, hypothesis=at, descended=descended, whitened_cost=cost_of(moved))
+    )
+
+
+def screen_against(screened: Screen, refit: Refit, old: Data, new: Data) -> Screen:
+    """The screen of a model whose refit is seen against the noise of `new`."""
+    ratios = weight_ratios(old, new)
+    changes = tuple(
+        replace(c, blocks=tuple(b * r for b, r in zip(c.blocks, ratios, strict=True)))
+        for c in screened.output_changes
+    )
+    slopes = [S * r[:, None] for S, r in zip(screened.slopes, ratios, strict=True)]
+    return rescored(screened, new.experiments, refit.errors, slopes, changes)

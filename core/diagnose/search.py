@@ -1,0 +1,341 @@
+"""The search: moves from model to model until none improves, then again against a better noise.
+
+A move adds the effect, or the set of effects, that the recordings need most, takes out what is not
+needed, or puts a better effect in the place of others. Each model is visited once. When no move is
+left, the noise is estimated again with the last model; what was screened and fitted so far is seen
+against it without a simulation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from ..diagnose.acceptance import ModelCheck, Round
+from ..diagnose.base_fit import BaseFit
+from ..diagnose.bending_shapes import resolved
+from ..diagnose.evidence import RELEVANT, assess_refit
+from ..diagnose.fit_problem import (
+    ANCHORED_ERROR,
+    Data,
+    SubstepsByModes,
+    enough_substeps,
+    with_shared_motions,
+)
+from ..diagnose.fitted_model import FittedModel, fit_model, screen_against, weighted
+from ..diagnose.ladder_steps import ValidationFit, fit_validation
+from ..diagnose.linear_screen import Screen, screen
+from ..diagnose.noise_floor import Floor
+from ..diagnose.noise_update import higher_floors, lower_floors
+from ..diagnose.output_changes import trials
+from ..diagnose.progress_messages import RoundProgress, round_title
+from ..diagnose.ranking import ranking_of
+from ..diagnose.refit import Refit, with_whitened_cost
+from ..diagnose.remaining_error import remaining_error, within_noise
+from ..diagnose.removal_and_exchange import best_exchange, needed_effects
+from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
+from ..diagnose.search_round import REFITTED, applicable, search_round
+from ..effects.effect import Effect
+from ..least_squares import cost_of
+from ..progress import Progress
+from ..results import Objection, Reason
+from ..sentences import listed
+
+
+class Move(NamedTuple):
+    """A model, and how the search came to it from the one before."""
+
+    model: FittedModel
+    title: str = ""
+    added: tuple[str, ...] = ()
+    """Ids of the effects that came in."""
+    removed: tuple[str, ...] = ()
+    """Titles of those that went."""
+
+
+class Found(NamedTuple):
+    """Where a search ended."""
+
+    path: tuple[Move, ...]
+    proposed: str | None
+    """Id of one more effect that passes every test, which the limit keeps out."""
+
+    @property
+    def model(self) -> FittedModel:
+        """The last model."""
+        return self.path[-1].model
+
+
+class ModelRound(NamedTuple):
+    """What was tried on a model."""
+
+    model: FittedModel
+    round: Round
+
+    def against(self, like: Data) -> ModelRound:
+        """The same against the noise of other data of the same recordings."""
+        old, model, found = self.model.data, self.model.against(like), self.round
+        if model is self.model:
+            return self
+        data = model.data
+        screened = screen_against(found.screen, model.refit, old, data)
+        before = with_whitened_cost(model.refit, screened.whitener)
+        by_kind = {s.effect.kind: s for s in screened.candidates}
+        refitted = []
+        for w in found.refitted:
+            refit = with_whitened_cost(weighted(w.refit, old, data), screened.whitener)
+            again = by_kind[w.screened.effect.kind]
+            refitted.append(assess_refit(again, before, refit, data.count, len(by_kind)))
+        seen = replace(
+            found, screen=screened, refitted=tuple(refitted), before=before, after=before, data=data
+        )
+        return ModelRound(model, seen)
+
+
+@dataclass
+class Memo:
+    """What was fitted and screened, which no later noise makes invalid."""
+
+    validation: Data | None
+    stated: tuple[Effect, ...]
+    rounds: dict[tuple[str, ...], ModelRound] = field(default_factory=dict)
+    """Key of a model -> what was tried on it."""
+    validated: dict[tuple[int, int | None], tuple[Refit, ValidationFit]] = field(
+        default_factory=dict
+    )
+
+    def validation_fit(self, model: FittedModel) -> ValidationFit | None:
+        """The model on the validation recordings; None without any."""
+        if self.validation is None:
+            return None
+        data, refit = model.data, model.refit
+        key = id(refit), data.result_substeps
+        if key not in self.validated:
+            floors = data.floors
+            later = replace(
+                self.validation, floors=floors, weights=self.validation.weights_at(floors),
+                result_substeps=data.result_substeps,
+            )  # fmt: skip
+            fitted = fit_validation(later, refit)
+            assert fitted is not None
+            # The refit is kept too, so that no other one gets its id.
+            self.validated[key] = refit, fitted
+        return self.validated[key][1]
+
+    def base_fit(self, model: FittedModel) -> BaseFit:
+        """The model as the start of another search."""
+        return BaseFit(model.data, model.refit, self.validation, self.validation_fit(model))
+
+
+@dataclass(frozen=True)
+class Search:
+    """The moves of one diagnosis."""
+
+    options: Options
+    progress: Progress
+    on_ranking: RankingCallback | None
+    memo: Memo
+
+    def run(self, base: FittedModel) -> Found:
+        """The whole search from the model as given, with the bending shapes that it needs."""
+        stopped, least = self.progress.stopped, base.data.bare.arm.modes
+        base = resolved(base, least, stopped)
+        found = self._against_best_noise(self._without_moves_left((Move(base),)))
+        last = resolved(found.model, least, stopped)
+        if last is found.model or stopped():
+            return found
+        # A missing effect has hidden the need for a shape, or has seemed to be one.
+        base = fit_model(last.data, self.memo.stated, base.refit.hypothesis.values(), stopped)
+        self._round(base, 1)
+        added = tuple(e.kind for e in self.added(last))
+        path = (Move(base), *([Move(last, "", added)] if added else []))
+        return self._without_moves_left(path)
+
+    def _against_best_noise(self, found: Found) -> Found:
+        """The search, continued against each better estimate of the noise."""
+        base = found.path[0].model
+        while not self.progress.stopped():
+            changed = found.model.key != base.key
+            floors = higher_floors(found.model, self.options, changed)
+            if floors is not None:
+                found = self._without_moves_left(self._against(found.path, floors))
+                continue
+            first = self.memo.rounds.get(base.key)
+            screened = None if first is None else first.round.screen
+            floors = lower_floors(found.model, self.options, screened, changed)
+            if floors is None:
+                break
+            further = self._without_moves_left(self._against(found.path, floors))
+            # An estimate that no effect confirms is no better than the one before.
+            if further.model.key == found.model.key or self.progress.stopped():
+                break
+            found = further
+        return found
+
+    def _against(self, path: tuple[Move, ...], floors: dict[str, Floor]) -> tuple[Move, ...]:
+        """The path with its last model at its minimum against another noise."""
+        last = path[-1]
+        seen = last.model.against(last.model.data.in_floors(floors))
+        return (*path[:-1], last._replace(model=self._finer(seen)))
+
+    def _finer(self, model: FittedModel) -> FittedModel:
+        """The model with steps that are fine enough for its noise; as it is where they are."""
+        data, values = model.data, model.refit.hypothesis.values()
+        values = {**model.refit.hypothesis.model.effect_values, **values}
+        steps = enough_substeps(replace(data, anchor=None), model.effects, values)
+        if data.substeps is not None and steps <= data.substeps:
+            return model
+        few = enough_substeps(replace(data, anchor=None), model.effects, values, ANCHORED_ERROR)
+        finer = replace(
+            data, substeps=steps, anchored_substeps=few, substeps_by_modes=SubstepsByModes()
+        )
+        return fit_model(finer, model.effects, values, self.progress.stopped)
+
+    def _without_moves_left(self, path: tuple[Move, ...]) -> Found:
+        """The path with moves until none improves the model."""
+        visited, proposed = {move.model.key for move in path}, None
+        while not self.progress.stopped():
+            model = path[-1].model
+            move, proposed = self._addition(model)
+            move = move or self._reduction(model) or self._exchange(model)
+            if move is None or move.model.key in visited:
+                break
+            visited.add(move.model.key)
+            path = (*path, move)
+        return Found(path, proposed)
+
+    def added(self, model: FittedModel) -> tuple[Effect, ...]:
+        """The effects of a model that nobody stated."""
+        return model.effects[len(self.memo.stated) :]
+
+    def _addition(self, model: FittedModel) -> tuple[Move | None, str | None]:
+        """The move that adds what is missing most, or None; and the effect if the limit keeps it
+        out."""
+        most = self.options.max_effects - len(self.added(model))
+        within = within_noise(model.data, model.refit.errors)
+        law = model.with_law_errors().data
+        limited = most < 1 and not remaining_error(law, model.refit.errors).above
+        if (within and self.memo.rounds) or limited:
+            return None, None
+        found = self._round(model, max(most, 1))
+        effects = [w.screened.effect for w in found.added]
+        if not effects or most < 1:
+            return None, effects[0].kind if effects else None
+        after = FittedModel(found.data, found.after, (*model.effects, *effects))
+        title = listed([e.title for e in effects])
+        return Move(after, title, tuple(e.kind for e in effects)), None
+
+    def _round(self, model: FittedModel, most: int) -> Round:
+        """Ranks the candidates on a model and tests the best; kept in the memo."""
+        data, refit, present = model.data, model.refit, model.effects
+        candidates = applicable(data, present, self.options.candidates)
+        planned = [t for c in candidates for t in trials(refit.hypothesis, c, data)]
+        steps = RoundProgress(self.progress, refit.hypothesis.model.arm, planned)
+        steps.begin(round_title(present, bool(self.options.candidates)), len(candidates) + REFITTED)
+        found = search_round(
+            data, refit, present, candidates, steps, most=most, check=self._check(model),
+            **self._callbacks(model, candidates),
+        )  # fmt: skip
+        self.memo.rounds[model.key] = ModelRound(model, found)
+        return found
+
+    def _callbacks(
+        self, model: FittedModel, candidates: Sequence[Effect]
+    ) -> dict[str, Callable[..., None]]:
+        """What a round calls with its screen and with each refit."""
+        on_ranking = self.on_ranking
+        if on_ranking is None or self.added(model):
+            return {}  # a ranking is of the model as given
+
+        def refitted(partial: Round) -> None:
+            tested = {c.effect.kind for c in partial.screen.output_changes}
+            remaining = partial.screen.remaining_trials
+            untested = tuple(c.title for c in candidates if remaining and c.kind not in tested)
+            on_ranking(ranking_of(partial, model.data), RemainingTrials(remaining, untested))
+
+        def screened(so_far: Screen) -> None:
+            refitted(Round(so_far, (), None, model.refit, model.refit, model.data))
+
+        return {"on_screen": screened, "on_refit": refitted}
+
+    def _reduction(self, model: FittedModel) -> Move | None:
+        """The move that takes out what is not needed."""
+        if not self.added(model):
+            return None
+        # What an idealised law may leave counts as noise where no listed effect explains it.
+        exact = within_noise(model.data, model.refit.errors)
+        data = model.data if exact else model.with_law_errors().data
+        kept = needed_effects(
+            data, model.refit, model.effects, len(self.memo.stated), self.progress.stopped
+        )
+        if len(kept.effects) == len(model.effects) and kept.effects == model.effects:
+            return None
+        gone = tuple(e.title for e in model.effects if e not in kept.effects)
+        values = kept.refit.hypothesis.values()
+        after = fit_model(model.data, kept.effects, values, self.progress.stopped)
+        return Move(after, f"Without: {', '.join(gone)}", removed=gone)
+
+    def _exchange(self, model: FittedModel) -> Move | None:
+        """The move that puts a better effect in the place of others: the first one was chosen while
+        the others were missing."""
+        if len(self.added(model)) < 2 or self.progress.stopped():
+            return None
+        screened, data = self._screened(model)
+        exchange = best_exchange(
+            data, model.refit, model.effects, len(self.memo.stated), screened, self.progress.stopped
+        )
+        if exchange is None:
+            return None
+        values = exchange.refit.hypothesis.values()
+        after = fit_model(data, exchange.effects, values, self.progress.stopped)
+        # The whitener knows the error of the model as it stands; one that leaves relevantly more
+        # of it is no better explanation, whatever its colour says.
+        worse = after.refit.cost - model.refit.cost > RELEVANT * data.count
+        if worse or self._check(model)(after.data, after.refit):
+            return None
+        gone = tuple(e.title for e in model.effects if e not in exchange.effects)
+        new = [e for e in exchange.effects if e not in model.effects]
+        title = f"{listed([e.title for e in new])} for {', '.join(gone)}"
+        return Move(after, title, tuple(e.kind for e in new), gone)
+
+    def _screened(self, model: FittedModel) -> tuple[Screen, Data]:
+        """The screen of a model, and the data with its motions."""
+        known = self.memo.rounds.get(model.key)
+        data = with_shared_motions(model.data, model.refit.hypothesis)
+        if known is not None and known.model.refit is model.refit:
+            return known.round.screen, data
+        candidates = applicable(data, model.effects, self.options.candidates)
+        stopped = self.progress.stopped
+        return (
+            screen(data, model.refit.hypothesis, model.effects, candidates, lambda _: stopped()),
+            data,
+        )
+
+    def _check(self, model: FittedModel) -> ModelCheck:
+        """Rejects a model that increases the validation error by more than noise could, and one
+        that leaves an error where the laws of the model before may miss as much."""
+
+        law, errors = model.with_law_errors().data, model.refit.errors
+        idealised = within_noise(law, errors) and not within_noise(model.data, errors)
+
+        def refuse(data: Data, refit: Refit) -> Objection | None:
+            if idealised and not within_noise(data, refit.errors):
+                return Objection(Reason.SMALL_SHARE)
+            before, after = (
+                self.memo.validation_fit(m) for m in (model, FittedModel(data, refit, ()))
+            )
+            if before is None or after is None:
+                return None
+            old, new = (cost_of(v.errors) / v.data.count for v in (before, after))
+            if new - old < RELEVANT or new < WORSE**2 * old:
+                return None
+            return Objection(Reason.UNSEEN, unseen=(math.sqrt(old), math.sqrt(new)))
+
+        return refuse
+
+
+WORSE = 1.1
+"""Ratio of validation errors above which an effect is rejected: above what refitted starts and
+noise change it (1.02 in recordings of an independent engine)."""

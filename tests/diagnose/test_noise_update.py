@@ -1,0 +1,194 @@
+"""Noise that was estimated with a model that lacked something is estimated again with a better
+one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from flexgui.core.diagnose.base_fit import BaseFit
+from flexgui.core.diagnose.cost_minimum import converge
+from flexgui.core.diagnose.fit_problem import hypothesis
+from flexgui.core.diagnose.fitted_model import FittedModel, fit_model, screen_against
+from flexgui.core.diagnose.ladder import ladder
+from flexgui.core.diagnose.linear_screen import screen
+from flexgui.core.diagnose.noise_floor import UNCERTAINTY, Floor
+from flexgui.core.diagnose.noise_update import LEAST_RATIO, higher_floors, lower_floors
+from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
+from flexgui.core.diagnose.search import Found, Memo, Search
+from flexgui.core.diagnose.search_options import Options
+from flexgui.core.effects import effect
+from flexgui.core.progress import Silent
+from tests.diagnose import fits
+from tests.diagnose.test_stated_effects import bare
+
+HIDDEN = 60.0
+"""Times its size, that the noise seemed to be: the friction that is missing stays below."""
+
+LARGER = 4.0
+"""The same where the friction shows."""
+
+REESTIMATED = 2.0
+"""Factor within which floors of the same recording agree, whatever they were before."""
+
+EXACT = 1e-9
+"""Relative: what is known is stated in other units."""
+
+LINEAR = 0.05
+"""Relative: what a linear step to the minimum with other weights misses of a cost."""
+
+TRUE = {"EI1": 75.0, "EI2": 68.0, "cb": 8.7e-6}
+"""The arm's mass swings on that base at 26 Hz."""
+
+
+def never() -> bool:
+    return False
+
+
+def with_floors(times: float, uncertainty: float = 1.0) -> FittedModel:
+    """The model as given, with floors that many times as large as they are."""
+    given = bare()
+    large = {
+        n: Floor(times * f, times * f, "estimated", uncertainty)
+        for n, f in given.data.floors.items()
+    }
+    return fit_model(given.data.in_floors(large), (), given.base.hypothesis.values(), never)
+
+
+def found_with(floors: float, kind: str = "torque_offset") -> FittedModel:
+    """A model with one effect, by default of no use in the place of the friction; floors that many
+    times as large as they are."""
+    given = with_floors(floors)
+    return fit_model(given.data, [effect(kind)], given.refit.hypothesis.values(), never)
+
+
+def searched(model: FittedModel, candidates: tuple[str, ...]) -> tuple[Found, Memo]:
+    memo = Memo(None, ())
+    options = Options(max_effects=2, candidates=candidates)
+    return Search(options, Silent(), None, memo).run(model), memo
+
+
+def test_an_error_within_a_noise_that_is_too_large_is_above_the_true_one() -> None:
+    model = found_with(HIDDEN)
+    assert within_noise(model.data, model.refit.errors)
+    floors = lower_floors(model, Options(), None, True)
+    assert floors is not None
+    seen = model.against(model.data.in_floors(floors))
+    assert not within_noise(seen.data, seen.refit.errors)
+    for name, value in bare().data.floors.items():
+        assert 1.0 / REESTIMATED < seen.data.floors[name] / value < REESTIMATED
+
+
+def test_a_model_against_another_noise_is_the_one_that_a_fit_in_that_noise_finds() -> None:
+    model, data = found_with(HIDDEN, "viscous_friction"), bare().data
+    seen = model.against(data)
+    again = fit_model(data, model.effects, model.refit.hypothesis.values(), never)
+    assert seen.data.floors == data.floors
+    assert seen.refit.cost == pytest.approx(again.refit.cost, rel=LINEAR)
+    back = seen.against(model.data)
+    assert back.refit.cost == pytest.approx(model.refit.cost, rel=LINEAR)
+
+
+def test_a_screen_against_another_noise_is_the_one_that_is_simulated_in_it() -> None:
+    given, like = with_floors(LARGER), bare().data
+    data = replace(given.data, anchor=None)
+    candidates = [effect("viscous_friction"), effect("torque_offset")]
+    first = screen(data, given.refit.hypothesis, (), candidates)
+    seen = replace(given, data=data).against(like)
+    other = screen_against(first, seen.refit, data, seen.data)
+    scale = LARGER**2
+    for a, b in zip(first.candidates, other.candidates, strict=True):
+        assert a.effect is b.effect
+        assert b.cost_reduction == pytest.approx(scale * a.cost_reduction, rel=LINEAR)
+        assert b.score == pytest.approx(a.score, rel=LINEAR)
+
+
+def test_all_that_is_stated_is_against_the_last_noise() -> None:
+    given = with_floors(HIDDEN, UNCERTAINTY)
+    found, memo = searched(given, ("viscous_friction", "torque_offset"))
+    assert [e.kind for e in found.model.effects] == ["viscous_friction"]
+    climbed = ladder(found, memo, Silent())
+    floors = found.model.data.floors
+    assert max(given.data.floors[n] / f for n, f in floors.items()) > LEAST_RATIO
+    for step in climbed.steps(memo):
+        assert {e.channel: e.floor for e in step.errors} == floors
+    first, last = climbed.steps(memo)
+    assert last.cost_per_sample < first.cost_per_sample / LARGER
+    (tried,) = (r for r in climbed.rounds if r.accepted)
+    assert tried.accepted == "viscous_friction"
+    assert {r.effect for r in tried.ranking} == {"viscous_friction", "torque_offset"}
+
+
+def test_an_estimated_floor_makes_no_verdict_that_is_finer_than_it_is_known() -> None:
+    model = found_with(1.0, "viscous_friction")
+    up = {n: Floor(f / 1.3, f / 1.3, "stated") for n, f in model.data.floors.items()}
+    errors = [1.3 * x for x in model.refit.errors]
+    left = remaining_error(model.data.in_floors(up), errors)
+    assert left.above
+    loose = {n: replace(f, source="estimated", uncertainty=UNCERTAINTY) for n, f in up.items()}
+    left = remaining_error(model.data.in_floors(loose), errors)
+    assert left.above_floors and not left.above
+
+
+def test_floors_that_are_right_stay() -> None:
+    model = found_with(1.0, "viscous_friction")
+    assert within_noise(model.data, model.refit.errors)
+    assert lower_floors(model, Options(), None, True) is None
+
+
+def test_a_lower_noise_that_no_effect_confirms_changes_nothing() -> None:
+    given = with_floors(LARGER)
+    found, _ = searched(given, ("gravity_tilt",))
+    assert found.proposed is None and found.model.effects == ()
+    assert found.model.data.floors == given.data.floors
+
+
+def on_a_soft_base() -> tuple[FittedModel, BaseFit]:
+    """A torque rig with the base in the model, and the floors of the arm on a rigid one."""
+    beams = (0.64, 2.8, 75.0, 0.12), (0.69, 1.5, 68.0, 0.077)
+    segments = [
+        {"length": L, "mass": m, "EI": EI, "hub_inertia": J, "modes": 1} for L, m, EI, J in beams
+    ]
+    hidden = {"base_compliance": {"cb": TRUE["cb"]}}
+    given = fits.begun(fits.on_paper(
+        arm={"segments": segments},
+        drive={"kind": "torque"},
+        sensors={"encoder_noise": 3e-6},
+        identify={"parameters": ["EI1", "EI2"], "filter": {"cutoff_hz": 60.0}},
+        recordings=[{"simulate": {"theta2": 1.2, "seconds": 1.0}, "hidden": hidden}],
+    ))  # fmt: skip
+    added = (effect("base_compliance"),)
+    return FittedModel(
+        *converge(given.data, hypothesis(given.data, added, TRUE), None, never), added
+    ), given
+
+
+def above(model: FittedModel) -> float:
+    """The error of the worst channel, in noise floors."""
+    return max(remaining_error(model.data, model.refit.errors).by_channel.values())
+
+
+def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
+    model, _ = on_a_soft_base()
+    assert above(model) > UNCERTAINTY  # with the model complete
+    floors = higher_floors(model, Options(), True)
+    assert floors is not None and floors["u1"].value > LEAST_RATIO * model.data.floors["u1"]
+    assert all(f.value >= model.data.floors[name] for name, f in floors.items())
+    seen = model.against(model.data.in_floors(floors))
+    assert above(seen) < UNCERTAINTY
+    assert higher_floors(seen, Options(), True) is None
+
+
+def test_noise_does_not_move_an_arm_whose_joints_are_not_prescribed() -> None:
+    model = found_with(1.0 / HIDDEN, "viscous_friction")
+    assert higher_floors(model, Options(), True) is None
+
+
+def test_weights_of_single_recordings_keep_their_ratios() -> None:
+    model, data = found_with(1.0, "viscous_friction"), bare().data
+    twice = {n: Floor(2.0 * f, 2.0 * f, "stated") for n, f in data.floors.items()}
+    seen = model.against(data.in_floors(twice))
+    for old, new in zip(model.data.weights, seen.data.weights, strict=True):
+        assert np.allclose(new, 0.5 * old, rtol=EXACT)
