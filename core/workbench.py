@@ -17,7 +17,7 @@ from .diagnose.diagnose import diagnose
 from .diagnose.linear_or_nonlinear import AUTO, choose_level
 from .diagnose.output_noise import stated_noise
 from .diagnose.repeated_motions import compare_repeated_runs
-from .diagnose.search_options import Options
+from .diagnose.search_options import DEFAULT_EFFECTS, Options
 from .diagnosed_scenario import diagnosed_scenario
 from .errors import InputError
 from .identify import predictor
@@ -37,7 +37,7 @@ from .results import (
     Outcome,
     RecordingComparison,
 )
-from .results.identification import labelled, values_in
+from .results.identification import final_values, labelled, values_in
 from .scenario.data_folder import Folder
 from .scenario.schema import IdentifySpec, Scenario
 from .scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
@@ -200,7 +200,7 @@ def _final_model(
     first = fits[0].fit.recordings[0]
     if diagnosis is None or not diagnosis.effects:
         model = setup.model.steered_by(None)
-        known = {**final_values(fits), **shared_by_fits(fits)}
+        known = {**final_values([f.fit for f in fits]), **shared_by_fits(fits)}
     else:
         model = base_model(diagnosed_scenario(scenario, diagnosis))
         known = dict(diagnosis.values)
@@ -218,12 +218,13 @@ def _diagnosis(
     scenario: Scenario, setup: Setup, recordings: Sequence[Recording], spec: IdentifySpec,
     fits: Sequence[Fitted], progress: Progress,
 ) -> Diagnosis:  # fmt: skip
-    """The diagnosis; a ranking only if no effect may be added."""
+    """The diagnosis; what it finds is only proposed if no effect may be added."""
     settings = scenario.diagnose
     options = Options(
-        max_effects=settings.max_effects, candidates=settings.candidates or (),
+        max_effects=settings.max_effects or DEFAULT_EFFECTS, adds=settings.max_effects > 0,
+        candidates=settings.candidates or (),
         fidelity=settings.fidelity, per_recording=settings.per_recording,
-        stated_rig=scenario.rig.statements, identified=final_values(fits),
+        stated_rig=scenario.rig.statements, identified=final_values([f.fit for f in fits]),
     )  # fmt: skip
     if settings.output is not None:
         spec = spec.model_copy(update={"output": settings.output})
@@ -281,16 +282,6 @@ def model_at_level(
         return model, choice
     bare = None if model.bare is None else model.bare.at_level(choice.level)
     return replace(model.at_level(choice.level), bare=bare), choice
-
-
-def final_values(fits: Sequence[Fitted]) -> dict[str, float]:
-    """label -> final value of the fits; the mean of shared ones."""
-    by_label: dict[str, list[float]] = {}
-    for f in fits:
-        labels = f.residuals.unknowns.labels
-        for label, value in zip(labels, f.vector, strict=True):
-            by_label.setdefault(label, []).append(float(value))
-    return {label: float(np.mean(values)) for label, values in by_label.items()}
 
 
 def _warnings(recordings: Sequence[Recording]) -> list[str]:

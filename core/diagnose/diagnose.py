@@ -46,8 +46,8 @@ def diagnose(
     """Finds the effects that the model lacks on the estimation recordings and adds them one by one.
 
     `base_fit`: result of `fit_base_to_recordings` for the same arguments, if there is one; `on_end`
-    takes the final fit. InputError if the recordings lack what the model needs. A stopped search
-    keeps what it found.
+    takes the fit of the model as it stands at the end. InputError if the recordings lack what the
+    model needs. A stopped search keeps what it found.
     """
     options, progress = options or Options(), progress or Silent()
     clock = time.perf_counter()
@@ -58,6 +58,9 @@ def diagnose(
     base = FittedModel(base_fit.data, base_fit.base, stated)
     found = Search(options, progress, on_ranking, memo).run(base)
     climbed = ladder(found, memo, progress)
+    proposed = found.proposed
+    if not options.adds:
+        climbed, proposed = climbed.as_given(), (*climbed.added, *proposed)
     first, last = climbed.rungs[0].model.with_law_errors(), _final(climbed, options, progress)
     climbed = climbed.ending(last)
     final_fit = memo.base_fit(last)
@@ -67,12 +70,8 @@ def diagnose(
         remaining_error(m.data, m.refit.errors, m.refit.hypothesis) for m in (last, first)
     )
     added, stopped = last.effects[len(stated) :], progress.stopped()
-    verdict = _verdict(bool(found.proposed or added or (stopped and base_error.above)), base_error)
-    final = (
-        _verdict(found.proposed is not None, remaining)
-        if options.max_effects and not stopped
-        else None
-    )
+    verdict = _verdict(bool(proposed or added or (stopped and base_error.above)), base_error)
+    final = _verdict(bool(proposed), remaining) if options.adds and not stopped else None
     have = {e.kind for e in with_included(last.effects)}
     reasons = not_applicable(last.data, options.candidates)
     compared = options.compare
@@ -82,13 +81,14 @@ def diagnose(
         ruled_out=ruled_out(last.data, options.candidates),
         effects=tuple(effect_settings(last, stated)), floors=last.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted}, stopped=stopped,
-        kept=tuple(e.kind for e in added), needless=_needless(found), limit=options.max_effects,
+        kept=tuple(e.kind for e in added), needless=_needless(found) if options.adds else (),
+        limit=options.max_effects if options.adds else 0,
         error_given=base_error, error_left=remaining,
         given=compare_with_recordings(memo.base_fit(first)) if compared else (),
         left=compare_with_recordings(final_fit) if compared and added else (),
         parameters=final_parameters(last.refit),
         origins=parameter_origins(last.refit), values=last.refit.hypothesis.values(),
-        proposed=found.proposed, shapes=_further_shapes(last, base.data.bare.arm),
+        proposed=proposed, shapes=_further_shapes(last, base.data.bare.arm),
         unstated_noise=_unstated_noise(last.data, options.stated_noise),
     )  # fmt: skip
 

@@ -50,6 +50,15 @@ class Ladder:
         """The same with its last model as it is stated."""
         return replace(self, rungs=(*self.rungs[:-1], replace(self.rungs[-1], model=last)))
 
+    def as_given(self) -> Ladder:
+        """That of the model as given alone, with its ranking."""
+        return Ladder(self.rungs[:1], tuple(replace(r, accepted=None) for r in self.rounds[:1]))
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Ids of the effects that were added, in this order."""
+        return tuple(rung.added.kind for rung in self.rungs if rung.added is not None)
+
     def steps(self, memo: Memo) -> tuple[LadderStep, ...]:
         """The error of each model on estimation and validation recordings."""
         return tuple(_step(rung, memo) for rung in self.rungs)

@@ -59,8 +59,8 @@ class Found(NamedTuple):
     """Where a search ended."""
 
     path: tuple[Move, ...]
-    proposed: str | None
-    """Id of one more effect that passes every test, which the limit keeps out."""
+    proposed: tuple[str, ...]
+    """Ids of more effects that pass every test, which the limit keeps out."""
 
     @property
     def model(self) -> FittedModel:
@@ -195,7 +195,8 @@ class Search:
 
     def _without_moves_left(self, path: tuple[Move, ...]) -> Found:
         """The path with moves until none improves the model."""
-        visited, proposed = {move.model.key for move in path}, None
+        visited = {move.model.key for move in path}
+        proposed: tuple[str, ...] = ()
         while not self.progress.stopped():
             model = path[-1].model
             move, proposed = self._addition(model)
@@ -210,22 +211,22 @@ class Search:
         """The effects of a model that nobody stated."""
         return model.effects[len(self.memo.stated) :]
 
-    def _addition(self, model: FittedModel) -> tuple[Move | None, str | None]:
-        """The move that adds what is missing most, or None; and the effect if the limit keeps it
-        out."""
+    def _addition(self, model: FittedModel) -> tuple[Move | None, tuple[str, ...]]:
+        """The move that adds what is missing most, or None; and the ids of the effects if the limit
+        keeps them out."""
         most = self.options.max_effects - len(self.added(model))
         within = within_noise(model.data, model.refit.errors)
         law = model.with_law_errors().data
         limited = most < 1 and not remaining_error(law, model.refit.errors).above
         if (within and self.memo.rounds) or limited:
-            return None, None
+            return None, ()
         found = self._round(model, max(most, 1))
         effects = [w.screened.effect for w in found.added]
         if not effects or most < 1:
-            return None, effects[0].kind if effects else None
+            return None, tuple(e.kind for e in effects)
         after = FittedModel(found.data, found.after, (*model.effects, *effects))
         title = listed([e.title for e in effects])
-        return Move(after, title, tuple(e.kind for e in effects)), None
+        return Move(after, title, tuple(e.kind for e in effects)), ()
 
     def _round(self, model: FittedModel, most: int) -> Round:
         """Ranks the candidates on a model and tests the best; kept in the memo."""

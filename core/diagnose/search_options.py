@@ -12,11 +12,18 @@ FIDELITY = 0.001
 """Relative modelling tolerance: share of a channel's spread, if nothing else is stated."""
 
 
+DEFAULT_EFFECTS = 3
+"""Effects that a search may find, if nothing else is stated."""
+
+
 @dataclass(frozen=True)
 class Options:
     """Options of a diagnosis."""
 
-    max_effects: int = 3
+    max_effects: int = DEFAULT_EFFECTS
+    """Effects that the search may find."""
+    adds: bool = True
+    """Whether they are added to the model; else they are proposed."""
     candidates: tuple[str, ...] = ()
     """Ids of the candidates; empty: all that apply."""
     fidelity: float = FIDELITY

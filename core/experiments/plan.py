@@ -17,12 +17,13 @@ from ..identify.setup import make_setup
 from ..loading import load_recordings
 from ..progress import Progress, Silent
 from ..recording.recording import Recording
+from ..results.identification import final_values
 from ..scenario.data_folder import Folder
 from ..scenario.schema import Scenario
 from ..scenario.stated_effects import base_model, with_effect_parameters
 from ..scenario_fits import fit_all
 from ..validation import naming_scenario
-from ..workbench import final_values, model_at_level
+from ..workbench import model_at_level
 
 
 def plan(
@@ -51,7 +52,7 @@ def fit_for_planning(
     if scenario.model.level == AUTO:
         model, _ = model_at_level(scenario, model, spec, recordings)
     setup = make_setup(model, spec, recordings)
-    identified = final_values(fit_all(setup, recordings, spec, progress))
+    identified = final_values([f.fit for f in fit_all(setup, recordings, spec, progress)])
     noise = stated_noise(scenario, setup, recordings)
     options = Options(
         fidelity=scenario.diagnose.fidelity,

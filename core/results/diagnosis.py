@@ -221,7 +221,7 @@ class Diagnosis:
     needless: tuple[str, ...] = ()
     """Titles of those that were added on the way and are not needed at the end."""
     limit: int = 0
-    """How many effects were to be added at most."""
+    """How many effects were to be added at most; 0: they are only proposed."""
     error_given: Remains = Remains()
     """Of the model as given."""
     error_left: Remains = Remains()
@@ -242,8 +242,8 @@ class Diagnosis:
     """What the linear model costs on these recordings, where it was the one identified."""
     ruled_out: Mapping[str, str] = field(default_factory=dict)
     """Title of an effect or of its parameters that [rig] excludes -> the statement."""
-    proposed: str | None = None
-    """Id of one more effect that passes every test, which the limit keeps out."""
+    proposed: tuple[str, ...] = ()
+    """Ids of effects that pass every test and were not added, the first to add first."""
     shapes: tuple[int, ...] = ()
     """Bending shapes per segment that the recordings show, where these are more than stated."""
     unstated_noise: tuple[str, ...] = ()

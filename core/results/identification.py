@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -119,3 +119,11 @@ class Fit:
     """Quantities that follow from the estimates, such as EI from epsilon and d."""
     contradicted: Mapping[str, float] = field(default_factory=dict)
     """Label -> deviations by which the recordings alone differ from what was known a priori."""
+
+
+def final_values(fits: Sequence[Fit]) -> dict[str, float]:
+    """label -> final value of the fits; the mean of shared ones."""
+    by_label: dict[str, list[float]] = {}
+    for e in (e for fit in fits for e in fit.estimates):
+        by_label.setdefault(e.label, []).append(e.value)
+    return {label: float(np.mean(values)) for label, values in by_label.items()}

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from flexgui.core.diagnose.search_options import DEFAULT_EFFECTS
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     from flexgui.library.plan import Plan
 
 SOURCE = "The project"
-DEFAULT_EFFECTS = 3
-"""Effects that a diagnosis looks for where the scenario states none; as in README's example."""
 
 
 @dataclass(frozen=True, repr=False)

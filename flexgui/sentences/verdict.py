@@ -92,7 +92,7 @@ def _findings(diagnosis: Diagnosis) -> list[Finding]:
     """The effects that are in the model at the end; the best of the ranking where none was to be
     added."""
     if not diagnosis.limit:
-        best = [r for r in diagnosis.ranking if r.effect == diagnosis.proposed]
+        best = [r for r in diagnosis.ranking if r.effect in diagnosis.proposed[:1]]
         return [Finding(ranked, diagnosis.rounds[0], diagnosis.steps[0], None) for ranked in best]
     accepted = [r for r in diagnosis.rounds if r.accepted is not None]
     added = [(a, b) for a, b in pairwise(diagnosis.steps) if b.added is not None]
@@ -125,6 +125,8 @@ def _missing(diagnosis: Diagnosis) -> list[str]:
     if not findings:
         return _unlisted(diagnosis)
     first, *more = [f.ranked.title for f in findings]
+    if not diagnosis.limit:
+        more = [catalogue()[kind].title for kind in diagnosis.proposed[1:]]
     after = f", then {listed(more)}" if more else ""
     # Without a ladder the model may already contain added effects.
     which = "model as given" if diagnosis.limit else "model"

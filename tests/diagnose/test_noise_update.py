@@ -141,7 +141,7 @@ def test_floors_that_are_right_stay() -> None:
 def test_a_lower_noise_that_no_effect_confirms_changes_nothing() -> None:
     given = with_floors(LARGER)
     found, _ = searched(given, ("gravity_tilt",))
-    assert found.proposed is None and found.model.effects == ()
+    assert not found.proposed and found.model.effects == ()
     assert found.model.data.floors == given.data.floors
 
 

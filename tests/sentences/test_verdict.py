@@ -202,7 +202,7 @@ def test_every_verdict_says_what_was_not_sought_by_what_is_stated_of_the_rig(ver
 
 
 RANKED_ONLY = replace(
-    FOUND, final_verdict=None, limit=0, kept=(), proposed=FRICTION, steps=(GIVEN,),
+    FOUND, final_verdict=None, limit=0, kept=(), proposed=(FRICTION,), steps=(GIVEN,),
     rounds=(DiagnosisRound(RIVALS, None),), error_left=left(19.0),
 )  # fmt: skip
 
@@ -222,7 +222,7 @@ def test_before_anything_was_added_nothing_is_said_to_remain() -> None:
 
 
 def test_a_stopped_ranking_names_no_effect_as_missing() -> None:
-    said = text(replace(RANKED_ONLY, stopped=True, proposed=None))
+    said = text(replace(RANKED_ONLY, stopped=True, proposed=()))
     assert "missing effect" not in said and "emaining" not in said
     assert "So far Coulomb friction explains most: 99.4 %" in said
     assert said.startswith(STOPPED) and said.count(STOPPED) == 1

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
 from flexgui.core.results import MISSING, Estimate, LinearModel, Outcome, RecordingComparison
+from flexgui.core.results.identification import final_values
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.messages import Ended
@@ -118,6 +119,12 @@ class Diagnosis:
         same = [version.diagnosis for version in self.shown_versions if version.scenario == of]
         return any(found is not None and found.verdict == MISSING for found in same)
 
+    @property
+    def _estimated(self) -> dict[str, float]:
+        """label -> value of the last identification."""
+        outcome = self._session.identification.outcome
+        return {} if outcome is None else final_values(outcome.fits)
+
     def search(self) -> bool:
         """Searches for what the scenario's model lacks."""
         scenario = self._session.document.scenario
@@ -209,7 +216,7 @@ class Diagnosis:
         fitted = self._session.identification
         before = (was, fitted.outcome, fitted.outcome_of)
         task = Task.of(
-            diagnose, "The search for what is missing", fit=fit,
+            diagnose, "The search for what is missing", fit=fit, identified=self._estimated,
             scenario=version.scenario, folder=str(self._session.folder),
         )  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -58,20 +58,22 @@ def diagnose(
     scenario: Scenario,
     folder: str | None = None,
     fit: str = "",
+    identified: Mapping[str, float] | None = None,
     *,
     progress: PartialProgress,
 ) -> ModelFindings:
-    """The ranking on the scenario's model, with nothing added to it.
+    """What is missing in the scenario's model, with nothing added to it.
 
-    `fit`: also identify, from where the parameters start, "before" or "after" the ranking. The step
-    of the error ladder is reported first; then the ranking, again and again as it gets finer.
+    `identified`: label -> estimate, a start of the first fit; `fit`: also identify, from where the
+    parameters start, "before" or "after" the search. The step of the error ladder is reported
+    first; then the ranking, again and again as it gets finer.
     """
     from flexgui.core.diagnose.diagnose import diagnose as search
 
     where = ConfinedFolder(Path(folder or "."))
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    inputs = _search_inputs(scenario, model, spec, where, progress)
+    inputs = _search_inputs(scenario, model, spec, identified or {}, where, progress)
     reporter = FindingsReporter(inputs, progress)
     if fit == BEFORE and not progress.stopped():
         reporter.check()
@@ -88,9 +90,9 @@ def diagnose(
         inputs.setup, inputs.spec, inputs.recordings, inputs.options, progress, on_ranking,
         reporter.begun, reporter.settled,
     )  # fmt: skip
+    first = next(iter(found.proposed), None)
     light = tuple(
-        replace(r, ranking=thinned(r.ranking, reporter.counted, found.proposed))
-        for r in found.rounds
+        replace(r, ranking=thinned(r.ranking, reporter.counted, first)) for r in found.rounds
     )
     reported = replace(found, rounds=light)
     reporter.report(ranking=reported.ranking, diagnosis=reported)
@@ -100,10 +102,11 @@ def diagnose(
 
 
 def _search_inputs(
-    scenario: Any, model: Any, spec: IdentifySpec, where: ConfinedFolder, progress: PartialProgress
-) -> SearchInputs:
+    scenario: Any, model: Any, spec: IdentifySpec, identified: Mapping[str, float],
+    where: ConfinedFolder, progress: PartialProgress,
+) -> SearchInputs:  # fmt: skip
     from flexgui.core.diagnose.output_noise import stated_noise
-    from flexgui.core.diagnose.search_options import Options
+    from flexgui.core.diagnose.search_options import DEFAULT_EFFECTS, Options
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.loading import load_recordings
 
@@ -115,13 +118,15 @@ def _search_inputs(
     recordings = list(load_recordings(scenario, model, where, None, progress))
     setup = make_setup(model, spec, recordings)
     options = Options(
-        max_effects=0,
+        max_effects=settings.max_effects or DEFAULT_EFFECTS,
+        adds=False,
         compare=False,  # the reporter does it sooner
         candidates=settings.candidates or (),
         fidelity=settings.fidelity,
         stated_noise=stated_noise(scenario, setup, recordings),
         per_recording=settings.per_recording,
         stated_rig=scenario.rig.statements,
+        identified=identified,
     )
     return SearchInputs(recordings, setup, spec, options)
 
