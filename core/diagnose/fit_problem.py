@@ -216,9 +216,10 @@ def hypothesis(
     own = effect_unknowns(model, data.sizes) if freed is None else tuple(freed)
     theirs = {*undetectable, *data.fixed_effect_values, *(data.bounded if freed is None else ())}
     own = tuple(u for u in own if u.parameter.name not in theirs)
-    names = {u.parameter.name for u in own}
-    nuisance = tuple(u for u in data.nuisance if u.parameter.name not in names)
-    items = tuple(_with_start(u, values) for u in (*nuisance, *own))
+    named = {u.parameter.name: u for u in own}
+    # In one order, whoever names the unknowns of an effect that the nuisance has too.
+    nuisance = (named.get(u.parameter.name, u) for u in data.nuisance)
+    items = tuple(_with_start(u, values) for u in dict.fromkeys((*nuisance, *own)))
     unknowns = Unknowns(items)
     experiments = [for_model(e, model) for e in data.experiments]
     steps = None

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.base_fit import BaseFit
-from flexgui.core.diagnose.fit_problem import hypothesis
+from flexgui.core.diagnose.fit_problem import hypothesis, with_values
 from flexgui.core.diagnose.refit import fit, with_robust_covariance
 from flexgui.core.diagnose.removal_and_exchange import needed_effects
 from flexgui.core.effects import effect
@@ -83,3 +83,14 @@ def test_an_effect_that_is_needed_stays_though_it_is_the_last() -> None:
     whole = with_robust_covariance(fit(hypothesis(data, [viscous], start), None, lambda: False, 6))
     kept = needed_effects(data, whole, [viscous], 0, lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]
+
+
+def test_unknowns_have_one_order_where_an_effect_is_stated_beside_first_places() -> None:
+    """Else a vector was read with the labels of another, and every refit beside a stated effect
+    ended far off."""
+    found = begun(fv1=5.0, fv2=3.0)
+    more = hypothesis(found.data, [*found.base.hypothesis.model.effects, effect("tip_payload")],
+                      found.base.hypothesis.values())  # fmt: skip
+    assert "start_theta1@" in " ".join(more.unknowns.labels)
+    again = with_values(found.data, more, refine=1)
+    assert again.unknowns.labels == more.unknowns.labels
