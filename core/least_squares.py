@@ -60,6 +60,12 @@ class Limits:
         """(...) squared deviations of x (..., P) from what is known a priori."""
         return np.asarray(np.sum(((x - self.prior_means) / self.deviations) ** 2, axis=-1))
 
+    def prior_measurements(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(P,) each: errors of what is known a priori, as measurements of x (P,), and their
+        slopes; zero where nothing is."""
+        slopes = np.broadcast_to(1.0 / np.asarray(self.deviations), len(x))
+        return (x - self.prior_means) * slopes, slopes
+
 
 def limits_of(parameters: ParameterSet) -> Limits:
     """Those of a set of parameters; a prior's mean is the parameter's value."""
@@ -134,7 +140,7 @@ def descend(
         if not stuck:
             S = [as_finite(s) for s in slopes(x)]
         enough = max(least, share * cost)
-        A, b = _with_prior(*normal_equations(blocks, S), x, limits)
+        A, b = with_prior(*normal_equations(blocks, S), x, limits)
         done += 1
         before, first_damping = x, damping
         x, blocks, cost_new, damping = _step(
@@ -155,12 +161,12 @@ def descend(
     return Descended(x, cost_of(blocks), done, tuple(blocks), tuple(S), damping, ended)
 
 
-def _with_prior(
+def with_prior(
     A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: Limits
 ) -> tuple[np.ndarray, np.ndarray]:
     """Normal equations with what is known a priori as measurements of x (P,)."""
-    weights = np.asarray(limits.deviations) ** -2.0
-    return A + np.diag(np.broadcast_to(weights, len(x))), b + (x - limits.prior_means) * weights
+    errors, slopes = limits.prior_measurements(x)
+    return A + np.diag(slopes**2), b + errors * slopes
 
 
 def _predicted_by_full_step(A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: Limits) -> float:
@@ -181,7 +187,7 @@ def predicted_reduction(descended: Descended, limits: Limits) -> float:
     if not len(descended.vector):
         return 0.0
     x = descended.vector
-    A, b = _with_prior(*normal_equations(descended.blocks, descended.slopes), x, limits)
+    A, b = with_prior(*normal_equations(descended.blocks, descended.slopes), x, limits)
     return _predicted_by_full_step(A, b, x, limits)
 
 

@@ -15,7 +15,7 @@ from ..diagnose.fit_problem import Data
 from ..diagnose.linear_screen import ScreenedCandidate
 from ..diagnose.refit import Refit
 from ..effects.sizes import typical
-from ..least_squares import GOOD_ENOUGH, SEEN, normal_equations, pseudo_inverse
+from ..least_squares import GOOD_ENOUGH, SEEN, normal_equations, pseudo_inverse, with_prior
 from ..parameters import Parameter
 from ..results import ABOVE, Objection, Reason
 
@@ -195,7 +195,7 @@ def reduction_beyond_bound(after: Refit, i: int) -> float:
     free."""
     limits, x = after.hypothesis.limits, after.hypothesis.vector
     others = np.flatnonzero(limits.inside(x) & (np.arange(len(x)) != i))
-    A, b = normal_equations(after.descended.blocks, after.descended.slopes)
+    A, b = with_prior(*normal_equations(after.descended.blocks, after.descended.slopes), x, limits)
     follow, across = pseudo_inverse(A[np.ix_(others, others)]), A[others, i]
     own = A[i, i] - across @ follow @ across
     push = b[i] - across @ follow @ b[others]

@@ -17,7 +17,7 @@ from ..diagnose.fit_problem import Data, hypothesis
 from ..diagnose.linear_screen import Screen, rescored
 from ..diagnose.refit import Refit, with_robust_covariance
 from ..effects.effect import Effect
-from ..least_squares import cost_of, normal_equations, pseudo_inverse
+from ..least_squares import cost_of, normal_equations, pseudo_inverse, with_prior
 
 
 @dataclass(frozen=True)
@@ -74,11 +74,12 @@ def weighted(refit: Refit, old: Data, new: Data) -> Refit:
     move = np.zeros(len(h.vector))
     inside = np.flatnonzero(h.limits.inside(h.vector))
     if len(inside):
-        A, b = normal_equations(blocks, [S[:, :, inside] for S in slopes])
-        move[inside] = -pseudo_inverse(A) @ b
+        A, b = with_prior(*normal_equations(blocks, slopes), h.vector, h.limits)
+        move[inside] = -pseudo_inverse(A[np.ix_(inside, inside)]) @ b[inside]
     vector = np.clip(h.vector + move, h.limits.lower, h.limits.upper)
     moved = [b + S @ (vector - h.vector) for b, S in zip(blocks, slopes, strict=True)]
-    if not cost_of(moved) < cost_of(blocks):
+    before, after = (float(h.limits.prior_cost(x)) for x in (h.vector, vector))
+    if not cost_of(moved) + after < cost_of(blocks) + before:
         vector, moved = h.vector, blocks
     anchor = None if h.residuals.anchor is None else h.residuals.anchor.weighted(new.weights)
     at = replace(h.at(vector), residuals=replace(h.residuals, weights=new.weights, anchor=anchor))
@@ -99,4 +100,6 @@ def screen_against(screened: Screen, refit: Refit, old: Data, new: Data) -> Scre
         for c in screened.output_changes
     )
     slopes = [S * r[:, None] for S, r in zip(screened.slopes, ratios, strict=True)]
-    return rescored(screened, new.experiments, refit.errors, slopes, changes)
+    h = refit.hypothesis
+    prior = h.limits.prior_measurements(h.vector)
+    return rescored(screened, new.experiments, refit.errors, slopes, prior, changes)

@@ -24,7 +24,7 @@ class GramMatrix:
     """Inner products over recordings; nuisance first, then columns, the residual last."""
 
     parts: np.ndarray
-    """(recordings, P + Q + 1, P + Q + 1)"""
+    """(recordings + 1, P + Q + 1, P + Q + 1); the last is what is known a priori"""
     nuisance: int
 
     @property
@@ -52,8 +52,11 @@ class GramMatrix:
 def gram_matrix(
     residuals: Sequence[np.ndarray], slopes: Sequence[np.ndarray],
     columns: Sequence[Sequence[np.ndarray]], whiten: Callable[[int, np.ndarray], np.ndarray],
+    prior: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> GramMatrix:  # fmt: skip
     """The matrix of residuals (M, k), nuisance slopes (M, k, P) and columns (M, k) per recording.
+
+    `prior`: errors and slopes (P,) of what is known a priori of the nuisance, as measurements.
 
     Slopes are those of errors, columns those of outputs; both become directions of the outputs.
     `whiten` takes a recording's number and a block (M, k, ...) and returns (K, ...).
@@ -65,7 +68,9 @@ def gram_matrix(
         flat = whiten(i, both)
         parts.append(flat.T @ flat)
     P = slopes[0].shape[2]
-    return GramMatrix(np.array(parts), P)
+    errors, sizes = prior or (np.zeros(P), np.zeros(P))
+    known = np.column_stack([np.diag(-sizes), np.zeros((P, len(columns))), errors])
+    return GramMatrix(np.array([*parts, known.T @ known]), P)
 
 
 @dataclass(frozen=True)

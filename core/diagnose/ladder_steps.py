@@ -44,7 +44,7 @@ def ladder_step(
             for name, (unit, rms, _) in errors.items()
         ),
         tip_rms=_tip_rms(errors),
-        cost_per_sample=refit.cost / data.count,
+        cost_per_sample=refit.descended.cost / data.count,
         fit_percent=tuple(f for _, _, f in errors.values()),
         validation_fit_percent=tuple(f for _, _, f in unseen.values()),
     )  # fmt: skip

@@ -114,6 +114,7 @@ def screen(
     """
     errors = [np.asarray(b) for b in base.errors(base.vector)]
     slopes = [as_finite(s) for s in base.slopes(base.vector)]
+    prior = base.limits.prior_measurements(base.vector)
     planned = [t for c in candidates for t in trials(base, c, data)]
     new = {i for i, t in enumerate(planned) if needs_compilation(t, base.model.arm)}
     rounds = trial_rounds(planned, new)
@@ -123,7 +124,7 @@ def screen(
     def scored() -> Screen:
         finished = [changes[i] for i in sorted(changes)]
         remaining = len(planned) - len(changes)
-        return _score_candidates(errors, slopes, finished, candidates, remaining, rows)
+        return _score_candidates(errors, slopes, prior, finished, candidates, remaining, rows)
 
     for number, which in enumerate(rounds, start=1):
         sized = {i: as_small_as(planned[i], changes.values()) for i in which}
@@ -143,15 +144,17 @@ def screen(
 
 def rescored(
     screened: Screen, experiments: Sequence[Prepared], errors: Sequence[np.ndarray],
-    slopes: Sequence[np.ndarray], changes: Sequence[OutputChange],
+    slopes: Sequence[np.ndarray], prior: tuple[np.ndarray, np.ndarray],
+    changes: Sequence[OutputChange],
 ) -> Screen:  # fmt: skip
-    """The screen of the same candidates with other errors (M, k), slopes (M, k, P) and output
-    changes; nothing is simulated."""
+    """The screen of the same candidates with other errors (M, k), slopes (M, k, P), measurements a
+    priori and output changes; nothing is simulated."""
     candidates = list(dict.fromkeys(c.effect for c in changes))
     rows = whitened_rows(experiments)
     return _score_candidates(
-        list(errors), list(slopes), list(changes), candidates, screened.remaining_trials, rows
-    )
+        list(errors), list(slopes), prior, list(changes), candidates, screened.remaining_trials,
+        rows,
+    )  # fmt: skip
 
 
 def trial_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[int]]:
@@ -177,14 +180,15 @@ def _finished_title(i: int, planned: Sequence[Trial], changes: Mapping[int, Outp
 
 
 def _score_candidates(
-    errors: list[np.ndarray], slopes: list[np.ndarray], changes: list[OutputChange],
-    candidates: Sequence[Effect], remaining_trials: int, rows: Sequence[Sequence[np.ndarray]],
+    errors: list[np.ndarray], slopes: list[np.ndarray], prior: tuple[np.ndarray, np.ndarray],
+    changes: list[OutputChange], candidates: Sequence[Effect], remaining_trials: int,
+    rows: Sequence[Sequence[np.ndarray]],
 ) -> Screen:  # fmt: skip
     blocks = [c.blocks for c in changes]
-    unwhitened = gram_matrix(errors, slopes, blocks, no_whitening)
+    unwhitened = gram_matrix(errors, slopes, blocks, no_whitening, prior)
     remainders = _remainders(unwhitened, errors, slopes, blocks)
     whitener = fit_whitener(remainders, rows)
-    whitened = gram_matrix(errors, slopes, blocks, whitener)
+    whitened = gram_matrix(errors, slopes, blocks, whitener, prior)
     w, u = whitened.projected(), unwhitened.projected()
     scores = [_score(c, changes, w, u) for c in candidates]
     kept = sorted((s for s in scores if s is not None), key=lambda s: -s.score)

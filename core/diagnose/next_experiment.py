@@ -19,7 +19,7 @@ from ..diagnose.fit_problem import Data, Hypothesis, hypothesis
 from ..identify.predictor import on_all_cores
 from ..identify.prepared_recording import prepare
 from ..identify.unknowns import Unknown
-from ..least_squares import normal_equations, pseudo_inverse
+from ..least_squares import normal_equations, pseudo_inverse, with_prior
 from ..model import Model
 from ..progress import Progress
 from ..recording.channels import channel_kind
@@ -170,7 +170,8 @@ def score_on_data(
 
 def shared_normal_matrix(h: Hypothesis) -> NormalMatrix:
     """J'J of the existing recordings, for the parameters that a new one shares with them."""
-    A, _ = normal_equations(h.errors(h.vector), h.slopes(h.vector))
+    equations = normal_equations(h.errors(h.vector), h.slopes(h.vector))
+    A, _ = with_prior(*equations, h.vector, h.limits)
     # What belongs to one recording is free to follow: it is eliminated, not held.
     own = [i for i, u in enumerate(h.unknowns.items) if u.recording is not None]
     shared = [i for i, u in enumerate(h.unknowns.items) if u.recording is None]

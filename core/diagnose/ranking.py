@@ -14,7 +14,7 @@ from ..diagnose.ladder_steps import estimates
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.refit import Refit
 from ..identify.identifiability import POORLY_DISTINGUISHABLE, correlation_of
-from ..least_squares import normal_equations, pseudo_inverse
+from ..least_squares import normal_equations, pseudo_inverse, with_prior
 from ..results import Estimate, RankedEffect
 
 CONFUSABLE = 0.95
@@ -105,7 +105,8 @@ def _tied_to(refit: Refit, sizes: Sequence[str], before: Refit) -> tuple[Estimat
     cost hardly depends on both, so their estimates are arbitrary."""
     labels, values_before = refit.hypothesis.unknowns.labels, before.hypothesis.values()
     own = [labels.index(name) for name in sizes if name in labels]
-    A, _ = normal_equations(refit.descended.blocks, refit.descended.slopes)
+    h, end = refit.hypothesis, refit.descended
+    A, _ = with_prior(*normal_equations(end.blocks, end.slopes), h.vector, h.limits)
     rho = np.abs(correlation_of(pseudo_inverse(A)))[own]
     tied = {
         label for k, label in enumerate(labels) if (rho[:, k] > POORLY_DISTINGUISHABLE).any()

@@ -19,6 +19,7 @@ from ..least_squares import (
     descend,
     normal_equations,
     pseudo_inverse,
+    with_prior,
 )
 
 
@@ -36,8 +37,9 @@ class Refit:
 
     @property
     def cost(self) -> float:
-        """Weighted sum of squares at the end of the descent."""
-        return self.descended.cost
+        """Weighted sum of squares at the end of the descent, what is known a priori included."""
+        h = self.hypothesis
+        return self.descended.cost + float(h.limits.prior_cost(h.vector))
 
     @property
     def errors(self) -> tuple[np.ndarray, ...]:
@@ -79,9 +81,10 @@ def whitened_cost(
     stay there."""
     slopes = [whitener(i, s) for i, s in enumerate(descended.slopes)]
     blocks = [whitener(i, b) for i, b in enumerate(descended.blocks)]
-    A, b = normal_equations(blocks, slopes)
-    cost = float(sum(np.sum(x * x) for x in blocks))
-    which = np.flatnonzero(at.limits.inside(descended.vector) & (np.diag(A) > 0.0))
+    x, limits = descended.vector, at.limits
+    A, b = with_prior(*normal_equations(blocks, slopes), x, limits)
+    cost = float(sum(np.sum(r * r) for r in blocks) + limits.prior_cost(x))
+    which = np.flatnonzero(limits.inside(x) & (np.diag(A) > 0.0))
     inverse = pseudo_inverse(A[np.ix_(which, which)])
     covariance = np.full(A.shape, np.nan)
     covariance[np.ix_(which, which)] = inverse

@@ -267,10 +267,12 @@ def profile_costs(
             break
         for x, errors in zip(some, h.half_substeps.errors_at(some), strict=True):
             A, b = normal_equations([as_finite(e) for e in errors], slopes)
+            known, weights = (each[others] for each in limits.prior_measurements(x))
+            A, b = A + np.diag(weights**2), b + known * weights
             inverse = pseudo_inverse(A)
             minimum = x.copy()
             minimum[others] -= inverse @ b
-            cost = cost_of(errors) - float(b @ inverse @ b)
+            cost = cost_of(errors) + float(limits.prior_cost(x)) - float(b @ inverse @ b)
             profile.append((cost, np.clip(minimum, limits.lower, limits.upper)))
     return profile
 

@@ -209,7 +209,9 @@ def _best_competitors(
     columns_kept = [j for j, label in enumerate(h.unknowns.labels) if label not in own]
     slopes = [S[:, :, columns_kept] for S in screened.slopes]
     blocks = [c.blocks for c in screened.output_changes]
-    products = gram_matrix(errors, slopes, blocks, screened.whitener).projected()
+    known = [x[columns_kept] for x in h.limits.prior_measurements(h.vector)]
+    prior = known[0], known[1]
+    products = gram_matrix(errors, slopes, blocks, screened.whitener, prior).projected()
     explained = products[-1, -1] - refit.whitened_cost
     competitors = []
     for s in screened.candidates:
