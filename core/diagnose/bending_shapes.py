@@ -39,8 +39,10 @@ StopCheck = Callable[[], bool]
 def resolved(model: FittedModel, least: tuple[int, ...], stopped: StopCheck) -> FittedModel:
     """The model with as many bending shapes as the recordings show, at least so many per segment;
     the same object where these are right."""
+    tried = {model.data.bare.arm.modes}
     while not stopped():
-        other = next((m for m in _reshaped(model, least, stopped) if _is_better(model, m)), None)
+        others = _reshaped(model, least, tried, stopped)
+        other = next((m for m in others if _is_better(model, m)), None)
         if other is None:
             return model
         model = other
@@ -48,16 +50,18 @@ def resolved(model: FittedModel, least: tuple[int, ...], stopped: StopCheck) -> 
 
 
 def _reshaped(
-    model: FittedModel, least: tuple[int, ...], stopped: StopCheck
+    model: FittedModel, least: tuple[int, ...], tried: set[tuple[int, ...]], stopped: StopCheck
 ) -> Iterator[FittedModel]:
     """The model with one shape less and with one more per bending segment, where the outputs
-    change by a relevant part of the noise."""
+    change by a relevant part of the noise, and these have not been `tried`."""
     modes = model.data.bare.arm.modes
     fewer = tuple(max(n - 1, low) for n, low in zip(modes, least, strict=True))
     more = tuple(min(n + 1, MAX_MODES) if n else 0 for n in modes)
-    if fewer != modes:
+    if fewer not in tried:
+        tried.add(fewer)
         yield _with_modes(model, fewer, stopped)
-    if more != modes and _shows_more(model):
+    if more not in tried and _shows_more(model):
+        tried.add(more)
         yield _with_modes(model, more, stopped)
 
 

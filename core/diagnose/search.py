@@ -140,18 +140,14 @@ class Search:
 
     def run(self, base: FittedModel) -> Found:
         """The whole search from the model as given, with the bending shapes that it needs."""
-        stopped, least = self.progress.stopped, base.data.bare.arm.modes
-        base = resolved(base, least, stopped)
         found = self._against_best_noise(self._without_moves_left((Move(base),)))
-        last = resolved(found.model, least, stopped)
-        if last is found.model or stopped():
+        last = resolved(found.model, base.data.bare.arm.modes, self.progress.stopped)
+        if last is found.model or self.progress.stopped():
             return found
         # A missing effect has hidden the need for a shape, or has seemed to be one.
-        base = fit_model(last.data, self.memo.stated, base.refit.hypothesis.values(), stopped)
-        self._round(base, 1)
-        added = tuple(e.kind for e in self.added(last))
-        path = (Move(base), *([Move(last, "", added)] if added else []))
-        return self._without_moves_left(path)
+        if len(found.path) == 1:
+            self._round(last, 1)
+        return self._without_moves_left((*found.path[:-1], found.path[-1]._replace(model=last)))
 
     def _against_best_noise(self, found: Found) -> Found:
         """The search, continued against each better estimate of the noise."""
