@@ -14,7 +14,7 @@ from ..arm.arm import Arm
 from ..arm.segment import MAX_MODES
 from ..diagnose.base_fit import substeps_for_directions
 from ..diagnose.cost_minimum import converge
-from ..diagnose.evidence import RELEVANT, TIE
+from ..diagnose.evidence import LEAST_SHARE, RELEVANT, TIE
 from ..diagnose.fit_problem import (
     UNANCHORED_ERROR,
     Data,
@@ -52,25 +52,34 @@ def resolved(model: FittedModel, least: tuple[int, ...], stopped: StopCheck) -> 
 def _reshaped(
     model: FittedModel, least: tuple[int, ...], tried: set[tuple[int, ...]], stopped: StopCheck
 ) -> Iterator[FittedModel]:
-    """The model with one shape less and with one more per bending segment, where the outputs
-    change by a relevant part of the noise, and these have not been `tried`."""
+    """The model with one shape less and, where that is worth a fit, one more per bending segment;
+    not those that have been `tried`."""
     modes = model.data.bare.arm.modes
     fewer = tuple(max(n - 1, low) for n, low in zip(modes, least, strict=True))
     more = tuple(min(n + 1, MAX_MODES) if n else 0 for n in modes)
     if fewer not in tried:
         tried.add(fewer)
         yield _with_modes(model, fewer, stopped)
-    if more not in tried and _shows_more(model):
+    if more not in tried and _promises_more(model):
         tried.add(more)
         yield _with_modes(model, more, stopped)
 
 
-def _shows_more(model: FittedModel) -> bool:
-    """Whether one more shape, at unchanged parameters, changes the outputs by a relevant part of
-    the noise. If not, it changes no estimate that matters."""
+def _promises_more(model: FittedModel) -> bool:
+    """Whether one more shape is worth a fit: by the linear estimate of what it explains, with all
+    other parameters free."""
     data, extra = replace(model.data, anchor=None), effect("extra_bending_mode")
     screened = screen(data, model.refit.hypothesis, model.effects, [extra])
-    return any(cost_of(c.blocks) > RELEVANT * data.count for c in screened.output_changes)
+    return any(_needed(model, s.score, s.cost_reduction) for s in screened.candidates)
+
+
+def _needed(model: FittedModel, likelier: float, explained: float) -> bool:
+    """Whether shapes that reduce the whitened squared error by `likelier`, and the squared error by
+    `explained`, are needed: within the noise the evidence alone decides; an error above it must
+    shrink as much as by an effect."""
+    data, errors = model.data, model.refit.errors
+    above = max(model.refit.cost - data.count, RELEVANT * data.count)
+    return likelier > TIE and (within_noise(data, errors) or explained >= LEAST_SHARE * above)
 
 
 def _with_modes(model: FittedModel, modes: tuple[int, ...], stopped: StopCheck) -> FittedModel:
@@ -107,8 +116,7 @@ def arm_with_modes(arm: Arm, modes: tuple[int, ...]) -> Arm:
 
 
 def _is_better(model: FittedModel, other: FittedModel) -> bool:
-    """Whether the recordings are far more likely with more shapes, and an error above the noise
-    relevantly smaller; with fewer, whether they are hardly less likely."""
+    """Whether more shapes are needed; with fewer, whether the recordings are hardly less likely."""
     data = model.data
     least = min(model, other, key=lambda m: m.refit.cost)
     noise = fit_whitener(least.refit.errors, whitened_rows(data.experiments))
@@ -116,5 +124,4 @@ def _is_better(model: FittedModel, other: FittedModel) -> bool:
     likelier = before.whitened_cost - after.whitened_cost
     if sum(other.data.bare.arm.modes) < sum(data.bare.arm.modes):
         return likelier > -TIE
-    explained = (before.cost - after.cost) / data.count
-    return likelier > TIE and (within_noise(data, before.errors) or explained > RELEVANT)
+    return _needed(model, likelier, before.cost - after.cost)

@@ -124,7 +124,7 @@ def screen(
     def scored() -> Screen:
         finished = [changes[i] for i in sorted(changes)]
         remaining = len(planned) - len(changes)
-        return _score_candidates(errors, slopes, prior, finished, candidates, remaining, rows)
+        return _score_candidates(errors, slopes, finished, candidates, remaining, rows, prior)
 
     for number, which in enumerate(rounds, start=1):
         sized = {i: as_small_as(planned[i], changes.values()) for i in which}
@@ -152,8 +152,8 @@ def rescored(
     candidates = list(dict.fromkeys(c.effect for c in changes))
     rows = whitened_rows(experiments)
     return _score_candidates(
-        list(errors), list(slopes), prior, list(changes), candidates, screened.remaining_trials,
-        rows,
+        list(errors), list(slopes), list(changes), candidates, screened.remaining_trials, rows,
+        prior,
     )  # fmt: skip
 
 
@@ -180,9 +180,9 @@ def _finished_title(i: int, planned: Sequence[Trial], changes: Mapping[int, Outp
 
 
 def _score_candidates(
-    errors: list[np.ndarray], slopes: list[np.ndarray], prior: tuple[np.ndarray, np.ndarray],
-    changes: list[OutputChange], candidates: Sequence[Effect], remaining_trials: int,
-    rows: Sequence[Sequence[np.ndarray]],
+    errors: list[np.ndarray], slopes: list[np.ndarray], changes: list[OutputChange],
+    candidates: Sequence[Effect], remaining_trials: int, rows: Sequence[Sequence[np.ndarray]],
+    prior: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Screen:  # fmt: skip
     blocks = [c.blocks for c in changes]
     unwhitened = gram_matrix(errors, slopes, blocks, no_whitening, prior)

@@ -140,9 +140,11 @@ class Search:
 
     def run(self, base: FittedModel) -> Found:
         """The whole search from the model as given, with the bending shapes that it needs."""
+        stopped, least = self.progress.stopped, base.data.bare.arm.modes
+        base = resolved(base, least, stopped)
         found = self._against_best_noise(self._without_moves_left((Move(base),)))
-        last = resolved(found.model, base.data.bare.arm.modes, self.progress.stopped)
-        if last is found.model or self.progress.stopped():
+        last = resolved(found.model, least, stopped)
+        if last is found.model or stopped():
             return found
         # A missing effect has hidden the need for a shape, or has seemed to be one.
         if len(found.path) == 1:

@@ -31,6 +31,10 @@ def problem(seed: int, P: int = 3, Q: int = 4) -> Problem:
     return residuals, slopes, columns
 
 
+KNOWN = 1e-6
+"""Deviation of a parameter that is as good as stated; the recordings alone show it within .1."""
+
+
 def stacked(residuals: list, slopes: list, columns: list) -> tuple[np.ndarray, ...]:  # type: ignore[type-arg]
     r = np.concatenate([x.ravel() for x in residuals])
     S = np.concatenate([x.reshape(-1, x.shape[-1]) for x in slopes])
@@ -61,6 +65,27 @@ def test_a_one_sided_size_is_never_negative_and_explains_no_more_than_a_free_one
     fixed = explained_by(found, [0, 1, 3], [True, False, True])
     assert fixed.coefficients[0] >= 0.0 and fixed.coefficients[2] >= 0.0
     assert fixed.cost_reduction <= free.cost_reduction * (1.0 + ROUNDING) + 1e-9
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=10, deadline=None)
+def test_a_nuisance_that_is_known_hides_no_effect(seed: int) -> None:
+    """Known, it is as good as no nuisance; otherwise it explains what the effect does."""
+    residuals, slopes, columns = problem(seed)
+    slopes[0][..., 0], slopes[1][..., 0] = columns[0]  # the same direction as the effect
+
+    def reduction(slopes: list[np.ndarray], deviations: float | np.ndarray) -> float:
+        P = slopes[0].shape[-1]
+        limits = Limits(-np.ones(P), np.ones(P), np.ones(P), np.zeros(P), deviations)
+        prior = limits.prior_measurements(np.zeros(P))
+        projected = gram_matrix(residuals, slopes, columns, no_whitening, prior).projected()
+        return explained_by(projected, [0], [False]).cost_reduction
+
+    known = np.full(slopes[0].shape[-1], np.inf)
+    known[0] = KNOWN
+    without = [S[..., 1:] for S in slopes]
+    assert reduction(slopes, known) == pytest.approx(reduction(without, np.inf), rel=1e-6, abs=1e-6)
+    assert reduction(slopes, np.inf) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_column_that_moves_nothing_explains_nothing() -> None:
