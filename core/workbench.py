@@ -14,9 +14,6 @@ import numpy as np
 
 from .check.run_checks import check_scenario, explained_by
 from .diagnose.diagnose import diagnose
-from .diagnose.linear_or_nonlinear import AUTO, choose_level
-from .diagnose.output_noise import stated_noise
-from .diagnose.repeated_motions import compare_repeated_runs
 from .diagnose.search_options import DEFAULT_EFFECTS, Options
 from .diagnosed_scenario import diagnosed_scenario
 from .errors import InputError
@@ -24,8 +21,11 @@ from .identify import predictor
 from .identify.compare import compare_many
 from .identify.fit import Fitted
 from .identify.setup import Setup, make_setup
+from .linear_or_nonlinear import AUTO, choose_level
 from .loading import load_recordings
 from .model import Model
+from .noise.output_noise import stated_noise
+from .noise.repeated_motions import compare_repeated_runs
 from .progress import Progress, Silent
 from .recording.recording import Recording
 from .results import (

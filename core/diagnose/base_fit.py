@@ -19,7 +19,6 @@ from ..diagnose.fit_problem import (
     hypothesis,
 )
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
-from ..diagnose.noise_floor import Floor, channel_floors
 from ..diagnose.refit import Refit, fit
 from ..effects.effect import Effect
 from ..effects.sizes import sizes_of, typical
@@ -31,6 +30,7 @@ from ..identify.setup import primary_sensors
 from ..identify.unknowns import Unknown, Unknowns, fixed_values, unknowns_with_starts
 from ..least_squares import MOST_ITERATIONS
 from ..model import Model
+from ..noise.noise_floor import Floor, channel_floors
 from ..recording.recording import Recording
 from ..scenario.schema import IdentifySpec
 from ..sensors.sensor import Sensor

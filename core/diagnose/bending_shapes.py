@@ -28,10 +28,10 @@ from ..diagnose.linear_screen import screen
 from ..diagnose.refit import with_whitened_cost
 from ..diagnose.refit_starts import nominal_values
 from ..diagnose.remaining_error import within_noise
-from ..diagnose.whitening import fit_whitener, whitened_rows
 from ..effects import effect
 from ..identify.predictor import MotionCache
 from ..least_squares import cost_of
+from ..noise.whitening import fit_whitener, whitened_rows
 
 StopCheck = Callable[[], bool]
 

@@ -14,11 +14,8 @@ import numpy as np
 
 from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
-from ..diagnose.output_noise import simulate_noise
 from ..diagnose.refit import Refit, fit, whitened_cost, with_robust_covariance
 from ..diagnose.refit_starts import start_from_nominal
-from ..diagnose.remaining_error import channel_rms
-from ..diagnose.whitening import Whitener
 from ..identify.defect_correction import (
     MOST_STEPS,
     Anchor,
@@ -29,6 +26,9 @@ from ..identify.defect_correction import (
 )
 from ..identify.prescribed_joint_forces import needed_steps
 from ..least_squares import MOST_ITERATIONS, cost_of, pseudo_inverse
+from ..noise.noise_floor import channel_rms
+from ..noise.output_noise import simulate_noise
+from ..noise.whitening import Whitener
 
 SAME = 0.05
 """In noise floors, rms: a smaller change by more steps is negligible."""

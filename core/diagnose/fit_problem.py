@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 
 from ..arm.arm import Structure
-from ..diagnose.noise_floor import Floor
 from ..effects import with_included
 from ..effects.effect import Effect, Rig
 from ..effects.sizes import Sizes
@@ -22,6 +21,7 @@ from ..identify.residuals import Residuals
 from ..identify.unknowns import Unknown, Unknowns
 from ..least_squares import Limits, limits_of
 from ..model import Model
+from ..noise.noise_floor import Floor
 
 
 class SubstepsByModes:

@@ -22,8 +22,8 @@ from ..diagnose.ranking import ranking_of
 from ..diagnose.refit import fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.search import Found, Memo, ModelRound
-from ..diagnose.whitening import Whitener, fit_whitener, whitened_rows
 from ..effects.effect import Effect
+from ..noise.whitening import Whitener, fit_whitener, whitened_rows
 from ..progress import Progress
 from ..results import DiagnosisRound, LadderStep, RankedEffect
 from ..sentences import listed

@@ -9,12 +9,12 @@ import numpy as np
 
 from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, parameter_names
 from ..diagnose.refit import Refit
-from ..diagnose.remaining_error import channel_rms
 from ..identify.identifiability import analyse, identified
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknown
 from ..least_squares import SEEN, as_finite, descend
 from ..model import Model
+from ..noise.noise_floor import channel_rms
 from ..results import ChannelError, Estimate, LadderStep
 
 VALIDATION_ITERATIONS = 4

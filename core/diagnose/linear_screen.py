@@ -22,11 +22,11 @@ from ..diagnose.output_changes import (
     simulate_output_change,
     trials,
 )
-from ..diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 from ..effects.effect import Effect
 from ..identify import predictor
 from ..identify.prepared_recording import Prepared
 from ..least_squares import as_finite
+from ..noise.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,11 @@ import numpy as np
 from ..diagnose.fit_problem import Data
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.linear_screen import Screen
-from ..diagnose.noise_floor import Floor, channel_floors
-from ..diagnose.remaining_error import channel_rms, within_noise
+from ..diagnose.remaining_error import within_noise
 from ..diagnose.search_options import Options
-from ..diagnose.sensor_noise import ESTIMATED
-from ..diagnose.whitening import whitened_rows
+from ..noise.noise_floor import Floor, channel_floors, channel_rms
+from ..noise.sensor_noise import ESTIMATED
+from ..noise.whitening import whitened_rows
 
 LEAST_RATIO = 1.25
 """Least ratio of old to new floor, or the reverse, for an update: draws of the noise scatter by a

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, starts
-from ..diagnose.whitening import Whitener
 from ..effects.effect import Effect
 from ..identify.uncertainty import NOTHING, covariance
 from ..least_squares import (
@@ -21,6 +20,7 @@ from ..least_squares import (
     pseudo_inverse,
     with_prior,
 )
+from ..noise.whitening import Whitener
 
 
 @dataclass(frozen=True)

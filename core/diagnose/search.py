@@ -27,7 +27,6 @@ from ..diagnose.fit_problem import (
 from ..diagnose.fitted_model import FittedModel, fit_model, screen_against, weighted
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.linear_screen import Screen, screen
-from ..diagnose.noise_floor import Floor
 from ..diagnose.noise_update import higher_floors, lower_floors
 from ..diagnose.output_changes import trials
 from ..diagnose.progress_messages import RoundProgress, round_title
@@ -39,6 +38,7 @@ from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
 from ..diagnose.search_round import REFITTED, applicable, search_round
 from ..effects.effect import Effect
 from ..least_squares import cost_of
+from ..noise.noise_floor import Floor
 from ..progress import Progress
 from ..results import Objection, Reason
 from ..sentences import listed

@@ -35,11 +35,11 @@ from ..diagnose.refit import (
 )
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.remaining_error import within_noise
-from ..diagnose.whitening import Whitener
 from ..effects import catalogue
 from ..effects.effect import Effect, Rig
 from ..identify import predictor
 from ..least_squares import predicted_reduction
+from ..noise.whitening import Whitener
 
 REFITTED = 5
 """Candidates that are refitted: the best by score and by expected reduction."""

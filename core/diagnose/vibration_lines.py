@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..diagnose.fit_problem import Hypothesis
-from ..diagnose.repeated_motions import FEWEST_CYCLES, motion_inputs, period
 from ..identify.prepared_recording import Prepared
+from ..noise.repeated_motions import FEWEST_CYCLES, motion_inputs, period
 from ..simulate.posture import posture, vibration_modes
 
 LINE_SIGNIFICANCE = 1e-4

@@ -9,12 +9,12 @@ from pathlib import Path
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.cost_minimum import converge_precisely
 from ..diagnose.diagnose import fit_base_to_recordings
-from ..diagnose.linear_or_nonlinear import AUTO
-from ..diagnose.output_noise import stated_noise
 from ..diagnose.search_options import Options
 from ..experiments.design import Design, ExperimentRequest, design
 from ..identify.setup import make_setup
+from ..linear_or_nonlinear import AUTO
 from ..loading import load_recordings
+from ..noise.output_noise import stated_noise
 from ..progress import Progress, Silent
 from ..recording.recording import Recording
 from ..results.identification import final_values

@@ -9,10 +9,10 @@ from functools import cache
 import numpy as np
 
 from ..arm.presets import presets
-from ..diagnose.sensor_noise import autoregressive_noise
 from ..drives.velocity_loop import VelocityLoop
 from ..effects.effect import Rig
 from ..model import Model
+from ..noise.sensor_noise import autoregressive_noise
 from ..recording.recording import Recording
 from ..recording.spec import SimulateSpec
 from ..scenario.schema import IdentifySpec

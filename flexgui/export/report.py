@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from flexgui import __version__
-from flexgui.core.diagnose.error_maps import error_maps
+from flexgui.core.error_maps import error_maps
 from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.export.figures import Figures
 from flexgui.export.report_motion import Motion

@@ -12,8 +12,8 @@ import numpy as np
 from markupsafe import Markup
 
 from flexgui import __version__
-from flexgui.core.diagnose.error_maps import error_maps
 from flexgui.core.effects import catalogue
+from flexgui.core.error_maps import error_maps
 from flexgui.core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
 from flexgui.sentences.experiments import experiment_title
 from flexgui.sentences.ranked import in_order, round_sentence

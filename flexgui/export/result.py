@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from flexgui.core.diagnose.error_maps import error_maps
+from flexgui.core.error_maps import error_maps
 from flexgui.core.results import (
     ChannelComparison,
     ChannelError,

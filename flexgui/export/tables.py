@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from flexgui.core.diagnose.error_maps import error_maps
+from flexgui.core.error_maps import error_maps
 from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
 from flexgui.export.result import as_record, parameters
 from flexgui.views.fit_table import bar_label

@@ -115,7 +115,7 @@ class Comparison:
     @cached_property
     def maps(self) -> ErrorMaps:
         """Where the model fails: errors by time, by frequency, and over the motion."""
-        from flexgui.core.diagnose.error_maps import error_maps
+        from flexgui.core.error_maps import error_maps
 
         floors = believable_floors(self.recordings) if self.floors is None else self.floors
         return error_maps(self.recordings, floors)

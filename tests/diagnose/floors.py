@@ -8,13 +8,13 @@ from functools import cache
 
 import numpy as np
 
-from flexgui.core.diagnose.noise_floor import Floor, channel_floors
-from flexgui.core.diagnose.sensor_noise import autoregressive_noise
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknowns
 from flexgui.core.model import Model
+from flexgui.core.noise.noise_floor import Floor, channel_floors
+from flexgui.core.noise.sensor_noise import autoregressive_noise
 from flexgui.core.recording.recording import LoggerFilter, Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.recording.velocity import ZeroPhaseLowPass

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from flexgui.core.diagnose.output_noise import _limited_by_prediction, encoder_noise_bound
-from flexgui.core.diagnose.sensor_noise import (
+from flexgui.core.noise.output_noise import _limited_by_prediction, encoder_noise_bound
+from flexgui.core.noise.sensor_noise import (
     ESTIMATED,
     STATED,
     ColumnNoise,

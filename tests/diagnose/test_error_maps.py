@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.diagnose.error_maps import bands, error_maps, noise_floors, worst_cells
+from flexgui.core.error_maps import bands, error_maps, noise_floors, worst_cells
 from flexgui.core.results import ChannelComparison, ErrorMaps, JointMotion, RecordingComparison
 
 DT, SECONDS = 1e-3, 3.0

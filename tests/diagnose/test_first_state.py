@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.noise_propagation import (
+from flexgui.core.noise.noise_propagation import (
     INITIAL_STATE_CHANGE,
     initial_state_responses,
     without_responses,

@@ -11,15 +11,6 @@ import pytest
 from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.segment import Segment
-from flexgui.core.diagnose.noise_floor import Floor
-from flexgui.core.diagnose.noise_propagation import NoisePath
-from flexgui.core.diagnose.sensor_noise import (
-    ColumnNoise,
-    is_command,
-    noise_of,
-    quieter_of,
-    quietest_stretches,
-)
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
@@ -27,6 +18,15 @@ from flexgui.core.identify.predictor import motion_of
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
+from flexgui.core.noise.noise_floor import Floor
+from flexgui.core.noise.noise_propagation import NoisePath
+from flexgui.core.noise.sensor_noise import (
+    ColumnNoise,
+    is_command,
+    noise_of,
+    quieter_of,
+    quietest_stretches,
+)
 from flexgui.core.recording.initial_motion import begins_at_rest
 from flexgui.core.recording.recording import LoggerFilter, Recording
 from flexgui.core.recording.spec import SimulateSpec

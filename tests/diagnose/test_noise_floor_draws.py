@@ -9,10 +9,10 @@ import pytest
 
 from flexgui.core.diagnose import noise_propagation
 from flexgui.core.diagnose.diagnose import fit_base_to_recordings
-from flexgui.core.diagnose.noise_floor import UNCERTAINTY
 from flexgui.core.diagnose.noise_update import LEAST_RATIO
-from flexgui.core.diagnose.output_noise import output_noise
 from flexgui.core.diagnose.search_options import Options
+from flexgui.core.noise.noise_floor import UNCERTAINTY
+from flexgui.core.noise.output_noise import output_noise
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.read import read_scenario
 from tests.diagnose.fits import set_up

@@ -10,7 +10,7 @@ import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.diagnose.sensor_noise import autoregressive_noise, noise_ratios
+from flexgui.core.noise.sensor_noise import autoregressive_noise, noise_ratios
 from flexgui.core.results import Diagnosis
 from tests.diagnose.fits import diagnosis_of, on_paper
 

@@ -14,12 +14,12 @@ from flexgui.core.diagnose.fit_problem import hypothesis
 from flexgui.core.diagnose.fitted_model import FittedModel, fit_model, screen_against
 from flexgui.core.diagnose.ladder import ladder
 from flexgui.core.diagnose.linear_screen import screen
-from flexgui.core.diagnose.noise_floor import UNCERTAINTY, Floor
 from flexgui.core.diagnose.noise_update import LEAST_RATIO, higher_floors, lower_floors
 from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
 from flexgui.core.diagnose.search import Found, Memo, Search
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.effects import effect
+from flexgui.core.noise.noise_floor import UNCERTAINTY, Floor
 from flexgui.core.progress import Silent
 from tests.diagnose import fits
 from tests.diagnose.test_stated_effects import bare

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgui.core.diagnose.gram_matrix import explained_by, gram_matrix
-from flexgui.core.diagnose.sensor_noise import noise_of
-from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.least_squares import Limits, descend
+from flexgui.core.noise.sensor_noise import noise_of
+from flexgui.core.noise.whitening import no_whitening
 
 ROUNDING = 1e-8
 """Relative: small dense problems, solved two ways."""

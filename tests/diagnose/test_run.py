@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose import search_round
-from flexgui.core.diagnose.output_noise import stated_noise
+from flexgui.core.noise.output_noise import stated_noise
 from flexgui.core.progress import Silent
 from flexgui.core.results import Diagnosis, Outcome
 from flexgui.core.scenario.read import parse_scenario

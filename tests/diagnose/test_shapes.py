@@ -7,8 +7,8 @@ import numpy as np
 from flexgui.core.diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from flexgui.core.diagnose.gram_matrix import gram_matrix
 from flexgui.core.diagnose.output_changes import OutputChange
-from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.effects import effect
+from flexgui.core.noise.whitening import no_whitening
 
 SAMPLES = 400
 ORDERS = (3.0, 5.0, 8.0)

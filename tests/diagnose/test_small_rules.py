@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose import linear_or_nonlinear
-from flexgui.core.diagnose.repeated_motions import Group, Stretch, repeated_groups, unrepeated_rms
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
+from flexgui.core.noise.repeated_motions import Group, Stretch, repeated_groups, unrepeated_rms
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
 from tests.diagnose import floors

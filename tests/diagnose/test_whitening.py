@@ -8,7 +8,7 @@ import pytest
 import scipy
 from scipy.stats import chi2, kstest
 
-from flexgui.core.diagnose.whitening import LEAST_GAIN, fit_whitener, thinned
+from flexgui.core.noise.whitening import LEAST_GAIN, fit_whitener, thinned
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from tests.marks import long_except
 

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from flexgui.core.diagnose.error_maps import error_maps
+from flexgui.core.error_maps import error_maps
 from flexgui.core.results import (
     ChannelError,
     Diagnosis,

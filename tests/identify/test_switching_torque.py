@@ -9,7 +9,6 @@ import pytest
 
 from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.segment import Segment
-from flexgui.core.diagnose.noise_floor import channel_floors
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.predictor import motion_of
@@ -17,6 +16,7 @@ from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.prescribed_joint_motion import points_per_sample, sampling_warning
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
+from flexgui.core.noise.noise_floor import channel_floors
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor

@@ -83,7 +83,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     ],
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
     "simulated deviations": [("core.diagnose.diagnose.with_simulated_deviations", _fit)],
-    "prediction-error bound": [("core.diagnose.output_noise.encoder_noise_bound", _none)],
+    "prediction-error bound": [("core.noise.output_noise.encoder_noise_bound", _none)],
     "noise per recording": [("core.diagnose.base_fit._noise_ratios", lambda *_: ())],
     "next experiments": [("core.diagnose.ladder.deciding_experiments", lambda *_: ())],
     "validation as a gate": [

@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.error_maps import error_maps
+from flexgui.core.error_maps import error_maps
 from flexgui.core.scenario.read import parse_scenario, scenario_toml
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs import JobPool

@@ -31,7 +31,6 @@ from flexgui.core.diagnose.output_changes import (
     trials,
 )
 from flexgui.core.diagnose.refit import fit
-from flexgui.core.diagnose.whitening import no_whitening
 from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.effect import Effect, EffectParameter, Rig
 from flexgui.core.effects.sizes import Sizes, sizes_of
@@ -40,6 +39,7 @@ from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.setup import Setup, make_setup
 from flexgui.core.identify.unknowns import unknowns_with_starts
 from flexgui.core.model import Model
+from flexgui.core.noise.whitening import no_whitening
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import ABOVE
 from flexgui.core.scenario.schema import Scenario

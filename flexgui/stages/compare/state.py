@@ -99,7 +99,7 @@ def where_it_fails(
     comparisons: tuple[RecordingComparison, ...], stated: Mapping[str, float] | None
 ) -> WhereItFails:
     """Computes error maps, board and errors over time."""
-    from flexgui.core.diagnose.error_maps import error_maps
+    from flexgui.core.error_maps import error_maps
 
     floors = believable_floors(comparisons) if stated is None else stated
     maps = error_maps(comparisons, floors)

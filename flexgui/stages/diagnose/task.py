@@ -105,10 +105,10 @@ def _search_inputs(
     scenario: Any, model: Any, spec: IdentifySpec, identified: Mapping[str, float],
     where: ConfinedFolder, progress: PartialProgress,
 ) -> SearchInputs:  # fmt: skip
-    from flexgui.core.diagnose.output_noise import stated_noise
     from flexgui.core.diagnose.search_options import DEFAULT_EFFECTS, Options
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.loading import load_recordings
+    from flexgui.core.noise.output_noise import stated_noise
 
     settings = scenario.diagnose
     candidate_effects(settings)  # a slip there is reported before the long work

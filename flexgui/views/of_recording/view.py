@@ -38,8 +38,8 @@ def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, f
     its own. As in a diagnosis a small modelling tolerance is part of them: no model is good for
     the last thousandth of what a channel does.
     """
-    from flexgui.core.diagnose.error_maps import noise_floors
     from flexgui.core.diagnose.search_options import FIDELITY  # late: it loads all of a diagnosis
+    from flexgui.core.error_maps import noise_floors
 
     spread: dict[str, list[float]] = {}
     for r in comparisons:

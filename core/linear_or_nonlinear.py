@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..diagnose.base_fit import compared_outputs, full_equations
-from ..diagnose.noise_floor import channel_floors
-from ..identify.predictor import Predictor
-from ..identify.prepared_recording import prepare
-from ..identify.processing import Processing
-from ..identify.unknowns import Unknowns
-from ..model import Model
-from ..recording.recording import Recording
-from ..results import LevelChoice
-from ..sensors.sensor import Sensor
+from .diagnose.base_fit import compared_outputs, full_equations
+from .identify.predictor import Predictor
+from .identify.prepared_recording import prepare
+from .identify.processing import Processing
+from .identify.unknowns import Unknowns
+from .model import Model
+from .noise.noise_floor import channel_floors
+from .recording.recording import Recording
+from .results import LevelChoice
+from .sensors.sensor import Sensor
 
 AUTO = "auto"
 

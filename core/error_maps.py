@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnose.sensor_noise import noise_of
-from ..results import (
+from .noise.sensor_noise import noise_of
+from .results import (
     ChannelComparison,
     ErrorMap,
     ErrorMaps,

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arm.arm import Arm
-from ..diagnose.sensor_noise import ColumnNoise, is_command, quieter_of
 from ..identify.predictor import motion_of
 from ..identify.prepared_recording import Prepared, make_task, measured_outputs
 from ..identify.prescribed_joint_forces import servo_points_per_sample
 from ..identify.processing import TORQUE
 from ..identify.unknowns import START
 from ..model import Numbers
+from ..noise.sensor_noise import ColumnNoise, is_command, quieter_of
 from ..recording.channels import DRIVES, Role, role_of
 from ..recording.recording import Recording, apply_logger_filter
 from ..recording.velocity import ZeroPhaseLowPass

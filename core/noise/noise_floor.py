@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnose.output_noise import output_noise
-from ..diagnose.remaining_error import channel_rms
-from ..diagnose.repeated_motions import repeated_groups, unrepeated_rms
-from ..diagnose.sensor_noise import ESTIMATED
 from ..identify.predictor import Motion
 from ..identify.prepared_recording import Prepared
+from ..noise.output_noise import output_noise
+from ..noise.repeated_motions import repeated_groups, unrepeated_rms
+from ..noise.sensor_noise import ESTIMATED
 
 REPETITION = "repetition"
 
@@ -70,6 +69,24 @@ def channel_floors(
             value, noise, source, factor, equal if ratios == equal else tuple(in_recordings)
         )
     return floors
+
+
+def squares_by_channel(
+    experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
+) -> dict[str, np.ndarray]:
+    """channel -> its squared errors in noise floors, at the samples that count."""
+    squares: dict[str, list[np.ndarray]] = {}
+    for e, r in zip(experiments, errors, strict=True):
+        for k, (name, _) in enumerate(e.channels):
+            if e.counted[:, k].any():
+                squares.setdefault(name, []).append(r[e.counted[:, k], k] ** 2)
+    return {name: np.concatenate(parts) for name, parts in squares.items()}
+
+
+def channel_rms(experiments: Sequence[Prepared], errors: Sequence[np.ndarray]) -> dict[str, float]:
+    """channel -> rms of errors (M, k) per recording, at the samples that count."""
+    squares = squares_by_channel(experiments, errors)
+    return {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
 
 
 def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:

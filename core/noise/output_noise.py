@@ -17,8 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..diagnose.noise_propagation import NoisePath
-from ..diagnose.sensor_noise import (
+from ..identify.predictor import Motion
+from ..identify.prepared_recording import Prepared
+from ..identify.setup import Setup
+from ..noise.noise_propagation import NoisePath
+from ..noise.sensor_noise import (
     ESTIMATED,
     NORMAL_MAD,
     STATED,
@@ -29,9 +32,6 @@ from ..diagnose.sensor_noise import (
     quietest_stretches,
     with_ar_coefficient,
 )
-from ..identify.predictor import Motion
-from ..identify.prepared_recording import Prepared
-from ..identify.setup import Setup
 from ..recording.initial_motion import FEWEST_PER_COLUMN, LAGS
 from ..recording.recording import Recording
 from ..recording.visible_band import visible_band
