@@ -14,7 +14,6 @@ from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
     MOST_SUBSTEPS,
     Data,
-    SubstepsByModes,
     enough_substeps,
     hypothesis,
 )
@@ -30,7 +29,7 @@ from ..identify.setup import primary_sensors
 from ..identify.unknowns import Unknown, Unknowns, fixed_values, unknowns_with_starts
 from ..least_squares import MOST_ITERATIONS
 from ..model import Model
-from ..noise.noise_floor import Floor, channel_floors
+from ..noise.noise_floor import channel_floors
 from ..recording.recording import Recording
 from ..scenario.schema import IdentifySpec
 from ..sensors.sensor import Sensor
@@ -110,26 +109,14 @@ def fit_base(
     prepared = rough.hypothesis.residuals.experiments
     floors = channel_floors(prepared, unweighted, motions, stated, fidelity)
     sizes = sizes_of([m for m, _, _ in motions])
-    data = replace(data, sizes=sizes, noise_ratios=_noise_ratios(floors, experiments))
-    data = data.in_floors(floors)
+    data = replace(data, sizes=sizes).in_floors(floors)
     values = {**model.effect_values, **rough.hypothesis.values()}
     few = enough_substeps(data, effects, values, ANCHORED_ERROR)
     few = substeps_for_directions(data, effects, values, few)
     steps = enough_substeps(data, effects, values, least=few)
-    data = replace(data, substeps=steps, anchored_substeps=few, substeps_by_modes=SubstepsByModes())
+    data = replace(data, substeps=steps, anchored_substeps=few)
     data, base = converge(data, hypothesis(data, effects, values), None, stopped)
     return BaseFit(data, base)
-
-
-def _noise_ratios(
-    floors: Mapping[str, Floor], experiments: Sequence[Prepared]
-) -> tuple[np.ndarray, ...]:
-    """`Data.noise_ratios`."""
-    if all(set(floor.ratios) <= {1.0} for floor in floors.values()):
-        return ()
-    return tuple(
-        np.array([floors[n].ratios[i] for n, _ in e.channels]) for i, e in enumerate(experiments)
-    )
 
 
 def _check_counted(experiments: Sequence[Prepared]) -> None:

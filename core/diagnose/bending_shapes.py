@@ -18,20 +18,18 @@ from ..diagnose.evidence import LEAST_SHARE, RELEVANT, TIE
 from ..diagnose.fit_problem import (
     UNANCHORED_ERROR,
     Data,
-    SubstepsByModes,
     enough_substeps,
     for_model,
     hypothesis,
 )
 from ..diagnose.fitted_model import FittedModel
-from ..diagnose.linear_screen import screen
+from ..diagnose.gram_matrix import explained_by, gram_matrix
+from ..diagnose.linear_screen import remainders_of
 from ..diagnose.refit import with_whitened_cost
 from ..diagnose.refit_starts import nominal_values
-from ..diagnose.remaining_error import within_noise
-from ..effects import effect
 from ..identify.predictor import MotionCache
 from ..least_squares import cost_of
-from ..noise.whitening import fit_whitener, whitened_rows
+from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
 
 StopCheck = Callable[[], bool]
 
@@ -59,38 +57,50 @@ def _reshaped(
     more = tuple(min(n + 1, MAX_MODES) if n else 0 for n in modes)
     if fewer not in tried:
         tried.add(fewer)
-        yield _with_modes(model, fewer, stopped)
-    if more not in tried and _promises_more(model):
+        yield _with_shapes(data_with_modes(model.data, fewer, model), model, stopped)
+    if more not in tried:
         tried.add(more)
-        yield _with_modes(model, more, stopped)
+        data = data_with_modes(model.data, more, model)
+        if _promises_more(model, data):
+            yield _with_shapes(data, model, stopped)
 
 
-def _promises_more(model: FittedModel) -> bool:
-    """Whether one more shape is worth a fit: by the linear estimate of what it explains, with all
-    other parameters free."""
-    data, extra = replace(model.data, anchor=None), effect("extra_bending_mode")
-    screened = screen(data, model.refit.hypothesis, model.effects, [extra])
-    return any(_needed(model, s.score, s.cost_reduction) for s in screened.candidates)
+def _promises_more(model: FittedModel, data: Data) -> bool:
+    """Whether the shapes of `data` are worth a fit: by the linear estimate of what they explain,
+    with all other parameters free."""
+    h, at = hypothesis(data, model.effects, _values(model)), model.refit.hypothesis
+    residual, slopes = list(model.refit.errors), list(model.refit.descended.slopes)
+    change = [[a - b for a, b in zip(residual, h.errors(h.vector), strict=True)]]
+    prior = at.limits.prior_measurements(at.vector)
+    plain = gram_matrix(residual, slopes, change, no_whitening, prior)
+    remainders = remainders_of(plain, residual, slopes, change)
+    whitener = fit_whitener(remainders, whitened_rows(data.experiments))
+    projected = gram_matrix(residual, slopes, change, whitener, prior).projected()
+    return _needed(model, explained_by(projected, [0], [True]).cost_reduction)
 
 
-def _needed(model: FittedModel, likelier: float, explained: float) -> bool:
-    """Whether shapes that reduce the whitened squared error by `likelier`, and the squared error by
-    `explained`, are needed: within the noise the evidence alone decides; an error above it must
-    shrink as much as by an effect."""
-    data, errors = model.data, model.refit.errors
-    above = max(model.refit.cost - data.count, RELEVANT * data.count)
-    return likelier > TIE and (within_noise(data, errors) or explained >= LEAST_SHARE * above)
+def _needed(model: FittedModel, likelier: float) -> bool:
+    """Whether shapes that reduce the whitened squared error by `likelier` are needed: more than a
+    tie, and by a relevant amount or share where the error is above the noise."""
+    count = model.data.count
+    above = max(model.refit.cost - count, 0.0)
+    return likelier > max(TIE, min(RELEVANT * count, LEAST_SHARE * above))
 
 
-def _with_modes(model: FittedModel, modes: tuple[int, ...], stopped: StopCheck) -> FittedModel:
-    """The model with so many shapes, fitted from the current and from the nominal values."""
-    data = data_with_modes(model.data, modes, model)
-    at = {**model.refit.hypothesis.model.effect_values, **model.refit.hypothesis.values()}
+def _with_shapes(data: Data, model: FittedModel, stopped: StopCheck) -> FittedModel:
+    """The model with the shapes of `data`, fitted from the current and from the nominal values."""
+    at = _values(model)
     starts = [
         hypothesis(data, model.effects, {**at, **other}) for other in ({}, nominal_values(data))
     ]
     best = min(starts, key=lambda h: cost_of(h.errors(h.vector)))
     return FittedModel(*converge(data, best, None, stopped), model.effects)
+
+
+def _values(model: FittedModel) -> dict[str, float]:
+    """label -> value of a fitted model, with parameters of its effects that are not estimated."""
+    h = model.refit.hypothesis
+    return {**h.model.effect_values, **h.values()}
 
 
 def data_with_modes(data: Data, modes: tuple[int, ...], model: FittedModel) -> Data:
@@ -100,9 +110,9 @@ def data_with_modes(data: Data, modes: tuple[int, ...], model: FittedModel) -> D
     experiments = tuple(for_model(e, bare) for e in data.experiments)
     other = replace(
         data, bare=bare, experiments=experiments, anchor=None, motion_cache=MotionCache(),
-        substeps_by_modes=SubstepsByModes(), result_substeps=None,
+        result_substeps=None,
     )  # fmt: skip
-    values = {**model.refit.hypothesis.model.effect_values, **model.refit.hypothesis.values()}
+    values = _values(model)
     steps = enough_substeps(other, model.effects, values, UNANCHORED_ERROR)
     steps = substeps_for_directions(other, model.effects, values, steps)
     return replace(other, substeps=steps, anchored_substeps=steps)
@@ -124,4 +134,4 @@ def _is_better(model: FittedModel, other: FittedModel) -> bool:
     likelier = before.whitened_cost - after.whitened_cost
     if sum(other.data.bare.arm.modes) < sum(data.bare.arm.modes):
         return likelier > -TIE
-    return _needed(model, likelier, before.cost - after.cost)
+    return _needed(model, likelier)

@@ -64,7 +64,7 @@ def effect_settings(last: FittedModel, given: Sequence[Effect]) -> list[dict[str
     stated = {e.kind for e in with_included(given)}
     listed: list[dict[str, object]] = []
     for effect in with_included(last.effects[len(given) :]):
-        if effect.kind in stated and not effect.repeats:
+        if effect.kind in stated:
             continue
         entry: dict[str, object] = {"id": effect.kind}
         for effect_parameter in effect.parameters(model.arm, model.drive, data.sizes):

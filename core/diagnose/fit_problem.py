@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -22,25 +21,6 @@ from ..identify.unknowns import Unknown, Unknowns
 from ..least_squares import Limits, limits_of
 from ..model import Model
 from ..noise.noise_floor import Floor
-
-
-class SubstepsByModes:
-    """Steps per sample that arms need, by their numbers of modes; computed once for each.
-
-    A further mode is several times as fast, and the `Anchor` of a model without it does not know
-    its error.
-    """
-
-    def __init__(self) -> None:
-        self._substeps: dict[tuple[int, ...], int] = {}
-        self._lock = threading.Lock()
-
-    def substeps_for(self, modes: tuple[int, ...], find: Callable[[], int]) -> int:
-        """Steps of an arm with so many modes per segment; `find` computes them the first time."""
-        with self._lock:
-            if modes not in self._substeps:
-                self._substeps[modes] = find()
-            return self._substeps[modes]
 
 
 @dataclass(frozen=True)
@@ -81,8 +61,6 @@ class Data:
     motion_cache: MotionCache = field(default_factory=MotionCache)
     """Motions of the base model. Sensor effects and forces at prescribed joints do not change
     them."""
-    substeps_by_modes: SubstepsByModes | None = None
-    """Steps for arms with other modes; None: as many as `substeps`."""
     bounded: frozenset[str] = frozenset()
     """Parameters of stated effects with bounds, a prior or recordings of their own; they stay in
     `nuisance`."""
@@ -100,12 +78,17 @@ class Data:
     def in_floors(self, floors: Mapping[str, Floor]) -> Data:
         """The same data with other noise floors, without an anchor."""
         values = {n: f.value for n, f in floors.items()}
-        return replace(
-            self, weights=self.weights_at(values), floors=values, anchor=None,
+        equal = all(set(f.ratios) <= {1.0} for f in floors.values())
+        ratios = () if equal else tuple(
+            np.array([floors[n].ratios[i] for n, _ in e.channels])
+            for i, e in enumerate(self.experiments)
+        )  # fmt: skip
+        other = replace(
+            self, floors=values, noise_ratios=ratios, anchor=None, motion_cache=MotionCache(),
             floor_sources={n: f.source for n, f in floors.items()},
             floor_uncertainty={n: f.uncertainty for n, f in floors.items()},
-            motion_cache=MotionCache(),
         )  # fmt: skip
+        return replace(other, weights=other.weights_at(values))
 
     @property
     def count(self) -> int:
@@ -237,16 +220,8 @@ def hypothesis(
 def _search_substeps(data: Data, model: Model) -> int:
     """Steps per sample of the search for a model's arm."""
     assert data.substeps is not None
-    if data.substeps_by_modes is None or model.arm.modes == data.bare.arm.modes:
-        anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
-        return data.anchored_substeps if anchored and data.anchored_substeps else data.substeps
-    # Whoever asks first, the answer is that of the nominal values and the modes alone.
-    shape_effects = [e for e in model.effects if e.resolution]
-    unanchored = replace(data, substeps_by_modes=None, anchor=None)
-    steps = data.substeps_by_modes.substeps_for(
-        model.arm.modes, lambda: enough_substeps(unanchored, shape_effects, {}, UNANCHORED_ERROR)
-    )
-    return max(steps, data.substeps)
+    anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
+    return data.anchored_substeps if anchored and data.anchored_substeps else data.substeps
 
 
 SEARCH_ERROR = 0.6

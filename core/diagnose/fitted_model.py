@@ -40,7 +40,7 @@ class FittedModel:
         if like.floors == self.data.floors:
             return self
         data = replace(
-            self.data, weights=self.data.weights_at(like.floors), floors=like.floors,
+            self.data, weights=like.weights, noise_ratios=like.noise_ratios, floors=like.floors,
             floor_sources=like.floor_sources, floor_uncertainty=like.floor_uncertainty,
         )  # fmt: skip
         refit = weighted(self.refit, self.data, data)

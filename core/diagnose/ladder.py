@@ -153,7 +153,7 @@ def _step(rung: Rung, memo: Memo) -> LadderStep:
     model, added = rung.model, rung.added
     names: tuple[str, ...] = ()
     if added is not None:
-        names = parameter_names(added, model.refit.hypothesis.model, model.data.sizes) or ("",)
+        names = parameter_names(added, model.refit.hypothesis.model, model.data.sizes)
         title = added.title
     else:
         stated = listed([e.title for e in model.effects])

@@ -186,7 +186,7 @@ def _score_candidates(
 ) -> Screen:  # fmt: skip
     blocks = [c.blocks for c in changes]
     unwhitened = gram_matrix(errors, slopes, blocks, no_whitening, prior)
-    remainders = _remainders(unwhitened, errors, slopes, blocks)
+    remainders = remainders_of(unwhitened, errors, slopes, blocks)
     whitener = fit_whitener(remainders, rows)
     whitened = gram_matrix(errors, slopes, blocks, whitener, prior)
     w, u = whitened.projected(), unwhitened.projected()
@@ -198,7 +198,7 @@ def _score_candidates(
     )  # fmt: skip
 
 
-def _remainders(  # type: ignore[no-untyped-def]
+def remainders_of(  # type: ignore[no-untyped-def]
     unwhitened: GramMatrix, errors, slopes, blocks
 ) -> list[np.ndarray]:
     """The residual with nuisance and all candidates projected out, (M, k) per recording."""
@@ -235,7 +235,7 @@ def _score(
 
 
 def _scanned(changes: Changes, chosen: Sequence[int]) -> tuple[str, ...]:
-    sizes = [changes[i].parameter for i in chosen if changes[i].scanned and changes[i].parameter]
+    sizes = [changes[i].parameter for i in chosen if changes[i].scanned]
     shapes = {name: None for i in chosen for name in joint_force_shape(changes[i])}
     return (*sizes, *shapes)
 
@@ -258,7 +258,7 @@ def _best_of_scan(changes: Changes, like: OutputChange, w: np.ndarray) -> dict[s
     error_change, at = min((w[i, i] - 2.0 * w[i, -1], i) for i in alike)
     if error_change >= 0.0:
         return {}
-    return {name: changes[at].values[name] for name in like.sizes if name}
+    return {name: changes[at].values[name] for name in like.sizes}
 
 
 def _values(
@@ -274,10 +274,9 @@ def _values(
         c = changes[i]
         values |= joint_force_shape(c)
         for name, size in c.sizes.items():
-            if name:
-                far = c.scanned and abs(size) > FAR * abs(c.values[name])
-                share = 1.0 if far else float(coefficient)
-                values[name] = c.values[name] - (1.0 - share) * size
+            far = c.scanned and abs(size) > FAR * abs(c.values[name])
+            share = 1.0 if far else float(coefficient)
+            values[name] = c.values[name] - (1.0 - share) * size
         values |= _best_of_scan(changes, c, w)
     return values
 

@@ -60,8 +60,6 @@ def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
     """The trials of one candidate."""
     arm = candidate.changed_arm(base.model.arm, {})
     effect_parameters = candidate.parameters(arm, base.model.drive, data.sizes)
-    if not effect_parameters:
-        return [Trial(candidate, "", {}, {"": 1.0}, True, True, ())]
     primary = [k for k in effect_parameters if not k.secondary]
     sought = [k for k in primary if candidate.is_searched(k, data.rig)]
     planned = []
@@ -152,7 +150,7 @@ def simulate_output_change(
         blocks, zero = _output_change(data, base, accepted, trial, base_errors)
         bounded = all(np.all(np.abs(b) < DIVERGED) for b in blocks)
         share = LARGEST_CHANGE * _rms(zero) / max(_rms(blocks), 1e-300)
-        if bounded and (trial.scanned or not share < 1.0) or not trial.values:
+        if bounded and (trial.scanned or not share < 1.0):
             break
         share = max(SIZE_MARGIN * share if bounded else 0.0, SMALLEST_SHARE)
     blocks = blocks if bounded else [np.zeros_like(b) for b in blocks]

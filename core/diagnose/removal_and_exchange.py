@@ -221,7 +221,7 @@ def _best_competitors(
         if shaped.explained.cost_reduction > SHARE * explained:
             chosen = [screened.output_changes[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
-            scanned = tuple(c.parameter for c in chosen if c.scanned and c.parameter)
+            scanned = tuple(c.parameter for c in chosen if c.scanned)
             share = shaped.explained.cost_reduction / max(explained, 1e-300)
             competitors.append((share, s.effect, values, scanned))
     return sorted(competitors, key=lambda f: -f[0])
@@ -233,5 +233,5 @@ def _start(chosen: Sequence[OutputChange], coefficients: np.ndarray) -> dict[str
     for c, coefficient in zip(chosen, coefficients, strict=True):
         values |= joint_force_shape(c)
         share = 1.0 if c.scanned else float(coefficient)
-        values |= {n: c.values[n] - (1.0 - share) * size for n, size in c.sizes.items() if n}
+        values |= {n: c.values[n] - (1.0 - share) * size for n, size in c.sizes.items()}
     return values

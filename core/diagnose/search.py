@@ -20,7 +20,6 @@ from ..diagnose.evidence import RELEVANT, assess_refit
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
     Data,
-    SubstepsByModes,
     enough_substeps,
     with_shared_motions,
 )
@@ -186,9 +185,7 @@ class Search:
         if data.substeps is not None and steps <= data.substeps:
             return model
         few = enough_substeps(replace(data, anchor=None), model.effects, values, ANCHORED_ERROR)
-        finer = replace(
-            data, substeps=steps, anchored_substeps=few, substeps_by_modes=SubstepsByModes()
-        )
+        finer = replace(data, substeps=steps, anchored_substeps=few)
         return fit_model(finer, model.effects, values, self.progress.stopped)
 
     def _without_moves_left(self, path: tuple[Move, ...]) -> Found:

@@ -53,15 +53,16 @@ OnProgress = Callable[[str], bool]
 
 
 def applicable(data: Data, present: Sequence[Effect], only: Sequence[str] = ()) -> list[Effect]:
-    """Candidates for this rig that are not in the model yet."""
-    have = {e.kind for e in present if not e.repeats}
+    """Candidates for this rig that are not in the model yet. What has no size, such as a further
+    bending shape, is none."""
+    have = {e.kind for e in present}
     rig = replace(data.rig, level=data.bare.with_effects(present).level)
     return [
         candidate
         for kind, candidate in _selected(only).items()
         if kind not in have
-        and not candidate.resolution
         and not _reason_against(candidate, rig, data)
+        and _own_parameters(candidate, rig, data)
     ]
 
 
@@ -82,11 +83,15 @@ def _selected(only: Sequence[str]) -> dict[str, Effect]:
     return {kind: e for kind, e in sorted(catalogue().items()) if not only or kind in only}
 
 
+def _own_parameters(effect: Effect, rig: Rig, data: Data) -> set[str]:
+    """Names of an effect's parameters."""
+    arm = effect.changed_arm(rig.arm, {})
+    return {k.parameter.name for k in effect.parameters(arm, rig.drive, data.sizes)}
+
+
 def _reason_against(effect: Effect, rig: Rig, data: Data) -> str:
     """Why an effect is not offered; empty if it is."""
-    arm = effect.changed_arm(rig.arm, {})
-    own = {k.parameter.name for k in effect.parameters(arm, rig.drive, data.sizes)}
-    free = own & {u.parameter.name for u in data.nuisance}
+    free = _own_parameters(effect, rig, data) & {u.parameter.name for u in data.nuisance}
     estimated = f"{', '.join(sorted(free))} is already estimated." if free else ""
     statement = effect.ruled_out(rig, data.sizes).get(effect.title, "")
     stated = f"Stated: {statement}." if statement else ""

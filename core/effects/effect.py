@@ -88,9 +88,6 @@ class Effect(ABC):
     """Whether it has a place in the LPV model; adding another makes the model non-linear."""
     repeats: bool = False
     """Whether it can be in a model more than once, each time on top of the last."""
-    resolution: bool = False
-    """Whether it changes only how finely the model resolves the arm: it is decided before any
-    effect of the arm is called missing."""
     dissipative: bool = False
     """Whether it can only take energy away."""
     idealised: float = 0.0

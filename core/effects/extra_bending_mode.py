@@ -23,7 +23,6 @@ class ExtraBendingMode(Effect):
     formula = r"\delta(x) \leftarrow \delta(x) + x^{\,i+1} v_i"
     linear = True
     repeats = True
-    resolution = True
     acts_at = "segments"
 
     def not_applicable(self, rig: Rig) -> str:

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose import noise_propagation
 from flexgui.core.diagnose.diagnose import fit_base_to_recordings
 from flexgui.core.diagnose.noise_update import LEAST_RATIO
 from flexgui.core.diagnose.search_options import Options
+from flexgui.core.noise import noise_propagation
 from flexgui.core.noise.noise_floor import UNCERTAINTY
 from flexgui.core.noise.output_noise import output_noise
 from flexgui.core.progress import Silent

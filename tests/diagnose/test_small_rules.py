@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose import linear_or_nonlinear
+from flexgui.core import linear_or_nonlinear
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.noise.repeated_motions import Group, Stretch, repeated_groups, unrepeated_rms
