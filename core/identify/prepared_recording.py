@@ -15,6 +15,7 @@ from ..identify.prescribed_joint_forces import simulated_part
 from ..identify.prescribed_joint_motion import unknown_ends
 from ..identify.prescribed_joints import is_prescribed
 from ..identify.processing import TORQUE, Processing, delayed
+from ..identify.standstill import standstill_basis
 from ..identify.unknowns import GAIN, OFFSET, START
 from ..model import Model, Numbers
 from ..recording.channels import from_camera
@@ -38,6 +39,8 @@ class Prepared:
     """(M, k), processed; NaN where there is no sample."""
     counted: np.ndarray
     """(M, k) bool"""
+    standstill: tuple[np.ndarray, ...]
+    """Per output (M, d) orthonormal: what unknown friction at standstill adds to it."""
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -127,6 +130,12 @@ class Prepared:
     def processed(self, raw: np.ndarray) -> np.ndarray:
         """(M, k, ...): readings (N, k, ...) behind the filters of the comparison."""
         return self.processing.apply(raw, self.recording.sample_time, self.kinds)
+
+    def without_standstill(self, error: np.ndarray) -> np.ndarray:
+        """(M, k): an error, zero where nothing counts, without its part that unknown friction at
+        standstill explains."""
+        parts = [basis @ (basis.T @ x) for basis, x in zip(self.standstill, error.T, strict=True)]
+        return error - np.column_stack(parts) if parts else error
 
     def processed_change(self, raw: np.ndarray) -> np.ndarray:
         """(M, k): processed change (N, k) of the readings, as filters are linear; unchanged
@@ -246,7 +255,8 @@ def prepare(
             f"Recording {recording.name}: no sample of its outputs counts; check mask, window "
             f"and [identify] filter."
         )
-    return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
+    unknown = standstill_basis(model, recording, processing, kinds, counts)
+    return Prepared(model, recording, tuple(outputs), processing, task, processed, counts, unknown)
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:

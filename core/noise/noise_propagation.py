@@ -266,7 +266,8 @@ class NoisePath:
         again = replace(e, recording=recording, task=make_task(e.model, recording))
         steps = max(SERVO_SUBSTEPS // servo_points_per_sample(e.model, recording.sample_time), 1)
         motion = motion_of(again, self.numbers, self.values, steps)
-        return measured - again.predicted(motion, self.numbers, self.values)
+        difference = measured - again.predicted(motion, self.numbers, self.values)
+        return e.without_standstill(np.where(e.counted, difference, 0.0))
 
 
 INITIAL_STATE_CHANGE = 1e-4
