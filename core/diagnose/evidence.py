@@ -6,7 +6,8 @@ else.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -65,6 +66,8 @@ class RefittedCandidate:
     delta_bic: float
     """`whitened_reduction` minus the price of the parameters; above 10 is very strong."""
     p_value: float
+    unseen: float = np.nan
+    """Squared error per sample on recordings that no fit uses, where that was asked."""
 
     @property
     def penalised_error(self) -> float:
@@ -139,6 +142,28 @@ def ranked_candidates(candidates: list[RefittedCandidate]) -> list[RefittedCandi
         + sorted(below, key=lambda w: -w.delta_bic)
         + sorted(others, key=lambda w: w.penalised_error)
     )
+
+
+def unseen_decide(
+    ranked: list[RefittedCandidate], unseen: Callable[[RefittedCandidate], float | None]
+) -> list[RefittedCandidate]:
+    """Best first: of those that explain about as much as the first, those before the others that
+    leave the least `unseen` error, squared, on recordings that no fit has used (None: there are
+    none). A gain of the drive and viscous friction do the same along some references."""
+    most = ranked[0].penalised_error + CLOSE
+    close = [w for w in ranked if w.penalised_error <= most and acceptable(w)]
+    errors = {w.screened.effect.kind: unseen(w) for w in close} if len(close) > 1 else {}
+    known = {kind: x for kind, x in errors.items() if x is not None}
+    if not known:
+        return ranked
+    limit = WORSE**2 * min(known.values())
+    seen = [replace(w, unseen=known.get(w.screened.effect.kind, np.nan)) for w in ranked]
+    return sorted(seen, key=lambda w: not w.unseen <= limit)
+
+
+WORSE = 1.1
+"""Ratio of validation errors from which one is worse: above what refitted starts and noise change
+it (1.02 in recordings of an independent engine)."""
 
 
 def _parts_first(candidates: list[RefittedCandidate]) -> list[RefittedCandidate]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -94,6 +95,7 @@ def _refitted_record(w: RefittedCandidate, result: Round, data: Data, above: flo
         effect=s.effect.kind, title=s.effect.title, score=s.score, p_value=w.p_value,
         expected_drop_percent=_percent(s.cost_reduction, above),
         refit_drop_percent=100.0 * w.reduction, delta_bic=w.delta_bic,
+        unseen_rms=math.sqrt(w.unseen),
         tied_to=() if acceptable(w) else _tied_to(w.refit, names, result.before),
         confused_with=confused_with(w, result.refitted, result.screen, s.effect.includes),
         parameters=tuple(e for e in estimates(w.refit) if e.name in names), predicted=predicted,

@@ -13,10 +13,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from ..diagnose.acceptance import ModelCheck, Round
+from ..diagnose.acceptance import WHOLE_SHARE, ModelCheck, Round
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import resolved
-from ..diagnose.evidence import RELEVANT, assess_refit
+from ..diagnose.evidence import RELEVANT, WORSE, assess_refit
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
     Data,
@@ -86,7 +86,8 @@ class ModelRound(NamedTuple):
         for w in found.refitted:
             refit = with_whitened_cost(weighted(w.refit, old, data), screened.whitener)
             again = by_kind[w.screened.effect.kind]
-            refitted.append(assess_refit(again, before, refit, data.count, len(by_kind)))
+            assessed = assess_refit(again, before, refit, data.count, len(by_kind))
+            refitted.append(replace(assessed, unseen=w.unseen))
         seen = replace(
             found, screen=screened, refitted=tuple(refitted), before=before, after=before, data=data
         )
@@ -232,6 +233,7 @@ class Search:
         steps.begin(round_title(present, bool(self.options.candidates)), len(candidates) + REFITTED)
         found = search_round(
             data, refit, present, candidates, steps, most=most, check=self._check(model),
+            unseen=lambda w: self._unseen(data, w.refit),
             **self._callbacks(model, candidates),
         )  # fmt: skip
         self.memo.rounds[model.key] = ModelRound(model, found)
@@ -309,29 +311,28 @@ class Search:
             data,
         )
 
+    def _unseen(self, data: Data, refit: Refit) -> float | None:
+        """Squared error per sample on recordings that no fit uses; None without any."""
+        fitted = self.memo.validation_fit(FittedModel(data, refit, ()))
+        return None if fitted is None else cost_of(fitted.errors) / fitted.data.count
+
     def _check(self, model: FittedModel) -> ModelCheck:
-        """Rejects a model that increases the validation error by more than noise could, and one
-        that leaves an error where the laws of the model before may miss as much."""
+        """Rejects a model that increases the validation error by more than noise could. What the
+        laws of the model before may miss counts as noise unless the new one explains nearly all of
+        it."""
 
         law, errors = model.with_law_errors().data, model.refit.errors
         idealised = within_noise(law, errors) and not within_noise(model.data, errors)
 
         def refuse(data: Data, refit: Refit) -> Objection | None:
-            if idealised and not within_noise(data, refit.errors):
-                return Objection(Reason.SMALL_SHARE)
-            before, after = (
-                self.memo.validation_fit(m) for m in (model, FittedModel(data, refit, ()))
-            )
-            if before is None or after is None:
+            left, above = (r.cost - data.count for r in (refit, model.refit))
+            if idealised and left > (1.0 - WHOLE_SHARE) * above:
+                return Objection(Reason.WITHIN_LAWS)
+            old, new = (self._unseen(*m) for m in ((model.data, model.refit), (data, refit)))
+            if old is None or new is None:
                 return None
-            old, new = (cost_of(v.errors) / v.data.count for v in (before, after))
             if new - old < RELEVANT or new < WORSE**2 * old:
                 return None
             return Objection(Reason.UNSEEN, unseen=(math.sqrt(old), math.sqrt(new)))
 
         return refuse
-
-
-WORSE = 1.1
-"""Ratio of validation errors above which an effect is rejected: above what refitted starts and
-noise change it (1.02 in recordings of an independent engine)."""

@@ -19,6 +19,7 @@ from ..diagnose.evidence import (
     assess_refit,
     penalised_error,
     ranked_candidates,
+    unseen_decide,
 )
 from ..diagnose.fit_problem import Data, Hypothesis, with_shared_motions
 from ..diagnose.linear_screen import Screen, ScreenedCandidate, screen
@@ -103,11 +104,13 @@ def search_round(
     on_progress: OnProgress, on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None, most: int = 1,
     check: ModelCheck = lambda _data, _refit: None,
+    unseen: Callable[[RefittedCandidate], float | None] = lambda _: None,
 ) -> Round:  # fmt: skip
     """Ranks the candidates and converges the model with the best, if it is acceptable.
 
     `on_screen` gets the screen while it goes on and at its end. `most`: how many effects may be
     added; 0 only ranks, and `after` is `before`. A model that `check` rejects is not added.
+    `unseen`: the squared error per sample that a refit leaves on recordings that no fit uses.
     """
     data = with_shared_motions(data, before.hypothesis)
     screened = screen(data, before.hypothesis, present, candidates, on_progress, on_screen)
@@ -124,7 +127,7 @@ def search_round(
         refitted.append(candidate)
         on_progress(f"{candidate.screened.effect.title} refitted")
         on_refit(Round(screened, tuple(ranked_candidates(refitted)), None, before, before, data))
-    refitted = ranked_candidates(refitted)
+    refitted = unseen_decide(ranked_candidates(refitted), unseen) if refitted else []
     partial = Round(screened, tuple(refitted), None, before, before, data)
     if on_progress(""):
         return partial

@@ -119,6 +119,8 @@ class RankedEffect:
     Values with the effect; `start` has those without."""
     predicted: tuple[np.ndarray, ...] = ()
     """(M, k) per recording in floors: the residual that the effect predicts."""
+    unseen_rms: float = float("nan")
+    """Validation error of its refit, in floors, where that decides among similar effects."""
 
 
 @dataclass(frozen=True)
@@ -147,6 +149,8 @@ class Reason(StrEnum):
     """With finer steps the model is worse with it."""
     INDISTINCT = "indistinct"
     """Its size is within its deviation of no effect."""
+    WITHIN_LAWS = "within_laws"
+    """The error is as small as the idealised laws of the model may miss, and it explains a part."""
     SMALL_SHARE = "small_share"
     """It is certain and relevant, and explains too small a part of what is left."""
 

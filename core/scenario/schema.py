@@ -131,7 +131,7 @@ class DiagnoseSpec(Settings):
     """`[diagnose]`: how many missing effects to add at most, and the candidates."""
 
     max_effects: Whole = 0
-    """Largest number of added effects; 0: no diagnosis."""
+    """Largest number of added effects; 0: what is missing is proposed, not added."""
     candidates: tuple[Words, ...] | None = None
     """Ids of effects; None: all that the rig can show."""
     fidelity: NonNegative = 0.001

@@ -117,6 +117,8 @@ def _reason(why: Objection) -> str:
         "probably imitates another effect",
         Reason.UNSETTLED: "with finer simulation steps it worsens the fit",
         Reason.INDISTINCT: "its size cannot be distinguished from zero",
+        Reason.WITHIN_LAWS: "it explains only a part of what the idealised laws in the model may "
+        "miss",
         Reason.SMALL_SHARE: f"it is certain ({chance(why.p_value)} by noise alone, ΔBIC "
         f"{evidence(why.delta_bic)}), but explains only {percent(100.0 * why.share)} of the error "
         "above the noise floor",
@@ -214,6 +216,8 @@ def _reason_against(share: float, second: RankedEffect, best: RankedEffect) -> s
     own = best.refit_drop_percent or 0.0
     if share < CLOSE_SECOND * own or second.delta_bic is None or best.delta_bic is None:
         return ""
+    if second.unseen_rms > best.unseen_rms:
+        return f", but leaves {times(second.unseen_rms)} the noise floor on validation recordings"
     behind = best.delta_bic - second.delta_bic
     if behind <= 0.0:
         return ", but needs more parameters: the simpler one is preferred"

@@ -11,7 +11,7 @@ import pytest
 from flexgui.core.diagnose import acceptance
 from flexgui.core.diagnose.acceptance import Acceptance, Round
 from flexgui.core.diagnose.effect_sets import EffectSet, best_effect_set
-from flexgui.core.diagnose.evidence import LEAST_SHARE, RefittedCandidate, acceptable
+from flexgui.core.diagnose.evidence import LEAST_SHARE, RefittedCandidate, acceptable, unseen_decide
 from flexgui.core.diagnose.linear_screen import Screen, _score_candidates
 from flexgui.core.diagnose.output_changes import OutputChange
 from flexgui.core.effects import effect
@@ -86,6 +86,24 @@ def test_a_quarter_of_the_error_is_accepted_as_part_of_a_set_that_explains_it() 
     assert quarter.reduction < LEAST_SHARE
     assert not acceptable(quarter)
     assert acceptable(quarter, part=True)
+
+
+def test_unseen_recordings_decide_between_effects_that_explain_as_much() -> None:
+    """And neither for one that explains far less, nor where they find no difference."""
+    explain = {"drive_gain": 0.95, "viscous_friction": 0.94, "tip_payload": 0.5}
+    ranked = [
+        replace(weighed(share), screened=SimpleNamespace(effect=effect(kind)))
+        for kind, share in explain.items()
+    ]
+    order = lambda unseen: [  # noqa: E731
+        w.screened.effect.kind
+        for w in unseen_decide(ranked, lambda w: unseen.get(w.screened.effect.kind))
+    ]
+    as_ranked = list(explain)
+    swapped = ["viscous_friction", "drive_gain", "tip_payload"]
+    assert order({"drive_gain": 400.0, "viscous_friction": 2.0, "tip_payload": 1.0}) == swapped
+    assert order({"drive_gain": 2.1, "viscous_friction": 2.0, "tip_payload": 1.0}) == as_ranked
+    assert order({}) == as_ranked, "without any"
 
 
 @pytest.mark.parametrize(("promised", "accepted"), [(0.9, True), (0.6, True), (0.4, False)])

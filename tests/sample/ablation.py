@@ -15,6 +15,8 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from flexgui.core.resumable.journal import Journal
 from tests.sample.__main__ import REFERENCE, WORKERS, diagnose_in_process, version
 from tests.sample.cases import Case, cases
@@ -84,7 +86,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
     "simulated deviations": [("core.diagnose.diagnose.with_simulated_deviations", _fit)],
     "prediction-error bound": [("core.noise.output_noise.encoder_noise_bound", _none)],
-    "noise per recording": [("core.diagnose.base_fit._noise_ratios", lambda *_: ())],
+    "noise per recording": [("core.noise.output_noise.noise_ratios", lambda r: np.ones(len(r)))],
     "next experiments": [("core.diagnose.ladder.deciding_experiments", lambda *_: ())],
     "validation as a gate": [
         ("core.diagnose.search.fit_validation", _none),
