@@ -41,7 +41,7 @@ class Descended:
 
 
 @dataclass(frozen=True)
-class Limits:
+class BoundsAndPrior:
     """Bounds and typical sizes (P,), and what is known a priori: values and deviations, infinite
     where nothing is."""
 
@@ -67,11 +67,11 @@ class Limits:
         return (x - self.prior_means) * slopes, slopes
 
 
-def limits_of(parameters: ParameterSet) -> Limits:
+def bounds_and_prior(parameters: ParameterSet) -> BoundsAndPrior:
     """Those of a set of parameters; a prior's mean is the parameter's value."""
     stds = [np.inf if p.prior_std is None else p.prior_std for p in parameters]
     means = [p.prior_mean if p.prior_mean is not None else p.value for p in parameters]
-    return Limits(
+    return BoundsAndPrior(
         parameters.lower(), parameters.upper(), parameters.scales(), np.array(means, dtype=float),
         np.array(stds, dtype=float),
     )  # fmt: skip
@@ -107,11 +107,11 @@ def normal_equations(blocks: Blocks, slopes: Slopes) -> tuple[np.ndarray, np.nda
     return A, b
 
 
-def descend(
+def levenberg_marquardt(
     errors: Callable[[np.ndarray], Blocks],
     slopes: Callable[[np.ndarray], Slopes],
     start: np.ndarray,
-    limits: Limits,
+    limits: BoundsAndPrior,
     stopped: Callable[[], bool] = lambda: False,
     most: int = MOST_ITERATIONS,
     good_enough: float = GOOD_ENOUGH,
@@ -162,14 +162,16 @@ def descend(
 
 
 def with_prior(
-    A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: Limits
+    A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: BoundsAndPrior
 ) -> tuple[np.ndarray, np.ndarray]:
     """Normal equations with what is known a priori as measurements of x (P,)."""
     errors, slopes = limits.prior_measurements(x)
     return A + np.diag(slopes**2), b + errors * slopes
 
 
-def _predicted_by_full_step(A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: Limits) -> float:
+def _predicted_by_full_step(
+    A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: BoundsAndPrior
+) -> float:
     """Reduction of the cost by a step without damping where the errors are straight lines."""
     return max(
         _reduction_of_move(A, b, _stepped(A, b, x, limits.lower, limits.upper, 0.0) - x), 0.0
@@ -181,7 +183,7 @@ def _reduction_of_move(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
     return -float(2.0 * b @ move + move @ A @ move)
 
 
-def predicted_reduction(descended: Descended, limits: Limits) -> float:
+def predicted_reduction(descended: Descended, limits: BoundsAndPrior) -> float:
     """Reduction of the cost that one more step promises where the errors are straight lines along
     the slopes last taken."""
     if not len(descended.vector):
@@ -204,7 +206,7 @@ NEAR = 0.05
 """Of a typical size: from here on a step may go all the way."""
 
 
-def _reach(x: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.ndarray]:
+def _reach(x: np.ndarray, limits: BoundsAndPrior) -> tuple[np.ndarray, np.ndarray]:
     """Between which (P,) a step from x may end."""
     low, high, margin = limits.lower, limits.upper, NEAR * limits.scales
     low = np.where(x - low > margin, x - FIRST_WAY * (x - low), low)
@@ -213,7 +215,7 @@ def _reach(x: np.ndarray, limits: Limits) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _step(  # type: ignore[no-untyped-def]
-    errors, x, blocks, cost, A, b, limits: Limits, damping: float, enough: float
+    errors, x, blocks, cost, A, b, limits: BoundsAndPrior, damping: float, enough: float
 ):
     """One accepted step with its damping; the point itself where no step reduces the cost.
 

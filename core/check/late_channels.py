@@ -20,9 +20,9 @@ from ..check.measured_recording import MeasuredRecording, lattice_step
 from ..least_squares import (
     GOOD_ENOUGH,
     SAME_START,
+    BoundsAndPrior,
     Descended,
-    Limits,
-    descend,
+    levenberg_marquardt,
     normal_equations,
     pseudo_inverse,
 )
@@ -302,7 +302,7 @@ class LinkFit:
     def fit(self, cause: LateCause, x: np.ndarray) -> Descended:
         """Least squares in units of the errors' standard deviations, which are updated with each
         step until the cost stays: a logarithm's tangent lies above it, so each step lowers it."""
-        limits, steps = Limits(*self._bounds(x), self._strides(x)), 0.02 * self._strides(x)
+        limits, steps = BoundsAndPrior(*self._bounds(x), self._strides(x)), 0.02 * self._strides(x)
         sizes = np.ones(0)
 
         def errors(x: np.ndarray) -> list[np.ndarray]:
@@ -317,7 +317,7 @@ class LinkFit:
         before, cost = np.inf, self.cost(x, cause)
         while before - cost > GOOD_ENOUGH:
             sizes = np.sqrt(list(self._noise(self.residuals(cause, x)).values()))
-            end = descend(errors, slopes, x, limits, most=1)
+            end = levenberg_marquardt(errors, slopes, x, limits, most=1)
             x, before, cost = end.vector, cost, self.cost(end.vector, cause)
         return end
 

@@ -24,7 +24,7 @@ from ..diagnose.evidence import (
     ended_at_bound,
     small_share,
 )
-from ..diagnose.fit_problem import Data, Hypothesis
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel
 from ..diagnose.force_shape_refinement import refine_force_shape
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.refit import Refit, refit_with, robust_covariance
@@ -52,7 +52,7 @@ class Round:
     accepted: RefittedCandidate | None
     before: Refit
     after: Refit
-    data: Data
+    data: FitProblem
     """Anchored at `after`."""
     added: tuple[RefittedCandidate, ...] = ()
     """The effects that lead from `before` to `after`, in the order of what each explains."""
@@ -67,7 +67,7 @@ class Round:
         return tuple((r.refitted.screened.effect.title, r.objection) for r in self.refusals[:1])
 
 
-ModelCheck = Callable[[Data, Refit], Objection | None]
+ModelCheck = Callable[[FitProblem, Refit], Objection | None]
 """Why a converged model is rejected; None if it is accepted."""
 
 
@@ -85,7 +85,7 @@ membership in the set does not count. Refits reached whole explanations from two
 class Acceptance:
     """What the checks of one round need."""
 
-    data: Data
+    data: FitProblem
     before: Refit
     present: Sequence[Effect]
     seen: Screen
@@ -141,7 +141,9 @@ class Acceptance:
                 return replace(joint or still, refusals=refusals)
         return replace(still, refusals=refusals)
 
-    def _refusal(self, candidate: RefittedCandidate, data: Data, after: Refit) -> Refusal | None:
+    def _refusal(
+        self, candidate: RefittedCandidate, data: FitProblem, after: Refit
+    ) -> Refusal | None:
         """Why a converged effect is rejected; None if it is accepted."""
         objection = (
             ended_at_bound(after, data)
@@ -159,18 +161,18 @@ class Acceptance:
         """An objection if the larger model has a higher cost: it contains the smaller one."""
         return Objection(Reason.UNSETTLED) if after.cost > self.before.cost else None
 
-    def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, Data, Refit]:
+    def _converge(self, best: RefittedCandidate) -> tuple[RefittedCandidate, FitProblem, Refit]:
         """The candidate, converged, with its best shape and the share of the error that a ladder
         step shows. Its evidence stays that of the round, in which all were refitted alike."""
-        data, after = converge(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
+        data, after = converge(self.data, best.refit.parametrised, self.seen.whitener, self.stopped)
         data, after = self._with_force_shapes(data, after, [best.screened.effect, *self.present])
         count = self.data.count
         step = assess_refit(best.screened, self.before, after, count, self.candidate_count)
         return replace(best, reduction=step.reduction, explained=step.explained), data, after
 
     def _with_force_shapes(
-        self, data: Data, after: Refit, effects: Sequence[Effect]
-    ) -> tuple[Data, Refit]:
+        self, data: FitProblem, after: Refit, effects: Sequence[Effect]
+    ) -> tuple[FitProblem, Refit]:
         """Converged again with the best shape of each effect. A new effect can reveal the shape of
         an earlier one as long as an error is left. The new effect's shape is always refined: a
         wrong one may leave no more than noise, too."""
@@ -180,7 +182,9 @@ class Acceptance:
                 break
             reshaped = refine_force_shape(data, after, effect, self.stopped)
             if reshaped is not after:
-                data, after = converge(data, reshaped.hypothesis, self.seen.whitener, self.stopped)
+                data, after = converge(
+                    data, reshaped.parametrised, self.seen.whitener, self.stopped
+                )
         return data, after
 
     def _refit(
@@ -189,7 +193,7 @@ class Acceptance:
     ) -> Refit:  # fmt: skip
         effects = [*self.present, *[s.effect for s in members]]
         return refit_with(
-            self.data, self.before.hypothesis, effects, values, self.seen.whitener,
+            self.data, self.before.parametrised, effects, values, self.seen.whitener,
             self.seen.slopes, scanned, self.stopped,
         )  # fmt: skip
 
@@ -199,7 +203,7 @@ class Acceptance:
         """(round that adds the set, or None; kinds that were refuted). A size at its bound refutes
         its effect; the gate refutes all of them."""
         members = together.members
-        sizes = {w.screened.effect.kind: w.refit.hypothesis.values() for w in refitted}
+        sizes = {w.screened.effect.kind: w.refit.parametrised.values() for w in refitted}
         values: dict[str, float] = {}
         for s in members:
             own = dict(s.values)
@@ -211,9 +215,9 @@ class Acceptance:
         share = self._share(self.before.cost - joint.cost)
         if best - joint.cost < RELEVANT * self.data.count or share < WHOLE_SHARE:
             return None, {kind for kind, _ in at_bounds(joint, self.data)}
-        data, after = converge(self.data, joint.hypothesis, self.seen.whitener, self.stopped)
+        data, after = converge(self.data, joint.parametrised, self.seen.whitener, self.stopped)
         data, after = self._with_force_shapes(data, after, [s.effect for s in members])
-        kinds = {e.kind for e in after.hypothesis.model.effects}
+        kinds = {e.kind for e in after.parametrised.model.effects}
         members = tuple(s for s in members if s.effect.kind in kinds)
         refuted = {kind for kind, _ in at_bounds(after, data)}
         if refuted or self._cost_objection(after) or self.check(data, after):
@@ -243,7 +247,7 @@ noise that excites the arm gave 170 in favour of such a size."""
 def near_neutral_objection(members: Sequence[ScreenedCandidate], after: Refit) -> Objection | None:
     """An objection if a fit cannot distinguish the sizes of one effect from neutral, else None. A
     size at its bound has no standard deviation and counts as distinct."""
-    covariance, h = robust_covariance(after), after.hypothesis
+    covariance, h = robust_covariance(after), after.parametrised
     labels = list(h.unknowns.labels)
     for s in members:
         which = [labels.index(name) for name in s.parameters if name in labels]
@@ -258,6 +262,6 @@ def near_neutral_objection(members: Sequence[ScreenedCandidate], after: Refit) -
     return None
 
 
-def _neutral_values(h: Hypothesis, effect: Effect) -> dict[str, float]:
+def _neutral_values(h: ParametrisedModel, effect: Effect) -> dict[str, float]:
     own = effect.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
     return {k.parameter.name: k.neutral for k in own}

@@ -13,9 +13,9 @@ from ..diagnose.cost_minimum import converge
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
     MOST_SUBSTEPS,
-    Data,
+    FitProblem,
     enough_substeps,
-    hypothesis,
+    parametrised,
 )
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.refit import Refit, fit
@@ -39,9 +39,9 @@ from ..sensors.sensor import Sensor
 class BaseFit:
     """The base model, fitted; the ladder starts there."""
 
-    data: Data
+    data: FitProblem
     base: Refit
-    validation: Data | None = None
+    validation: FitProblem | None = None
     """Validation recordings, which no fit uses."""
     cached_fit: ValidationFit | None = None
     """The base model on them, if known already."""
@@ -53,10 +53,10 @@ class BaseFit:
 
     def validation_data(
         self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]
-    ) -> Data | None:
+    ) -> FitProblem | None:
         """The same comparison on validation recordings; None if they lack an output."""
         outputs = self.data.experiments[0].outputs
-        model = self.base.hypothesis.model
+        model = self.base.parametrised.model
         usable = [r for r in recordings if all(can_measure(model, r, s) for s in outputs)]
         experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in usable)
         if not experiments:
@@ -100,22 +100,22 @@ def fit_base(
     effects, bare = model.effects, model.bare or model
     dt = max(e.recording.sample_time for e in experiments)
     steps = max(int(np.ceil(dt / servo_points_per_sample(model, dt) / FIRST_TIME_STEP)), 1)
-    data = Data(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), steps)
+    data = FitProblem(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), steps)
     bounded = _fixed_and_bounded(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **bounded)
     rough = _fit_from_better_start(data, effects, model.effect_values, identified or {}, stopped)
-    motions = rough.hypothesis.motions()
+    motions = rough.parametrised.motions()
     unweighted = [b / w for b, w in zip(rough.errors, weights, strict=True)]
-    prepared = rough.hypothesis.residuals.experiments
+    prepared = rough.parametrised.residuals.experiments
     floors = channel_floors(prepared, unweighted, motions, stated, fidelity)
     sizes = sizes_of([m for m, _, _ in motions])
     data = replace(data, sizes=sizes).in_floors(floors)
-    values = {**model.effect_values, **rough.hypothesis.values()}
+    values = {**model.effect_values, **rough.parametrised.values()}
     few = enough_substeps(data, effects, values, ANCHORED_ERROR)
     few = substeps_for_directions(data, effects, values, few)
     steps = enough_substeps(data, effects, values, least=few)
     data = replace(data, substeps=steps, anchored_substeps=few)
-    data, base = converge(data, hypothesis(data, effects, values), None, stopped)
+    data, base = converge(data, parametrised(data, effects, values), None, stopped)
     return BaseFit(data, base)
 
 
@@ -157,7 +157,7 @@ per cent off and a soft base was named."""
 
 
 def substeps_for_directions(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float], least: int
+    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float], least: int
 ) -> int:
     """Steps per sample, from `least` on, for reliable descent directions: twice as many change the
     shared sensitivities little."""
@@ -172,10 +172,10 @@ def substeps_for_directions(
 
 
 def _slopes(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float], steps: int
+    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float], steps: int
 ) -> list[np.ndarray]:
     """Sensitivity (N,) to each shared unknown, with so many steps per sample."""
-    h = hypothesis(replace(data, substeps=steps), effects, values)
+    h = parametrised(replace(data, substeps=steps), effects, values)
     shared = [k for k, u in enumerate(h.unknowns.items) if u.recording is None]
     if not shared:
         return []
@@ -198,7 +198,7 @@ TRIAL_ITERATIONS = 4
 
 
 def _fit_from_better_start(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float],
+    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float],
     identified: Mapping[str, float], stopped: Callable[[], bool],
 ) -> Refit:  # fmt: skip
     """The first fit, from the better start."""
@@ -206,9 +206,9 @@ def _fit_from_better_start(
     labels = {u.label: u.parameter.value for u in data.nuisance}
     if any(labels.get(k, v) != v for k, v in identified.items()):
         starts.append({**values, **identified})
-    trials = [fit(hypothesis(data, effects, s), None, stopped, TRIAL_ITERATIONS) for s in starts]
+    trials = [fit(parametrised(data, effects, s), None, stopped, TRIAL_ITERATIONS) for s in starts]
     best = min(trials, key=lambda trial: trial.cost)
-    return fit(best.hypothesis, None, stopped, MOST_ITERATIONS)
+    return fit(best.parametrised, None, stopped, MOST_ITERATIONS)
 
 
 def _spread_weights(e: Prepared) -> np.ndarray:

@@ -17,10 +17,10 @@ from ..diagnose.cost_minimum import converge
 from ..diagnose.evidence import LEAST_SHARE, RELEVANT, TIE
 from ..diagnose.fit_problem import (
     UNANCHORED_ERROR,
-    Data,
+    FitProblem,
     enough_substeps,
     for_model,
-    hypothesis,
+    parametrised,
 )
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.gram_matrix import explained_by, gram_matrix
@@ -65,10 +65,10 @@ def _reshaped(
             yield _with_shapes(data, model, stopped)
 
 
-def _promises_more(model: FittedModel, data: Data) -> bool:
+def _promises_more(model: FittedModel, data: FitProblem) -> bool:
     """Whether the shapes of `data` are worth a fit: by the linear estimate of what they explain,
     with all other parameters free."""
-    h, at = hypothesis(data, model.effects, _values(model)), model.refit.hypothesis
+    h, at = parametrised(data, model.effects, _values(model)), model.refit.parametrised
     residual, slopes = list(model.refit.errors), list(model.refit.descended.slopes)
     change = [[a - b for a, b in zip(residual, h.errors(h.vector), strict=True)]]
     prior = at.limits.prior_measurements(at.vector)
@@ -87,11 +87,11 @@ def _needed(model: FittedModel, likelier: float) -> bool:
     return likelier > max(TIE, min(RELEVANT * count, LEAST_SHARE * above))
 
 
-def _with_shapes(data: Data, model: FittedModel, stopped: StopCheck) -> FittedModel:
+def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> FittedModel:
     """The model with the shapes of `data`, fitted from the current and from the nominal values."""
     at = _values(model)
     starts = [
-        hypothesis(data, model.effects, {**at, **other}) for other in ({}, nominal_values(data))
+        parametrised(data, model.effects, {**at, **other}) for other in ({}, nominal_values(data))
     ]
     best = min(starts, key=lambda h: cost_of(h.errors(h.vector)))
     return FittedModel(*converge(data, best, None, stopped), model.effects)
@@ -99,11 +99,11 @@ def _with_shapes(data: Data, model: FittedModel, stopped: StopCheck) -> FittedMo
 
 def _values(model: FittedModel) -> dict[str, float]:
     """label -> value of a fitted model, with parameters of its effects that are not estimated."""
-    h = model.refit.hypothesis
+    h = model.refit.parametrised
     return {**h.model.effect_values, **h.values()}
 
 
-def data_with_modes(data: Data, modes: tuple[int, ...], model: FittedModel) -> Data:
+def data_with_modes(data: FitProblem, modes: tuple[int, ...], model: FittedModel) -> FitProblem:
     """The same recordings for an arm with so many shapes per segment, in steps that are fine
     enough for the effects and values of a model."""
     bare = replace(data.bare, arm=arm_with_modes(data.bare.arm, modes))

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..diagnose.evidence import RELEVANT
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised, with_values
 from ..diagnose.refit import Refit, fit, whitened_cost, with_robust_covariance
 from ..diagnose.refit_starts import start_from_nominal
 from ..identify.defect_correction import (
@@ -34,7 +34,7 @@ SAME = 0.05
 """In noise floors, rms: a smaller change by more steps is negligible."""
 
 
-def anchor_at(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
+def anchor_at(data: FitProblem, h: ParametrisedModel) -> tuple[FitProblem, list[np.ndarray]]:
     """The data with the step error of a model at its vector, and the model's errors (M, k) with
     enough steps.
 
@@ -59,9 +59,9 @@ MOST_DESCENTS = 4
 
 
 def converge(
-    data: Data, h: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool]
-) -> tuple[Data, Refit]:
-    """The minimum near a hypothesis with enough steps, and the data anchored there.
+    data: FitProblem, h: ParametrisedModel, whitener: Whitener | None, stopped: Callable[[], bool]
+) -> tuple[FitProblem, Refit]:
+    """The minimum near a model with enough steps, and the data anchored there.
 
     The step correction is that of the start of a descent. Far from there it and the directions are
     wrong (an elastic joint stopped at three times its minimal error). So the descent restarts from
@@ -69,7 +69,7 @@ def converge(
     """
     data, refit = _descend(data, h, whitener, stopped)
     for find_start in (_start_off_bounds, _start_in_other_minimum):
-        start = find_start(data, refit.hypothesis, stopped)
+        start = find_start(data, refit.parametrised, stopped)
         if start is not None and not stopped():
             other = _descend(replace(data, anchor=None), start, whitener, stopped)
             if other[1].cost < refit.cost:
@@ -78,9 +78,9 @@ def converge(
 
 
 def _start_in_other_minimum(
-    data: Data, h: Hypothesis, stopped: Callable[[], bool]
-) -> Hypothesis | None:
-    """The hypothesis at the minimum over the first periods, if its cost over whole recordings is
+    data: FitProblem, h: ParametrisedModel, stopped: Callable[[], bool]
+) -> ParametrisedModel | None:
+    """The model at the minimum over the first periods, if its cost over whole recordings is
     lower: a fit that lacked an effect may have left that minimum. Else None."""
     values = start_from_nominal(data, h, stopped)
     if values is None:
@@ -96,8 +96,10 @@ NEAR = 0.05
 rigid."""
 
 
-def _start_off_bounds(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:
-    """The hypothesis with nominal values for parameters that ended at a bound while an effect was
+def _start_off_bounds(
+    data: FitProblem, h: ParametrisedModel, stopped: Callable[[], bool]
+) -> ParametrisedModel | None:
+    """The model with nominal values for parameters that ended at a bound while an effect was
     missing: the cost is flat there. None if there are none."""
     at, moved = h.values(), dict[str, float]()
     for u in data.nuisance:
@@ -109,14 +111,14 @@ def _start_off_bounds(data: Data, h: Hypothesis, stopped: Callable[[], bool]) ->
 
 
 def _descend(
-    data: Data, h: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool]
-) -> tuple[Data, Refit]:
+    data: FitProblem, h: ParametrisedModel, whitener: Whitener | None, stopped: Callable[[], bool]
+) -> tuple[FitProblem, Refit]:
     data, before = anchor_at(data, h)
     for _ in range(MOST_DESCENTS):
         start = with_values(data, h, refine=1)
         refit = fit(start, whitener, stopped, MOST_ITERATIONS, exact_directions=True)
-        data, errors = anchor_at(data, refit.hypothesis)
-        h = refit.hypothesis
+        data, errors = anchor_at(data, refit.parametrised)
+        h = refit.parametrised
         gained = cost_of(before) - cost_of(errors)
         if stopped() or not gained > RELEVANT * data.count:
             break
@@ -125,28 +127,30 @@ def _descend(
 
 
 def _refit_at(
-    data: Data, refit: Refit, errors: Sequence[np.ndarray], whitener: Whitener | None
+    data: FitProblem, refit: Refit, errors: Sequence[np.ndarray], whitener: Whitener | None
 ) -> Refit:
     descended = replace(refit.descended, blocks=tuple(errors), cost=cost_of(errors))
-    h = with_values(data, refit.hypothesis, refine=1)
+    h = with_values(data, refit.parametrised, refine=1)
     whitened, _ = (
         whitened_cost(h, descended, whitener) if whitener is not None else (descended.cost, None)
     )
     return with_robust_covariance(Refit(h, descended, whitened, refit.covariance))
 
 
-def converge_precisely(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data, Refit]:
+def converge_precisely(
+    data: FitProblem, refit: Refit, stopped: Callable[[], bool]
+) -> tuple[FitProblem, Refit]:
     """The same minimum to within a small share of the stated standard deviations.
 
     For a ranking, a descent may use half the steps and end early; over thousands of samples that
     can be many standard deviations. So can the step error, which is extrapolated here.
     """
-    h = with_values(replace(data, anchor=None), refit.hypothesis, refine=1)
+    h = with_values(replace(data, anchor=None), refit.parametrised, refine=1)
     slopes = refit.descended.slopes
     _, descended = corrected_minimum(h.residuals, h.vector, slopes, h.limits, stopped)
     if not np.isfinite(descended.cost) or descended.cost > refit.cost + RELEVANT * data.count:
         return data, refit
-    minimum = refit.hypothesis.at(descended.vector)
+    minimum = refit.parametrised.at(descended.vector)
     data, errors = anchor_at(
         data, minimum
     )  # what is stated is what page and report show: no mix of two
@@ -155,21 +159,21 @@ def converge_precisely(data: Data, refit: Refit, stopped: Callable[[], bool]) ->
     )
 
 
-def law_error(data: Data, refit: Refit) -> dict[str, float]:
+def law_error(data: FitProblem, refit: Refit) -> dict[str, float]:
     """channel -> mean square, in noise floors, that the idealised laws of the model's effects may
     miss: for each effect its stated share of its change of the outputs."""
-    h, missed = refit.hypothesis, dict[str, float]()
+    h, missed = refit.parametrised, dict[str, float]()
     for effect in h.model.effects:
         if not effect.idealised:
             continue
         others = [e for e in h.model.effects if e is not effect and effect.kind not in e.includes]
-        without = hypothesis(data, others, {**h.model.effect_values, **h.values()})
+        without = parametrised(data, others, {**h.model.effect_values, **h.values()})
         for name, rms in _change(data, without.errors(without.vector), refit.errors).items():
             missed[name] = missed.get(name, 0.0) + (effect.idealised * rms) ** 2
     return missed
 
 
-def _change(data: Data, a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> dict[str, float]:
+def _change(data: FitProblem, a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> dict[str, float]:
     """channel -> rms difference of two models' errors, in noise floors."""
     return channel_rms(data.experiments, [x - y for x, y in zip(a, b, strict=True)])
 
@@ -179,7 +183,7 @@ NOISE_DRAWS = 24
 standard deviations hold as often as 1.96 of a known one (2.45 with six draws)."""
 
 
-def with_simulated_deviations(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
+def with_simulated_deviations(data: FitProblem, refit: Refit, stated: Mapping[str, float]) -> Refit:
     """The fit at its minimum, along recordings in which a servo leads the joints, with standard
     deviations at least as large as draws of the noise give. `stated`: column -> standard deviation
     of the sensor's noise, SI, where it is known."""
@@ -194,11 +198,11 @@ def with_simulated_deviations(data: Data, refit: Refit, stated: Mapping[str, flo
 
 
 def _variances(
-    data: Data, refit: Refit, which: np.ndarray, stated: Mapping[str, float]
+    data: FitProblem, refit: Refit, which: np.ndarray, stated: Mapping[str, float]
 ) -> np.ndarray:
     """(p,) variances of the unknowns `which`: of (S'S)^-1 S'e over draws e, by recording. A
     channel's draws are limited to its noise floor, in case the model showed less noise."""
-    h = refit.hypothesis
+    h = refit.parametrised
     slopes = [S[:, :, which].reshape(-1, len(which)) for S in refit.descended.slopes]
     inverse = pseudo_inverse(np.asarray(sum(S.T @ S for S in slopes)))
     meat = np.zeros_like(inverse)

@@ -15,7 +15,7 @@ from ..diagnose.final_results import (
     final_parameters,
     parameter_origins,
 )
-from ..diagnose.fit_problem import Data
+from ..diagnose.fit_problem import FitProblem
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder import Ladder, ladder
 from ..diagnose.progress_messages import fit_title
@@ -67,7 +67,7 @@ def diagnose(
     if on_end is not None:
         on_end(final_fit)
     remaining, base_error = (
-        remaining_error(m.data, m.refit.errors, m.refit.hypothesis) for m in (last, first)
+        remaining_error(m.data, m.refit.errors, m.refit.parametrised) for m in (last, first)
     )
     added, stopped = last.effects[len(stated) :], progress.stopped()
     verdict = _verdict(bool(proposed or added or (stopped and base_error.above)), base_error)
@@ -87,7 +87,7 @@ def diagnose(
         given=compare_with_recordings(memo.base_fit(first)) if compared else (),
         left=compare_with_recordings(final_fit) if compared and added else (),
         parameters=final_parameters(last.refit),
-        origins=parameter_origins(last.refit), values=last.refit.hypothesis.values(),
+        origins=parameter_origins(last.refit), values=last.refit.parametrised.values(),
         proposed=proposed, shapes=_further_shapes(last, base.data.bare.arm),
         unstated_noise=_unstated_noise(last.data, options.stated_noise),
     )  # fmt: skip
@@ -117,7 +117,7 @@ def _needless(found: Found) -> tuple[str, ...]:
     return tuple(title for title in removed if title not in kept)
 
 
-def _unstated_noise(data: Data, stated: Mapping[str, float]) -> tuple[str, ...]:
+def _unstated_noise(data: FitProblem, stated: Mapping[str, float]) -> tuple[str, ...]:
     """Settings of the compared sensors and, where a servo follows them, of the encoders, whose
     noise nobody stated."""
     arm, outputs = data.bare.arm, data.experiments[0].outputs

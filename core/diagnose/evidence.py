@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from ..diagnose.fit_problem import Data
+from ..diagnose.fit_problem import FitProblem
 from ..diagnose.linear_screen import ScreenedCandidate
 from ..diagnose.refit import Refit
 from ..effects.sizes import typical
@@ -97,7 +97,7 @@ def assess_refit(
 ) -> RefittedCandidate:
     """A refit assessed against the base: `count` samples, `candidate_count` candidates in the round
     (Bonferroni, an upper bound of Holm)."""
-    own = len(refit.hypothesis.unknowns) - len(base.hypothesis.unknowns)
+    own = len(refit.parametrised.unknowns) - len(base.parametrised.unknowns)
     own = max(own, screened.degrees_of_freedom)
     reduction = base.cost - refit.cost
     above = _above(base.cost, reduction, count)
@@ -181,20 +181,20 @@ def _parts_first(candidates: list[RefittedCandidate]) -> list[RefittedCandidate]
     return parts + [w for w in candidates if w.screened.effect.kind not in kinds]
 
 
-def ended_at_bound(after: Refit, data: Data) -> Objection | None:
+def ended_at_bound(after: Refit, data: FitProblem) -> Objection | None:
     """An objection of the first size that is pressed against its bound far from neutral, or
     None."""
     return next((objection for _, objection in at_bounds(after, data)), None)
 
 
-def at_bounds(after: Refit, data: Data) -> list[tuple[str, Objection]]:
+def at_bounds(after: Refit, data: FitProblem) -> list[tuple[str, Objection]]:
     """(effect, objection) of each size that the recordings press against its bound far from
     neutral.
 
     The predicted reduction beyond the bound must be one that a descent continues for; near the
     noise floor, a relevant one.
     """
-    h = after.hypothesis
+    h = after.parametrised
     least = GOOD_ENOUGH if after.cost > ABOVE**2 * data.count else RELEVANT
     effect_parameters = {
         k.parameter.name: (effect.kind, k.neutral)
@@ -218,7 +218,7 @@ def at_bounds(after: Refit, data: Data) -> list[tuple[str, Objection]]:
 def reduction_beyond_bound(after: Refit, i: int) -> float:
     """Predicted cost reduction if unknown `i` could pass its bound, with all unknowns inside theirs
     free."""
-    limits, x = after.hypothesis.limits, after.hypothesis.vector
+    limits, x = after.parametrised.limits, after.parametrised.vector
     others = np.flatnonzero(limits.inside(x) & (np.arange(len(x)) != i))
     A, b = with_prior(*normal_equations(after.descended.blocks, after.descended.slopes), x, limits)
     follow, across = pseudo_inverse(A[np.ix_(others, others)]), A[others, i]

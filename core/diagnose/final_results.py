@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..diagnose.base_fit import BaseFit
-from ..diagnose.fit_problem import Data, Hypothesis
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import estimates
 from ..diagnose.missing_torque import missing_torque
@@ -26,7 +26,7 @@ from ..results.comparison import DIAGNOSIS_FIT
 def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     """All shared unknowns of a fitted model and the quantities derived from them, with what the
     data determine."""
-    h = refit.hypothesis
+    h = refit.parametrised
     x, unknowns = h.vector, h.unknowns
     if not len(unknowns):
         return ()
@@ -52,15 +52,15 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
 
 def parameter_origins(refit: Refit) -> dict[str, str]:
     """Name of a parameter -> arm, drive, sensor, or the id of its effect."""
-    names = {u.parameter.name for u in refit.hypothesis.unknowns.items}
-    return {name: refit.hypothesis.model.origin(name) for name in sorted(names)}
+    names = {u.parameter.name for u in refit.parametrised.unknowns.items}
+    return {name: refit.parametrised.model.origin(name) for name in sorted(names)}
 
 
 def effect_settings(last: FittedModel, given: Sequence[Effect]) -> list[dict[str, object]]:
     """The effects of a model beside the `given` ones, with those that they include, as [model]
     effects of a scenario."""
-    model, data = last.refit.hypothesis.model, last.data
-    values = {**model.effect_values, **last.refit.hypothesis.values()}
+    model, data = last.refit.parametrised.model, last.data
+    values = {**model.effect_values, **last.refit.parametrised.values()}
     stated = {e.kind for e in with_included(given)}
     listed: list[dict[str, object]] = []
     for effect in with_included(last.effects[len(given) :]):
@@ -82,9 +82,9 @@ def effect_settings(last: FittedModel, given: Sequence[Effect]) -> list[dict[str
 def compare_with_recordings(base_fit: BaseFit) -> tuple[RecordingComparison, ...]:
     """Comparisons of all recordings: the fitted ones, then the validation ones with their own
     starts."""
-    pairs = [(base_fit.base.hypothesis, base_fit.data)]
+    pairs = [(base_fit.base.parametrised, base_fit.data)]
     if (later := base_fit.validation_fit) is not None:
-        pairs.append((later.hypothesis, later.data))
+        pairs.append((later.parametrised, later.data))
     comparisons: list[RecordingComparison] = []
     agility: float | None = None  # once chosen it serves all
     for h, data in pairs:
@@ -96,7 +96,7 @@ def compare_with_recordings(base_fit: BaseFit) -> tuple[RecordingComparison, ...
     return tuple(comparisons)
 
 
-def _compare_each(h: Hypothesis, data: Data) -> tuple[RecordingComparison, ...]:
+def _compare_each(h: ParametrisedModel, data: FitProblem) -> tuple[RecordingComparison, ...]:
     fixed, unknowns = h.residuals.predictor.fixed, h.unknowns
     chosen = [
         (e.recording, {**fixed, **unknowns.values_for(e.recording.name, h.vector)}, DIAGNOSIS_FIT)

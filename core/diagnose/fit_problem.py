@@ -18,13 +18,13 @@ from ..identify.prepared_recording import Prepared, make_task
 from ..identify.prescribed_joint_forces import needed_steps
 from ..identify.residuals import Residuals
 from ..identify.unknowns import Unknown, Unknowns
-from ..least_squares import Limits, limits_of
+from ..least_squares import BoundsAndPrior, bounds_and_prior
 from ..model import Model
 from ..noise.noise_floor import Floor
 
 
 @dataclass(frozen=True)
-class Data:
+class FitProblem:
     """Prepared recordings of the bare model, with the nuisance unknowns of every model."""
 
     bare: Model
@@ -75,7 +75,7 @@ class Data:
             for e, times in zip(self.experiments, own, strict=True)
         )
 
-    def in_floors(self, floors: Mapping[str, Floor]) -> Data:
+    def in_floors(self, floors: Mapping[str, Floor]) -> FitProblem:
         """The same data with other noise floors, without an anchor."""
         values = {n: f.value for n, f in floors.items()}
         equal = all(set(f.ratios) <= {1.0} for f in floors.values())
@@ -105,7 +105,7 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Hypothesis:
+class ParametrisedModel:
     """A model with effects, its unknowns and their values."""
 
     model: Model
@@ -114,9 +114,9 @@ class Hypothesis:
     vector: np.ndarray
 
     @property
-    def limits(self) -> Limits:
+    def limits(self) -> BoundsAndPrior:
         """Bounds of the unknowns."""
-        return limits_of(self.unknowns.parameters)
+        return bounds_and_prior(self.unknowns.parameters)
 
     @property
     def substeps(self) -> int | None:
@@ -154,8 +154,8 @@ class Hypothesis:
         return slopes
 
     @cached_property
-    def half_substeps(self) -> Hypothesis:
-        """The hypothesis with half the steps per sample."""
+    def half_substeps(self) -> ParametrisedModel:
+        """The model with half the steps per sample."""
         predictor = self.residuals.predictor
         if predictor.steps is None:
             return self
@@ -171,8 +171,8 @@ class Hypothesis:
         everything = range(len(self.residuals.experiments))
         return self.residuals.predictor.trajectories([(self.vector, everything)])[0]
 
-    def at(self, vector: np.ndarray) -> Hypothesis:
-        """The same hypothesis at another vector (P,)."""
+    def at(self, vector: np.ndarray) -> ParametrisedModel:
+        """The same model at another vector (P,)."""
         return replace(self, vector=np.asarray(vector, dtype=float))
 
 
@@ -181,10 +181,10 @@ LONGEST_STEP_FACTOR = 2.0
 corrected, friction at 0.5 ms is within 0.01 mm of steps of 16 us."""
 
 
-def hypothesis(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float], *,
+def parametrised(
+    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float], *,
     freed: Sequence[Unknown] | None = None, refine: float = 1,
-) -> Hypothesis:  # fmt: skip
+) -> ParametrisedModel:  # fmt: skip
     """The bare model with `effects`, its nuisance unknowns and the parameters of the effects.
 
     `values`: label -> start. `freed` replaces the unknowns of the effects. `refine`: factor on the
@@ -214,10 +214,10 @@ def hypothesis(
         experiments, unknowns, data.fixed, steps=steps, motion_cache=data.motion_cache
     )
     residuals = Residuals(predictor, list(data.weights), data.anchor)
-    return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
+    return ParametrisedModel(model, unknowns, residuals, unknowns.parameters.vector())
 
 
-def _search_substeps(data: Data, model: Model) -> int:
+def _search_substeps(data: FitProblem, model: Model) -> int:
     """Steps per sample of the search for a model's arm."""
     assert data.substeps is not None
     anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
@@ -243,14 +243,14 @@ MOST_SUBSTEPS = 64
 
 
 def enough_substeps(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float],
+    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float],
     tolerance: float = SEARCH_ERROR, least: int = 1,
 ) -> int:  # fmt: skip
     """Steps per sample, from `least` on, such that twice as many change the outputs by less than
     `close` noise floors."""
 
     def errors_with(steps: int) -> list[np.ndarray]:
-        h = hypothesis(replace(data, substeps=steps), effects, values)
+        h = parametrised(replace(data, substeps=steps), effects, values)
         return h.errors(h.vector)
 
     steps, coarse = least, errors_with(least)
@@ -265,18 +265,22 @@ def enough_substeps(
 
 
 def with_values(
-    data: Data, h: Hypothesis, values: Mapping[str, float] | None = None, *, refine: float
-) -> Hypothesis:
+    data: FitProblem,
+    h: ParametrisedModel,
+    values: Mapping[str, float] | None = None,
+    *,
+    refine: float,
+) -> ParametrisedModel:
     """The same model and unknowns, with some other `values` and `refine` times the steps."""
     # Not by the model's effects: one that ended at neutral has left it, its unknowns have not.
     nominal = {u.parameter.name for u in data.nuisance}
     own = tuple(u for u in h.unknowns.items if u.parameter.name not in nominal)
     start = {**h.model.effect_values, **h.values(), **(values or {})}
-    return hypothesis(data, h.model.effects, start, freed=own, refine=refine)
+    return parametrised(data, h.model.effects, start, freed=own, refine=refine)
 
 
-def with_shared_motions(data: Data, h: Hypothesis) -> Data:
-    """The data with the motions of a hypothesis, with its steps and half of them, for models
+def with_shared_motions(data: FitProblem, h: ParametrisedModel) -> FitProblem:
+    """The data with the motions of a model, with its steps and half of them, for models
     compared with it."""
     if h.substeps is None:
         return data
@@ -293,7 +297,7 @@ def for_model(experiment: Prepared, model: Model) -> Prepared:
     return replace(experiment, model=model, task=make_task(model, experiment.recording))
 
 
-def undetectable_parameters(data: Data, effects: Sequence[Effect]) -> dict[str, float]:
+def undetectable_parameters(data: FitProblem, effects: Sequence[Effect]) -> dict[str, float]:
     """Parameters of the effects that these recordings cannot show or that the rig rules out, at
     neutral."""
     return {

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..diagnose.cost_minimum import converge, law_error
-from ..diagnose.fit_problem import Data, hypothesis
+from ..diagnose.fit_problem import FitProblem, parametrised
 from ..diagnose.linear_screen import Screen, rescored
 from ..diagnose.refit import Refit, with_robust_covariance
 from ..effects.effect import Effect
@@ -24,7 +24,7 @@ from ..least_squares import cost_of, normal_equations, pseudo_inverse, with_prio
 class FittedModel:
     """A model at its minimum."""
 
-    data: Data
+    data: FitProblem
     """Anchored at the model."""
     refit: Refit
     effects: tuple[Effect, ...]
@@ -35,7 +35,7 @@ class FittedModel:
         """What identifies the model: bending shapes per segment, and the set of effects."""
         return (*map(str, self.data.bare.arm.modes), *sorted(e.kind for e in self.effects))
 
-    def against(self, like: Data) -> FittedModel:
+    def against(self, like: FitProblem) -> FittedModel:
         """The model against the noise of other data of the same recordings."""
         if like.floors == self.data.floors:
             return self
@@ -44,7 +44,7 @@ class FittedModel:
             floor_sources=like.floor_sources, floor_uncertainty=like.floor_uncertainty,
         )  # fmt: skip
         refit = weighted(self.refit, self.data, data)
-        anchored = replace(data, anchor=refit.hypothesis.residuals.anchor)
+        anchored = replace(data, anchor=refit.parametrised.residuals.anchor)
         return replace(self, data=anchored, refit=refit)
 
     def with_law_errors(self) -> FittedModel:
@@ -53,22 +53,22 @@ class FittedModel:
 
 
 def fit_model(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float],
+    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float],
     stopped: Callable[[], bool],
 ) -> FittedModel:  # fmt: skip
     """The model with these effects, converged from `values` (label -> value)."""
-    start = hypothesis(replace(data, anchor=None), effects, values)
+    start = parametrised(replace(data, anchor=None), effects, values)
     return FittedModel(*converge(replace(data, anchor=None), start, None, stopped), tuple(effects))
 
 
-def weight_ratios(old: Data, new: Data) -> list[np.ndarray]:
+def weight_ratios(old: FitProblem, new: FitProblem) -> list[np.ndarray]:
     """(k,) per recording: new weights of the channels over the old ones."""
     return [b / a for a, b in zip(old.weights, new.weights, strict=True)]
 
 
-def weighted(refit: Refit, old: Data, new: Data) -> Refit:
+def weighted(refit: Refit, old: FitProblem, new: FitProblem) -> Refit:
     """A refit of `old` data with the weights of `new`, at the minimum of these by a linear step."""
-    ratios, h = weight_ratios(old, new), refit.hypothesis
+    ratios, h = weight_ratios(old, new), refit.parametrised
     blocks = [b * r for b, r in zip(refit.errors, ratios, strict=True)]
     slopes = [S * r[:, None] for S, r in zip(refit.descended.slopes, ratios, strict=True)]
     move = np.zeros(len(h.vector))
@@ -88,11 +88,11 @@ def weighted(refit: Refit, old: Data, new: Data) -> Refit:
         cost=cost_of(moved),
     )  # fmt: skip
     return with_robust_covariance(
-        replace(refit, hypothesis=at, descended=descended, whitened_cost=cost_of(moved))
+        replace(refit, parametrised=at, descended=descended, whitened_cost=cost_of(moved))
     )
 
 
-def screen_against(screened: Screen, refit: Refit, old: Data, new: Data) -> Screen:
+def screen_against(screened: Screen, refit: Refit, old: FitProblem, new: FitProblem) -> Screen:
     """The screen of a model whose refit is seen against the noise of `new`."""
     ratios = weight_ratios(old, new)
     changes = tuple(
@@ -100,6 +100,6 @@ def screen_against(screened: Screen, refit: Refit, old: Data, new: Data) -> Scre
         for c in screened.output_changes
     )
     slopes = [S * r[:, None] for S, r in zip(screened.slopes, ratios, strict=True)]
-    h = refit.hypothesis
+    h = refit.parametrised
     prior = h.limits.prior_measurements(h.vector)
     return rescored(screened, new.experiments, refit.errors, slopes, prior, changes)

@@ -17,7 +17,7 @@ from functools import cache, cached_property
 import numpy as np
 import sympy as sp
 
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised, with_values
 from ..diagnose.gram_matrix import Explained, explained_by
 from ..diagnose.missing_torque import FIRST_FREQUENCY, ErrorResponse, error_response
 from ..diagnose.output_changes import Changes, OutputChange
@@ -113,9 +113,9 @@ MOST_STARTS = 4
 """Most shapes from which a descent starts."""
 
 
-def refine_force_shape(data: Data, refit: Refit, effect: Effect, stopped: StopCheck) -> Refit:
+def refine_force_shape(data: FitProblem, refit: Refit, effect: Effect, stopped: StopCheck) -> Refit:
     """The model with the best shape at each joint, if its cost is lower."""
-    model, best = refit.hypothesis.model, refit
+    model, best = refit.parametrised.model, refit
     effect_parameters = effect.parameters(model.arm, model.drive, data.sizes)
     for shape in [
         k
@@ -126,7 +126,7 @@ def refine_force_shape(data: Data, refit: Refit, effect: Effect, stopped: StopCh
         sizes = [
             k for k in effect_parameters if not k.secondary and joint_number(k.parameter.name) == at
         ]
-        for start in _starts(data, best.hypothesis, effect, sizes, shape):
+        for start in _starts(data, best.parametrised, effect, sizes, shape):
             if not stopped():
                 other = fit(start, None, stopped, most=ROUGH_ITERATIONS)
                 best = other if other.cost < best.cost else best
@@ -137,7 +137,7 @@ NOISE = 4096
 """Samples of white noise to measure what filters pass, to a few per cent."""
 
 
-def _unfiltered(data: Data) -> Data:
+def _unfiltered(data: FitProblem) -> FitProblem:
     """The recordings without filters: one linear model gives the response of outputs to a torque,
     not of filtered outputs. Noise floors grow as for white noise."""
     noise = np.random.default_rng(0).standard_normal((NOISE, 1))
@@ -151,9 +151,9 @@ def _unfiltered(data: Data) -> Data:
 
 
 def _starts(
-    data: Data, h: Hypothesis, effect: Effect, sizes: Sequence[EffectParameter],
+    data: FitProblem, h: ParametrisedModel, effect: Effect, sizes: Sequence[EffectParameter],
     shape: EffectParameter,
-) -> list[Hypothesis]:  # fmt: skip
+) -> list[ParametrisedModel]:  # fmt: skip
     without = _without(data, h, sizes, shape)
     motions = _error_responses(without, data)
     if not motions:
@@ -166,18 +166,18 @@ def _starts(
 
 
 def _without(
-    data: Data, h: Hypothesis, sizes: Sequence[EffectParameter], shape: EffectParameter
-) -> Hypothesis:
+    data: FitProblem, h: ParametrisedModel, sizes: Sequence[EffectParameter], shape: EffectParameter
+) -> ParametrisedModel:
     """The model with these sizes at neutral; they and their shape are no unknowns."""
     fixed = {k.parameter.name for k in (*sizes, shape)}
     neutral = {k.parameter.name: k.neutral for k in sizes}
     free = set(h.model.effect_parameters) - fixed
     own = [u for u in h.unknowns.items if u.parameter.name in free]
     values = {**h.model.effect_values, **h.values(), **neutral}
-    return hypothesis(data, h.model.effects, values, freed=own, refine=1)
+    return parametrised(data, h.model.effects, values, freed=own, refine=1)
 
 
-def _error_responses(h: Hypothesis, data: Data) -> list[ErrorResponse]:
+def _error_responses(h: ParametrisedModel, data: FitProblem) -> list[ErrorResponse]:
     """The response of each recording from which missing torque can be found."""
     responses: list[ErrorResponse] = []
     if not all(e.processing.nothing for e in data.experiments):

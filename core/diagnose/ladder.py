@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from ..diagnose.acceptance import Round
 from ..diagnose.evidence import assess_refit
-from ..diagnose.fit_problem import Data, hypothesis, parameter_names
+from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
 from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.ladder_steps import ladder_step
 from ..diagnose.next_experiment import deciding_experiments
@@ -109,19 +109,19 @@ def _strongest(
     """The effect that leaves the least error, and the model with it."""
     if len(remaining) == 1:
         return remaining[0], last
-    values = last.refit.hypothesis.values()
+    values = last.refit.parametrised.values()
     refits = [
-        (fit(hypothesis(last.data, [*before.effects, e], values), None, progress.stopped,
+        (fit(parametrised(last.data, [*before.effects, e], values), None, progress.stopped,
              ROUGH_ITERATIONS), e)
         for e in remaining
     ]  # fmt: skip
     rough, best = min(refits, key=lambda pair: pair[0].cost)
-    effects, start = (*before.effects, best), rough.hypothesis.values()
+    effects, start = (*before.effects, best), rough.parametrised.values()
     return best, fit_model(last.data, effects, start, progress.stopped)
 
 
 def _tried(
-    memo: Memo, model: FittedModel, like: Data, progress: Progress, accepted: str | None
+    memo: Memo, model: FittedModel, like: FitProblem, progress: Progress, accepted: str | None
 ) -> DiagnosisRound | None:
     """What was tried on a model, against the noise of `like`; None if nothing was."""
     known = memo.rounds.get(model.key)
@@ -153,7 +153,7 @@ def _step(rung: Rung, memo: Memo) -> LadderStep:
     model, added = rung.model, rung.added
     names: tuple[str, ...] = ()
     if added is not None:
-        names = parameter_names(added, model.refit.hypothesis.model, model.data.sizes)
+        names = parameter_names(added, model.refit.parametrised.model, model.data.sizes)
         title = added.title
     else:
         stated = listed([e.title for e in model.effects])

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, parameter_names
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parameter_names, parametrised
 from ..diagnose.refit import Refit
 from ..identify.identifiability import analyse, identified
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknown
-from ..least_squares import SEEN, as_finite, descend
+from ..least_squares import SEEN, as_finite, levenberg_marquardt
 from ..model import Model
 from ..noise.noise_floor import channel_rms
 from ..results import ChannelError, Estimate, LadderStep
@@ -22,7 +22,7 @@ VALIDATION_ITERATIONS = 4
 
 
 def ladder_step(
-    data: Data, validation: ValidationFit | None, refit: Refit, added: str | None, title: str,
+    data: FitProblem, validation: ValidationFit | None, refit: Refit, added: str | None, title: str,
     names: Sequence[str],
 ) -> LadderStep:  # fmt: skip
     """A ladder step; `names`: parameters of the added effect, listed first; if empty, all unknowns
@@ -32,9 +32,9 @@ def ladder_step(
     listed, floors = estimates(refit), _floors(data, refit.errors, errors)
     return LadderStep(
         added=added,
-        model=tuple(e.kind for e in refit.hypothesis.model.effects),
+        model=tuple(e.kind for e in refit.parametrised.model.effects),
         title=title,
-        parameters=_sizes(listed, refit.hypothesis.model, names),
+        parameters=_sizes(listed, refit.parametrised.model, names),
         errors=tuple(
             ChannelError(
                 name, unit, rms, floors.get(name, float("nan")),
@@ -51,7 +51,7 @@ def ladder_step(
 
 
 def _floors(
-    data: Data, errors: Sequence[np.ndarray], figures: Mapping[str, tuple[str, float, float]]
+    data: FitProblem, errors: Sequence[np.ndarray], figures: Mapping[str, tuple[str, float, float]]
 ) -> dict[str, float]:
     """channel -> its noise floor. If recordings have their own, the one with the same ratio: rms
     error over the rms of error over floor."""
@@ -77,7 +77,9 @@ def _tip_rms(errors: Mapping[str, tuple[str, float, float]]) -> float | None:
     return float(np.hypot(errors["z1"][1], errors["z2"][1]))
 
 
-def _by_channel(data: Data, errors: Sequence[np.ndarray]) -> dict[str, tuple[str, float, float]]:
+def _by_channel(
+    data: FitProblem, errors: Sequence[np.ndarray]
+) -> dict[str, tuple[str, float, float]]:
     """channel -> (unit, rms of the error in SI, FIT in per cent)."""
     parts_of: dict[str, list[tuple[Prepared, int, np.ndarray]]] = {}
     for e, r, w in zip(data.experiments, errors, data.weights, strict=True):
@@ -97,7 +99,7 @@ def _figures(
     return unit, float(np.sqrt(np.mean(error**2))), float(fit)
 
 
-def _refitted_unknowns(validation: Data, h: Hypothesis) -> tuple[Unknown, ...]:
+def _refitted_unknowns(validation: FitProblem, h: ParametrisedModel) -> tuple[Unknown, ...]:
     """Sizes of effects that belong to the validation rig."""
     model = h.model
     own = [e for e in model.effects if e.kind in validation.per_recording]
@@ -109,18 +111,18 @@ def _refitted_unknowns(validation: Data, h: Hypothesis) -> tuple[Unknown, ...]:
 class ValidationFit:
     """A fitted model on validation recordings."""
 
-    data: Data
-    hypothesis: Hypothesis
+    data: FitProblem
+    parametrised: ParametrisedModel
     errors: Sequence[np.ndarray]
     """(M, k) per recording, in floors."""
 
 
-def fit_validation(validation: Data | None, refit: Refit) -> ValidationFit | None:
+def fit_validation(validation: FitProblem | None, refit: Refit) -> ValidationFit | None:
     """A refit of what belongs to each validation recording alone; all else is fixed. None without
     validation recordings."""
     if validation is None:
         return None
-    h = refit.hypothesis
+    h = refit.parametrised
     shared = {k: v for k, v in h.values().items() if "@" not in k}
     refitted = _refitted_unknowns(validation, h)
     shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in refitted}}
@@ -128,8 +130,8 @@ def fit_validation(validation: Data | None, refit: Refit) -> ValidationFit | Non
     fixed = {**validation.fixed, **shared}
     fixed_data = replace(validation, nuisance=own, fixed=fixed, substeps=validation.result_substeps)
     values = {**h.model.effect_values, **h.values()}
-    start = hypothesis(fixed_data, h.model.effects, values, freed=refitted)
-    descended = descend(
+    start = parametrised(fixed_data, h.model.effects, values, freed=refitted)
+    descended = levenberg_marquardt(
         start.errors, start.slopes, start.vector, start.limits, most=VALIDATION_ITERATIONS
     )
     return ValidationFit(fixed_data, start.at(descended.vector), descended.blocks)
@@ -137,7 +139,7 @@ def fit_validation(validation: Data | None, refit: Refit) -> ValidationFit | Non
 
 def _identified(refit: Refit) -> np.ndarray:
     """(P,) bool: unknowns that the measurements determine."""
-    h, slopes = refit.hypothesis, refit.descended.slopes
+    h, slopes = refit.parametrised, refit.descended.slopes
     if not len(h.vector):
         return np.zeros(0, dtype=bool)
     jacobian = h.residuals.vector([as_finite(S) for S in slopes])
@@ -148,7 +150,7 @@ def _identified(refit: Refit) -> np.ndarray:
 def estimates(refit: Refit) -> tuple[Estimate, ...]:
     """All shared unknowns with standard deviations under coloured noise; NaN where the data do not
     determine them."""
-    h = refit.hypothesis
+    h = refit.parametrised
     identified, rows = _identified(refit), []
     for i, u in enumerate(h.unknowns.items):
         item, value = u.parameter, float(h.vector[i])

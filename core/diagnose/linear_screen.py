@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..diagnose.fit_problem import Data, Hypothesis
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel
 from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import NO_OUTPUT, GramMatrix, explained_by, gram_matrix
 from ..diagnose.output_changes import (
@@ -102,7 +102,8 @@ INTERIM_ROUNDS = (1, 2, 4)
 
 
 def screen(
-    data: Data, base: Hypothesis, accepted: Sequence[Effect], candidates: Sequence[Effect],
+    data: FitProblem, base: ParametrisedModel, accepted: Sequence[Effect],
+    candidates: Sequence[Effect],
     on_progress: Callable[[str], bool] = lambda _: False,
     on_interim: Callable[[Screen], None] | None = None,
 ) -> Screen:  # fmt: skip

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arm.joints import joint
-from ..diagnose.fit_problem import Hypothesis
+from ..diagnose.fit_problem import ParametrisedModel
 from ..identify.prepared_recording import Prepared
 from ..results import MissingTorque, RecordingComparison
 from ..simulate.disturbance import JointTorque, estimate_torque, torque_answer
@@ -30,7 +30,7 @@ MissingTorques = tuple[tuple[MissingTorque, ...], float | None]
 
 
 def missing_torque(
-    h: Hypothesis, i: int, comparison: RecordingComparison, floors: Mapping[str, float],
+    h: ParametrisedModel, i: int, comparison: RecordingComparison, floors: Mapping[str, float],
     agility: float | None,
 ) -> MissingTorques:  # fmt: skip
     """Missing torque along recording i; none if a servo shows it already, if one linear model does
@@ -57,7 +57,7 @@ def missing_torque(
     return tuple(each), behind.agility
 
 
-def _linearised(h: Hypothesis, experiment: Prepared) -> Posture:
+def _linearised(h: ParametrisedModel, experiment: Prepared) -> Posture:
     """The linear model at the working point, without effects that have no linear model: the slope
     of friction at rest says nothing about a motion."""
     values = h.residuals.predictor.values(experiment, h.vector)
@@ -82,7 +82,7 @@ class ErrorResponse:
 
 
 def error_response(
-    h: Hypothesis, i: int, error: np.ndarray, floors: np.ndarray, agility: float | None
+    h: ParametrisedModel, i: int, error: np.ndarray, floors: np.ndarray, agility: float | None
 ) -> tuple[ErrorResponse | None, float | None]:
     """The response of recording i, from its error (M, k), measured minus modelled, and the noise
     floors (k,); None where `missing_torque` gives nothing."""
@@ -104,7 +104,7 @@ def error_response(
     ), behind.agility
 
 
-def _one_linear_model(h: Hypothesis, experiment: Prepared) -> bool:
+def _one_linear_model(h: ParametrisedModel, experiment: Prepared) -> bool:
     """Whether one linear model gives the outputs' response to a torque."""
     places = experiment.task.schedule[:, 1 : h.model.arm.joints]
     still = np.all(np.abs(places - places.mean(axis=0)) <= MOST_MOVED)
@@ -112,7 +112,11 @@ def _one_linear_model(h: Hypothesis, experiment: Prepared) -> bool:
 
 
 def _joint_record(
-    k: int, behind: JointTorque, comparison: RecordingComparison, applied: np.ndarray, h: Hypothesis
+    k: int,
+    behind: JointTorque,
+    comparison: RecordingComparison,
+    applied: np.ndarray,
+    h: ParametrisedModel,
 ) -> MissingTorque:
     """The torque that the drive applies beyond the model's: minus the torque that explains the
     error."""

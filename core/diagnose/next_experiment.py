@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from ..diagnose.acceptance import Round
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from ..identify.predictor import on_all_cores
 from ..identify.prepared_recording import prepare
 from ..identify.unknowns import Unknown
@@ -45,7 +45,7 @@ LONGEST = 3.0
 """s: as long as the existing recordings, but no longer."""
 
 
-def possible_experiments(data: Data) -> tuple[SimulateSpec, ...]:
+def possible_experiments(data: FitProblem) -> tuple[SimulateSpec, ...]:
     """Variations of the recorded experiments: posture, amplitude, hold time. None if a servo
     replays recorded torques: a new torque cannot be predicted."""
     if data.bare.steering is not None:
@@ -70,12 +70,12 @@ def _amplitude(model: Model, recording: Recording) -> float:
     return max(float(np.ptp(recording[name])) / 2.0 for name in names) or 1.0
 
 
-def planned_data(data: Data, spec: SimulateSpec) -> Data:
+def planned_data(data: FitProblem, spec: SimulateSpec) -> FitProblem:
     """The data of a planned experiment: everything counts."""
     return data_for_recording(data, _recording(data.bare, spec, data.experiments[0].recording))
 
 
-def data_for_recording(data: Data, recording: Recording) -> Data:
+def data_for_recording(data: FitProblem, recording: Recording) -> FitProblem:
     """The data of a recording that represents a planned experiment."""
     like = data.experiments[0]
     prepared = prepare(data.bare, recording, like.outputs, like.processing)
@@ -128,7 +128,7 @@ NormalMatrix = Mapping[tuple[str, str], float]
 
 
 def next_experiments(
-    data: Data, first: Hypothesis, second: Hypothesis, titles: tuple[str, str],
+    data: FitProblem, first: ParametrisedModel, second: ParametrisedModel, titles: tuple[str, str],
     candidates: Sequence[SimulateSpec], stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[PlannedExperiment, ...]:  # fmt: skip
     """The planned experiments, best first; `first` and `second` are at their fitted vectors."""
@@ -147,7 +147,7 @@ def next_experiments(
 
 
 def expected_score(
-    data: Data, first: Hypothesis, second: Hypothesis, spec: SimulateSpec,
+    data: FitProblem, first: ParametrisedModel, second: ParametrisedModel, spec: SimulateSpec,
     normal: Sequence[NormalMatrix] = ({}, {}),
 ) -> float:  # fmt: skip
     """The score on one experiment, in squared noise floors; the smaller of the two directions.
@@ -156,10 +156,13 @@ def expected_score(
 
 
 def score_on_data(
-    planned: Data, first: Hypothesis, second: Hypothesis, normal: Sequence[NormalMatrix] = ({}, {})
+    planned: FitProblem,
+    first: ParametrisedModel,
+    second: ParametrisedModel,
+    normal: Sequence[NormalMatrix] = ({}, {}),
 ) -> float:
     """The score on an experiment with its data."""
-    pair = [hypothesis_on(planned, h) for h in (first, second)]
+    pair = [parametrised_on(planned, h) for h in (first, second)]
     outputs = [h.residuals.predictor.predict(h.vector)[0] for h in pair]
     if not all(np.all(np.isfinite(y)) for y in outputs):
         return 0.0  # a model that does not hold together there decides nothing
@@ -168,7 +171,7 @@ def score_on_data(
     return min(_unabsorbed(h, difference, i) for h, i in zip(pair, normal, strict=True))
 
 
-def shared_normal_matrix(h: Hypothesis) -> NormalMatrix:
+def shared_normal_matrix(h: ParametrisedModel) -> NormalMatrix:
     """J'J of the existing recordings, for the parameters that a new one shares with them."""
     equations = normal_equations(h.errors(h.vector), h.slopes(h.vector))
     A, _ = with_prior(*equations, h.vector, h.limits)
@@ -181,14 +184,14 @@ def shared_normal_matrix(h: Hypothesis) -> NormalMatrix:
     return {(a, b): float(kept[i, j]) for i, a in enumerate(labels) for j, b in enumerate(labels)}
 
 
-def hypothesis_on(data: Data, h: Hypothesis) -> Hypothesis:
+def parametrised_on(data: FitProblem, h: ParametrisedModel) -> ParametrisedModel:
     """A fitted model on other data."""
     own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
     shared = {k: v for k, v in h.values().items() if "@" not in k}
-    return hypothesis(data, h.model.effects, {**h.model.effect_values, **shared}, freed=own)
+    return parametrised(data, h.model.effects, {**h.model.effect_values, **shared}, freed=own)
 
 
-def _unabsorbed(h: Hypothesis, difference: np.ndarray, normal: NormalMatrix) -> float:
+def _unabsorbed(h: ParametrisedModel, difference: np.ndarray, normal: NormalMatrix) -> float:
     """Squared error that remains after a refit of `h` to the other's outputs."""
     if not len(h.vector):
         return float(np.sum(difference**2))
@@ -199,7 +202,7 @@ def _unabsorbed(h: Hypothesis, difference: np.ndarray, normal: NormalMatrix) -> 
 
 
 def deciding_experiments(
-    result: Round, ranking: Sequence[RankedEffect], data: Data, progress: Progress
+    result: Round, ranking: Sequence[RankedEffect], data: FitProblem, progress: Progress
 ) -> tuple[PlannedExperiment, ...]:
     """Experiments that would decide between the accepted effect and its competitor, best first."""
     best = result.accepted
@@ -212,6 +215,6 @@ def deciding_experiments(
         return ()
     progress.advance(0, "Planning the experiment that decides")
     return next_experiments(
-        data, best.refit.hypothesis, competitors[0].refit.hypothesis,
+        data, best.refit.parametrised, competitors[0].refit.parametrised,
         (named.title, competitors[0].screened.effect.title), specs, progress.stopped,
     )  # fmt: skip

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..diagnose.fit_problem import Data
+from ..diagnose.fit_problem import FitProblem
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.linear_screen import Screen
 from ..diagnose.remaining_error import within_noise
@@ -54,7 +54,7 @@ def lower_floors(
     return floors if lower and exceeded else None
 
 
-def rms_unexplained(data: Data, screened: Screen) -> dict[str, float]:
+def rms_unexplained(data: FitProblem, screened: Screen) -> dict[str, float]:
     """channel -> rms, SI, of the error that no candidate of a screen explains, per independent
     sample beside the screened changes; empty if there are none."""
     squares, counts = dict.fromkeys(data.floors, 0.0), dict.fromkeys(data.floors, 0)
@@ -93,7 +93,7 @@ def higher_floors(model: FittedModel, options: Options, changed: bool) -> dict[s
 
 def _current_floors(model: FittedModel, options: Options) -> dict[str, Floor]:
     """channel -> noise floor by the model."""
-    data, h = model.data, model.refit.hypothesis
+    data, h = model.data, model.refit.parametrised
     errors = [b / w for b, w in zip(model.refit.errors, data.weights, strict=True)]
     return channel_floors(
         h.residuals.experiments, errors, h.motions(), options.stated_noise, options.fidelity

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arm.arm import Arm, Structure
 from ..arm.compiled import is_compiled
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from ..effects import effect
 from ..effects.effect import Effect, EffectParameter
 from ..identify.defect_correction import with_steps
@@ -56,7 +56,7 @@ class OutputChange(Trial):
 Changes = Sequence[OutputChange]
 
 
-def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
+def trials(base: ParametrisedModel, candidate: Effect, data: FitProblem) -> list[Trial]:
     """The trials of one candidate."""
     arm = candidate.changed_arm(base.model.arm, {})
     effect_parameters = candidate.parameters(arm, base.model.drive, data.sizes)
@@ -106,7 +106,7 @@ class BaseErrors:
     """Errors (M, k) per recording of the base model by steps per sample; changes are differences
     from them. Both are simulated equally coarsely, so that the error of the steps cancels."""
 
-    base: Hypothesis
+    base: ParametrisedModel
     by_substeps: dict[int | None, list[np.ndarray]] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
@@ -136,7 +136,11 @@ SMALLEST_SHARE = 1e-2
 
 
 def simulate_output_change(
-    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, base_errors: BaseErrors
+    data: FitProblem,
+    base: ParametrisedModel,
+    accepted: Sequence[Effect],
+    trial: Trial,
+    base_errors: BaseErrors,
 ) -> OutputChange:
     """The output change of one trial, with TRIAL_SUBSTEPS of the steps.
 
@@ -158,7 +162,11 @@ def simulate_output_change(
 
 
 def _output_change(
-    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, base_errors: BaseErrors
+    data: FitProblem,
+    base: ParametrisedModel,
+    accepted: Sequence[Effect],
+    trial: Trial,
+    base_errors: BaseErrors,
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Change of the outputs by a trial, and the errors of the base; both (M, k) per recording."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
@@ -166,17 +174,17 @@ def _output_change(
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
     values = {**base.model.effect_values, **base.values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
-    trial_hypothesis = hypothesis(
+    trial_model = parametrised(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
         refine=TRIAL_SUBSTEPS,
     )  # fmt: skip
     # As coarse as the zero, so that steps cancel.
-    errors = replace(trial_hypothesis.residuals, anchor=None).blocks(trial_hypothesis.vector)
-    zero = base_errors.at(trial_hypothesis.residuals.predictor.steps)
+    errors = replace(trial_model.residuals, anchor=None).blocks(trial_model.vector)
+    zero = base_errors.at(trial_model.residuals.predictor.steps)
     return [a - b for a, b in zip(zero, errors, strict=True)], zero
 
 
-def _included_neutral(base: Hypothesis, data: Data, trial: Trial) -> dict[str, float]:
+def _included_neutral(base: ParametrisedModel, data: FitProblem, trial: Trial) -> dict[str, float]:
     """Neutral sizes of what the effect of a sensitivity includes and the base lacks: that has
     sensitivities of its own."""
     if trial.scanned:
@@ -216,7 +224,7 @@ DIVERGED = 1e7
 
 
 def nearer_to_neutral(
-    effect: Effect, arm: Arm, data: Data, values: Mapping[str, float]
+    effect: Effect, arm: Arm, data: FitProblem, values: Mapping[str, float]
 ) -> dict[str, float]:
     """The values, with the sizes of one effect at SMALLEST_SHARE of their distance from neutral."""
     own = effect.parameters(arm, data.bare.drive, data.sizes)

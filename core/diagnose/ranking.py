@@ -10,7 +10,7 @@ import numpy as np
 
 from ..diagnose.acceptance import Round
 from ..diagnose.evidence import RELEVANT, TIE, RefittedCandidate, acceptable
-from ..diagnose.fit_problem import Data, parameter_names
+from ..diagnose.fit_problem import FitProblem, parameter_names
 from ..diagnose.ladder_steps import estimates
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.refit import Refit
@@ -64,7 +64,7 @@ def _inverse_root(A: np.ndarray) -> np.ndarray:
     return np.asarray((vectors[:, kept] / np.sqrt(values[kept])) / d[:, None])
 
 
-def ranking_of(result: Round, data: Data) -> tuple[RankedEffect, ...]:
+def ranking_of(result: Round, data: FitProblem) -> tuple[RankedEffect, ...]:
     """Refitted candidates first, best first; then the others by expected reduction."""
     above = max(result.before.cost - data.count, RELEVANT * data.count)
     refitted = [_refitted_record(w, result, data, above) for w in result.refitted]
@@ -86,9 +86,11 @@ def _screened_record(s: ScreenedCandidate, above: float) -> RankedEffect:
     )  # fmt: skip
 
 
-def _refitted_record(w: RefittedCandidate, result: Round, data: Data, above: float) -> RankedEffect:
+def _refitted_record(
+    w: RefittedCandidate, result: Round, data: FitProblem, above: float
+) -> RankedEffect:
     s = w.screened
-    model = w.refit.hypothesis.model
+    model = w.refit.parametrised.model
     names = parameter_names(s.effect, model, data.sizes)
     predicted = tuple(a - b for a, b in zip(result.before.errors, w.refit.errors, strict=True))
     return RankedEffect(
@@ -105,9 +107,9 @@ def _refitted_record(w: RefittedCandidate, result: Round, data: Data, above: flo
 def _tied_to(refit: Refit, sizes: Sequence[str], before: Refit) -> tuple[Estimate, ...]:
     """Parameters of the previous model whose correlation with a size of the effect is near one: the
     cost hardly depends on both, so their estimates are arbitrary."""
-    labels, values_before = refit.hypothesis.unknowns.labels, before.hypothesis.values()
+    labels, values_before = refit.parametrised.unknowns.labels, before.parametrised.values()
     own = [labels.index(name) for name in sizes if name in labels]
-    h, end = refit.hypothesis, refit.descended
+    h, end = refit.parametrised, refit.descended
     A, _ = with_prior(*normal_equations(end.blocks, end.slopes), h.vector, h.limits)
     rho = np.abs(correlation_of(pseudo_inverse(A)))[own]
     tied = {

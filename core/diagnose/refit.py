@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, with_values
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised, with_values
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, starts
 from ..effects.effect import Effect
 from ..identify.uncertainty import NOTHING, covariance
@@ -15,7 +15,7 @@ from ..least_squares import (
     FIRST_DAMPING,
     Descended,
     cost_of,
-    descend,
+    levenberg_marquardt,
     normal_equations,
     pseudo_inverse,
     with_prior,
@@ -27,8 +27,8 @@ from ..noise.whitening import Whitener
 class Refit:
     """A model fitted with one more effect."""
 
-    hypothesis: Hypothesis
-    """Hypothesis at the fitted vector."""
+    parametrised: ParametrisedModel
+    """The model at the fitted vector."""
     descended: Descended
     whitened_cost: float
     """Whitened squared error at its own minimum."""
@@ -38,7 +38,7 @@ class Refit:
     @property
     def cost(self) -> float:
         """Weighted sum of squares at the end of the descent, what is known a priori included."""
-        h = self.hypothesis
+        h = self.parametrised
         return self.descended.cost + float(h.limits.prior_cost(h.vector))
 
     @property
@@ -52,17 +52,17 @@ SlopesByLabel = Mapping[str, tuple[np.ndarray, ...]]
 
 
 def fit(
-    start: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool], most: int,
+    start: ParametrisedModel, whitener: Whitener | None, stopped: Callable[[], bool], most: int,
     reused: SlopesByLabel | None = None, damping: float = FIRST_DAMPING,
     exact_directions: bool = False,
 ) -> Refit:  # fmt: skip
-    """Descends from the hypothesis; then one linear step to the whitened minimum.
+    """Descends from the model; then one linear step to the whitened minimum.
 
     Sensitivities in `reused` are not computed again: those to nuisance unknowns hardly change with
     an effect, and a descent needs only their direction. `exact_directions`: if such directions stop
     reducing the cost, exact ones are used.
     """
-    descended = descend(
+    descended = levenberg_marquardt(
         start.errors, lambda x: start.slopes_reusing(x, reused or {}), start.vector, start.limits,
         stopped, most=most, damping=damping, exact=start.exact_slopes if exact_directions else None,
     )  # fmt: skip
@@ -75,7 +75,7 @@ def fit(
 
 
 def whitened_cost(
-    at: Hypothesis, descended: Descended, whitener: Whitener
+    at: ParametrisedModel, descended: Descended, whitener: Whitener
 ) -> tuple[float, np.ndarray]:
     """Least whitened squared error near a minimum, and the covariance there. Parameters at a bound
     stay there."""
@@ -94,12 +94,13 @@ def whitened_cost(
 def with_whitened_cost(refit: Refit, whitener: Whitener) -> Refit:
     """The refit with the whitened cost of this whitener."""
     return replace(
-        refit, whitened_cost=whitened_cost(refit.hypothesis, refit.descended, whitener)[0]
+        refit, whitened_cost=whitened_cost(refit.parametrised, refit.descended, whitener)[0]
     )
 
 
 def refit_with(
-    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect], values: Mapping[str,
+    float],
     whitener: Whitener, slopes: Sequence[np.ndarray], scanned: Sequence[str],
     stopped: Callable[[], bool], most: int = ROUGH_ITERATIONS,
 ) -> Refit:  # fmt: skip
@@ -115,27 +116,28 @@ def refit_with(
 
 
 def best_start(
-    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect], values: Mapping[str,
+    float],
     slopes: Sequence[np.ndarray], scanned: Sequence[str], stopped: Callable[[], bool],
-) -> tuple[Hypothesis, int]:  # fmt: skip
+) -> tuple[ParametrisedModel, int]:  # fmt: skip
     """The best start, and the iterations spent to find it."""
     candidates = starts(data, base, effects, values, scanned, stopped)
-    hypotheses = [hypothesis(data, effects, start) for start in candidates]
-    if len(hypotheses) < 2 or stopped():
-        return hypotheses[0], 0
+    tried = [parametrised(data, effects, start) for start in candidates]
+    if len(tried) < 2 or stopped():
+        return tried[0], 0
     reused = slopes_by_label(base, slopes)
-    trials = [fit(h.half_substeps, None, stopped, TRIAL_ITERATIONS, reused) for h in hypotheses]
-    best = min(range(len(hypotheses)), key=lambda k: trials[k].cost)
-    return hypotheses[best].at(trials[best].hypothesis.vector), TRIAL_ITERATIONS
+    trials = [fit(h.half_substeps, None, stopped, TRIAL_ITERATIONS, reused) for h in tried]
+    best = min(range(len(tried)), key=lambda k: trials[k].cost)
+    return tried[best].at(trials[best].parametrised.vector), TRIAL_ITERATIONS
 
 
 COMPARED_SUBSTEPS = 2
 """Factor on the steps per sample for errors that are compared: step errors must not decide."""
 
 
-def with_precise_errors(data: Data, rough: Refit, whitener: Whitener) -> Refit:
+def with_precise_errors(data: FitProblem, rough: Refit, whitener: Whitener) -> Refit:
     """The refit with its errors simulated as finely as those of the base."""
-    h = rough.hypothesis
+    h = rough.parametrised
     fine = with_values(data, h, refine=COMPARED_SUBSTEPS)
     blocks = tuple(fine.errors(h.vector))
     cost = cost_of(blocks)
@@ -146,7 +148,7 @@ def with_precise_errors(data: Data, rough: Refit, whitener: Whitener) -> Refit:
     return Refit(h, descended, whitened, covariance)
 
 
-def slopes_by_label(base: Hypothesis, slopes: Sequence[np.ndarray]) -> SlopesByLabel:
+def slopes_by_label(base: ParametrisedModel, slopes: Sequence[np.ndarray]) -> SlopesByLabel:
     """Sensitivities of the base (M, k, P) per recording, by label."""
     return {
         label: tuple(S[:, :, j] for S in slopes) for j, label in enumerate(base.unknowns.labels)
@@ -173,7 +175,7 @@ def robust_covariance(
     the inverse of the whitened information. It is zero along directions whose `relative` eigenvalue
     of the normal equations is smaller.
     """
-    h, x = refit.hypothesis, refit.hypothesis.vector
+    h, x = refit.parametrised, refit.parametrised.vector
     inside = np.flatnonzero(h.limits.inside(x) | ignore_bounds)
     slopes = [S[:, :, inside] for S in refit.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)

@@ -20,11 +20,17 @@ from typing import TypeVar
 import numpy as np
 
 from ..arm.arm import Structure
-from ..diagnose.fit_problem import Data, Hypothesis, hypothesis, parameter_names
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parameter_names, parametrised
 from ..effects.effect import Effect
 from ..identify.refinement import FEWEST_PER_UNKNOWN, SHARES, first_parts
 from ..lanes.wide import LANES
-from ..least_squares import as_finite, cost_of, descend, normal_equations, pseudo_inverse
+from ..least_squares import (
+    as_finite,
+    cost_of,
+    levenberg_marquardt,
+    normal_equations,
+    pseudo_inverse,
+)
 
 T = TypeVar("T")
 
@@ -57,7 +63,8 @@ Values = dict[str, float]
 
 
 def starts(
-    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect], values: Mapping[str,
+    float],
     scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> list[Values]:  # fmt: skip
     """Starts of the model with `effects`, the new one last, over whole recordings; the first begins
@@ -72,7 +79,9 @@ def starts(
     return [from_base] if first is None else [from_base, first]
 
 
-def start_from_nominal(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Values | None:
+def start_from_nominal(
+    data: FitProblem, h: ParametrisedModel, stopped: Callable[[], bool]
+) -> Values | None:
     """A start of a fitted model in another minimum: the best of descents over the first periods
     from the fitted and the nominal values. None where nothing swings, where the nominal values are
     near, or where the first swings are met as well from where it stands."""
@@ -94,19 +103,19 @@ def start_from_nominal(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -
     return horizon.extended(best)
 
 
-def differs_from_nominal(data: Data, values: Mapping[str, float]) -> bool:
+def differs_from_nominal(data: FitProblem, values: Mapping[str, float]) -> bool:
     """Whether a nominal parameter has left its nominal value."""
     return any(
         abs(values.get(k, x) - x) > LEAST_CHANGE * abs(x) for k, x in nominal_values(data).items()
     )
 
 
-def nominal_values(data: Data) -> Values:
+def nominal_values(data: FitProblem) -> Values:
     """label -> nominal value of each shared unknown."""
     return {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
 
 
-def _start_changes(data: Data, at: Mapping[str, float]) -> list[Values]:
+def _start_changes(data: FitProblem, at: Mapping[str, float]) -> list[Values]:
     """Changes of the current values for a start: none, or to the nominal values if they differ."""
     return [{}, nominal_values(data)] if differs_from_nominal(data, at) else [{}]
 
@@ -116,7 +125,7 @@ class Horizon:
     """Models with `effects` over the first `share` of each recording. Sizes in `held` are fixed: a
     limit that the first part does not reach has no minimum."""
 
-    data: Data
+    data: FitProblem
     effects: Sequence[Effect]
     share: float
     held: Collection[str]
@@ -124,7 +133,8 @@ class Horizon:
 
     @classmethod
     def for_effects(
-        cls, data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+        cls, data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+        values: Mapping[str, float],
         stopped: Callable[[], bool],
     ) -> Horizon | None:  # fmt: skip
         """None if the last effect leaves the arm's vibrations unchanged, or if no first part shows
@@ -134,12 +144,12 @@ class Horizon:
         other_arm = Structure.of(model.arm) != Structure.of(base.model.arm)
         if not other_arm and model.arm_catalogue.entries.keys().isdisjoint(own):
             return None
-        share = _informative_share(data, base, len(hypothesis(data, effects, values).vector))
+        share = _informative_share(data, base, len(parametrised(data, effects, values).vector))
         fixed = tuple(base.model.effect_parameters)
         return None if share is None else cls(data, effects, share, fixed, stopped)
 
     @cached_property
-    def first(self) -> Data:
+    def first(self) -> FitProblem:
         """The data of the first parts."""
         return first_part_of(self.data, self.share)
 
@@ -163,7 +173,9 @@ class Horizon:
     def descended(self, values: Mapping[str, float], most: int) -> tuple[float, Values]:
         """Cost per sample and values after at most `most` iterations."""
         h = _with_free_sizes(self.first, self.effects, values, self.held).half_substeps
-        result = descend(h.errors, h.slopes, h.vector, h.limits, self.stopped, most=most)
+        result = levenberg_marquardt(
+            h.errors, h.slopes, h.vector, h.limits, self.stopped, most=most
+        )
         return result.cost / self.first.count, {**values, **h.at(result.vector).values()}
 
     def extended(self, start: tuple[float, Values]) -> Values | None:
@@ -192,12 +204,12 @@ class Horizon:
         return [{**at, **h.at(ends[k][1]).values()} for k in best]
 
 
-def first_part_of(data: Data, share: float) -> Data:
+def first_part_of(data: FitProblem, share: float) -> FitProblem:
     """The data over the first `share` of each recording."""
     return replace(data, experiments=tuple(first_parts(data.experiments, share)), anchor=None)
 
 
-def _informative_share(data: Data, base: Hypothesis, unknowns: int) -> float | None:
+def _informative_share(data: FitProblem, base: ParametrisedModel, unknowns: int) -> float | None:
     """The smallest share of each recording over which the error of `base` exceeds noise; None:
     none."""
     errors = base.errors(base.vector)
@@ -213,19 +225,19 @@ def _informative_share(data: Data, base: Hypothesis, unknowns: int) -> float | N
 
 
 def _with_free_sizes(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float], fixed: Collection[str]
-) -> Hypothesis:
+    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float], fixed: Collection[str]
+) -> ParametrisedModel:
     """The model with `effects`; all is free but the sizes `fixed`."""
-    h = hypothesis(data, effects, values)
+    h = parametrised(data, effects, values)
     if not fixed:
         return h
     nominal = {u.parameter.name for u in data.nuisance}
     named = [u for u in h.unknowns.items if u.parameter.name not in nominal]
     free = tuple(u for u in named if u.parameter.name not in fixed)
-    return hypothesis(data, effects, values, freed=free)
+    return parametrised(data, effects, values, freed=free)
 
 
-def grid_sizes(data: Data, effects: Sequence[Effect], scanned: Sequence[str]) -> list[Values]:
+def grid_sizes(data: FitProblem, effects: Sequence[Effect], scanned: Sequence[str]) -> list[Values]:
     """The sizes of the screen for all `scanned` parameters together, refined by GRID_RATIO."""
     arm = data.bare.with_effects(effects).arm
     items = [k for e in effects for k in e.parameters(arm, data.bare.drive, data.sizes)]
@@ -250,7 +262,7 @@ def refined_grid(places: Sequence[Mapping[str, float]]) -> Iterator[Values]:
 
 
 def profile_costs(
-    h: Hypothesis, along: Collection[int], vectors: Sequence[np.ndarray],
+    h: ParametrisedModel, along: Collection[int], vectors: Sequence[np.ndarray],
     stopped: Callable[[], bool] = lambda: False,
 ) -> list[tuple[float, np.ndarray]]:  # fmt: skip
     """(cost, vector (P,)) at each of `vectors`, which differ in the unknowns `along`; the other

@@ -11,10 +11,10 @@ from ..noise.noise_floor import squares_by_channel
 from ..results import ABOVE, ABOVE_IN_ONE, Remains
 
 if TYPE_CHECKING:
-    from ..diagnose.fit_problem import Data, Hypothesis
+    from ..diagnose.fit_problem import FitProblem, ParametrisedModel
 
 
-def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
+def within_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> bool:
     """Whether errors (M, k) per recording, in noise floors, are within noise: over all channels and
     in each. The idealised laws of the model's effects may miss a stated share.
 
@@ -32,7 +32,7 @@ def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
 
 
 def remaining_error(
-    data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None
+    data: FitProblem, errors: Sequence[np.ndarray], fitted: ParametrisedModel | None = None
 ) -> Remains:
     """The remaining error of a fitted model, from weighted errors (M, k) per recording."""
     from ..diagnose.vibration_lines import unexplained_line

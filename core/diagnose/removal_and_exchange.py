@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..diagnose.evidence import RELEVANT, TIE
-from ..diagnose.fit_problem import Data, hypothesis, parameter_names
+from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
 from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import gram_matrix
 from ..diagnose.linear_screen import Screen
@@ -40,7 +40,7 @@ class RevisedModel(NamedTuple):
 
 
 def needed_effects(
-    data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, stopped: StopCheck
+    data: FitProblem, refit: Refit, present: Sequence[Effect], stated_count: int, stopped: StopCheck
 ) -> RevisedModel:
     """Removes effects without which the error hardly grows or stays within noise, or replaces them
     by the simpler ones that they include; each time the option with the best BIC.
@@ -69,18 +69,18 @@ def needed_effects(
     return model._replace(refit=with_robust_covariance(model.refit))
 
 
-def bic(refit: Refit, data: Data) -> float:
+def bic(refit: Refit, data: FitProblem) -> float:
     """Squared error plus the price of the parameters (BIC)."""
-    return float(refit.cost + len(refit.hypothesis.unknowns) * np.log(data.count))
+    return float(refit.cost + len(refit.parametrised.unknowns) * np.log(data.count))
 
 
 def _refitted(
-    data: Data, refit: Refit, options: Sequence[tuple[Effect, ...]], stopped: StopCheck
+    data: FitProblem, refit: Refit, options: Sequence[tuple[Effect, ...]], stopped: StopCheck
 ) -> list[RevisedModel]:
     """Each set of effects, fitted from a model's current values."""
 
     def fitted(effects: tuple[Effect, ...]) -> RevisedModel:
-        start = hypothesis(data, effects, refit.hypothesis.values())
+        start = parametrised(data, effects, refit.parametrised.values())
         return RevisedModel(fit(start, None, stopped, ROUGH_ITERATIONS), effects)
 
     with ThreadPoolExecutor(predictor.workers()) as pool:
@@ -123,7 +123,7 @@ class _Exchange(NamedTuple):
 
 
 def best_exchange(
-    data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen,
+    data: FitProblem, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen,
     stopped: StopCheck,
 ) -> RevisedModel | None:  # fmt: skip
     """The model with one added effect replaced, if that is better by more than a tie of BIC; or
@@ -133,9 +133,9 @@ def best_exchange(
     refit = with_whitened_cost(refit, screened.whitener)
 
     def refitted(exchange: _Exchange) -> Refit:
-        start = {**refit.hypothesis.values(), **exchange.values}
+        start = {**refit.parametrised.values(), **exchange.values}
         return refit_with(
-            data, refit.hypothesis, exchange.effects, start, screened.whitener, screened.slopes,
+            data, refit.parametrised, exchange.effects, start, screened.whitener, screened.slopes,
             exchange.scanned, stopped,
         )  # fmt: skip
 
@@ -154,7 +154,7 @@ def best_exchange(
 
 
 def _exchanges(
-    data: Data, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen
+    data: FitProblem, refit: Refit, present: Sequence[Effect], stated_count: int, screened: Screen
 ) -> Iterator[_Exchange]:
     added = range(stated_count, len(present))
     for k in added:
@@ -169,7 +169,8 @@ def _exchanges(
 
 
 def _replacements(
-    data: Data, refit: Refit, present: Sequence[Effect], places: Sequence[int], screened: Screen,
+    data: FitProblem, refit: Refit, present: Sequence[Effect], places: Sequence[int],
+    screened: Screen,
     simpler: Sequence[Effect] = (),
 ) -> list[_Exchange]:  # fmt: skip
     """Replacements of the effects at some places, most likely first; `simpler` effects stay beside
@@ -189,17 +190,21 @@ def _replacements(
     ]
 
 
-def _whitened_bic(refit: Refit, data: Data) -> float:
-    return refit.whitened_cost + len(refit.hypothesis.unknowns) * float(np.log(data.count))
+def _whitened_bic(refit: Refit, data: FitProblem) -> float:
+    return refit.whitened_cost + len(refit.parametrised.unknowns) * float(np.log(data.count))
 
 
 def _best_competitors(
-    data: Data, refit: Refit, removed: Sequence[Effect], others: Sequence[Effect], screened: Screen
+    data: FitProblem,
+    refit: Refit,
+    removed: Sequence[Effect],
+    others: Sequence[Effect],
+    screened: Screen,
 ) -> list[tuple[float, Effect, dict[str, float], tuple[str, ...]]]:
     """(share, effect, start values, scanned parameters) of the effects that explain most of the
     error left without the effects `removed`."""
-    h = refit.hypothesis
-    without = hypothesis(data, others, h.values())
+    h = refit.parametrised
+    without = parametrised(data, others, h.values())
     errors = [np.asarray(e) for e in without.errors(without.vector)]
     if not all(np.all(np.isfinite(e)) for e in errors):
         return []

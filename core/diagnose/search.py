@@ -19,7 +19,7 @@ from ..diagnose.bending_shapes import resolved
 from ..diagnose.evidence import RELEVANT, WORSE, assess_refit
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
-    Data,
+    FitProblem,
     enough_substeps,
     with_shared_motions,
 )
@@ -73,7 +73,7 @@ class ModelRound(NamedTuple):
     model: FittedModel
     round: Round
 
-    def against(self, like: Data) -> ModelRound:
+    def against(self, like: FitProblem) -> ModelRound:
         """The same against the noise of other data of the same recordings."""
         old, model, found = self.model.data, self.model.against(like), self.round
         if model is self.model:
@@ -98,7 +98,7 @@ class ModelRound(NamedTuple):
 class Memo:
     """What was fitted and screened, which no later noise makes invalid."""
 
-    validation: Data | None
+    validation: FitProblem | None
     stated: tuple[Effect, ...]
     rounds: dict[tuple[str, ...], ModelRound] = field(default_factory=dict)
     """Key of a model -> what was tried on it."""
@@ -180,8 +180,8 @@ class Search:
 
     def _finer(self, model: FittedModel) -> FittedModel:
         """The model with steps that are fine enough for its noise; as it is where they are."""
-        data, values = model.data, model.refit.hypothesis.values()
-        values = {**model.refit.hypothesis.model.effect_values, **values}
+        data, values = model.data, model.refit.parametrised.values()
+        values = {**model.refit.parametrised.model.effect_values, **values}
         steps = enough_substeps(replace(data, anchor=None), model.effects, values)
         if data.substeps is not None and steps <= data.substeps:
             return model
@@ -228,8 +228,8 @@ class Search:
         """Ranks the candidates on a model and tests the best; kept in the memo."""
         data, refit, present = model.data, model.refit, model.effects
         candidates = applicable(data, present, self.options.candidates)
-        planned = [t for c in candidates for t in trials(refit.hypothesis, c, data)]
-        steps = RoundProgress(self.progress, refit.hypothesis.model.arm, planned)
+        planned = [t for c in candidates for t in trials(refit.parametrised, c, data)]
+        steps = RoundProgress(self.progress, refit.parametrised.model.arm, planned)
         steps.begin(round_title(present, bool(self.options.candidates)), len(candidates) + REFITTED)
         found = search_round(
             data, refit, present, candidates, steps, most=most, check=self._check(model),
@@ -271,7 +271,7 @@ class Search:
         if len(kept.effects) == len(model.effects) and kept.effects == model.effects:
             return None
         gone = tuple(e.title for e in model.effects if e not in kept.effects)
-        values = kept.refit.hypothesis.values()
+        values = kept.refit.parametrised.values()
         after = fit_model(model.data, kept.effects, values, self.progress.stopped)
         return Move(after, f"Without: {', '.join(gone)}", removed=gone)
 
@@ -286,7 +286,7 @@ class Search:
         )
         if exchange is None:
             return None
-        values = exchange.refit.hypothesis.values()
+        values = exchange.refit.parametrised.values()
         after = fit_model(data, exchange.effects, values, self.progress.stopped)
         # The whitener knows the error of the model as it stands; one that leaves relevantly more
         # of it is no better explanation, whatever its colour says.
@@ -298,20 +298,20 @@ class Search:
         title = f"{listed([e.title for e in new])} for {', '.join(gone)}"
         return Move(after, title, tuple(e.kind for e in new), gone)
 
-    def _screened(self, model: FittedModel) -> tuple[Screen, Data]:
+    def _screened(self, model: FittedModel) -> tuple[Screen, FitProblem]:
         """The screen of a model, and the data with its motions."""
         known = self.memo.rounds.get(model.key)
-        data = with_shared_motions(model.data, model.refit.hypothesis)
+        data = with_shared_motions(model.data, model.refit.parametrised)
         if known is not None and known.model.refit is model.refit:
             return known.round.screen, data
         candidates = applicable(data, model.effects, self.options.candidates)
         stopped = self.progress.stopped
         return (
-            screen(data, model.refit.hypothesis, model.effects, candidates, lambda _: stopped()),
+            screen(data, model.refit.parametrised, model.effects, candidates, lambda _: stopped()),
             data,
         )
 
-    def _unseen(self, data: Data, refit: Refit) -> float | None:
+    def _unseen(self, data: FitProblem, refit: Refit) -> float | None:
         """Squared error per sample on recordings that no fit uses; None without any."""
         fitted = self.memo.validation_fit(FittedModel(data, refit, ()))
         return None if fitted is None else cost_of(fitted.errors) / fitted.data.count
@@ -324,7 +324,7 @@ class Search:
         law, errors = model.with_law_errors().data, model.refit.errors
         idealised = within_noise(law, errors) and not within_noise(model.data, errors)
 
-        def refuse(data: Data, refit: Refit) -> Objection | None:
+        def refuse(data: FitProblem, refit: Refit) -> Objection | None:
             left, above = (r.cost - data.count for r in (refit, model.refit))
             if idealised and left > (1.0 - WHOLE_SHARE) * above:
                 return Objection(Reason.WITHIN_LAWS)

@@ -21,7 +21,7 @@ from ..diagnose.evidence import (
     ranked_candidates,
     unseen_decide,
 )
-from ..diagnose.fit_problem import Data, Hypothesis, with_shared_motions
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel, with_shared_motions
 from ..diagnose.linear_screen import Screen, ScreenedCandidate, screen
 from ..diagnose.output_changes import nearer_to_neutral
 from ..diagnose.refit import (
@@ -53,7 +53,9 @@ OnProgress = Callable[[str], bool]
 """Called with what was just done; True stops."""
 
 
-def applicable(data: Data, present: Sequence[Effect], only: Sequence[str] = ()) -> list[Effect]:
+def applicable(
+    data: FitProblem, present: Sequence[Effect], only: Sequence[str] = ()
+) -> list[Effect]:
     """Candidates for this rig that are not in the model yet. What has no size, such as a further
     bending shape, is none."""
     have = {e.kind for e in present}
@@ -67,13 +69,13 @@ def applicable(data: Data, present: Sequence[Effect], only: Sequence[str] = ()) 
     ]
 
 
-def not_applicable(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
+def not_applicable(data: FitProblem, only: Sequence[str] = ()) -> dict[str, str]:
     """effect -> why this rig cannot show it, or why it is not offered."""
     reasons = {kind: _reason_against(e, data.rig, data) for kind, e in _selected(only).items()}
     return {kind: reason for kind, reason in reasons.items() if reason}
 
 
-def ruled_out(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
+def ruled_out(data: FitProblem, only: Sequence[str] = ()) -> dict[str, str]:
     """Title of an effect, or of one of its sizes, that is not searched -> what is stated of the
     rig."""
     each = [e.ruled_out(data.rig, data.sizes) for e in _selected(only).values()]
@@ -84,13 +86,13 @@ def _selected(only: Sequence[str]) -> dict[str, Effect]:
     return {kind: e for kind, e in sorted(catalogue().items()) if not only or kind in only}
 
 
-def _own_parameters(effect: Effect, rig: Rig, data: Data) -> set[str]:
+def _own_parameters(effect: Effect, rig: Rig, data: FitProblem) -> set[str]:
     """Names of an effect's parameters."""
     arm = effect.changed_arm(rig.arm, {})
     return {k.parameter.name for k in effect.parameters(arm, rig.drive, data.sizes)}
 
 
-def _reason_against(effect: Effect, rig: Rig, data: Data) -> str:
+def _reason_against(effect: Effect, rig: Rig, data: FitProblem) -> str:
     """Why an effect is not offered; empty if it is."""
     free = _own_parameters(effect, rig, data) & {u.parameter.name for u in data.nuisance}
     estimated = f"{', '.join(sorted(free))} is already estimated." if free else ""
@@ -100,7 +102,7 @@ def _reason_against(effect: Effect, rig: Rig, data: Data) -> str:
 
 
 def search_round(
-    data: Data, before: Refit, present: Sequence[Effect], candidates: Sequence[Effect],
+    data: FitProblem, before: Refit, present: Sequence[Effect], candidates: Sequence[Effect],
     on_progress: OnProgress, on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None, most: int = 1,
     check: ModelCheck = lambda _data, _refit: None,
@@ -112,8 +114,8 @@ def search_round(
     added; 0 only ranks, and `after` is `before`. A model that `check` rejects is not added.
     `unseen`: the squared error per sample that a refit leaves on recordings that no fit uses.
     """
-    data = with_shared_motions(data, before.hypothesis)
-    screened = screen(data, before.hypothesis, present, candidates, on_progress, on_screen)
+    data = with_shared_motions(data, before.parametrised)
+    screened = screen(data, before.parametrised, present, candidates, on_progress, on_screen)
     if on_screen is not None:
         on_screen(screened)
     before = with_whitened_cost(before, screened.whitener)
@@ -160,7 +162,7 @@ def _accept(
 
 
 def _refit_candidates(
-    data: Data, before: Refit, present: Sequence[Effect], screened: Screen,
+    data: FitProblem, before: Refit, present: Sequence[Effect], screened: Screen,
     chosen: Sequence[ScreenedCandidate], candidate_count: int, on_progress: OnProgress,
 ) -> Iterator[RefittedCandidate]:  # fmt: skip
     """The chosen candidates as their refits end, on all cores; without those that could not be
@@ -168,7 +170,7 @@ def _refit_candidates(
     stopped = lambda: on_progress("")  # noqa: E731
 
     def begin(s: ScreenedCandidate) -> PartialRefit:
-        effects, base = [*present, s.effect], before.hypothesis
+        effects, base = [*present, s.effect], before.parametrised
         partial = begin_refit(data, base, effects, s.values, screened.slopes, s.scanned, stopped)
         if not np.isfinite(partial.refit.cost):
             values = nearer_to_neutral(s.effect, base.model.arm, data, s.values)
@@ -218,14 +220,15 @@ class PartialRefit:
     @property
     def bound(self) -> float:
         """The lowest cost that it may still reach."""
-        descended, h = self.refit.descended, self.refit.hypothesis
+        descended, h = self.refit.descended, self.refit.parametrised
         if not np.isfinite(descended.cost):
             return np.inf
         return descended.cost - OPTIMISM * predicted_reduction(descended, h.limits)
 
 
 def begin_refit(
-    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float],
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect], values: Mapping[str,
+    float],
     slopes: Sequence[np.ndarray], scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> PartialRefit:  # fmt: skip
     """The first iterations of `core.diagnose.refit.refit_with`."""
@@ -238,20 +241,24 @@ def begin_refit(
 
 
 def finish_refit(
-    data: Data, runner: PartialRefit, goes_on: bool, whitener: Whitener, stopped: Callable[[], bool]
+    data: FitProblem,
+    runner: PartialRefit,
+    goes_on: bool,
+    whitener: Whitener,
+    stopped: Callable[[], bool],
 ) -> Refit:
     """The refit, with its remaining iterations if it `goes_on` and has not ended; the winner equals
     a full refit."""
     refit = runner.refit
     if goes_on and not refit.descended.ended:
-        at, damping = refit.hypothesis, refit.descended.damping
+        at, damping = refit.parametrised, refit.descended.damping
         refit = fit(at, None, stopped, runner.left, runner.reused, damping)
     return with_precise_errors(data, refit, whitener)
 
 
 def still_competitive(runners: Sequence[PartialRefit], base: Refit, count: int) -> list[bool]:
     """Whether each refit's penalised error may still come within CLOSE of the best one."""
-    own = [len(r.refit.hypothesis.unknowns) - len(base.hypothesis.unknowns) for r in runners]
+    own = [len(r.refit.parametrised.unknowns) - len(base.parametrised.unknowns) for r in runners]
 
     def penalised_at(cost: float, parameters: int) -> float:
         return penalised_error(base.cost, cost, count, parameters)

@@ -15,12 +15,12 @@ import numpy as np
 
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.evidence import TIE
-from ..diagnose.fit_problem import Hypothesis
+from ..diagnose.fit_problem import ParametrisedModel
 from ..diagnose.linear_screen import screen
 from ..diagnose.next_experiment import (
     NAME,
     NormalMatrix,
-    hypothesis_on,
+    parametrised_on,
     score_on_data,
     shared_normal_matrix,
 )
@@ -85,7 +85,7 @@ class Design:
     """The experiments to make, most informative first."""
 
     chosen: tuple[Candidate, ...]
-    fitted: Hypothesis
+    fitted: ParametrisedModel
     limits: RigLimits
     deviations: tuple[ParameterDeviation, ...]
     competing: tuple[str, ...] = ()
@@ -145,7 +145,7 @@ def _parameters_of(fitted: FittedModel, names: Sequence[str]) -> list[str]:
     return [n for n in (names or determined) if n in determined]
 
 
-def _pair(fitted: FittedModel, kinds: Sequence[str], progress: Progress) -> list[Hypothesis]:
+def _pair(fitted: FittedModel, kinds: Sequence[str], progress: Progress) -> list[ParametrisedModel]:
     """The model with each of the two effects, fitted to the existing recordings."""
     if not kinds:
         return []
@@ -166,11 +166,12 @@ def _pair(fitted: FittedModel, kinds: Sequence[str], progress: Progress) -> list
             stopped,
         )  # fmt: skip
 
-    return [refit.hypothesis for refit in on_all_cores(with_it, kinds)]
+    return [refit.parametrised for refit in on_all_cores(with_it, kinds)]
 
 
 def _candidates(
-    fitted: FittedModel, limits: RigLimits, request: ExperimentRequest, competing: list[Hypothesis],
+    fitted: FittedModel, limits: RigLimits, request: ExperimentRequest,
+    competing: list[ParametrisedModel],
     progress: Progress,
 ) -> list[Candidate]:  # fmt: skip
     first = fitted.data.experiments[0].recording
@@ -189,7 +190,7 @@ def _candidates(
             return None
         planned = fitted.data_for(strong)
         score = score_on_data(planned, competing[0], competing[1], normal) if competing else 0.0
-        return Candidate(strong, expected(hypothesis_on(planned, fitted.h), fitted.errors), score)
+        return Candidate(strong, expected(parametrised_on(planned, fitted.h), fitted.errors), score)
 
     tried = trials(limits, round(seconds / dt) * dt, dt)
     candidates = [c for c in on_all_cores(simulate, tried) if c is not None]
@@ -251,7 +252,9 @@ def _deviations(
 ) -> tuple[ParameterDeviation, ...]:
     """Standard deviations of the fit, and with the chosen experiments."""
     exact = on_all_cores(
-        lambda c: expected(hypothesis_on(fitted.data_for(c.trial), fitted.h), fitted.errors, EXACT),
+        lambda c: expected(
+            parametrised_on(fitted.data_for(c.trial), fitted.h), fitted.errors, EXACT
+        ),
         chosen,
     )
     chosen = [replace(c, information=shown) for c, shown in zip(chosen, exact, strict=True)]

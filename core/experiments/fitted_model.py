@@ -11,7 +11,7 @@ import scipy
 
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.final_results import final_parameters
-from ..diagnose.fit_problem import Data, Hypothesis
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel
 from ..diagnose.next_experiment import data_for_recording, expected_recording
 from ..diagnose.refit import with_robust_covariance
 from ..experiments.information import Information, information
@@ -45,12 +45,12 @@ class FittedModel:
     begun: BaseFit
 
     @property
-    def h(self) -> Hypothesis:
+    def h(self) -> ParametrisedModel:
         """At its minimum."""
-        return self.begun.base.hypothesis
+        return self.begun.base.parametrised
 
     @property
-    def data(self) -> Data:
+    def data(self) -> FitProblem:
         """The existing recordings."""
         return self.begun.data
 
@@ -88,7 +88,7 @@ class FittedModel:
         return steps
 
     @cached_property
-    def models(self) -> list[Hypothesis]:
+    def models(self) -> list[ParametrisedModel]:
         """The fitted model, and variants at the ends of uncertain intervals."""
         labels, variants = self.h.unknowns.labels, [self.h]
         for name, e in self.estimates.items():
@@ -130,7 +130,7 @@ class FittedModel:
         by_name = dict(zip(labels, map(float, own), strict=True))
         return by_name | {e.name: e.std for e in derived}
 
-    def data_for(self, trial: Trial) -> Data:
+    def data_for(self, trial: Trial) -> FitProblem:
         """The data of a planned trial."""
         model, like = model_without_servo(self.h), self.data.experiments[0].recording
         task, point = trial.task(model)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..diagnose.fit_problem import Hypothesis
+from ..diagnose.fit_problem import ParametrisedModel
 from ..identify.defect_correction import MOST_STEPS, with_steps
 from ..identify.uncertainty import Autocovariance, score_covariance
 from ..least_squares import SEEN, pseudo_inverse
@@ -60,7 +60,7 @@ def information(
     return Information(tuple(labels), A, B)
 
 
-def expected(h: Hypothesis, errors: Autocovariance, within: float = np.inf) -> Information:
+def expected(h: ParametrisedModel, errors: Autocovariance, within: float = np.inf) -> Information:
     """Of an experiment to come: the fitted model on it, with the errors of the recordings there
     are. More steps may change what it shows of any unknown by a share `within`: a vibration that
     few steps damp shows little."""
@@ -75,7 +75,7 @@ def expected(h: Hypothesis, errors: Autocovariance, within: float = np.inf) -> I
     return shown
 
 
-def _with_steps(h: Hypothesis, errors: Autocovariance, steps: int | None) -> Information:
+def _with_steps(h: ParametrisedModel, errors: Autocovariance, steps: int | None) -> Information:
     residuals = h.residuals
     if steps is not None:
         residuals = with_steps(residuals, steps)

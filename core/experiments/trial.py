@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnose.fit_problem import Hypothesis
+from ..diagnose.fit_problem import ParametrisedModel
 from ..experiments.rig_limits import RigLimits
 from ..model import Model
 from ..recording.spec import SimulateSpec
@@ -73,19 +73,19 @@ class Trial:
             references[:, k] = at + size * (references[:, k] - at)
         return replace(task, references=references), point
 
-    def motion(self, h: Hypothesis, steps: int = STEPS) -> Trajectory:
+    def motion(self, h: ParametrisedModel, steps: int = STEPS) -> Trajectory:
         """The motion of a fitted model."""
         return simulate_reference(h, self.task(model_without_servo(h))[0], steps)
 
 
-def model_without_servo(h: Hypothesis) -> Model:
+def model_without_servo(h: ParametrisedModel) -> Model:
     """A fitted model without a virtual servo."""
     model = h.model.steered_by(None)
     own = {k: v for k, v in h.values().items() if k in model.effect_values}
     return replace(model, effect_values={**model.effect_values, **own})
 
 
-def simulate_reference(h: Hypothesis, task: Task, steps: int) -> Trajectory:
+def simulate_reference(h: ParametrisedModel, task: Task, steps: int) -> Trajectory:
     """The motion of a fitted model under references, with so many steps per sample or what its
     effects need."""
     model = model_without_servo(h)
@@ -122,7 +122,7 @@ def _round(place: float, span: float) -> float:
 
 
 def strongest(
-    trial: Trial, models: Sequence[Hypothesis], limits: RigLimits, first_sizes: np.ndarray,
+    trial: Trial, models: Sequence[ParametrisedModel], limits: RigLimits, first_sizes: np.ndarray,
     motion_error: np.ndarray | float, steps: int,
 ) -> Trial | None:  # fmt: skip
     """The trial as strong as the limits allow by every one of the models; None where it cannot

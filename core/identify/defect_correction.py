@@ -20,11 +20,11 @@ import numpy as np
 from ..arm.arm import Arm
 from ..identify.predictor import on_all_cores
 from ..least_squares import (
+    BoundsAndPrior,
     Descended,
-    Limits,
     as_finite,
     cost_of,
-    descend,
+    levenberg_marquardt,
     normal_equations,
     pseudo_inverse,
 )
@@ -123,7 +123,7 @@ def extrapolated(coarse: Sequence[np.ndarray], fine: Sequence[np.ndarray]) -> li
 
 
 def corrected_minimum(
-    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray], limits: Limits,
+    residuals: Residuals, vector: np.ndarray, slopes: Sequence[np.ndarray], limits: BoundsAndPrior,
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[Residuals, Descended]:  # fmt: skip
     """The residuals with what their steps per sample miss taken off, and the end of the descent
@@ -137,7 +137,7 @@ def corrected_minimum(
         if is_near:
             of_slopes, descended = _along_fine_slopes(coarse, vector, fine, limits, of_slopes)
         else:
-            descended = descend(
+            descended = levenberg_marquardt(
                 corrected.blocks, lambda x: coarse.sensitivities(x, central=False), vector, limits,
                 stopped, good_enough=0.0, share=LAST_REDUCTION / residuals.count,
             )  # fmt: skip
@@ -170,7 +170,11 @@ def _fine_errors(
 
 
 def _along_fine_slopes(
-    residuals: Residuals, vector: np.ndarray, fine: Sequence[np.ndarray], limits: Limits, steps: int
+    residuals: Residuals,
+    vector: np.ndarray,
+    fine: Sequence[np.ndarray],
+    limits: BoundsAndPrior,
+    steps: int,
 ) -> tuple[int, Descended]:
     """The minimum of the errors (M, k) at a vector (P,) near it, along their slopes without step
     error, which are extrapolated from a number of steps, at least `steps`, and twice as many.
@@ -183,7 +187,7 @@ def _along_fine_slopes(
         return with_steps(residuals, steps).sensitivities(vector, central=False)
 
     def minimum(slopes: Sequence[np.ndarray]) -> Descended:
-        return descend(
+        return levenberg_marquardt(
             lambda x: [r + S @ (x - vector) for r, S in zip(fine, slopes, strict=True)],
             lambda _: slopes, vector, limits,
         )  # fmt: skip

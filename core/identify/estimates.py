@@ -15,7 +15,7 @@ from ..identify.refinement import RefinedFit
 from ..identify.residuals import Residuals
 from ..identify.uncertainty import covariance
 from ..identify.unknowns import Unknowns
-from ..least_squares import Limits, limits_of, normal_equations, pseudo_inverse
+from ..least_squares import BoundsAndPrior, bounds_and_prior, normal_equations, pseudo_inverse
 from ..model import Model
 from ..results import Estimate, Fit, Generation
 
@@ -48,7 +48,7 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     rank, _, null = (
         identifiability.analyse(unknowns, vector, jacobian) if P else (0, None, np.zeros((0, 0)))
     )
-    limits = limits_of(unknowns.parameters)
+    limits = bounds_and_prior(unknowns.parameters)
     level = float(np.sqrt(squares / max(residuals.count, 1))) or 1.0
     cov = np.zeros((0, 0))
     if P:
@@ -110,7 +110,7 @@ SURELY_APART = 3.0
 
 def _contradicted(
     residuals: Residuals, vector: np.ndarray, sensitivities: Sequence[np.ndarray],
-    blocks: Sequence[np.ndarray], limits: Limits,
+    blocks: Sequence[np.ndarray], limits: BoundsAndPrior,
 ) -> dict[str, float]:  # fmt: skip
     """Label -> deviations between a parameter's prior and what the recordings alone would say, by
     one step from the minimum; only of those that are surely apart."""

@@ -24,7 +24,7 @@ from ..identify.refinement import (
 )
 from ..identify.residuals import Residuals, channel_weights
 from ..identify.unknowns import Unknowns
-from ..least_squares import limits_of
+from ..least_squares import bounds_and_prior
 from ..progress import Progress, StoppedError, use_progress
 from ..results import Fit
 from ..scenario.schema import IdentifySpec
@@ -74,7 +74,7 @@ def _with_corrected_steps(
 ) -> tuple[Residuals, RefinedFit]:
     """The minimum without step error, and its residuals."""
     vector = rough.vector
-    limits = scaled_limits(residuals, vector, limits_of(residuals.unknowns.parameters))
+    limits = scaled_limits(residuals, vector, bounds_and_prior(residuals.unknowns.parameters))
     slopes = residuals.sensitivities(vector, central=False)
     fine, descended = corrected_minimum(residuals, vector, slopes, limits, stopped)
     if not np.isfinite(descended.cost):

@@ -13,7 +13,7 @@ from ..identify.estimates import first_estimate_text
 from ..identify.population_cost import PopulationCost
 from ..identify.refinement import RefinedFit, refine
 from ..identify.residuals import Residuals
-from ..least_squares import limits_of
+from ..least_squares import bounds_and_prior
 from ..progress import Progress, StoppedError
 from ..results import Generation
 from ..scenario.schema import IdentifySpec
@@ -116,7 +116,7 @@ def search(
     if not spec.generations or not len(free):
         return None
     parameters = residuals.unknowns.parameters
-    limits = limits_of(parameters)
+    limits = bounds_and_prior(parameters)
 
     def costs(points: np.ndarray) -> np.ndarray:
         vectors = np.tile(start, (len(points), 1))

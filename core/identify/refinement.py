@@ -18,7 +18,14 @@ from ..errors import InputError
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.residuals import Residuals
-from ..least_squares import SAME_START, Descended, Limits, cost_of, descend, limits_of
+from ..least_squares import (
+    SAME_START,
+    BoundsAndPrior,
+    Descended,
+    bounds_and_prior,
+    cost_of,
+    levenberg_marquardt,
+)
 from ..progress import StoppedError
 from ..recording.decimation import first_part
 
@@ -64,12 +71,12 @@ def refine(
         tolerance = (
             EXPENSIVE_TOLERANCE if residuals.predictor.simulation_is_expensive else TOLERANCE
         )
-    limits = limits_of(residuals.unknowns.parameters)
+    limits = bounds_and_prior(residuals.unknowns.parameters)
     vector = np.asarray(start, dtype=float)
     watched = _WatchedResiduals(residuals, on_step, vector)
     for _ in range(ROUNDS_WITH_PRIOR if _has_prior(limits) else 1):
         try:
-            descended = descend(
+            descended = levenberg_marquardt(
                 watched.errors, watched.slopes, vector, scaled_limits(residuals, vector, limits),
                 watched.stopped, MOST_ITERATIONS, 0.0, share=tolerance,
             )  # fmt: skip
@@ -79,11 +86,13 @@ def refine(
     return fit_at(residuals, descended)
 
 
-def _has_prior(limits: Limits) -> bool:
+def _has_prior(limits: BoundsAndPrior) -> bool:
     return bool(np.isfinite(limits.deviations).any())
 
 
-def scaled_limits(residuals: Residuals, vector: np.ndarray, limits: Limits) -> Limits:
+def scaled_limits(
+    residuals: Residuals, vector: np.ndarray, limits: BoundsAndPrior
+) -> BoundsAndPrior:
     """The limits, with a prior's standard deviations in units of the residuals."""
     if not _has_prior(limits):
         return limits

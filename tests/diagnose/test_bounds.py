@@ -9,11 +9,16 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.evidence import at_bounds, ended_at_bound, reduction_beyond_bound
-from flexgui.core.diagnose.fit_problem import Data, hypothesis
+from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.least_squares import Limits, cost_of, descend, limits_of
+from flexgui.core.least_squares import (
+    BoundsAndPrior,
+    bounds_and_prior,
+    cost_of,
+    levenberg_marquardt,
+)
 from flexgui.core.parameters import Parameter, ParameterSet
 from tests.diagnose.test_stated_effects import bare, begun
 from tests.helpers import PAPER, looped
@@ -28,12 +33,14 @@ def linear(seed: int, lower: float, upper: float) -> tuple[SimpleNamespace, floa
     rng = np.random.default_rng(seed)
     S, y = rng.standard_normal((40, 2, 3)), rng.standard_normal((40, 2))
     errors = lambda x: [y + S @ x]  # noqa: E731
-    limits = Limits(np.array([-9.0, -9.0, lower]), np.array([9.0, 9.0, upper]), np.ones(3))
-    found = descend(errors, lambda _: [S], np.array([0.0, 0.0, 0.5 * (lower + upper)]), limits)
+    limits = BoundsAndPrior(np.array([-9.0, -9.0, lower]), np.array([9.0, 9.0, upper]), np.ones(3))
+    found = levenberg_marquardt(
+        errors, lambda _: [S], np.array([0.0, 0.0, 0.5 * (lower + upper)]), limits
+    )
     free, *_ = np.linalg.lstsq(S.reshape(-1, 3), -y.ravel(), rcond=None)
     at = SimpleNamespace(limits=limits, vector=found.vector)
     found = replace(found, slopes=(S,), blocks=tuple(errors(found.vector)))
-    return SimpleNamespace(hypothesis=at, descended=found), float(free[2])
+    return SimpleNamespace(parametrised=at, descended=found), float(free[2])
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -50,7 +57,7 @@ def test_what_a_bound_costs_is_what_least_squares_without_it_saves(seed: int, si
 
 def test_a_bound_that_nothing_presses_costs_nothing() -> None:
     at, free = linear(0, -9.0, 9.0)
-    at.hypothesis.vector[2] = at.hypothesis.limits.upper[2] = free + 0.1
+    at.parametrised.vector[2] = at.parametrised.limits.upper[2] = free + 0.1
     at.descended = replace(
         at.descended, blocks=(at.descended.blocks[0] + 0.1 * at.descended.slopes[0][..., 2],)
     )
@@ -64,14 +71,14 @@ def test_only_a_value_next_to_a_finite_bound_is_at_a_bound(
     lower: float, upper: float, scale: float
 ) -> None:
     p = Parameter("x", 0.0, lower=lower * scale, upper=upper * scale, scale=scale)
-    limits = limits_of(ParameterSet((p,)))
+    limits = bounds_and_prior(ParameterSet((p,)))
     for share in (-2.0, -1.9, 0.0, 4.9, 5.0):
         value = share * scale
         assert p.at_bound(value) == (share in (lower, upper))
         assert p.at_bound(value) != limits.inside(np.array([value]))[0]
 
 
-def pressed(upper: float) -> tuple[Data, Refit]:
+def pressed(upper: float) -> tuple[FitProblem, Refit]:
     """The arm with viscous friction of 6 N m s/rad in joint 1, of which at most `upper` is
     allowed."""
     found = begun(fv1={"start": 5.0, "upper": upper}, fv2=3.0)
@@ -95,7 +102,7 @@ def test_how_soon_a_friction_of_no_size_slips_says_nothing() -> None:
     data = bare().data
     both = [effect("viscous_friction"), effect("presliding_friction")]
     at = {"fv1": 6.0, "fv2": 3.0, "fc1": 0.0, "fc2": 0.0, "zs1": 1e9, "zs2": 1e9}
-    h = hypothesis(data, both, {**bare().base.hypothesis.values(), **at})
+    h = parametrised(data, both, {**bare().base.parametrised.values(), **at})
     h = h.at(np.clip(h.vector, h.limits.lower, h.limits.upper))
     found = fit(h, None, lambda: False, most=0)
     assert [n for n, _ in at_bounds(found, data)] == []

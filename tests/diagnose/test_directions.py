@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.arm.arm import Arm, Segment
 from flexgui.core.diagnose.base_fit import substeps_for_directions
-from flexgui.core.diagnose.fit_problem import Data, hypothesis
+from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared_recording import prepare
@@ -38,7 +38,7 @@ FEW = 4
 """Steps per sample; of a slow arm one would do."""
 
 
-def data(EI: float) -> Data:
+def data(EI: float) -> FitProblem:
     arm = Arm(segments=(Segment(length=0.45, mass=3.0, EI=EI, hub_inertia=0.05, modes=1),))
     bare = Model(arm, VelocityLoop(gains=(7.2,)), "nonlinear")
     rng = np.random.default_rng(1)
@@ -50,11 +50,11 @@ def data(EI: float) -> Data:
     unknown = Unknown(Parameter("EI1", EI, "N m²", 0.1 * EI, 10.0 * EI))
     floors = {c.name: 1e-4 for c in camera.channels(arm)}
     weights = (np.full(2, 1e4),)
-    return Data(bare, (one,), (unknown,), weights, floors, {}, typical(arm), 1)
+    return FitProblem(bare, (one,), (unknown,), weights, floors, {}, typical(arm), 1)
 
 
-def direction(of: Data, steps: int) -> np.ndarray:
-    h = hypothesis(replace(of, substeps=steps), (), {})
+def direction(of: FitProblem, steps: int) -> np.ndarray:
+    h = parametrised(replace(of, substeps=steps), (), {})
     found = np.concatenate([S.ravel() for S in h.residuals.sensitivities(h.vector, central=False)])
     return np.asarray(found / np.linalg.norm(found))
 

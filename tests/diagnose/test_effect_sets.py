@@ -16,7 +16,7 @@ from flexgui.core.diagnose.linear_screen import Screen, _score_candidates
 from flexgui.core.diagnose.output_changes import OutputChange
 from flexgui.core.effects import effect
 from flexgui.core.effects.effect import Effect
-from flexgui.core.least_squares import Limits, descend
+from flexgui.core.least_squares import BoundsAndPrior, levenberg_marquardt
 from flexgui.core.results import Objection, Reason
 
 SAMPLES = 2000
@@ -154,7 +154,7 @@ def in_company(explains: float = 0.9) -> tuple:
 
 def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(monkeypatch):
     """Whatever is missing acts as it does; a weaker effect by itself would stand in as well."""
-    ended = lambda after, _: BOUND if after.hypothesis == STAND_IN else None  # noqa: E731
+    ended = lambda after, _: BOUND if after.parametrised == STAND_IN else None  # noqa: E731
     monkeypatch.setattr(acceptance, "ended_at_bound", ended)
     monkeypatch.setattr(acceptance, "near_neutral_objection", lambda *_: None)
     refused, asked = in_company()
@@ -178,10 +178,10 @@ def test_the_shape_of_a_new_effect_is_looked_at_where_only_noise_is_left_too(mon
 
 def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:
     """One parameter measured with deviation 1 at 4 and believed to be 0 within 1: 2."""
-    limits = Limits(
+    limits = BoundsAndPrior(
         np.array([-9.0]), np.array([9.0]), np.array([1.0]), np.array([0.0]), np.array([1.0])
     )
-    found = descend(
+    found = levenberg_marquardt(
         lambda x: [np.array([[4.0 - x[0]]])],
         lambda _: [np.array([[[-1.0]]])],
         np.array([4.0]),
@@ -193,7 +193,7 @@ def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:
 def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
     """Rosenbrock's valley at a cost of a million: one part in ten thousand of it is still ten times
     the evidence at which two models tie."""
-    limits = Limits(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
+    limits = BoundsAndPrior(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
 
     def errors(x: np.ndarray) -> list[np.ndarray]:
         return [LARGE * np.array([[1.0 - x[0]], [100.0 * (x[1] - x[0] ** 2)]])]
@@ -201,5 +201,5 @@ def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
     def slopes(x: np.ndarray) -> list[np.ndarray]:
         return [LARGE * np.array([[[-1.0, 0.0]], [[-200.0 * x[0], 100.0]]])]
 
-    found = descend(errors, slopes, np.array([-1.5, 2.0]), limits, most=200)
+    found = levenberg_marquardt(errors, slopes, np.array([-1.5, 2.0]), limits, most=200)
     assert found.vector == pytest.approx(np.ones(2), abs=1e-2)

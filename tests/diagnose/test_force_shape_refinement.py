@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.fit_problem import Data, hypothesis
+from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.diagnose.force_shape_refinement import (
     JointForce,
     force_shape_peaks,
@@ -96,7 +96,7 @@ def test_orders_lie_close_enough_over_all_positions() -> None:
     assert np.all(steps * 0.8 <= 0.5 * np.pi * 1.01)
 
 
-def with_a_filter(stated: bool = True) -> tuple[Data, Refit]:
+def with_a_filter(stated: bool = True) -> tuple[FitProblem, Refit]:
     """Short recordings with a ripple at three working points, fitted from wrong orders; `stated`:
     whether they say at which."""
     hidden = {"torque_ripple": dict(RIPPLE)}
@@ -111,8 +111,8 @@ def with_a_filter(stated: bool = True) -> tuple[Data, Refit]:
     if not stated:
         recordings = [replace(r, theta2=None) for r in recordings]
     found = fits.fitted(setup, recordings, scenario, {"theta1": 2e-6, "theta2": 2e-6})
-    wrong = {**found.base.hypothesis.values(), **RIPPLE, "nr1": WRONG, "nr2": WRONG}
-    start = hypothesis(found.data, [effect("torque_ripple")], wrong)
+    wrong = {**found.base.parametrised.values(), **RIPPLE, "nr1": WRONG, "nr2": WRONG}
+    start = parametrised(found.data, [effect("torque_ripple")], wrong)
     return found.data, fit(start, None, lambda: False, 4)
 
 
@@ -132,5 +132,5 @@ def test_the_orders_are_found_though_what_is_compared_is_filtered(stated: bool) 
     data, stuck = with_a_filter(stated)
     found = refine_force_shape(data, stuck, effect("torque_ripple"), lambda: False)
     assert found.cost < 0.1 * stuck.cost
-    at = found.hypothesis.values()
+    at = found.parametrised.values()
     assert [at["nr1"], at["nr2"]] == pytest.approx([RIPPLE["nr1"], RIPPLE["nr2"]], rel=ORDER)

@@ -37,10 +37,10 @@ def searched(payload: float = 0.0) -> tuple[Found, Memo]:
     """A search that came to both effects at once, in the wrong order."""
     given = begun({"tip_payload": {"mt2": payload}}) if payload else bare()
     base = FittedModel(given.data, given.base, ())
-    values = {**given.base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-3}
+    values = {**given.base.parametrised.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-3}
     last = fit_model(given.data, [SMALL, LARGE], values, NEVER)
     seen = screen(
-        given.data, given.base.hypothesis, [], [SMALL, LARGE, effect("torque_offset")]
+        given.data, given.base.parametrised, [], [SMALL, LARGE, effect("torque_offset")]
     )  # fmt: skip
     memo = Memo(None, ())
     first = Round(seen, (), None, base.refit, base.refit, base.data)
@@ -57,7 +57,7 @@ def test_what_explains_most_comes_first_and_the_last_rung_is_the_last_model() ->
     assert [rung.added for rung in found.rungs] == [None, LARGE, SMALL]
     assert [r.accepted for r in found.rounds] == ["viscous_friction", "tip_payload"]
     assert found.rungs[1].model.refit.cost < 0.1 * bare().base.cost  # it is all that is hidden
-    assert found.rungs[-1].model.refit.hypothesis is searched()[0].model.refit.hypothesis
+    assert found.rungs[-1].model.refit.parametrised is searched()[0].model.refit.parametrised
 
 
 def test_each_effect_is_ranked_against_the_rung_before_it() -> None:

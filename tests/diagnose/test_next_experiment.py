@@ -12,13 +12,13 @@ import pytest
 
 from flexgui.core.diagnose.base_fit import fit_base
 from flexgui.core.diagnose.evidence import TIE
-from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.next_experiment import (
     NAME,
     _unabsorbed,
     expected_score,
-    hypothesis_on,
     next_experiments,
+    parametrised_on,
     planned_data,
     possible_experiments,
     shared_normal_matrix,
@@ -27,7 +27,7 @@ from flexgui.core.diagnose.refit import fit
 from flexgui.core.effects import effect
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.setup import make_setup
-from flexgui.core.least_squares import cost_of, descend
+from flexgui.core.least_squares import cost_of, levenberg_marquardt
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
@@ -51,9 +51,9 @@ ITERATIONS = 12
 class Pair:
     """Two effects fitted to recordings that have the first."""
 
-    data: Data
-    first: Hypothesis
-    second: Hypothesis
+    data: FitProblem
+    first: ParametrisedModel
+    second: ParametrisedModel
 
 
 def recorded(model: Model, kind: str, sizes: Mapping[str, float], **spec: Any) -> list[Recording]:
@@ -70,12 +70,12 @@ def pair(level: str, first: str, sizes: Mapping[str, float], second: str, **spec
     asked = IdentifySpec(parameters=("EI1", "EI2"), output=("z", "encoder"), generations=0)
     setup = make_setup(model, asked, recordings)
     begun = fit_base(setup.model, setup.outputs, setup.processing, asked, recordings, STATED, 1e-3)
-    start = begun.base.hypothesis.values()
+    start = begun.base.parametrised.values()
     both = [
-        fit(hypothesis(begun.data, [effect(kind)], start), None, lambda: False, ITERATIONS)
+        fit(parametrised(begun.data, [effect(kind)], start), None, lambda: False, ITERATIONS)
         for kind in (first, second)
     ]
-    return Pair(begun.data, both[0].hypothesis, both[1].hypothesis)
+    return Pair(begun.data, both[0].parametrised, both[1].parametrised)
 
 
 @cache
@@ -93,14 +93,14 @@ def test_the_score_is_what_a_refit_of_the_rival_leaves() -> None:
     p = lags()
     planned = spec(hold=0.02)
     there = planned_data(p.data, planned)
-    truth, rival = hypothesis_on(there, p.first), hypothesis_on(there, p.second)
+    truth, rival = parametrised_on(there, p.first), parametrised_on(there, p.second)
     y = truth.residuals.predictor.predict(truth.vector)[0]
     weights = there.weights[0]
 
     def errors(vector: np.ndarray) -> list[np.ndarray]:
         return [(y - rival.residuals.predictor.predict(vector)[0]) * weights]
 
-    left = descend(errors, rival.slopes, rival.vector, rival.limits, most=30)
+    left = levenberg_marquardt(errors, rival.slopes, rival.vector, rival.limits, most=30)
     scores = [expected_score(p.data, *both, planned) for both in
               ((p.first, p.second), (p.second, p.first))]  # fmt: skip
     assert scores[0] == pytest.approx(scores[1])
@@ -156,7 +156,7 @@ def test_the_proposed_experiment_decides_once_it_is_made() -> None:
         experiments=(prepare(p.data.bare, made, like.outputs, like.processing),),
     )
     costs = [
-        fit(hypothesis_on(there, h), None, lambda: False, ITERATIONS).cost
+        fit(parametrised_on(there, h), None, lambda: False, ITERATIONS).cost
         for h in (p.first, p.second)
     ]
     assert costs[1] - costs[0] == pytest.approx(best.score, rel=LINEAR)

@@ -45,7 +45,7 @@ def begun(seed: int) -> BaseFit:
 
 def off(refit: Refit) -> float:
     """Deviations by which EI is off."""
-    h = refit.hypothesis
+    h = refit.parametrised
     k = h.unknowns.labels.index("EI")
     true = begun(0).data.nuisance[0].parameter.value  # the paper's
     return float((h.vector[k] - true) / np.sqrt(refit.covariance[k, k]))

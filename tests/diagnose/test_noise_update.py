@@ -10,7 +10,7 @@ import pytest
 
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.cost_minimum import converge
-from flexgui.core.diagnose.fit_problem import hypothesis
+from flexgui.core.diagnose.fit_problem import parametrised
 from flexgui.core.diagnose.fitted_model import FittedModel, fit_model, screen_against
 from flexgui.core.diagnose.ladder import ladder
 from flexgui.core.diagnose.linear_screen import screen
@@ -54,14 +54,14 @@ def with_floors(times: float, uncertainty: float = 1.0) -> FittedModel:
         n: Floor(times * f, times * f, "estimated", uncertainty)
         for n, f in given.data.floors.items()
     }
-    return fit_model(given.data.in_floors(large), (), given.base.hypothesis.values(), never)
+    return fit_model(given.data.in_floors(large), (), given.base.parametrised.values(), never)
 
 
 def found_with(floors: float, kind: str = "torque_offset") -> FittedModel:
     """A model with one effect, by default of no use in the place of the friction; floors that many
     times as large as they are."""
     given = with_floors(floors)
-    return fit_model(given.data, [effect(kind)], given.refit.hypothesis.values(), never)
+    return fit_model(given.data, [effect(kind)], given.refit.parametrised.values(), never)
 
 
 def searched(model: FittedModel, candidates: tuple[str, ...]) -> tuple[Found, Memo]:
@@ -84,7 +84,7 @@ def test_an_error_within_a_noise_that_is_too_large_is_above_the_true_one() -> No
 def test_a_model_against_another_noise_is_the_one_that_a_fit_in_that_noise_finds() -> None:
     model, data = found_with(HIDDEN, "viscous_friction"), bare().data
     seen = model.against(data)
-    again = fit_model(data, model.effects, model.refit.hypothesis.values(), never)
+    again = fit_model(data, model.effects, model.refit.parametrised.values(), never)
     assert seen.data.floors == data.floors
     assert seen.refit.cost == pytest.approx(again.refit.cost, rel=LINEAR)
     back = seen.against(model.data)
@@ -95,7 +95,7 @@ def test_a_screen_against_another_noise_is_the_one_that_is_simulated_in_it() -> 
     given, like = with_floors(LARGER), bare().data
     data = replace(given.data, anchor=None)
     candidates = [effect("viscous_friction"), effect("torque_offset")]
-    first = screen(data, given.refit.hypothesis, (), candidates)
+    first = screen(data, given.refit.parametrised, (), candidates)
     seen = replace(given, data=data).against(like)
     other = screen_against(first, seen.refit, data, seen.data)
     scale = LARGER**2
@@ -161,7 +161,7 @@ def on_a_soft_base() -> tuple[FittedModel, BaseFit]:
     ))  # fmt: skip
     added = (effect("base_compliance"),)
     return FittedModel(
-        *converge(given.data, hypothesis(given.data, added, TRUE), None, never), added
+        *converge(given.data, parametrised(given.data, added, TRUE), None, never), added
     ), given
 
 

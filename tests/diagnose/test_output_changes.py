@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.arm.arm import Arm, Segment
 from flexgui.core.diagnose import output_changes
-from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.output_changes import (
     LARGEST_CHANGE,
     SMALLEST_SHARE,
@@ -53,7 +53,7 @@ LINEAR = 5.0
 
 
 @pytest.fixture(scope="module")
-def data() -> Data:
+def data() -> FitProblem:
     bare = Model(ARM, DRIVE, "nonlinear")
     speeds = np.zeros((SAMPLES, 1))
     speeds[:STOPS] = 0.4
@@ -67,16 +67,16 @@ def data() -> Data:
     one = prepare(bare, recording, [camera], Processing())
     floors = dict.fromkeys(names, NOISE)
     weights = (np.full(len(names), 1.0 / NOISE),)
-    return Data(bare, (one,), (), weights, floors, {}, typical(ARM), 8)
+    return FitProblem(bare, (one,), (), weights, floors, {}, typical(ARM), 8)
 
 
-def base_and_trial(data: Data, kind: str) -> tuple[Hypothesis, Trial]:
-    base = hypothesis(data, (), {})
+def base_and_trial(data: FitProblem, kind: str) -> tuple[ParametrisedModel, Trial]:
+    base = parametrised(data, (), {})
     (trial, *_) = trials(base, effect(kind), data)
     return base, trial
 
 
-def column(data: Data, base: Hypothesis, trial: Trial) -> OutputChange:
+def column(data: FitProblem, base: ParametrisedModel, trial: Trial) -> OutputChange:
     return simulate_output_change(data, base, (), trial, BaseErrors(base))
 
 
@@ -93,7 +93,7 @@ def rms(blocks: tuple[np.ndarray, ...]) -> float:
 @pytest.mark.parametrize("factor", [1.0, 30.0, 1000.0])
 @pytest.mark.parametrize("kind", ["cubic_stiffness", "tip_payload", "link_mass_error"])
 def test_a_size_that_puts_vibrations_out_of_step_is_made_smaller(
-    data: Data, kind: str, factor: float
+    data: FitProblem, kind: str, factor: float
 ) -> None:
     base, trial = base_and_trial(data, kind)
     found = column(data, base, times_as_large(trial, factor))
@@ -107,10 +107,10 @@ def test_a_size_that_puts_vibrations_out_of_step_is_made_smaller(
 
 
 def test_a_sensitivity_vanishes_with_its_size_though_an_effect_includes_another(
-    data: Data,
+    data: FitProblem,
 ) -> None:
     """Stribeck friction moved the outputs by what Coulomb friction of a plausible size does."""
-    base = hypothesis(data, (), {})
+    base = parametrised(data, (), {})
     slopes = [t for c in applicable(data, ()) for t in trials(base, c, data) if not t.scanned]
     assert any(t.effect.includes for t in slopes)
     for trial in slopes:
@@ -120,9 +120,9 @@ def test_a_sensitivity_vanishes_with_its_size_though_an_effect_includes_another(
 
 
 def test_another_shape_of_a_force_begins_at_the_size_that_the_first_one_needed(
-    data: Data,
+    data: FitProblem,
 ) -> None:
-    base = hypothesis(data, (), {})
+    base = parametrised(data, (), {})
     first, second, *_ = trials(base, effect("torque_ripple"), data)[::2]
     assert first.parameter == second.parameter and first.force_shape != second.force_shape
     found = column(data, base, times_as_large(first, 1000.0))
@@ -131,7 +131,7 @@ def test_another_shape_of_a_force_begins_at_the_size_that_the_first_one_needed(
     assert as_small_as(second, []) is second
 
 
-def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: Data) -> None:
+def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: FitProblem) -> None:
     base, trial = base_and_trial(data, "viscous_friction")
     found = column(data, base, trial)
     assert rms(found.blocks) < LARGEST_CHANGE * MISSED
@@ -139,7 +139,7 @@ def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: D
 
 
 def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
-    data: Data, monkeypatch: pytest.MonkeyPatch
+    data: FitProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One of a grid became a column of zeros, which explains nothing, without a word."""
     base, trial = base_and_trial(data, "link_mass_error")
@@ -156,7 +156,7 @@ def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
 
 @pytest.mark.parametrize("tries", [1, 2])
 def test_the_outputs_change_as_simulated_at_the_stated_size(
-    data: Data, monkeypatch: pytest.MonkeyPatch, tries: int
+    data: FitProblem, monkeypatch: pytest.MonkeyPatch, tries: int
 ) -> None:
     """After the last try, too, of a size that would have to be smaller still."""
     monkeypatch.setattr(output_changes, "SMALLER_TRIES", tries)
@@ -168,7 +168,7 @@ def test_the_outputs_change_as_simulated_at_the_stated_size(
 
 
 def test_what_comes_apart_at_every_size_is_said(
-    data: Data, monkeypatch: pytest.MonkeyPatch
+    data: FitProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     base, trial = base_and_trial(data, "link_mass_error")
     monkeypatch.setattr(output_changes, "DIVERGED", 0.0)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexgui.core.diagnose.gram_matrix import explained_by, gram_matrix
-from flexgui.core.least_squares import Limits, descend
+from flexgui.core.least_squares import BoundsAndPrior, levenberg_marquardt
 from flexgui.core.noise.sensor_noise import noise_of
 from flexgui.core.noise.whitening import no_whitening
 
@@ -76,7 +76,7 @@ def test_a_nuisance_that_is_known_hides_no_effect(seed: int) -> None:
 
     def reduction(slopes: list[np.ndarray], deviations: float | np.ndarray) -> float:
         P = slopes[0].shape[-1]
-        limits = Limits(-np.ones(P), np.ones(P), np.ones(P), np.zeros(P), deviations)
+        limits = BoundsAndPrior(-np.ones(P), np.ones(P), np.ones(P), np.zeros(P), deviations)
         prior = limits.prior_measurements(np.zeros(P))
         projected = gram_matrix(residuals, slopes, columns, no_whitening, prior).projected()
         return explained_by(projected, [0], [False]).cost_reduction
@@ -107,16 +107,16 @@ def rosenbrock_slopes(x: np.ndarray) -> list[np.ndarray]:
 
 
 def test_the_descent_reaches_the_bottom_of_a_curved_valley() -> None:
-    limits = Limits(np.full(2, -5.0), np.full(2, 5.0), np.ones(2))
-    found = descend(
+    limits = BoundsAndPrior(np.full(2, -5.0), np.full(2, 5.0), np.ones(2))
+    found = levenberg_marquardt(
         rosenbrock, rosenbrock_slopes, np.array([-1.2, 1.0]), limits, most=200, good_enough=0.0
     )
     assert found.vector == pytest.approx([1.0, 1.0], abs=1e-6)
 
 
 def test_the_descent_stops_at_a_bound() -> None:
-    limits = Limits(np.array([-5.0, -5.0]), np.array([0.5, 5.0]), np.ones(2))
-    found = descend(
+    limits = BoundsAndPrior(np.array([-5.0, -5.0]), np.array([0.5, 5.0]), np.ones(2))
+    found = levenberg_marquardt(
         rosenbrock, rosenbrock_slopes, np.array([-1.2, 1.0]), limits, most=200, good_enough=0.0
     )
     assert found.vector == pytest.approx([0.5, 0.25], abs=1e-6)

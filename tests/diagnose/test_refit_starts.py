@@ -12,7 +12,7 @@ import pytest
 
 from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.segment import Segment
-from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.refit import fit
 from flexgui.core.diagnose.refit_starts import (
     GRID_RATIO,
@@ -75,7 +75,7 @@ def recorded(cb: float = TRUTH["cb"]) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def data() -> Data:
+def data() -> FitProblem:
     return data_of(TRUTH["cb"])
 
 
@@ -86,30 +86,30 @@ def stiffnesses(shares: Mapping[str, float]) -> tuple[Unknown, ...]:
     )
 
 
-def data_of(cb: float) -> Data:
+def data_of(cb: float) -> FitProblem:
     bare = Model(ARM, DRIVE, "nonlinear")
     one = prepare(bare, recorded(cb), [sensor("encoder")], Processing())
     nuisance = stiffnesses(BENT)
     floors = {"theta1": NOISE, "theta2": NOISE}
     weights = (np.full(2, 1.0 / NOISE),)
-    return Data(bare, (one,), nuisance, weights, floors, {}, typical(ARM), 2)
+    return FitProblem(bare, (one,), nuisance, weights, floors, {}, typical(ARM), 2)
 
 
 def apart(values: Mapping[str, float]) -> float:
     return max(abs(values[name] / true - 1.0) for name, true in TRUTH.items())
 
 
-def bent(data: Data) -> Hypothesis:
-    return hypothesis(data, [], {})
+def bent(data: FitProblem) -> ParametrisedModel:
+    return parametrised(data, [], {})
 
 
-def test_the_first_swings_tell_the_base_from_the_beam(data: Data) -> None:
+def test_the_first_swings_tell_the_base_from_the_beam(data: FitProblem) -> None:
     before = bent(data)
     begun = {**before.values(), "cb": compliance(ARM, 60.0)}
     first, found = starts(data, before, [BASE], begun, ["cb"], lambda: False)
     assert first == begun and apart(found) < FOUND
-    there = fit(hypothesis(data, [BASE], found), None, lambda: False, 10)
-    plain = fit(hypothesis(data, [BASE], begun), None, lambda: False, 10)
+    there = fit(parametrised(data, [BASE], found), None, lambda: False, 10)
+    plain = fit(parametrised(data, [BASE], begun), None, lambda: False, 10)
     assert there.cost < 0.1 * plain.cost  # or there was nothing to escape from
 
 
@@ -122,7 +122,7 @@ def test_a_base_between_two_sizes_of_the_grid_is_among_the_starts(hz: float) -> 
     assert min(abs(np.log(one["cb"] / size)) for one in near) < np.log(GRID_RATIO)
 
 
-def valleys(data: Data, share: float, at: Values) -> list[Values]:
+def valleys(data: FitProblem, share: float, at: Values) -> list[Values]:
     """The sizes of the base whose cost is below that of their neighbours."""
     horizon = Horizon(data, [BASE], share, (), lambda: False)
     return horizon.local_minima({**bent(data).values(), **at}, grid_sizes(data, [BASE], ["cb"]))
@@ -145,24 +145,24 @@ def test_close_sizes_hold_the_grid_and_leave_no_wide_gap() -> None:
 
 def test_what_does_not_swing_begins_where_the_model_stands_and_at_the_nominal_values() -> None:
     known = stated(data_of(TRUTH["cb"]), AWAY)
-    wrong = hypothesis(known, [], {name: TRUTH[name] * x for name, x in BENT.items()})
+    wrong = parametrised(known, [], {name: TRUTH[name] * x for name, x in BENT.items()})
     tried = starts(known, wrong, [effect("viscous_friction")], {"fv1": 0.1}, [], lambda: False)
     arms = [{n: one[n] / TRUTH[n] for n in ("EI1", "EI2")} for one in tried]
     assert arms == [pytest.approx(BENT), pytest.approx({"EI1": AWAY, "EI2": AWAY})]
     assert all(one["fv1"] == 0.1 for one in tried)
 
 
-def test_a_parameter_that_follows_hides_no_valley(data: Data) -> None:
+def test_a_parameter_that_follows_hides_no_valley(data: FitProblem) -> None:
     """With the beams held where they are wrong, the cost over the base's compliance is higher than
     with the beams where straight lines take them."""
-    h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]}).half_substeps
+    h = parametrised(data, [BASE], {"cb": TRUTH["cb"]}).half_substeps
     k = h.unknowns.labels.index("cb")
     ((cost, there),) = profile_costs(h, [k], [h.vector])
     assert cost < cost_of(h.errors(h.vector)) and there[k] == h.vector[k]
 
 
-def test_who_stops_gets_what_was_compared_so_far(data: Data) -> None:
-    h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]})
+def test_who_stops_gets_what_was_compared_so_far(data: FitProblem) -> None:
+    h = parametrised(data, [BASE], {"cb": TRUTH["cb"]})
     assert profile_costs(h, [0], [h.vector] * 3, lambda: True) == []
 
 
@@ -173,7 +173,7 @@ def test_each_size_is_in_one_batch() -> None:
     assert [len(part) for part in parts] == [8, 8, 3]
 
 
-def stated(data: Data, share: float) -> Data:
+def stated(data: FitProblem, share: float) -> FitProblem:
     """With both stiffnesses stated at a share of the truth."""
     nuisance = tuple(
         replace(u, parameter=replace(u.parameter, value=share * TRUTH[u.label]))
@@ -187,18 +187,18 @@ AWAY = 1.1
 
 
 def test_a_complete_model_in_a_wrong_valley_is_led_out_of_it_by_the_nominal_values(
-    data: Data,
+    data: FitProblem,
 ) -> None:
     known = stated(data, AWAY)
     wrong = {name: TRUTH[name] * x for name, x in BENT.items()}
     values = {**wrong, "cb": compliance(ARM, 60.0)}
-    stuck = fit(hypothesis(known, [BASE], values), None, lambda: False, 10).hypothesis
+    stuck = fit(parametrised(known, [BASE], values), None, lambda: False, 10).parametrised
     assert apart(stuck.values()) > FOUND  # or there was nothing to escape from
     found = start_from_nominal(known, stuck, lambda: False)
     assert found is not None and apart(found) < FOUND
 
 
-def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: Data) -> None:
-    at = hypothesis(stated(data, 1.0), [BASE], TRUTH)
+def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: FitProblem) -> None:
+    at = parametrised(stated(data, 1.0), [BASE], TRUTH)
     assert start_from_nominal(stated(data, 1.0), at, lambda: False) is None
     assert start_from_nominal(stated(data, AWAY), at, lambda: False) is None

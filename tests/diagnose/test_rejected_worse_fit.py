@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from flexgui.core.diagnose import acceptance, search_round
-from flexgui.core.diagnose.fit_problem import Data, Hypothesis
+from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel
 from flexgui.core.diagnose.refit import Refit
 from flexgui.core.effects import effect
 from flexgui.core.results import Reason
@@ -18,10 +18,10 @@ from tests.diagnose.test_stated_effects import bare
 converged = acceptance.converge
 
 
-def leaving(times: float) -> Callable[..., tuple[Data, Refit]]:
+def leaving(times: float) -> Callable[..., tuple[FitProblem, Refit]]:
     """As `converged`, with so many times the squared error of the model without the effect."""
 
-    def found(data: Data, h: Hypothesis, *rest: Any) -> tuple[Data, Refit]:
+    def found(data: FitProblem, h: ParametrisedModel, *rest: Any) -> tuple[FitProblem, Refit]:
         data, refit = converged(data, h, *rest)
         cost = times * bare().base.cost
         return data, replace(refit, descended=replace(refit.descended, cost=cost))

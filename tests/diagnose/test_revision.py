@@ -14,7 +14,7 @@ from flexgui.core.diagnose.cost_minimum import (
     converge,
     converge_precisely,
 )
-from flexgui.core.diagnose.fit_problem import Data, hypothesis, with_values
+from flexgui.core.diagnose.fit_problem import FitProblem, parametrised, with_values
 from flexgui.core.diagnose.linear_screen import screen
 from flexgui.core.diagnose.removal_and_exchange import _simpler_replacements, best_exchange
 from flexgui.core.effects import effect
@@ -28,9 +28,9 @@ NEVER = lambda: False  # noqa: E731
 def exchanged(present: list[str], candidates: list[str]) -> tuple[str, ...] | None:
     """What the model has after an exchange on recordings with viscous friction."""
     effects = [effect(kind) for kind in present]
-    start = hypothesis(bare().data, effects, bare().base.hypothesis.values())
+    start = parametrised(bare().data, effects, bare().base.parametrised.values())
     data, refit = converge(bare().data, start, None, NEVER)
-    seen = screen(data, refit.hypothesis, effects, [effect(kind) for kind in candidates])
+    seen = screen(data, refit.parametrised, effects, [effect(kind) for kind in candidates])
     found = best_exchange(data, refit, effects, 0, seen, NEVER)
     return None if found is None else tuple(e.kind for e in found[1])
 
@@ -62,17 +62,17 @@ def test_what_is_true_stays() -> None:
 
 def test_the_last_descent_ends_at_the_minimum() -> None:
     """From a coefficient that is off by some deviations it comes to where another one comes."""
-    data: Data = bare().data
+    data: FitProblem = bare().data
     viscous = [effect("viscous_friction")]
     ends = []
     for factor in (0.97, 1.03):
         start = {
-            **bare().base.hypothesis.values(), "fv1": factor * TRUE, "fv2": factor * TRUE / 2
+            **bare().base.parametrised.values(), "fv1": factor * TRUE, "fv2": factor * TRUE / 2
         }  # fmt: skip
-        anchored, refit = converge(data, hypothesis(data, viscous, start), None, NEVER)
+        anchored, refit = converge(data, parametrised(data, viscous, start), None, NEVER)
         ends.append(converge_precisely(anchored, refit, NEVER)[1])
-    a, b = (end.hypothesis.values()["fv1"] for end in ends)
-    at = ends[0].hypothesis.unknowns.labels.index("fv1")
+    a, b = (end.parametrised.values()["fv1"] for end in ends)
+    at = ends[0].parametrised.unknowns.labels.index("fv1")
     deviation = float(ends[0].covariance[at, at] ** 0.5)
     assert abs(a - b) < 0.1 * deviation
 
@@ -80,7 +80,7 @@ def test_the_last_descent_ends_at_the_minimum() -> None:
 def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() -> None:
     data = bare().data
     (nominal,) = [u.parameter for u in data.nuisance if u.parameter.name == "EI"]
-    away = hypothesis(data, (), {**bare().base.hypothesis.values(), "EI": 0.99 * nominal.upper})
+    away = parametrised(data, (), {**bare().base.parametrised.values(), "EI": 0.99 * nominal.upper})
     found = _start_off_bounds(data, away, NEVER)
     assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
     assert _start_off_bounds(data, found, NEVER) is None
@@ -92,7 +92,7 @@ of the step, and here the steps are such that it is more than ten."""
 
 
 def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
-    h = bare().base.hypothesis
+    h = bare().base.parametrised
     data, plain = anchor_at(bare().data, h)
     exact = errors_with(h.residuals, h.vector, 128)
     taken_off = with_values(data, h, refine=1).errors(h.vector)

@@ -87,7 +87,7 @@ def followed(stop_after: int | None = None) -> tuple[Screen, list[Screen], list[
 
     start = begun()
     candidates = applicable(start.data, ())
-    found = screen(start.data, start.base.hypothesis, (), candidates, hear, sketches.append)
+    found = screen(start.data, start.base.parametrised, (), candidates, hear, sketches.append)
     return found, sketches, told
 
 
@@ -112,7 +112,7 @@ def test_the_first_ranking_knows_every_candidate_and_says_what_it_lacks() -> Non
 def test_who_follows_changes_no_figure() -> None:
     found, _, _ = followed()
     start = begun()
-    alone = screen(start.data, start.base.hypothesis, (), applicable(start.data, ()))
+    alone = screen(start.data, start.base.parametrised, (), applicable(start.data, ()))
     assert _figures(alone) == _figures(found)
 
 
@@ -136,7 +136,7 @@ def test_an_effect_whose_refit_diverges_is_named_although_another_one_is_added(
 
     def diverging(*arguments: Any) -> Refit:
         found = finish_refit(*arguments)
-        if lost not in found.hypothesis.model.effects:
+        if lost not in found.parametrised.model.effects:
             return found
         return replace(found, descended=replace(found.descended, cost=np.inf))
 

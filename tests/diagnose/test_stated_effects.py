@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.base_fit import BaseFit
-from flexgui.core.diagnose.fit_problem import hypothesis, with_values
+from flexgui.core.diagnose.fit_problem import parametrised, with_values
 from flexgui.core.diagnose.refit import fit, with_robust_covariance
 from flexgui.core.diagnose.removal_and_exchange import needed_effects
 from flexgui.core.effects import effect
@@ -45,21 +45,21 @@ def bare() -> BaseFit:
 
 def test_a_parameter_that_is_not_to_vary_stays_where_it_was_stated() -> None:
     found = begun(fv1={"start": 5.0, "vary": False}, fv2=3.0)
-    h = found.base.hypothesis
+    h = found.base.parametrised
     assert "fv1" not in h.unknowns.labels and "fv2" in h.unknowns.labels
     assert h.model.effect_values["fv1"] == 5.0
     more = [*h.model.effects, effect("tip_payload")]
-    later = hypothesis(found.data, more, h.values())
+    later = parametrised(found.data, more, h.values())
     assert later.model.effect_values["fv1"] == 5.0 and "fv1" not in later.unknowns.labels
 
 
 def test_a_users_bounds_hold_in_the_diagnosis() -> None:
-    at = begun(fv1={"start": 5.0, "upper": 5.5}, fv2=3.0).base.hypothesis
+    at = begun(fv1={"start": 5.0, "upper": 5.5}, fv2=3.0).base.parametrised
     assert at.values()["fv1"] == pytest.approx(5.5)
 
 
 def test_without_a_word_a_stated_effect_is_estimated() -> None:
-    at = begun(fv1=5.0, fv2=2.0).base.hypothesis
+    at = begun(fv1=5.0, fv2=2.0).base.parametrised
     assert at.values()["fv1"] == pytest.approx(TRUE, rel=SAME)
 
 
@@ -67,9 +67,9 @@ def test_the_last_effect_goes_too_where_the_others_do_as_well_without_it() -> No
     """It has no size, and the friction before it now stands where it belongs."""
     data = bare().data
     viscous, payload = effect("viscous_friction"), effect("tip_payload")
-    values = {**bare().base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-6}
+    values = {**bare().base.parametrised.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-6}
     whole = with_robust_covariance(
-        fit(hypothesis(data, [viscous, payload], values), None, lambda: False, 6)
+        fit(parametrised(data, [viscous, payload], values), None, lambda: False, 6)
     )
     kept = needed_effects(data, whole, [viscous, payload], 0, lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]
@@ -79,8 +79,10 @@ def test_the_last_effect_goes_too_where_the_others_do_as_well_without_it() -> No
 def test_an_effect_that_is_needed_stays_though_it_is_the_last() -> None:
     data = bare().data
     viscous = effect("viscous_friction")
-    start = {**bare().base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2}
-    whole = with_robust_covariance(fit(hypothesis(data, [viscous], start), None, lambda: False, 6))
+    start = {**bare().base.parametrised.values(), "fv1": TRUE, "fv2": TRUE / 2}
+    whole = with_robust_covariance(
+        fit(parametrised(data, [viscous], start), None, lambda: False, 6)
+    )
     kept = needed_effects(data, whole, [viscous], 0, lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]
 
@@ -89,8 +91,8 @@ def test_unknowns_have_one_order_where_an_effect_is_stated_beside_first_places()
     """Else a vector was read with the labels of another, and every refit beside a stated effect
     ended far off."""
     found = begun(fv1=5.0, fv2=3.0)
-    more = hypothesis(found.data, [*found.base.hypothesis.model.effects, effect("tip_payload")],
-                      found.base.hypothesis.values())  # fmt: skip
+    more = parametrised(found.data, [*found.base.parametrised.model.effects, effect("tip_payload")],
+                      found.base.parametrised.values())  # fmt: skip
     assert "start_theta1@" in " ".join(more.unknowns.labels)
     again = with_values(found.data, more, refine=1)
     assert again.unknowns.labels == more.unknowns.labels

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from flexgui.core.diagnose.diagnose import diagnose
-from flexgui.core.diagnose.fit_problem import Data, undetectable_parameters
+from flexgui.core.diagnose.fit_problem import FitProblem, undetectable_parameters
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.diagnose.search_round import applicable, not_applicable, ruled_out
 from flexgui.core.effects import catalogue, effect
@@ -21,7 +21,7 @@ WORDS = RigSpec.words()
 KINDS = sorted(catalogue())
 
 
-def known(*statements: str) -> Data:
+def known(*statements: str) -> FitProblem:
     return replace(bare().data, stated_rig={name: WORDS[name] for name in statements})
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose.fit_problem import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.remaining_error import remaining_error
 from flexgui.core.diagnose.vibration_lines import LEAST_LINE_SHARE, line_of, unexplained_line
 from flexgui.core.effects import effect
@@ -62,15 +62,15 @@ def errors_with(
     return e.processing.apply(block, DT)
 
 
-def fitted(model: Model, e: Prepared) -> Hypothesis:
+def fitted(model: Model, e: Prepared) -> ParametrisedModel:
     """A model at its own values, as something that was fitted."""
     ones = (np.ones(len(e.channels)),)
     bare = model.bare or model
-    data = Data(bare, (e,), (), ones, {}, {}, typical(PAPER), None)
-    return hypothesis(data, model.effects, model.effect_values)
+    data = FitProblem(bare, (e,), (), ones, {}, {}, typical(PAPER), None)
+    return parametrised(data, model.effects, model.effect_values)
 
 
-def found(e: Prepared, errors: np.ndarray, model: Hypothesis | None = None) -> float | None:
+def found(e: Prepared, errors: np.ndarray, model: ParametrisedModel | None = None) -> float | None:
     """Hz of the line that is told."""
     one = unexplained_line([e], [errors], model, ABOVE)
     assert one is None or one.channel == "z1"

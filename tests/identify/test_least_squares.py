@@ -10,13 +10,13 @@ import pytest
 from flexgui.core.least_squares import (
     FIRST_DAMPING,
     WORST_DAMPING,
+    BoundsAndPrior,
     Descended,
-    Limits,
-    descend,
+    levenberg_marquardt,
     predicted_reduction,
 )
 
-LIMITS = Limits(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
+LIMITS = BoundsAndPrior(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
 SAMPLES = 500
 NOISE = 0.1
 BENT = 0.02
@@ -52,7 +52,7 @@ class Curve:
 
 
 def descended(curve: Curve) -> Descended:
-    return descend(curve.errors, curve.slopes, np.zeros(2), LIMITS, good_enough=1e-9)
+    return levenberg_marquardt(curve.errors, curve.slopes, np.zeros(2), LIMITS, good_enough=1e-9)
 
 
 TIMES = np.linspace(0.0, 1.0, 60)[:, None]
@@ -82,7 +82,7 @@ def test_no_restart_gains_from_where_a_descent_ended(name: str, damping: float) 
         y = model(true) + noise * rng.standard_normal((len(TIMES), 1))
         below, above = rng.uniform(-0.05, 0.6, (2, P)) if seed % 2 else np.full((2, P), 9.0)
         deviations = rng.uniform(0.3, 30.0, P) if seed % 3 else np.full(P, np.inf)
-        limits = Limits(true - below, true + above, np.ones(P), np.array(true), deviations)
+        limits = BoundsAndPrior(true - below, true + above, np.ones(P), np.array(true), deviations)
 
         def errors(x: np.ndarray) -> list[np.ndarray]:
             return [(y - model(x)) / noise]  # noqa: B023
@@ -92,7 +92,7 @@ def test_no_restart_gains_from_where_a_descent_ended(name: str, damping: float) 
             return [np.stack(sides, axis=-1)]
 
         def end(start: np.ndarray, damping: float) -> tuple[Descended, float]:
-            found = descend(errors, slopes, start, limits, most=200, damping=damping)  # noqa: B023
+            found = levenberg_marquardt(errors, slopes, start, limits, most=200, damping=damping)  # noqa: B023
             return found, found.cost + float(limits.prior_cost(found.vector))  # noqa: B023
 
         found, cost = end(true + spread * rng.standard_normal(P), damping)
@@ -120,7 +120,7 @@ FAR = (2.6, 0.0)
 
 def test_a_minimum_beyond_what_straight_lines_promise_is_reached() -> None:
     level = Level()
-    found = descend(level.errors, level.slopes, np.array(FAR), LIMITS, good_enough=1e-6)
+    found = levenberg_marquardt(level.errors, level.slopes, np.array(FAR), LIMITS, good_enough=1e-6)
     assert found.ended
     assert found.vector[0] == pytest.approx(0.0, abs=1e-3)
 
@@ -129,7 +129,7 @@ def test_at_a_minimum_that_no_step_improves_a_descent_ends_after_one_try() -> No
     """Beyond it a simulation's own error decides which of two points is lower."""
     bottom = descended(Curve()).vector
     curve = Curve(rough=1e-4)
-    found = descend(curve.errors, curve.slopes, bottom, LIMITS, share=1e-4)
+    found = levenberg_marquardt(curve.errors, curve.slopes, bottom, LIMITS, share=1e-4)
     assert found.iterations == 1
     assert curve.asked["errors"] <= 2
 
@@ -147,9 +147,11 @@ def test_the_fall_that_is_promised_is_what_straight_lines_give() -> None:
 def test_a_descent_in_two_parts_ends_where_it_would_in_one() -> None:
     whole = descended(Curve())
     curve = Curve()
-    first = descend(curve.errors, curve.slopes, np.zeros(2), LIMITS, most=2, good_enough=1e-9)
+    first = levenberg_marquardt(
+        curve.errors, curve.slopes, np.zeros(2), LIMITS, most=2, good_enough=1e-9
+    )
     assert not first.ended and whole.ended
-    rest = descend(
+    rest = levenberg_marquardt(
         curve.errors, curve.slopes, first.vector, LIMITS, good_enough=1e-9, damping=first.damping
     )
     assert np.array_equal(rest.vector, whole.vector)
@@ -160,7 +162,9 @@ def test_where_rough_slopes_lead_uphill_exact_ones_are_taken() -> None:
     """Half the steps point the wrong way where a vibration is fast for them."""
     curve, at = Curve(), np.zeros(2)
     uphill = lambda x: [-S for S in curve.slopes(x)]  # noqa: E731
-    stuck = descend(curve.errors, uphill, at, LIMITS, good_enough=1e-9)
+    stuck = levenberg_marquardt(curve.errors, uphill, at, LIMITS, good_enough=1e-9)
     assert stuck.vector == pytest.approx(at)
-    found = descend(curve.errors, uphill, at, LIMITS, good_enough=1e-9, exact=curve.slopes)
+    found = levenberg_marquardt(
+        curve.errors, uphill, at, LIMITS, good_enough=1e-9, exact=curve.slopes
+    )
     assert found.vector == pytest.approx(descended(Curve()).vector, abs=1e-6)

@@ -19,7 +19,7 @@ from flexgui.core.identify.refinement import refine
 from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.uncertainty import FEW_LAGS, cross_covariances
 from flexgui.core.identify.unknowns import Unknowns, collect_unknowns
-from flexgui.core.least_squares import limits_of
+from flexgui.core.least_squares import bounds_and_prior
 from flexgui.core.model import Model
 from flexgui.core.progress import Progress, Silent, StoppedError, use_progress
 from flexgui.core.recording.recording import Recording
@@ -221,7 +221,7 @@ def test_corrected_steps_lead_to_the_minimum_from_far_away(
         Predictor(experiments, unknowns, steps=1), channel_weights(experiments, {})
     )
     start = whole.vector * np.array([1.02, 0.98])
-    slopes, limits = residuals.sensitivities(start), limits_of(unknowns.parameters)
+    slopes, limits = residuals.sensitivities(start), bounds_and_prior(unknowns.parameters)
     _, found = corrected_minimum(residuals, start, slopes, limits)
     deviations = np.array([e.std for e in whole.fit.estimates])
     assert np.all(np.abs(start - whole.vector) > 5.0 * deviations)

@@ -11,7 +11,7 @@ import scipy
 
 from flexgui.core.diagnose.acceptance import Round
 from flexgui.core.diagnose.base_fit import BaseFit, fit_base
-from flexgui.core.diagnose.fit_problem import hypothesis
+from flexgui.core.diagnose.fit_problem import parametrised
 from flexgui.core.diagnose.output_changes import trials
 from flexgui.core.diagnose.search_round import applicable, search_round
 from flexgui.core.effects import catalogue
@@ -97,7 +97,7 @@ def _peer(begun: BaseFit, candidates: Sequence[Effect]) -> tuple[float, float]:
     spent, parameters, cost = 0.0, 0, np.inf
     chosen = [c for c in candidates if c.kind in REFITTED_BY_PEER]
     for one in chosen:
-        start = hypothesis(begun.data, [one], begun.base.hypothesis.values())
+        start = parametrised(begun.data, [one], begun.base.parametrised.values())
         begin_at = time.perf_counter()
         limits = start.limits
         found = scipy.optimize.least_squares(
@@ -116,5 +116,5 @@ def _peer(begun: BaseFit, candidates: Sequence[Effect]) -> tuple[float, float]:
 
 def _free(begun: BaseFit, candidate: Effect) -> int:
     """Parameters that a refit frees."""
-    tried = trials(begun.base.hypothesis, candidate, begun.data)
+    tried = trials(begun.base.parametrised, candidate, begun.data)
     return len({t.parameter for t in tried})

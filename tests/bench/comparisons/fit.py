@@ -14,7 +14,7 @@ from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.refinement import EXPENSIVE_TOLERANCE, HORIZON_TOLERANCE
 from flexgui.core.identify.unknowns import Unknowns, collect_unknowns
-from flexgui.core.least_squares import Blocks, descend, limits_of
+from flexgui.core.least_squares import Blocks, bounds_and_prior, levenberg_marquardt
 from flexgui.core.model import Model
 from flexgui.core.progress import Silent
 from flexgui.core.recording.spec import SimulateSpec
@@ -59,8 +59,8 @@ class Fitting:
         shares = {FIRST: HORIZON_TOLERANCE, 1.0: EXPENSIVE_TOLERANCE}
         for share, tolerance in shares.items():
             errors, slopes = self._sensed(compiled, steps, share)
-            x = descend(
-                errors, slopes, x, limits_of(self.unknowns.parameters), good_enough=0.0,
+            x = levenberg_marquardt(
+                errors, slopes, x, bounds_and_prior(self.unknowns.parameters), good_enough=0.0,
                 share=tolerance,
             ).vector  # fmt: skip
         return x
