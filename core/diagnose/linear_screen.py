@@ -103,8 +103,7 @@ INTERIM_ROUNDS = (1, 2, 4)
 
 def screen(
     data: FitProblem, base: ParametrisedModel, accepted: Sequence[Effect],
-    candidates: Sequence[Effect],
-    on_progress: Callable[[str], bool] = lambda _: False,
+    candidates: Sequence[Effect], on_progress: Callable[[str], bool] = lambda _: False,
     on_interim: Callable[[Screen], None] | None = None,
 ) -> Screen:  # fmt: skip
     """Scores every candidate. `on_progress(title)` is called after each; True stops. `on_interim`

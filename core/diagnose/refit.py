@@ -99,10 +99,9 @@ def with_whitened_cost(refit: Refit, whitener: Whitener) -> Refit:
 
 
 def refit_with(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect], values: Mapping[str,
-    float],
-    whitener: Whitener, slopes: Sequence[np.ndarray], scanned: Sequence[str],
-    stopped: Callable[[], bool], most: int = ROUGH_ITERATIONS,
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    values: Mapping[str, float], whitener: Whitener, slopes: Sequence[np.ndarray],
+    scanned: Sequence[str], stopped: Callable[[], bool], most: int = ROUGH_ITERATIONS,
 ) -> Refit:  # fmt: skip
     """Fits the model with `effects` from the best of several starts, which are compared coarsely
     after a few iterations.
@@ -116,9 +115,9 @@ def refit_with(
 
 
 def best_start(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect], values: Mapping[str,
-    float],
-    slopes: Sequence[np.ndarray], scanned: Sequence[str], stopped: Callable[[], bool],
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    values: Mapping[str, float], slopes: Sequence[np.ndarray], scanned: Sequence[str],
+    stopped: Callable[[], bool],
 ) -> tuple[ParametrisedModel, int]:  # fmt: skip
     """The best start, and the iterations spent to find it."""
     candidates = starts(data, base, effects, values, scanned, stopped)

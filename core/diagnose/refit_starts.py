@@ -63,9 +63,8 @@ Values = dict[str, float]
 
 
 def starts(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect], values: Mapping[str,
-    float],
-    scanned: Sequence[str], stopped: Callable[[], bool],
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    values: Mapping[str, float], scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> list[Values]:  # fmt: skip
     """Starts of the model with `effects`, the new one last, over whole recordings; the first begins
     where the base stands, at its minimum without the new effect. `values`: where the screen would
@@ -134,8 +133,7 @@ class Horizon:
     @classmethod
     def for_effects(
         cls, data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
-        values: Mapping[str, float],
-        stopped: Callable[[], bool],
+        values: Mapping[str, float], stopped: Callable[[], bool],
     ) -> Horizon | None:  # fmt: skip
         """None if the last effect leaves the arm's vibrations unchanged, or if no first part shows
         enough."""

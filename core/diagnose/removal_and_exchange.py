@@ -170,8 +170,7 @@ def _exchanges(
 
 def _replacements(
     data: FitProblem, refit: Refit, present: Sequence[Effect], places: Sequence[int],
-    screened: Screen,
-    simpler: Sequence[Effect] = (),
+    screened: Screen, simpler: Sequence[Effect] = (),
 ) -> list[_Exchange]:  # fmt: skip
     """Replacements of the effects at some places, most likely first; `simpler` effects stay beside
     them."""

@@ -227,9 +227,9 @@ class PartialRefit:
 
 
 def begin_refit(
-    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect], values: Mapping[str,
-    float],
-    slopes: Sequence[np.ndarray], scanned: Sequence[str], stopped: Callable[[], bool],
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    values: Mapping[str, float], slopes: Sequence[np.ndarray], scanned: Sequence[str],
+    stopped: Callable[[], bool],
 ) -> PartialRefit:  # fmt: skip
     """The first iterations of `core.diagnose.refit.refit_with`."""
     reused = slopes_by_label(base, slopes)
