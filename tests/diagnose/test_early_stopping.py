@@ -11,7 +11,7 @@ from flexgui.core.diagnose.evidence import penalised_error
 from flexgui.core.diagnose.search_round import still_competitive
 
 COUNT = 1000
-BASE = SimpleNamespace(cost=101.0 * COUNT, hypothesis=SimpleNamespace(unknowns=range(5)))
+BASE = SimpleNamespace(cost=101.0 * COUNT, parametrised=SimpleNamespace(unknowns=range(5)))
 
 
 def runner(left: float, bound: float, own: int = 1) -> Any:
@@ -19,7 +19,7 @@ def runner(left: float, bound: float, own: int = 1) -> Any:
     hypothesis = SimpleNamespace(unknowns=range(5 + own))
     costs = [(1.0 + 100.0 * share) * COUNT for share in (left, bound)]
     return SimpleNamespace(
-        refit=SimpleNamespace(cost=costs[0], hypothesis=hypothesis), bound=costs[1]
+        refit=SimpleNamespace(cost=costs[0], parametrised=hypothesis), bound=costs[1]
     )
 
 

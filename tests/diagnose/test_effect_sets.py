@@ -125,7 +125,7 @@ class Scripted(Acceptance):
     """Refits are not made, and what is asked for beside the best effect is noted."""
 
     def _converge(self, best):
-        after = SimpleNamespace(cost=SAMPLES, hypothesis=best.screened.effect.kind)
+        after = SimpleNamespace(cost=SAMPLES, parametrised=best.screened.effect.kind)
         return best, self.data, after
 
     def try_jointly(self, together, found):

@@ -208,7 +208,7 @@ def test_no_error_of_one_recording_is_correlated_with_those_of_another(
     recordings = [coloured(k, M, 0.9, 0.3) + 0.5 for k, M in enumerate(lengths)]
     counted = [np.ones(r.shape, dtype=bool) for r in recordings]
     residuals = SimpleNamespace(counted=counted)
-    base = SimpleNamespace(errors=recordings, hypothesis=SimpleNamespace(residuals=residuals))
+    base = SimpleNamespace(errors=recordings, parametrised=SimpleNamespace(residuals=residuals))
     planned = FittedModel(SimpleNamespace(base=base)).errors  # type: ignore[arg-type]
     pairs = zip(reversed(recordings), reversed(counted), strict=True)
     turned = autocovariance(*[(r * (-1.0) ** k, counts) for k, (r, counts) in enumerate(pairs)])
