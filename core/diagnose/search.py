@@ -13,6 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+import numpy as np
+
 from ..diagnose.acceptance import WHOLE_SHARE, ModelCheck, Round
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import resolved
@@ -37,7 +39,7 @@ from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
 from ..diagnose.search_round import REFITTED, applicable, search_round
 from ..effects.effect import Effect
 from ..least_squares import cost_of
-from ..noise.noise_floor import Floor
+from ..noise.noise_floor import Floor, squares_by_channel
 from ..progress import Progress
 from ..results import Objection, Reason
 from ..sentences import listed
@@ -319,14 +321,14 @@ class Search:
     def _check(self, model: FittedModel) -> ModelCheck:
         """Rejects a model that increases the validation error by more than noise could. What the
         laws of the model before may miss counts as noise unless the new one explains nearly all of
-        it."""
+        what is surely above the noise."""
 
         law, errors = model.with_law_errors().data, model.refit.errors
         idealised = within_noise(law, errors) and not within_noise(model.data, errors)
 
         def refuse(data: FitProblem, refit: Refit) -> Objection | None:
-            left, above = (r.cost - data.count for r in (refit, model.refit))
-            if idealised and left > (1.0 - WHOLE_SHARE) * above:
+            left, above = (_surely_above_noise(data, r.errors) for r in (refit, model.refit))
+            if idealised and not left < (1.0 - WHOLE_SHARE) * above:
                 return Objection(Reason.WITHIN_LAWS)
             old, new = (self._unseen(*m) for m in ((model.data, model.refit), (data, refit)))
             if old is None or new is None:
@@ -336,3 +338,10 @@ class Search:
             return Objection(Reason.UNSEEN, unseen=(math.sqrt(old), math.sqrt(new)))
 
         return refuse
+
+
+def _surely_above_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> float:
+    """Squared error above the noise in each channel, however well this is known."""
+    squares = squares_by_channel(data.experiments, errors)
+    within = {n: data.floor_uncertainty.get(n, 1.0) for n in squares}
+    return sum(max(float(np.sum(x)) / within[n] ** 2 - len(x), 0.0) for n, x in squares.items())
