@@ -321,14 +321,14 @@ class Search:
     def _check(self, model: FittedModel) -> ModelCheck:
         """Rejects a model that increases the validation error by more than noise could. What the
         laws of the model before may miss counts as noise unless the new one explains nearly all of
-        what is surely above the noise."""
+        it, however well the noise is known."""
 
         law, errors = model.with_law_errors().data, model.refit.errors
         idealised = within_noise(law, errors) and not within_noise(model.data, errors)
 
         def refuse(data: FitProblem, refit: Refit) -> Objection | None:
-            left, above = (_surely_above_noise(data, r.errors) for r in (refit, model.refit))
-            if idealised and not left < (1.0 - WHOLE_SHARE) * above:
+            left, above = (_above_noise(data, r.errors) for r in (refit, model.refit))
+            if idealised and not np.all(left < (1.0 - WHOLE_SHARE) * above):
                 return Objection(Reason.WITHIN_LAWS)
             old, new = (self._unseen(*m) for m in ((model.data, model.refit), (data, refit)))
             if old is None or new is None:
@@ -340,8 +340,11 @@ class Search:
         return refuse
 
 
-def _surely_above_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> float:
-    """Squared error above the noise in each channel, however well this is known."""
-    squares = squares_by_channel(data.experiments, errors)
-    within = {n: data.floor_uncertainty.get(n, 1.0) for n in squares}
-    return sum(max(float(np.sum(x)) / within[n] ** 2 - len(x), 0.0) for n, x in squares.items())
+def _above_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> np.ndarray:
+    """(2,): squared error above the noise in each channel, for the noise as it is estimated and as
+    large as it may be."""
+    squares, total = squares_by_channel(data.experiments, errors), np.zeros(2)
+    for name, x in squares.items():
+        within = np.array([1.0, data.floor_uncertainty.get(name, 1.0)])
+        total += np.maximum(np.sum(x) / within**2 - len(x), 0.0)
+    return total
