@@ -61,7 +61,7 @@ def diagnose(
     proposed = found.proposed
     if not options.adds:
         climbed, proposed = climbed.as_given(), (*climbed.added, *proposed)
-    first, last = climbed.rungs[0].model.with_law_errors(), _final(climbed, options, progress)
+    first, last = climbed.rungs[0].model.with_law_errors, _final(climbed, options, progress)
     climbed = climbed.ending(last)
     final_fit = memo.base_fit(last)
     if on_end is not None:
@@ -97,11 +97,11 @@ def _final(climbed: Ladder, options: Options, progress: Progress) -> FittedModel
     """The last model at its precise minimum, with what is stated of it."""
     last = climbed.rungs[-1].model
     if progress.stopped():
-        return last.with_law_errors()
+        return last.with_law_errors
     data, refit = converge_precisely(last.data, last.refit, progress.stopped)
     if data.rig.servo:
         refit = with_simulated_deviations(data, refit, options.stated_noise)
-    return replace(last, data=data, refit=refit).with_law_errors()
+    return replace(last, data=data, refit=refit).with_law_errors
 
 
 def _further_shapes(last: FittedModel, given: Arm) -> tuple[int, ...]:

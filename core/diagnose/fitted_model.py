@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -47,6 +48,7 @@ class FittedModel:
         anchored = replace(data, anchor=refit.parametrised.residuals.anchor)
         return replace(self, data=anchored, refit=refit)
 
+    @cached_property
     def with_law_errors(self) -> FittedModel:
         """The model with what its idealised laws may miss."""
         return replace(self, data=replace(self.data, law_errors=law_error(self.data, self.refit)))

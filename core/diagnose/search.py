@@ -214,9 +214,9 @@ class Search:
         keeps them out."""
         most = self.options.max_effects - len(self.added(model))
         within = within_noise(model.data, model.refit.errors)
-        law = model.with_law_errors().data
-        limited = most < 1 and not remaining_error(law, model.refit.errors).above
-        if (within and self.memo.rounds) or limited:
+        if within and self.memo.rounds:
+            return None, ()
+        if most < 1 and not remaining_error(model.with_law_errors.data, model.refit.errors).above:
             return None, ()
         found = self._round(model, max(most, 1))
         effects = [w.screened.effect for w in found.added]
@@ -266,7 +266,7 @@ class Search:
             return None
         # What an idealised law may leave counts as noise where no listed effect explains it.
         exact = within_noise(model.data, model.refit.errors)
-        data = model.data if exact else model.with_law_errors().data
+        data = model.data if exact else model.with_law_errors.data
         kept = needed_effects(
             data, model.refit, model.effects, len(self.memo.stated), self.progress.stopped
         )
@@ -323,8 +323,9 @@ class Search:
         laws of the model before may miss counts as noise unless the new one explains nearly all of
         it, however well the noise is known."""
 
-        law, errors = model.with_law_errors().data, model.refit.errors
-        idealised = within_noise(law, errors) and not within_noise(model.data, errors)
+        errors = model.refit.errors
+        exact = within_noise(model.data, errors)
+        idealised = not exact and within_noise(model.with_law_errors.data, errors)
 
         def refuse(data: FitProblem, refit: Refit) -> Objection | None:
             left, above = (_above_noise(data, r.errors) for r in (refit, model.refit))

@@ -27,7 +27,7 @@ from ..diagnose.next_experiment import (
 from ..diagnose.refit import Refit, refit_with
 from ..effects import catalogue
 from ..errors import InputError
-from ..experiments.fitted_model import FittedModel
+from ..experiments.identified_model import IdentifiedModel
 from ..experiments.information import Information, expected
 from ..experiments.rig_limits import RigLimits, rig_limits
 from ..experiments.trial import Trial, strongest, trials
@@ -103,7 +103,7 @@ def design(base_fit: BaseFit, request: ExperimentRequest, progress: Progress) ->
     """The experiments that a person should make next. InputError where nothing is to be known, a
     parameter or an effect is not known, the limits leave no motion, or the rig's drive can be
     played nothing."""
-    fitted = FittedModel(base_fit)
+    fitted = IdentifiedModel(base_fit)
     _check_drive(fitted.h.model)
     names = _parameters_of(fitted, request.parameters)
     if not names and not request.between:
@@ -134,7 +134,7 @@ def _check_drive(model: Model) -> None:
         )
 
 
-def _parameters_of(fitted: FittedModel, names: Sequence[str]) -> list[str]:
+def _parameters_of(fitted: IdentifiedModel, names: Sequence[str]) -> list[str]:
     """The parameters to be determined better, without those that nothing determines."""
     determined = {n: e for n, e in fitted.estimates.items() if math.isfinite(e.std) and e.std > 0.0}
     for name in names:
@@ -145,7 +145,9 @@ def _parameters_of(fitted: FittedModel, names: Sequence[str]) -> list[str]:
     return [n for n in (names or determined) if n in determined]
 
 
-def _pair(fitted: FittedModel, kinds: Sequence[str], progress: Progress) -> list[ParametrisedModel]:
+def _pair(
+    fitted: IdentifiedModel, kinds: Sequence[str], progress: Progress
+) -> list[ParametrisedModel]:
     """The model with each of the two effects, fitted to the existing recordings."""
     if not kinds:
         return []
@@ -170,7 +172,7 @@ def _pair(fitted: FittedModel, kinds: Sequence[str], progress: Progress) -> list
 
 
 def _candidates(
-    fitted: FittedModel, limits: RigLimits, request: ExperimentRequest,
+    fitted: IdentifiedModel, limits: RigLimits, request: ExperimentRequest,
     competing: list[ParametrisedModel],
     progress: Progress,
 ) -> list[Candidate]:  # fmt: skip
@@ -203,7 +205,7 @@ def _candidates(
     return candidates
 
 
-def _sizes(fitted: FittedModel) -> np.ndarray:
+def _sizes(fitted: IdentifiedModel) -> np.ndarray:
     """(joints,) half the range of each joint's recorded references: first sizes."""
     model, first = fitted.data.bare, fitted.data.experiments[0].recording
     names = model.drive.reference_channels(model.arm)[: model.arm.joints]
@@ -213,7 +215,7 @@ def _sizes(fitted: FittedModel) -> np.ndarray:
 
 
 def _chosen(
-    fitted: FittedModel, candidates: Sequence[Candidate], names: Sequence[str],
+    fitted: IdentifiedModel, candidates: Sequence[Candidate], names: Sequence[str],
     request: ExperimentRequest, distinguish: bool,
 ) -> list[Candidate]:  # fmt: skip
     """The most informative experiments, one after the other."""
@@ -248,7 +250,7 @@ by half."""
 
 
 def _deviations(
-    fitted: FittedModel, chosen: Sequence[Candidate], names: Sequence[str]
+    fitted: IdentifiedModel, chosen: Sequence[Candidate], names: Sequence[str]
 ) -> tuple[ParameterDeviation, ...]:
     """Standard deviations of the fit, and with the chosen experiments."""
     exact = on_all_cores(

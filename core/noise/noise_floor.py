@@ -21,7 +21,7 @@ from ..noise.sensor_noise import ESTIMATED
 REPETITION = "repetition"
 
 UNCERTAINTY = 1.5
-"""Factor within which an estimated noise is the true one (tests/diagnose/test_noise_floor.py).
+"""Factor within which an estimated noise is the true one (tests/noise/test_noise_floor.py).
 Stated noise counts as exact, and so does noise from repeated motions, which have many samples."""
 
 

@@ -145,6 +145,8 @@ def _diagnosis(diagnosis: Diagnosis, comparisons: Sequence[RecordingComparison])
     return {
         "words": all_paragraphs(diagnosis),
         "effects": diagnosis.effects,
+        "proposed": diagnosis.proposed,
+        "shapes": diagnosis.shapes,
         "floors": diagnosis.floors,
         "not_applicable": diagnosis.not_applicable,
         "notes": (STOPPED,) if diagnosis.stopped else (),

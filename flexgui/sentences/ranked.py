@@ -216,12 +216,12 @@ def _reason_against(share: float, second: RankedEffect, best: RankedEffect) -> s
     own = best.refit_drop_percent or 0.0
     if share < CLOSE_SECOND * own or second.delta_bic is None or best.delta_bic is None:
         return ""
+    behind = best.delta_bic - second.delta_bic
+    if behind > 0.0:
+        return f", but the evidence for it is weaker by ΔBIC {evidence(behind)}"
     if second.unseen_rms > best.unseen_rms:
         return f", but leaves {times(second.unseen_rms)} the noise floor on validation recordings"
-    behind = best.delta_bic - second.delta_bic
-    if behind <= 0.0:
-        return ", but needs more parameters: the simpler one is preferred"
-    return f", but the evidence for it is weaker by ΔBIC {evidence(behind)}"
+    return ", but needs more parameters: the simpler one is preferred"
 
 
 def _not_refitted(f: Finding, share: float) -> str:

@@ -227,7 +227,7 @@ def _error_by_channel(diagnosis: Diagnosis) -> str:
     if diagnosis.added:
         which = "Remaining error"
     elif diagnosis.verdict == MISSING and _findings(diagnosis):
-        which = "Error without it"
+        which = f"Error without {'it' if len(diagnosis.proposed) < 2 else 'them'}"
     return f"{which}: {error_by_channel(diagnosis.error_left, diagnosis.steps[-1])}."
 
 

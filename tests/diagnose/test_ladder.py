@@ -45,7 +45,7 @@ def searched(payload: float = 0.0) -> tuple[Found, Memo]:
     memo = Memo(None, ())
     first = Round(seen, (), None, base.refit, base.refit, base.data)
     memo.rounds[base.key] = ModelRound(base, first)
-    return Found((Move(base), Move(last, "", (SMALL.kind, LARGE.kind))), False), memo
+    return Found((Move(base), Move(last, "", (SMALL.kind, LARGE.kind))), ()), memo
 
 
 def climbed() -> Ladder:
@@ -94,5 +94,5 @@ def test_the_better_minimum_of_the_model_as_given_is_its_own() -> None:
     stuck = replace(best, descended=replace(best.descended, cost=WORSE * best.cost))
     base, last = FittedModel(data, stuck, ()), FittedModel(data, best, ())
     path = (Move(base), Move(last, "Without: Soft base", removed=("Soft base",)))
-    (rung,) = ladder(Found(path, False), Memo(None, ()), Silent()).rungs
+    (rung,) = ladder(Found(path, ()), Memo(None, ()), Silent()).rungs
     assert rung.model is last

@@ -205,7 +205,7 @@ def test_noise_with_a_stated_ratio_has_no_stated_level() -> None:
 
 
 def test_stated_noise_is_that_of_the_sensor_whatever_the_filter() -> None:
-    """The filters' share is taken where the floor is (tests.diagnose.test_noise_floor)."""
+    """The filters' share is taken where the floor is (tests.noise.test_noise_floor)."""
     filtered = parse_scenario(
         text().replace("generations = 0", "generations = 0\nfilter = { cutoff_hz = 40.0 }"), "x"
     )

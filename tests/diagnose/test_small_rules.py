@@ -16,7 +16,7 @@ from flexgui.core.identify.processing import Processing
 from flexgui.core.noise.repeated_motions import Group, Stretch, repeated_groups, unrepeated_rms
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
-from tests.diagnose import floors
+from tests.noise import floors
 
 
 @pytest.mark.parametrize("kind, moved", [("ydot", np.sqrt(2.0)), ("y", 0.0), ("z", 0.0)])

@@ -22,8 +22,8 @@ from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.results import ABOVE
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.posture import posture, vibration_modes
-from tests.diagnose.floors import BARE, clean
 from tests.helpers import PAPER, looped, with_modes
+from tests.noise.floors import BARE, clean
 
 SECONDS, DT = 2.0, 1e-3
 TIME = np.arange(int(SECONDS / DT)) * DT

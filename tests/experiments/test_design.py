@@ -13,7 +13,7 @@ from flexgui.core.diagnose.final_results import final_parameters
 from flexgui.core.diagnose.refit import with_robust_covariance
 from flexgui.core.errors import InputError
 from flexgui.core.experiments.design import ExperimentRequest, design
-from flexgui.core.experiments.fitted_model import FittedModel
+from flexgui.core.experiments.identified_model import IdentifiedModel
 from flexgui.core.experiments.plan import fit_for_planning
 from flexgui.core.experiments.rig_limits import RigLimits
 from flexgui.core.experiments.trial import USED_SHARE
@@ -98,7 +98,7 @@ def test_what_the_recordings_show_is_what_their_fit_states() -> None:
         one["simulate"]["sample_time"] = SLOW
     slow = Scenario.model_validate(document)
     seen = load_recordings(slow, base_model(slow), Path(), None, Silent())
-    model = FittedModel(fit_for_planning(slow, seen, Silent()))
+    model = IdentifiedModel(fit_for_planning(slow, seen, Silent()))
     shown = model.deviations(model.known)
     for name, e in model.estimates.items():
         assert shown[name] == pytest.approx(e.std, rel=SAME)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from flexgui.core.experiments.fitted_model import FittedModel
+from flexgui.core.experiments.identified_model import IdentifiedModel
 from flexgui.core.identify.uncertainty import (
     QUIET_LAGS,
     autocovariance,
@@ -209,7 +209,7 @@ def test_no_error_of_one_recording_is_correlated_with_those_of_another(
     counted = [np.ones(r.shape, dtype=bool) for r in recordings]
     residuals = SimpleNamespace(counted=counted)
     base = SimpleNamespace(errors=recordings, parametrised=SimpleNamespace(residuals=residuals))
-    planned = FittedModel(SimpleNamespace(base=base)).errors  # type: ignore[arg-type]
+    planned = IdentifiedModel(SimpleNamespace(base=base)).errors  # type: ignore[arg-type]
     pairs = zip(reversed(recordings), reversed(counted), strict=True)
     turned = autocovariance(*[(r * (-1.0) ** k, counts) for k, (r, counts) in enumerate(pairs)])
     assert planned.width == turned.width > 0

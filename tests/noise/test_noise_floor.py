@@ -35,10 +35,10 @@ from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import simulate_recording
 from flexgui.core.simulate.motion import at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
-from tests.diagnose import floors
-from tests.diagnose.floors import Case, found_and_true
 from tests.helpers import from_rest, task_from
 from tests.marks import long_except
+from tests.noise import floors
+from tests.noise.floors import Case, found_and_true
 
 FACTOR = 1.5
 """Asked of every floor, both ways."""

@@ -39,7 +39,7 @@ below, the motion hardly depends on it."""
 
 
 @dataclass(frozen=True)
-class FittedModel:
+class IdentifiedModel:
     """The model on the existing recordings, and their information."""
 
     begun: BaseFit
