@@ -25,6 +25,7 @@ RANKS = {
     "core.recording": 1,
     "core.results": 1,
     "core.least_squares": 1.5,
+    "core.compiler": 1.5,
     "core.progress": 2,
     "core.excitation": 2,
     "core.lanes": 2.5,

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import types
 
 from ..arm.signatures import DYNAMICS, LINEAR, TIP, cube, kernel, matrix, vector
+from ..compiler import types
 
 
 @kernel(types.Tuple((matrix, vector))(DYNAMICS, vector, vector, vector))

@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
+from ..compiler import intrinsic, types
 from ..lanes.wide import LANES, VECTOR, wide
 
 DOUBLE = ir.DoubleType()

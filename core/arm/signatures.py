@@ -8,11 +8,9 @@ from typing import Any, ClassVar
 
 from llvmlite import ir
 from llvmlite.binding import set_option
-from numba import njit, types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from ..arm.cache import use_cache_folder
+from ..compiler import cgutils, intrinsic, njit, types
 
 use_cache_folder()  # before the first function is compiled
 # Loops here run over a handful of wide numbers: unrolled eight times they take twice as long to

@@ -12,11 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 import scipy
-from numba import njit, types
 
 from ..arm.arm import Structure
 from ..arm.signatures import OPTIONS, kernel, vector
 from ..bounded_cache import BoundedCache
+from ..compiler import njit, types
 from ..drives.law import law_arrays
 from ..drives.servo import averaged
 from ..effects.effect import Effect

@@ -21,10 +21,10 @@ from dataclasses import replace
 
 import numpy as np
 import scipy
-from numba import types
 
 from ..arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
 from ..arm.slots import HUB_INERTIA, slot
+from ..compiler import types
 from ..drives.law import static_law
 from ..drives.servo import acceleration, chord_error
 from ..identify.prescribed_joint_motion import PrescribedMotion, prescribed_motion

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, types
 
 from ..arm.signatures import OPTIONS, kernel, matrix
+from ..compiler import njit, types
 from ..recording.velocity import ZeroPhaseLowPass
 
 TORQUE = "torque"

@@ -6,8 +6,7 @@ It allocates nothing. A vector of n numbers is an array (n,) of doubles or (n, L
 
 from __future__ import annotations
 
-from numba import njit
-
+from ..compiler import njit
 from ..lanes.functions import INLINE
 from ..lanes.wide import get, put
 

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ..compiler import njit
 from ..lanes.wide import (
     LANES,
     absolute,

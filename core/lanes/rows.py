@@ -9,9 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
 
+from ..compiler import intrinsic, njit, types
 from ..lanes.functions import INLINE
 from ..lanes.wide import VECTOR, row_pointer, spread_in, wide
 

@@ -15,12 +15,19 @@ from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core.datamodel import PrimitiveModel, register_default
-from numba.core.imputils import lower_cast
-from numba.core.typeconv import Conversion
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin
+
+from ..compiler import (
+    ConcreteTemplate,
+    Conversion,
+    PrimitiveModel,
+    infer_global,
+    intrinsic,
+    lower_builtin,
+    lower_cast,
+    register_default,
+    signature,
+    types,
+)
 
 LANES = 8
 """Doubles in a 512-bit register."""

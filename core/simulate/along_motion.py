@@ -14,9 +14,9 @@ eight pairs of system and node at a time.
 from __future__ import annotations
 
 import numpy as np
-from numba import int64, njit, types
 
 from ..arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
+from ..compiler import int64, njit, types
 from ..lanes.functions import INLINE
 from ..lanes.rows import dot1, dot4, dot8, dot12, put_rows
 from ..lanes.wide import LANES

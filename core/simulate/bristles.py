@@ -17,8 +17,8 @@ Of LANES arms side by side (core.lanes.wide) a lane that has its answer keeps it
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiler import njit
 from ..lanes.algebra import copy, dot, read, substitute_positive, write
 from ..lanes.functions import INLINE
 from ..lanes.wide import absolute, any_lane, get, maximum, minimum, put, select

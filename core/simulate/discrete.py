@@ -12,9 +12,9 @@ column by column, so that a product with a vector reads it from end to end.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
 
 from ..arm.signatures import OPTIONS, cube
+from ..compiler import njit, types
 from ..lanes.algebra import factor_positive
 from ..lanes.functions import INLINE
 from ..lanes.rows import apply

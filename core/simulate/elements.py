@@ -18,10 +18,9 @@ through ports of the same kind and differ in directions and parameters.
 from __future__ import annotations
 
 from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
 
 from ..arm.signatures import matrix, vector
+from ..compiler import intrinsic, njit, types
 from ..lanes.algebra import dot
 from ..lanes.functions import INLINE
 from ..lanes.wide import absolute, any_lane, get, put, row_pointer

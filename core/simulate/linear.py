@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numba import njit, types
 
 from ..arm.signatures import DYNAMICS, LINEAR, cube, kernel, matrix, vector
+from ..compiler import njit, types
 from ..drives.law import DriveLaw
 from ..forces.element import linear_matrices
 from ..lanes.functions import INLINE

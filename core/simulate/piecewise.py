@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import int64, njit, types
 
 from ..arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
+from ..compiler import int64, njit, types
 from ..lanes.algebra import copy, write
 from ..lanes.rows import apply, compare
 from ..lanes.wide import LANES, get, put

@@ -18,9 +18,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import int64, njit, types
 
 from ..arm.signatures import filling, kernel, matrix
+from ..compiler import int64, njit, types
 from ..lanes.algebra import add_product, advance, combine, copy, multiply, read, write
 from ..lanes.functions import INLINE
 from ..lanes.wide import any_lane, get, put, select
