@@ -23,18 +23,15 @@ CANDIDATES = [
 ]  # fmt: skip
 
 COULOMB = {"coulomb_friction": {"fc1": 1.2, "fc2": 0.4}}
+LATE = {"camera_delay": {"td": 0.01}}
+LOADED = COULOMB | {"tip_payload": {"mt2": 0.4}}
 HIDDEN: list[Any] = [
-    pytest.param(COULOMB, id="coulomb friction"),
-    *(
-        pytest.param(hidden, id=name, marks=pytest.mark.long)
-        for name, hidden in {
-            "nothing": {},
-            "viscous friction": {"viscous_friction": {"fv1": 2.0, "fv2": 0.5}},
-            "a late camera": {"camera_delay": {"td": 0.01}},
-            "two effects": COULOMB | {"tip_payload": {"mt2": 0.4}},
-            "three effects": COULOMB | {"tip_payload": {"mt2": 0.4}, "camera_delay": {"td": 0.01}},
-        }.items()
-    ),
+    pytest.param({"viscous_friction": {"fv1": 2.0, "fv2": 0.5}}, id="viscous friction"),
+    pytest.param({}, id="nothing", marks=pytest.mark.long),
+    pytest.param(COULOMB, id="coulomb friction", marks=pytest.mark.long),
+    pytest.param(LATE, id="a late camera", marks=pytest.mark.long),
+    pytest.param(LOADED, id="two effects", marks=pytest.mark.long),
+    pytest.param(LOADED | LATE, id="three effects", marks=pytest.mark.long),
 ]
 
 SAME_SIZE = 0.1
