@@ -211,7 +211,7 @@ class LinkBending:
         smooth, dt = self.smooth(self.q), self.found.step
         twice = np.gradient(np.gradient(smooth, dt, axis=0), dt, axis=0)
         whole = np.hstack([smooth, np.zeros((len(smooth), n - j))])
-        masses = np.array([self.model.compiled.mass_matrix(row, p)[:j, :j] for row in whole])
+        masses = self.model.compiled.mass_path(whole, p)[:, :j, :j]
         return np.asarray(masses * twice[:, None, :])
 
     def friction_inputs(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,15 +7,17 @@ With a perfect model the servo has nothing to do.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 import scipy
 
 from ..arm.arm import Arm
+from ..bounded_cache import BoundedCache
 from ..drives.law import DriveLaw, static_law
 from ..errors import InputError
 from ..recording.initial_motion import begins_at_rest
@@ -95,6 +97,44 @@ LEAD = 2
 """Samples at rest before a motion that begins at rest, so that a spline begins flat."""
 
 
+@dataclass(frozen=True)
+class JointMotion:
+    """Measured positions (N, joints) of the joints that a virtual servo follows."""
+
+    place: np.ndarray
+    before: np.ndarray | None
+    """(LEAD, joints) before the first sample; None unless the motion begins at rest."""
+    dt: float
+    """s"""
+
+    @classmethod
+    def measured(cls, place: np.ndarray, dt: float, may_rest: bool, hz: float) -> JointMotion:
+        """Of measured positions (N, joints), without what is faster than `hz`; `may_rest`: whether
+        the motion may begin at rest."""
+        at_rest = may_rest and begins_at_rest(place)
+        if hz < 0.5 / dt:
+            low_pass = ZeroPhaseLowPass(cutoff_hz=hz)
+            place = np.column_stack([low_pass.apply(x, dt) for x in place.T])
+        return cls(place, np.repeat(place[:1], LEAD, axis=0) if at_rest else None, dt)
+
+    @cached_property
+    def speed(self) -> np.ndarray:
+        """(N, joints)"""
+        return rates_along(self.place, self.dt, at_rest=self.before is not None)
+
+    @cached_property
+    def around(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and speeds (N, joints), averaged around each sample."""
+        speed = slopes(self.place, self.dt)
+        if self.before is not None:
+            speed[0] = 0.0
+        return averaged(self.place), averaged(speed)
+
+
+_MOTIONS = BoundedCache[JointMotion](64 * 2**20, lambda motion: 4 * motion.place.nbytes)
+"""Bytes; of the recordings alone, which every model of a search follows."""
+
+
 class Recorded(NamedTuple):
     """What a virtual servo's rig recorded: signals (N, nr) of the drive, and the joints' positions
     and speeds (N, joints)."""
@@ -172,7 +212,8 @@ class FollowingServo:
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
         """(N, 2 nr + 2 joints)"""
         signals = self.base.signals(recording, arm)
-        return np.hstack([signals, hold_mean(signals), *self.motion(recording, arm)])
+        motion = self.motion(recording, arm)
+        return np.hstack([signals, hold_mean(signals), motion.place, motion.speed])
 
     def jumps(self, law: DriveLaw, references: np.ndarray) -> np.ndarray:
         """(N, joints): torque that the drive holds from each sample to the next, of references
@@ -193,25 +234,20 @@ class FollowingServo:
         smooth = self.response(place, dt, max(self.hz, BEYOND * compared))
         return smooth, slopes(smooth, dt)
 
-    def motion(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
-        """Measured joint positions and velocities (N, joints)."""
-        place, before = self.places(recording, arm)
-        return place, rates_along(place, recording.sample_time, at_rest=before is not None)
-
-    def places(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray | None]:
-        """Measured joint positions (N, joints), and those of LEAD samples before where the motion
-        begins at rest.
+    def motion(self, recording: Recording, arm: Arm) -> JointMotion:
+        """The measured joints.
 
         Without what lies beyond the torques that are compared: the square of a noisy speed has a
         mean, and of an encoder of 13 bits, sampled at 2 kHz, that was 2 % of the torque.
         """
         place = np.column_stack([recording[f"theta{k + 1}"] for k in range(arm.joints)])
-        at_rest = recording.beginning is not Beginning.MOTION and begins_at_rest(place)
-        hz, dt = BEYOND * self.torque_hz, recording.sample_time
-        if hz < 0.5 / dt:
-            low_pass = ZeroPhaseLowPass(cutoff_hz=hz)
-            place = np.column_stack([low_pass.apply(x, dt) for x in place.T])
-        return place, np.repeat(place[:1], LEAD, axis=0) if at_rest else None
+        dt, may_rest = recording.sample_time, recording.beginning is not Beginning.MOTION
+        hz = BEYOND * self.torque_hz
+        digest = hashlib.blake2b(place.tobytes(), digest_size=16).digest()
+        return _MOTIONS.get(
+            (digest, place.shape, dt, may_rest, hz),
+            lambda: JointMotion.measured(place, dt, may_rest, hz),
+        )
 
     def between_samples(self, place: np.ndarray, dt: float) -> np.ndarray:
         """(N, joints): by how much the servo's torque around a sample exceeds that at it.
@@ -227,17 +263,13 @@ class FollowingServo:
 
     def recorded(self, recording: Recording, arm: Arm) -> Recorded:
         """What was measured of drive and joints."""
-        signals = hold_mean(self.base.signals(recording, arm))
-        return Recorded(signals, *self.motion(recording, arm))
+        signals, motion = self.base.signals(recording, arm), self.motion(recording, arm)
+        return Recorded(hold_mean(signals), motion.place, motion.speed)
 
     def recorded_around(self, recording: Recording, arm: Arm) -> Recorded:
         """The same, averaged around each sample as the torque along a prescribed motion is."""
-        signals = hold_mean(self.base.signals(recording, arm))
-        place, before = self.places(recording, arm)
-        speed = slopes(place, recording.sample_time)
-        if before is not None:
-            speed[0] = 0.0
-        return Recorded(signals, averaged(place), averaged(speed))
+        signals, motion = self.base.signals(recording, arm), self.motion(recording, arm)
+        return Recorded(hold_mean(signals), *motion.around)
 
     def recorded_torque(self, measured: Recorded, arm: Arm, own: DriveLaw) -> np.ndarray:
         """(N, joints): what the drive itself, with its law, applied along the measured motion."""

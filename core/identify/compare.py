@@ -129,7 +129,7 @@ def _missing(
     model = experiment.model
     if model.steering is None:
         return ()
-    _, speed = model.steering.motion(experiment.recording, model.arm)
+    speed = model.steering.motion(experiment.recording, model.arm).speed
     dt, kinds = experiment.recording.sample_time, (TORQUE,) * model.arm.joints
     speed = experiment.processing.apply(speed, dt, kinds)
     torques = [c for c in channels if role_of(c.channel) is Role.TORQUE]

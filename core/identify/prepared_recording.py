@@ -297,10 +297,10 @@ def make_task(model: Model, recording: Recording) -> Task:
     start = at_rest(start_joints(model, recording), arm.coordinates, states)
     before = None
     if steering is not None:
-        place, speed = steering.motion(recording, arm)
-        before = steering.places(recording, arm)[1]
-        start[: arm.joints] = place[0]
-        start[arm.coordinates : arm.coordinates + arm.joints] = speed[0]
+        motion = steering.motion(recording, arm)
+        before = motion.before
+        start[: arm.joints] = motion.place[0]
+        start[arm.coordinates : arm.coordinates + arm.joints] = motion.speed[0]
     return Task(recording.time, references, start, joint_schedule(model, recording), before)
 
 

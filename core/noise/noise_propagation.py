@@ -241,7 +241,7 @@ class NoisePath:
         return drawn
 
     def _at_rest(self, recording: Recording) -> bool:
-        return self.experiment.model.servo.places(recording, self.arm)[1] is not None
+        return self.experiment.model.servo.motion(recording, self.arm).before is not None
 
     def _noisy(
         self, column_noise: Mapping[str, ColumnNoise], smooth: Mapping[str, np.ndarray | None],
