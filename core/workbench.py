@@ -17,7 +17,6 @@ from .diagnose.diagnose import diagnose
 from .diagnose.search_options import DEFAULT_EFFECTS, Options
 from .diagnosed_scenario import diagnosed_scenario
 from .errors import InputError
-from .identify import predictor
 from .identify.compare import compare_many
 from .identify.fit import Fitted
 from .identify.setup import Setup, make_setup
@@ -26,6 +25,7 @@ from .loading import load_recordings
 from .model import Model
 from .noise.output_noise import stated_noise
 from .noise.repeated_motions import compare_repeated_runs
+from .processors import fast_thread_switching
 from .progress import Progress, Silent
 from .recording.recording import Recording
 from .results import (
@@ -66,7 +66,7 @@ class Clock:
         self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start
 
 
-@predictor.fast_thread_switching()
+@fast_thread_switching()
 @naming_scenario
 def run_scenario(
     scenario: Scenario, *, folder: Folder | None = None, data_folder: Path | None = None,

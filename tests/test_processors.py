@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 
 import pytest
 
@@ -25,3 +26,15 @@ def test_the_processors_of_this_process_are_counted(
 def test_one_setting_serves_all() -> None:
     assert predictor.workers() == loading.WORKERS == processors.WORKERS == processors.usable()
     assert executor.Processes().count == processors.usable()
+
+
+def test_searches_at_once_leave_the_interpreter_as_they_found_it() -> None:
+    before = sys.getswitchinterval()
+    first, second = processors.fast_thread_switching(), processors.fast_thread_switching()
+    first.__enter__()
+    second.__enter__()
+    assert sys.getswitchinterval() == pytest.approx(processors.SWITCH_INTERVAL)
+    first.__exit__(None, None, None)  # the second still runs
+    assert sys.getswitchinterval() == pytest.approx(processors.SWITCH_INTERVAL)
+    second.__exit__(None, None, None)
+    assert sys.getswitchinterval() == pytest.approx(before)

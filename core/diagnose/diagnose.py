@@ -25,9 +25,9 @@ from ..diagnose.search_options import Options, RankingCallback
 from ..diagnose.search_round import not_applicable, ruled_out
 from ..effects import catalogue, with_included
 from ..errors import InputError
-from ..identify.predictor import fast_thread_switching
 from ..identify.setup import Setup
 from ..precompile import precompile_arms
+from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
 from ..recording.recording import Recording
 from ..results import MISSING, NOTHING, UNLISTED, Diagnosis, Remains

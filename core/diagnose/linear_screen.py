@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Generator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy
@@ -19,12 +20,13 @@ from ..diagnose.output_changes import (
     Trial,
     as_small_as,
     needs_compilation,
-    simulate_output_change,
+    simulate_output_changes,
     trials,
 )
 from ..effects.effect import Effect
 from ..identify import predictor
 from ..identify.prepared_recording import Prepared
+from ..identify.residuals import BATCH
 from ..least_squares import as_finite
 from ..noise.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 
@@ -84,21 +86,18 @@ class Screen:
 
 
 def on_threads(
-    work: Callable[[int], OutputChange], which: Sequence[int]
-) -> Generator[OutputChange]:
-    """The output changes in their order, computed on all cores; closing it cancels the rest."""
+    work: Callable[[Sequence[int]], list[OutputChange]], batches: Sequence[Sequence[int]]
+) -> Generator[tuple[int, OutputChange]]:
+    """The trials with their output changes, in order, computed on all cores; closing it cancels
+    the rest."""
     with ThreadPoolExecutor(predictor.workers()) as pool:
-        waiting = [pool.submit(work, i) for i in which]
+        waiting = [pool.submit(work, batch) for batch in batches]
         try:
-            for task in waiting:
-                yield task.result()
+            for batch, task in zip(batches, waiting, strict=True):
+                yield from zip(batch, task.result(), strict=True)
         finally:
             for task in waiting:
                 task.cancel()
-
-
-INTERIM_ROUNDS = (1, 2, 4)
-"""Rounds after which an interim screen is scored; each costs as much as some simulations."""
 
 
 def screen(
@@ -109,8 +108,8 @@ def screen(
     """Scores every candidate. `on_progress(title)` is called after each; True stops. `on_interim`
     gets interim screens.
 
-    Each candidate is tried at one size, then at the next, so that all can be compared early. Trials
-    that need compilation begin in the second round.
+    Each candidate is tried at one size, then at all others, so that all can be compared early.
+    Trials that need compilation wait for the second round.
     """
     errors = [np.asarray(b) for b in base.errors(base.vector)]
     slopes = [as_finite(s) for s in base.slopes(base.vector)]
@@ -126,19 +125,19 @@ def screen(
         remaining = len(planned) - len(changes)
         return _score_candidates(errors, slopes, finished, candidates, remaining, rows, prior)
 
-    for number, which in enumerate(rounds, start=1):
+    def simulated(sized: Mapping[int, Trial], batch: Sequence[int]) -> list[OutputChange]:
+        return simulate_output_changes(data, base, accepted, [sized[i] for i in batch], base_errors)
+
+    for number, which in enumerate(rounds):
+        if number and on_interim is not None:
+            on_interim(scored())
         sized = {i: as_small_as(planned[i], changes.values()) for i in which}
-        running = on_threads(
-            lambda i: simulate_output_change(data, base, accepted, sized[i], base_errors),  # noqa: B023
-            which,
-        )
-        for i, change in zip(which, running, strict=True):
+        running = on_threads(partial(simulated, sized), batches_of(which, planned))
+        for i, change in running:
             changes[i] = change
             if on_progress(_finished_title(i, planned, changes)):
                 running.close()
                 return scored()
-        if on_interim is not None and number in INTERIM_ROUNDS and number < len(rounds):
-            on_interim(scored())
     return scored()
 
 
@@ -158,18 +157,26 @@ def rescored(
 
 
 def trial_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[int]]:
-    """Indices of the trials by round: each round tries one more size of each parameter, the middle
-    of its grid first. Trials in `late` begin one round later."""
-    grids: dict[tuple[str, str, bool], list[int]] = {}
+    """Indices of the trials in two rounds: the middle of each grid, then all others, those in
+    `late` last."""
+    grids: dict[tuple[str, str], list[int]] = {}
     for i, trial in enumerate(planned):
-        grids.setdefault((trial.effect.kind, trial.parameter, i in late), []).append(i)
-    rounds: dict[int, list[int]] = {}
-    for (_, _, later), grid in grids.items():
-        middle = (len(grid) - 1) / 2.0
-        nearest = sorted(range(len(grid)), key=lambda k: abs(k - middle))
-        for number, k in enumerate(nearest, start=int(later)):
-            rounds.setdefault(number, []).append(grid[k])
-    return [rounds[number] for number in sorted(rounds)]
+        if i not in late:
+            grids.setdefault((trial.effect.kind, trial.parameter), []).append(i)
+    first = [grid[(len(grid) - 1) // 2] for grid in grids.values()]
+    others = [i for grid in grids.values() for i in grid if i not in first]
+    others += [i for i in range(len(planned)) if i in late]
+    return [some for some in (first, others) if some]
+
+
+def batches_of(which: Sequence[int], planned: Sequence[Trial]) -> list[list[int]]:
+    """The trials of each effect, which fill the lanes side by side, up to BATCH at once."""
+    by_effect: dict[str, list[int]] = {}
+    for i in which:
+        by_effect.setdefault(planned[i].effect.kind, []).append(i)
+    return [
+        some[at : at + BATCH] for some in by_effect.values() for at in range(0, len(some), BATCH)
+    ]
 
 
 def _finished_title(i: int, planned: Sequence[Trial], changes: Mapping[int, OutputChange]) -> str:

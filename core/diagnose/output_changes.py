@@ -15,6 +15,7 @@ from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from ..effects import effect
 from ..effects.effect import Effect, EffectParameter
 from ..identify.defect_correction import with_steps
+from ..identify.predictor import simulate_together
 from ..identify.unknowns import Unknown
 
 SLOPE_SHARE = 0.1
@@ -135,53 +136,64 @@ SMALLEST_SHARE = 1e-2
 """Smallest next size, over the size before it."""
 
 
-def simulate_output_change(
-    data: FitProblem,
-    base: ParametrisedModel,
-    accepted: Sequence[Effect],
-    trial: Trial,
-    base_errors: BaseErrors,
-) -> OutputChange:
-    """The output change of one trial, with TRIAL_SUBSTEPS of the steps.
+def simulate_output_changes(
+    data: FitProblem, base: ParametrisedModel, accepted: Sequence[Effect],
+    planned: Sequence[Trial], base_errors: BaseErrors,
+) -> list[OutputChange]:  # fmt: skip
+    """The output changes of some trials, simulated side by side with TRIAL_SUBSTEPS of the steps.
 
     A sensitivity is taken at a size that changes the outputs by less than the error of the base. A
     larger size can put a vibration out of phase. Diverging simulations are repeated at smaller
     sizes.
     """
-    share = 1.0
-    for _ in range(SMALLER_TRIES):
-        trial = _smaller(trial, share)
-        blocks, zero = _output_change(data, base, accepted, trial, base_errors)
-        bounded = all(np.all(np.abs(b) < DIVERGED) for b in blocks)
-        share = LARGEST_CHANGE * _rms(zero) / max(_rms(blocks), 1e-300)
-        if bounded and (trial.scanned or not share < 1.0):
+    finished: dict[int, OutputChange] = {}
+    waiting = dict(enumerate(planned))
+    for tries in range(SMALLER_TRIES):
+        is_last, models = tries == SMALLER_TRIES - 1, {}
+        for i, trial in waiting.items():
+            models[i] = _trial_model(data, base, accepted, trial)
+        simulate_together([(h.residuals.predictor, h.vector) for h in models.values()])
+        for i, trial in list(waiting.items()):
+            change, share = _output_change(trial, models[i], base_errors)
+            if is_last or not share < 1.0:
+                finished[i] = change
+                del waiting[i]
+            else:
+                waiting[i] = _smaller(trial, max(share, SMALLEST_SHARE))
+        if not waiting:
             break
-        share = max(SIZE_MARGIN * share if bounded else 0.0, SMALLEST_SHARE)
-    blocks = blocks if bounded else [np.zeros_like(b) for b in blocks]
-    return OutputChange(**vars(trial), blocks=tuple(blocks), diverged=not bounded)
+    return [finished[i] for i in range(len(planned))]
 
 
 def _output_change(
-    data: FitProblem,
-    base: ParametrisedModel,
-    accepted: Sequence[Effect],
-    trial: Trial,
-    base_errors: BaseErrors,
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Change of the outputs by a trial, and the errors of the base; both (M, k) per recording."""
+    trial: Trial, model: ParametrisedModel, base_errors: BaseErrors
+) -> tuple[OutputChange, float]:
+    """Change of the outputs by a trial, and the share of its size that is small enough."""
+    # As coarse as the zero, so that steps cancel.
+    errors = replace(model.residuals, anchor=None).blocks(model.vector)
+    zero = base_errors.at(model.residuals.predictor.steps)
+    blocks = [a - b for a, b in zip(zero, errors, strict=True)]
+    if not all(np.all(np.abs(b) < DIVERGED) for b in blocks):
+        nothing = tuple(np.zeros_like(b) for b in blocks)
+        return OutputChange(**vars(trial), blocks=nothing, diverged=True), 0.0
+    largest = LARGEST_CHANGE * _rms(zero) / max(_rms(blocks), 1e-300)
+    share = 1.0 if trial.scanned or not largest < 1.0 else SIZE_MARGIN * largest
+    return OutputChange(**vars(trial), blocks=tuple(blocks)), share
+
+
+def _trial_model(
+    data: FitProblem, base: ParametrisedModel, accepted: Sequence[Effect], trial: Trial
+) -> ParametrisedModel:
+    """The base with the effect of a trial at its values."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
     changed = _included_neutral(base, data, trial) | dict(trial.values)
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
     values = {**base.model.effect_values, **base.values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
-    trial_model = parametrised(
+    return parametrised(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
         refine=TRIAL_SUBSTEPS,
     )  # fmt: skip
-    # As coarse as the zero, so that steps cancel.
-    errors = replace(trial_model.residuals, anchor=None).blocks(trial_model.vector)
-    zero = base_errors.at(trial_model.residuals.predictor.steps)
-    return [a - b for a, b in zip(zero, errors, strict=True)], zero
 
 
 def _included_neutral(base: ParametrisedModel, data: FitProblem, trial: Trial) -> dict[str, float]:

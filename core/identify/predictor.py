@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -66,35 +64,6 @@ def workers() -> int:
 _workers = WORKERS
 
 
-SWITCH_INTERVAL = 1e-4
-"""s after which a waiting thread gets the interpreter. Short compiled calls wait for it when they
-end: with Python's 5 ms two threads were no faster than one (EMPS 18.6 s, with this 14.4 s); shorter
-brings no more."""
-
-
-_SWITCH_LOCK = threading.Lock()
-_previous_intervals: list[float] = []
-"""The interval before each of those who shortened it."""
-
-
-@contextmanager
-def fast_thread_switching() -> Iterator[None]:
-    """Shortens the interval while threads alternate between short compiled calls; the last of
-    several restores it."""
-    with _SWITCH_LOCK:
-        _previous_intervals.append(
-            sys.getswitchinterval() if not _previous_intervals else _previous_intervals[0]
-        )
-        sys.setswitchinterval(min(_previous_intervals[0], SWITCH_INTERVAL))
-    try:
-        yield
-    finally:
-        with _SWITCH_LOCK:
-            before = _previous_intervals.pop()
-            if not _previous_intervals:
-                sys.setswitchinterval(before)
-
-
 def on_all_cores(work: Callable[[Item], Result], which: Sequence[Item]) -> Iterator[Result]:
     """Results of the work in order; most of its time must be compiled code."""
     with ThreadPoolExecutor(_workers) as pool:
@@ -146,6 +115,31 @@ def motion_of(e: Prepared, numbers: Numbers, values: Mapping[str, float], steps:
     else:
         motion = run_many([job_of(e.model, moving, task)], steps)[0]
     return prescribed_joint_forces.with_prescribed_forces(e.model, numbers, motion)
+
+
+class Moving(NamedTuple):
+    """What is simulated for a prediction."""
+
+    experiment: Prepared
+    numbers: Numbers
+    """Without forces at prescribed joints."""
+    task: Task
+
+    @property
+    def parts(self) -> tuple[Model, Numbers, Task]:
+        """Model, numbers and task."""
+        return self.experiment.model, self.numbers, self.task
+
+    @property
+    def is_given(self) -> bool:
+        """Whether the whole motion is prescribed, so that nothing is simulated."""
+        return is_fully_prescribed(self.experiment.model, self.numbers)
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether it has no edges. Play has: extrapolated across them, it was taken for that of a
+        rigid slide."""
+        return is_prescribed(self.experiment.model, self.numbers) and not self.numbers.elements
 
 
 @dataclass(frozen=True)
@@ -214,56 +208,61 @@ class Predictor:
     ) -> list[tuple[Key, Trajectory]]:  # fmt: skip
         """Motions with their keys, each simulated once: sensor effects and forces at prescribed
         joints change no motion."""
-        parts = [
-            prescribed_joint_forces.simulated_part(e.model, n)
-            for e, n in zip(chosen, numbers, strict=True)
-        ]
-        tasks = [e.task_at(v) for e, v in zip(chosen, values, strict=True)]
-        keys = [self._key(*each) for each in zip(chosen, parts, tasks, strict=True)]
-        first = {key: i for i, key in reversed(list(enumerate(keys)))}
-        cached = self.motion_cache.motions
-        self._motions.update({key: cached[key] for key in first if key in cached})
-        new = [i for i, key in enumerate(keys) if key not in self._motions and first[key] == i]
-        some = [chosen[i] for i in new]
-        simulated = self._run(some, [parts[i] for i in new], [tasks[i] for i in new])
-        for i, motion in zip(new, simulated, strict=True):
-            self._motions[keys[i]] = motion
+        keys, new = self._missing(chosen, numbers, values)
+        self._motions.update(zip(new, self._run(list(new.values())), strict=True))
         motions = [(key, self._motions[key]) for key in keys]
         while len(self._motions) > len(chosen) + KEPT_MOTIONS * len(self.experiments):
             self._motions.popitem(last=False)
         return motions
 
-    def _key(self, e: Prepared, moving: Numbers, task: Task) -> Key:
-        return (
-            id(e.recording),
-            self.steps,
-            prescribed_joint_forces.motion_digest(e.model, moving, task, e.task),
-        )
+    def _missing(
+        self, chosen: Sequence[Prepared], numbers: Sequence[Numbers],
+        values: Sequence[Mapping[str, float]],
+    ) -> tuple[list[Key], dict[Key, Moving]]:  # fmt: skip
+        """Keys of the motions, and what is still to be simulated for them."""
+        moving = [
+            Moving(e, prescribed_joint_forces.simulated_part(e.model, n), e.task_at(v))
+            for e, n, v in zip(chosen, numbers, values, strict=True)
+        ]
+        keys = [self._key(*each) for each in moving]
+        cached = self.motion_cache.motions
+        self._motions.update({key: cached[key] for key in keys if key in cached})
+        new = {k: each for k, each in zip(keys, moving, strict=True) if k not in self._motions}
+        return keys, new
 
-    def _run(
-        self, chosen: Sequence[Prepared], numbers: Sequence[Numbers], tasks: Sequence[Task]
-    ) -> list[Trajectory]:
-        if not chosen:
+    def missing_at(self, vector: np.ndarray) -> dict[Key, Moving]:
+        """What is still to be simulated of all experiments at a vector (P,)."""
+        values = [self.values(e, vector) for e in self.experiments]
+        numbers = [e.model.numbers(v) for e, v in zip(self.experiments, values, strict=True)]
+        return self._missing(self.experiments, numbers, values)[1]
+
+    def keep(self, motions: Mapping[Key, Trajectory]) -> None:
+        """Takes motions that were simulated elsewhere."""
+        self._motions.update(motions)
+
+    def _key(self, e: Prepared, numbers: Numbers, task: Task) -> Key:
+        digest = prescribed_joint_forces.motion_digest(e.model, numbers, task, e.task)
+        return id(e.recording), self.steps, digest
+
+    def _run(self, moving: Sequence[Moving]) -> list[Trajectory]:
+        if not moving:
             return []
-        if chosen[0].model.level == "lpv":
-            return respond(chosen[0].model, numbers, tasks)
-        models = [e.model for e in chosen]
-        requests = list(zip(models, numbers, tasks, strict=True))
-        if all(map(is_fully_prescribed, models, numbers)):
-            return [fully_prescribed_motion(*each) for each in requests]
-        jobs = [job_of(*each) for each in requests]
+        first = moving[0].experiment
+        if first.model.level == "lpv":
+            return respond(first.model, [m.numbers for m in moving], [m.task for m in moving])
+        if all(m.is_given for m in moving):
+            return [fully_prescribed_motion(*m.parts) for m in moving]
+        jobs = [job_of(*m.parts) for m in moving]
         if self.steps is not None:
-            # Play has edges, and what is extrapolated across them imitated it on a rigid slide.
-            prescribed = all(map(is_prescribed, models, numbers))
-            smooth = prescribed and not any(n.elements for n in numbers)
+            smooth = all(m.is_smooth for m in moving)
             return (run_extrapolated if smooth else run_many)(jobs, self.steps, _workers)
-        torque_compared = chosen[0].model.steering is not None and any(
-            output.kind == TORQUE for output in chosen[0].outputs
+        torque_compared = first.model.steering is not None and any(
+            output.kind == TORQUE for output in first.outputs
         )
         share = TORQUE_TOLERANCE if torque_compared else np.inf
         results = simulate_many(jobs, FIT_TOLERANCE, share, _workers)
-        for e, x in zip(chosen, results, strict=True):
-            self.errors[e.recording.name] = x.error
+        for m, x in zip(moving, results, strict=True):
+            self.errors[m.experiment.recording.name] = x.error
         return [result.trajectory for result in results]
 
     def simulated_at(self, vector: np.ndarray) -> MotionCache:
@@ -301,6 +300,22 @@ class Predictor:
             for e, a, b in zip(self.experiments, fine, coarse, strict=True)
         ]
         return max(float(np.max(_rms(x) / s)) for x, s in zip(differences, spread, strict=True))
+
+
+def simulate_together(pairs: Sequence[tuple[Predictor, np.ndarray]]) -> None:
+    """Simulates what each predictor needs at its vector (P,), with its number of steps; motions of
+    one structure fill the lanes together. The predictors keep them for their next prediction."""
+    groups: dict[tuple[int, bool], list[tuple[Predictor, Key, Job]]] = {}
+    for predictor, vector in pairs:
+        for key, moving in predictor.missing_at(vector).items():
+            if predictor.steps and moving.experiment.model.level != "lpv" and not moving.is_given:
+                group = groups.setdefault((predictor.steps, moving.is_smooth), [])
+                group.append((predictor, key, job_of(*moving.parts)))
+    for (steps, smooth), group in groups.items():
+        run = run_extrapolated if smooth else run_many
+        motions = run([job for _, _, job in group], steps, _workers)
+        for (predictor, key, _), motion in zip(group, motions, strict=True):
+            predictor.keep({key: motion})
 
 
 SEARCH_SHARE = 0.05

@@ -17,7 +17,7 @@ from flexgui.core.diagnose.output_changes import (
     OutputChange,
     Trial,
     as_small_as,
-    simulate_output_change,
+    simulate_output_changes,
     trials,
 )
 from flexgui.core.diagnose.search_round import applicable
@@ -77,7 +77,8 @@ def base_and_trial(data: FitProblem, kind: str) -> tuple[ParametrisedModel, Tria
 
 
 def column(data: FitProblem, base: ParametrisedModel, trial: Trial) -> OutputChange:
-    return simulate_output_change(data, base, (), trial, BaseErrors(base))
+    (change,) = simulate_output_changes(data, base, (), [trial], BaseErrors(base))
+    return change
 
 
 def times_as_large(trial: Trial, factor: float) -> Trial:

