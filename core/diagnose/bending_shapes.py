@@ -25,7 +25,7 @@ from ..diagnose.fit_problem import (
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.gram_matrix import explained_by, gram_matrix
 from ..diagnose.linear_screen import remainders_of
-from ..diagnose.refit import with_whitened_cost
+from ..diagnose.refit import TRIAL_ITERATIONS, fit, lowest_cost, with_whitened_cost
 from ..diagnose.refit_starts import nominal_values
 from ..identify.predictor import MotionCache
 from ..least_squares import cost_of
@@ -40,7 +40,7 @@ def resolved(model: FittedModel, least: tuple[int, ...], stopped: StopCheck) -> 
     tried = {model.data.bare.arm.modes}
     while not stopped():
         others = _reshaped(model, least, tried, stopped)
-        other = next((m for m in others if _is_better(model, m)), None)
+        other = next((m for m in others if m and _is_better(model, m)), None)
         if other is None:
             return model
         model = other
@@ -49,7 +49,7 @@ def resolved(model: FittedModel, least: tuple[int, ...], stopped: StopCheck) -> 
 
 def _reshaped(
     model: FittedModel, least: tuple[int, ...], tried: set[tuple[int, ...]], stopped: StopCheck
-) -> Iterator[FittedModel]:
+) -> Iterator[FittedModel | None]:
     """The model with one shape less and, where that is worth a fit, one more per bending segment;
     not those that have been `tried`."""
     modes = model.data.bare.arm.modes
@@ -87,14 +87,18 @@ def _needed(model: FittedModel, likelier: float) -> bool:
     return likelier > max(TIE, min(RELEVANT * count, LEAST_SHARE * above))
 
 
-def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> FittedModel:
-    """The model with the shapes of `data`, fitted from the current and from the nominal values."""
+def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> FittedModel | None:
+    """The model with the shapes of `data`, fitted from the current and from the nominal values;
+    None where the first iterations show that its error stays larger."""
     at = _values(model)
     starts = [
         parametrised(data, model.effects, {**at, **other}) for other in ({}, nominal_values(data))
     ]
     best = min(starts, key=lambda h: cost_of(h.errors(h.vector)))
-    return FittedModel(*converge(data, best, None, stopped), model.effects)
+    first = fit(best, None, stopped, TRIAL_ITERATIONS)
+    if lowest_cost(first) > model.refit.cost + RELEVANT * data.count:
+        return None
+    return FittedModel(*converge(data, first.parametrised, None, stopped), model.effects)
 
 
 def _values(model: FittedModel) -> dict[str, float]:

@@ -13,10 +13,12 @@ from ..effects.effect import Effect
 from ..identify.uncertainty import NOTHING, covariance
 from ..least_squares import (
     FIRST_DAMPING,
+    GOOD_ENOUGH,
     Descended,
     cost_of,
     levenberg_marquardt,
     normal_equations,
+    predicted_reduction,
     pseudo_inverse,
     with_prior,
 )
@@ -65,6 +67,7 @@ def fit(
     descended = levenberg_marquardt(
         start.errors, lambda x: start.slopes_reusing(x, reused or {}), start.vector, start.limits,
         stopped, most=most, damping=damping, exact=start.exact_slopes if exact_directions else None,
+        share=GOOD_ENOUGH,
     )  # fmt: skip
     at = start.at(descended.vector)
     if whitener is None or not len(descended.vector):
@@ -72,6 +75,19 @@ def fit(
         return Refit(at, descended, descended.cost, np.full((P, P), np.nan))
     whitened, covariance = whitened_cost(at, descended, whitener)
     return Refit(at, descended, whitened, covariance)
+
+
+OPTIMISM = 2.0
+"""Factor on the predicted reduction of the next step. A descent whose steps halve the remainder
+ends there; a slower one cannot catch up a lead of CLOSE."""
+
+
+def lowest_cost(refit: Refit) -> float:
+    """The lowest cost that a descent may still reach after its first iterations."""
+    descended = refit.descended
+    if not np.isfinite(descended.cost):
+        return np.inf
+    return descended.cost - OPTIMISM * predicted_reduction(descended, refit.parametrised.limits)
 
 
 def whitened_cost(
