@@ -25,21 +25,27 @@ from ..diagnose.fit_problem import (
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.gram_matrix import explained_by, gram_matrix
 from ..diagnose.linear_screen import remainders_of
-from ..diagnose.refit import TRIAL_ITERATIONS, fit, lowest_cost, with_whitened_cost
-from ..diagnose.refit_starts import nominal_values
+from ..diagnose.refit import fit, with_whitened_cost
+from ..diagnose.refit_starts import ROUGH_ITERATIONS, nominal_values
 from ..identify.predictor import MotionCache
 from ..least_squares import cost_of
 from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
 
 StopCheck = Callable[[], bool]
 
+Fitted = dict[tuple[tuple[int, ...], tuple[str, ...]], FittedModel | None]
+"""Bending shapes per segment and kinds of the effects -> the fit; None where its error stays
+larger."""
 
-def resolved(model: FittedModel, least: tuple[int, ...], stopped: StopCheck) -> FittedModel:
+
+def resolved(
+    model: FittedModel, least: tuple[int, ...], stopped: StopCheck, fitted: Fitted
+) -> FittedModel:
     """The model with as many bending shapes as the recordings show, at least so many per segment;
-    the same object where these are right."""
+    the same object where these are right. `fitted`: what was tried so far, which grows."""
     tried = {model.data.bare.arm.modes}
     while not stopped():
-        others = _reshaped(model, least, tried, stopped)
+        others = _reshaped(model, least, tried, stopped, fitted)
         other = next((m for m in others if m and _is_better(model, m)), None)
         if other is None:
             return model
@@ -48,8 +54,9 @@ def resolved(model: FittedModel, least: tuple[int, ...], stopped: StopCheck) -> 
 
 
 def _reshaped(
-    model: FittedModel, least: tuple[int, ...], tried: set[tuple[int, ...]], stopped: StopCheck
-) -> Iterator[FittedModel | None]:
+    model: FittedModel, least: tuple[int, ...], tried: set[tuple[int, ...]], stopped: StopCheck,
+    fitted: Fitted,
+) -> Iterator[FittedModel | None]:  # fmt: skip
     """The model with one shape less and, where that is worth a fit, one more per bending segment;
     not those that have been `tried`."""
     modes = model.data.bare.arm.modes
@@ -57,12 +64,12 @@ def _reshaped(
     more = tuple(min(n + 1, MAX_MODES) if n else 0 for n in modes)
     if fewer not in tried:
         tried.add(fewer)
-        yield _with_shapes(data_with_modes(model.data, fewer, model), model, stopped)
+        yield _fitted_once(data_with_modes(model.data, fewer, model), model, stopped, fitted)
     if more not in tried:
         tried.add(more)
         data = data_with_modes(model.data, more, model)
         if _promises_more(model, data):
-            yield _with_shapes(data, model, stopped)
+            yield _fitted_once(data, model, stopped, fitted)
 
 
 def _promises_more(model: FittedModel, data: FitProblem) -> bool:
@@ -87,16 +94,27 @@ def _needed(model: FittedModel, likelier: float) -> bool:
     return likelier > max(TIE, min(RELEVANT * count, LEAST_SHARE * above))
 
 
+def _fitted_once(
+    data: FitProblem, model: FittedModel, stopped: StopCheck, fitted: Fitted
+) -> FittedModel | None:
+    """`_with_shapes`, against the noise of the model; a fit that is known costs no simulation."""
+    key = (data.bare.arm.modes, tuple(sorted(e.kind for e in model.effects)))
+    if key not in fitted:
+        fitted[key] = _with_shapes(data, model, stopped)
+    other = fitted[key]
+    return None if other is None else other.against(model.data)
+
+
 def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> FittedModel | None:
     """The model with the shapes of `data`, fitted from the current and from the nominal values;
-    None where the first iterations show that its error stays larger."""
+    None where its error stays larger."""
     at = _values(model)
     starts = [
         parametrised(data, model.effects, {**at, **other}) for other in ({}, nominal_values(data))
     ]
     best = min(starts, key=lambda h: cost_of(h.errors(h.vector)))
-    first = fit(best, None, stopped, TRIAL_ITERATIONS)
-    if lowest_cost(first) > model.refit.cost + RELEVANT * data.count:
+    first = fit(best, None, stopped, ROUGH_ITERATIONS)
+    if first.cost > model.refit.cost + RELEVANT * data.count:
         return None
     return FittedModel(*converge(data, first.parametrised, None, stopped), model.effects)
 

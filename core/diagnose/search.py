@@ -2,8 +2,7 @@
 
 A move adds the effect, or the set of effects, that the recordings need most, takes out what is not
 needed, or puts a better effect in the place of others. Each model is visited once. When no move is
-left, the noise is estimated again with the last model; what was screened and fitted so far is seen
-against it without a simulation.
+left, the noise is estimated again; what was screened and fitted is seen against it as it is.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 
 from ..diagnose.acceptance import WHOLE_SHARE, ModelCheck, Round
 from ..diagnose.base_fit import BaseFit
-from ..diagnose.bending_shapes import resolved
+from ..diagnose.bending_shapes import Fitted, resolved
 from ..diagnose.evidence import RELEVANT, WORSE, assess_refit
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
@@ -142,10 +141,10 @@ class Search:
 
     def run(self, base: FittedModel) -> Found:
         """The whole search from the model as given, with the bending shapes that it needs."""
-        stopped, least = self.progress.stopped, base.data.bare.arm.modes
-        base = resolved(base, least, stopped)
+        stopped, least, fitted = self.progress.stopped, base.data.bare.arm.modes, Fitted()
+        base = resolved(base, least, stopped, fitted)
         found = self._against_best_noise(self._without_moves_left((Move(base),)))
-        last = resolved(found.model, least, stopped)
+        last = resolved(found.model, least, stopped, fitted)
         if last is found.model or stopped():
             return found
         # A missing effect has hidden the need for a shape, or has seemed to be one.
