@@ -18,7 +18,6 @@ from ..least_squares import (
     cost_of,
     levenberg_marquardt,
     normal_equations,
-    predicted_reduction,
     pseudo_inverse,
     with_prior,
 )
@@ -75,19 +74,6 @@ def fit(
         return Refit(at, descended, descended.cost, np.full((P, P), np.nan))
     whitened, covariance = whitened_cost(at, descended, whitener)
     return Refit(at, descended, whitened, covariance)
-
-
-OPTIMISM = 2.0
-"""Factor on the predicted reduction of the next step. A descent whose steps halve the remainder
-ends there; a slower one cannot catch up a lead of CLOSE."""
-
-
-def lowest_cost(refit: Refit) -> float:
-    """The lowest cost that a descent may still reach after its first iterations."""
-    descended = refit.descended
-    if not np.isfinite(descended.cost):
-        return np.inf
-    return descended.cost - OPTIMISM * predicted_reduction(descended, refit.parametrised.limits)
 
 
 def whitened_cost(

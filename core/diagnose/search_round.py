@@ -30,7 +30,6 @@ from ..diagnose.refit import (
     SlopesByLabel,
     best_start,
     fit,
-    lowest_cost,
     slopes_by_label,
     with_precise_errors,
     with_whitened_cost,
@@ -40,6 +39,7 @@ from ..diagnose.remaining_error import within_noise
 from ..effects import catalogue
 from ..effects.effect import Effect, Rig
 from ..identify import predictor
+from ..least_squares import predicted_reduction
 from ..noise.whitening import Whitener
 
 REFITTED = 5
@@ -203,6 +203,11 @@ def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
     return list(chosen.values())
 
 
+OPTIMISM = 2.0
+"""Factor on the predicted reduction of the next step. A descent whose steps halve the remainder
+ends there; a slower one cannot catch up a lead of CLOSE."""
+
+
 @dataclass(frozen=True)
 class PartialRefit:
     """A refit after its first iterations."""
@@ -211,6 +216,14 @@ class PartialRefit:
     left: int
     """Iterations that it may still take."""
     reused: SlopesByLabel
+
+    @property
+    def bound(self) -> float:
+        """The lowest cost that it may still reach."""
+        descended, h = self.refit.descended, self.refit.parametrised
+        if not np.isfinite(descended.cost):
+            return np.inf
+        return descended.cost - OPTIMISM * predicted_reduction(descended, h.limits)
 
 
 def begin_refit(
@@ -253,7 +266,4 @@ def still_competitive(runners: Sequence[PartialRefit], base: Refit, count: int) 
     best = min(
         (penalised_at(r.refit.cost, n) for r, n in zip(runners, own, strict=True)), default=0.0
     )
-    return [
-        penalised_at(lowest_cost(r.refit), n) <= best + CLOSE
-        for r, n in zip(runners, own, strict=True)
-    ]
+    return [penalised_at(r.bound, n) <= best + CLOSE for r, n in zip(runners, own, strict=True)]
