@@ -88,6 +88,12 @@ def test_only_the_cosine_of_theta2_enters_the_paper_arm() -> None:
     assert {str(basis) for basis in terms} == {"1", "cos(theta2)"}
 
 
+def test_inertia_along_a_path_is_that_of_each_place() -> None:
+    p, places = arm_vector(PAPER), np.array([random_state(PAPER, seed)[0] for seed in range(5)])
+    one_by_one = [compiled(PAPER).mass_matrix(q, p) for q in places]
+    assert np.array_equal(compiled(PAPER).mass_path(places, p), one_by_one)
+
+
 @pytest.mark.parametrize("name", EVERY_ARM)
 def test_inertia_is_symmetric_and_positive_when_bent(name: str) -> None:
     arm = loaded(ARMS[name])

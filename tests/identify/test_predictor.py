@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexgui.core.identify.predictor import Moving, Predictor
+from flexgui.core.identify.predictor import Moving, Predictor, simulate_together
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.residuals import Residuals
@@ -44,6 +44,18 @@ def test_one_sided_slopes_simulate_the_base_once_for_all_parameters(counting: Re
     everywhere, own = 2, 2
     counting.sensitivities(counting.unknowns.parameters.vector(), central=False)
     assert counting.predictor.counted == everywhere + own + len(counting.experiments)  # type: ignore[attr-defined]
+
+
+def test_what_is_simulated_together_is_what_each_simulates_alone(counting: Residuals) -> None:
+    alone = counting.predictor
+    at = [counting.unknowns.parameters.vector() * share for share in (1.0, 1.1, 0.9)]
+    together = [replace(alone) for _ in at]
+    simulate_together(list(zip(together, at, strict=True)))
+    for predictor, vector in zip(together, at, strict=True):
+        outputs = predictor.predict(vector)
+        assert predictor.counted == 0  # type: ignore[attr-defined]
+        for a, b in zip(outputs, alone.predict(vector), strict=True):
+            assert np.array_equal(a, b)
 
 
 FILTERED = Processing(ZeroPhaseLowPass(cutoff_hz=60.0), decimate=2)
