@@ -33,19 +33,20 @@ from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
 
 StopCheck = Callable[[], bool]
 
-Fitted = dict[tuple[tuple[int, ...], tuple[str, ...]], FittedModel | None]
+FitsByShapes = dict[tuple[tuple[int, ...], tuple[str, ...]], FittedModel | None]
 """Bending shapes per segment and kinds of the effects -> the fit; None where its error stays
 larger."""
 
 
 def resolved(
-    model: FittedModel, least: tuple[int, ...], stopped: StopCheck, fitted: Fitted
+    model: FittedModel, least: tuple[int, ...], stopped: StopCheck, known: FitsByShapes
 ) -> FittedModel:
     """The model with as many bending shapes as the recordings show, at least so many per segment;
-    the same object where these are right. `fitted`: what was tried so far, which grows."""
+    the same object where these are right. `known` fits, to which new ones are added, are seen
+    against the noise of the model and cost no simulation."""
     tried = {model.data.bare.arm.modes}
     while not stopped():
-        others = _reshaped(model, least, tried, stopped, fitted)
+        others = _reshaped(model, least, tried, stopped, known)
         other = next((m for m in others if m and _is_better(model, m)), None)
         if other is None:
             return model
@@ -55,21 +56,25 @@ def resolved(
 
 def _reshaped(
     model: FittedModel, least: tuple[int, ...], tried: set[tuple[int, ...]], stopped: StopCheck,
-    fitted: Fitted,
+    known: FitsByShapes,
 ) -> Iterator[FittedModel | None]:  # fmt: skip
     """The model with one shape less and, where that is worth a fit, one more per bending segment;
     not those that have been `tried`."""
     modes = model.data.bare.arm.modes
     fewer = tuple(max(n - 1, low) for n, low in zip(modes, least, strict=True))
     more = tuple(min(n + 1, MAX_MODES) if n else 0 for n in modes)
-    if fewer not in tried:
-        tried.add(fewer)
-        yield _fitted_once(data_with_modes(model.data, fewer, model), model, stopped, fitted)
-    if more not in tried:
-        tried.add(more)
-        data = data_with_modes(model.data, more, model)
-        if _promises_more(model, data):
-            yield _fitted_once(data, model, stopped, fitted)
+    for shapes in (fewer, more):
+        if shapes in tried:
+            continue
+        tried.add(shapes)
+        key = shapes, tuple(sorted(e.kind for e in model.effects))
+        if key not in known:
+            data = data_with_modes(model.data, shapes, model)
+            if shapes == more and not _promises_more(model, data):
+                continue
+            known[key] = _with_shapes(data, model, stopped)
+        other = known[key]
+        yield None if other is None else other.against(model.data)
 
 
 def _promises_more(model: FittedModel, data: FitProblem) -> bool:
@@ -92,17 +97,6 @@ def _needed(model: FittedModel, likelier: float) -> bool:
     count = model.data.count
     above = max(model.refit.cost - count, 0.0)
     return likelier > max(TIE, min(RELEVANT * count, LEAST_SHARE * above))
-
-
-def _fitted_once(
-    data: FitProblem, model: FittedModel, stopped: StopCheck, fitted: Fitted
-) -> FittedModel | None:
-    """`_with_shapes`, against the noise of the model; a fit that is known costs no simulation."""
-    key = (data.bare.arm.modes, tuple(sorted(e.kind for e in model.effects)))
-    if key not in fitted:
-        fitted[key] = _with_shapes(data, model, stopped)
-    other = fitted[key]
-    return None if other is None else other.against(model.data)
 
 
 def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> FittedModel | None:

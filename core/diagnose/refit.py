@@ -61,7 +61,8 @@ def fit(
 
     Sensitivities in `reused` are not computed again: those to nuisance unknowns hardly change with
     an effect, and a descent needs only their direction. `exact_directions`: if such directions stop
-    reducing the cost, exact ones are used.
+    reducing the cost, exact ones are used. While an effect is missing, a step that gains a tiny
+    share of a large error is the last.
     """
     descended = levenberg_marquardt(
         start.errors, lambda x: start.slopes_reusing(x, reused or {}), start.vector, start.limits,

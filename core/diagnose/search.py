@@ -16,7 +16,7 @@ import numpy as np
 
 from ..diagnose.acceptance import WHOLE_SHARE, ModelCheck, Round
 from ..diagnose.base_fit import BaseFit
-from ..diagnose.bending_shapes import Fitted, resolved
+from ..diagnose.bending_shapes import FitsByShapes, resolved
 from ..diagnose.evidence import RELEVANT, WORSE, assess_refit
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
@@ -103,6 +103,8 @@ class Memo:
     stated: tuple[Effect, ...]
     rounds: dict[tuple[str, ...], ModelRound] = field(default_factory=dict)
     """Key of a model -> what was tried on it."""
+    shapes: FitsByShapes = field(default_factory=dict)
+    """Models with other bending shapes."""
     validated: dict[tuple[int, int | None], tuple[Refit, ValidationFit]] = field(
         default_factory=dict
     )
@@ -141,10 +143,10 @@ class Search:
 
     def run(self, base: FittedModel) -> Found:
         """The whole search from the model as given, with the bending shapes that it needs."""
-        stopped, least, fitted = self.progress.stopped, base.data.bare.arm.modes, Fitted()
-        base = resolved(base, least, stopped, fitted)
+        stopped, least = self.progress.stopped, base.data.bare.arm.modes
+        base = resolved(base, least, stopped, self.memo.shapes)
         found = self._against_best_noise(self._without_moves_left((Move(base),)))
-        last = resolved(found.model, least, stopped, fitted)
+        last = resolved(found.model, least, stopped, self.memo.shapes)
         if last is found.model or stopped():
             return found
         # A missing effect has hidden the need for a shape, or has seemed to be one.
@@ -306,11 +308,8 @@ class Search:
         if known is not None and known.model.refit is model.refit:
             return known.round.screen, data
         candidates = applicable(data, model.effects, self.options.candidates)
-        stopped = self.progress.stopped
-        return (
-            screen(data, model.refit.parametrised, model.effects, candidates, lambda _: stopped()),
-            data,
-        )
+        h, stopped = model.refit.parametrised, self.progress.stopped
+        return screen(data, h, model.effects, candidates, lambda _: stopped()), data
 
     def _unseen(self, data: FitProblem, refit: Refit) -> float | None:
         """Squared error per sample on recordings that no fit uses; None without any."""

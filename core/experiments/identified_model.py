@@ -42,17 +42,17 @@ below, the motion hardly depends on it."""
 class IdentifiedModel:
     """The model on the existing recordings, and their information."""
 
-    begun: BaseFit
+    base_fit: BaseFit
 
     @property
     def h(self) -> ParametrisedModel:
         """At its minimum."""
-        return self.begun.base.parametrised
+        return self.base_fit.base.parametrised
 
     @property
     def data(self) -> FitProblem:
         """The existing recordings."""
-        return self.begun.data
+        return self.base_fit.data
 
     @property
     def motions(self) -> list[Trajectory]:
@@ -105,18 +105,18 @@ class IdentifiedModel:
     @cached_property
     def errors(self) -> Autocovariance:
         """Autocovariance of the errors; new recordings are expected to have the same."""
-        pairs = zip(self.begun.base.errors, self.h.residuals.counted, strict=True)
+        pairs = zip(self.base_fit.base.errors, self.h.residuals.counted, strict=True)
         return autocovariance(*pairs)
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
         """Shared parameters that are estimated, and what follows from them, by name."""
-        return {e.name: e for e in final_parameters(with_robust_covariance(self.begun.base))}
+        return {e.name: e for e in final_parameters(with_robust_covariance(self.base_fit.base))}
 
     @cached_property
     def known(self) -> Information:
         """Information of the existing recordings."""
-        base = self.begun.base
+        base = self.base_fit.base
         counted = self.h.residuals.counted
         own = [autocovariance(each) for each in zip(base.errors, counted, strict=True)]
         return information(self.h.unknowns.labels, base.descended.slopes, own)

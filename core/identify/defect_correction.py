@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,10 +61,6 @@ MOST_ROUNDS = 6
 EXTRAPOLATED = 4.0
 """Times MOST_MOVE, by which extrapolated slopes may move the minimum: they leave at most half of
 what they move it by."""
-
-MOST_MISSED = 0.25
-"""Share of a squared move that the slopes may miss: half of its length, so that the next move from
-its end is half as long. Slopes of more steps cost more than errors."""
 
 
 class Anchor:
@@ -135,69 +131,21 @@ def corrected_minimum(
     per recording near there; `limits` and what is known a priori in units of the residuals."""
     coarse = replace(residuals, anchor=None)
     fewest = of_slopes = coarse.predictor.steps or 1
-    fine_slopes: FineSlopes | None = None
-    was_near, before = False, np.inf
     for _ in range(MOST_ROUNDS):
         fewest, fine, is_near = _fine_errors(coarse, vector, slopes, fewest)
         corrected = replace(coarse, anchor=Anchor(coarse, vector, fine))
-        was_near = was_near or is_near
-        if was_near:
-            fine_slopes = fine_slopes or FineSlopes.at(coarse, vector, of_slopes)
-            descended, moved, missed = fine_slopes.minimum(fine, vector, limits)
-            is_last = moved < MOST_DESCENT**2 and missed < EXTRAPOLATED * MOST_MOVE
-            if missed > MOST_MISSED * moved and 4 * of_slopes <= MOST_STEPS:
-                of_slopes, fine_slopes = 2 * of_slopes, None
-            elif moved > MOST_MISSED * before:
-                fine_slopes = None  # those of another place
-            before = moved
+        if is_near:
+            of_slopes, descended = _along_fine_slopes(coarse, vector, fine, limits, of_slopes)
         else:
             descended = levenberg_marquardt(
                 corrected.blocks, lambda x: coarse.sensitivities(x, central=False), vector, limits,
                 stopped, good_enough=0.0, share=LAST_REDUCTION / residuals.count,
             )  # fmt: skip
-            is_last = False
-        if is_last or stopped() or not np.isfinite(descended.cost):
+        is_short = not _length(descended.vector - vector, descended) > MOST_DESCENT**2
+        if (is_near and is_short) or stopped() or not np.isfinite(descended.cost):
             break
         vector, slopes = descended.vector, descended.slopes
     return corrected, descended
-
-
-@dataclass(frozen=True)
-class FineSlopes:
-    """Slopes of the errors without step error, near which a minimum lies.
-
-    With the slopes of few steps a descent ends where these, and not the true ones, are at right
-    angles to the errors: with three modes per link two deviations off.
-    """
-
-    plain: list[np.ndarray]
-    """(M, k, P) per recording."""
-    extrapolated: list[np.ndarray]
-    """The same, from two numbers of steps."""
-
-    @classmethod
-    def at(cls, residuals: Residuals, vector: np.ndarray, steps: int) -> FineSlopes:
-        """From `steps` per sample and twice as many."""
-        coarse, fine = on_all_cores(
-            lambda n: with_steps(residuals, n).sensitivities(vector, central=False),
-            (steps, 2 * steps),
-        )
-        return cls(fine, extrapolated(coarse, fine))
-
-    def minimum(
-        self, fine: Sequence[np.ndarray], vector: np.ndarray, limits: BoundsAndPrior
-    ) -> tuple[Descended, float, float]:
-        """The minimum of the errors `fine` (M, k) at a vector (P,) near it; squared, in standard
-        deviations, how far that is, and how far from there the plain slopes lead."""
-
-        def along(slopes: Sequence[np.ndarray]) -> Descended:
-            return levenberg_marquardt(
-                lambda x: [r + S @ (x - vector) for r, S in zip(fine, slopes, strict=True)],
-                lambda _: slopes, vector, limits,
-            )  # fmt: skip
-
-        end, plain = along(self.extrapolated), along(self.plain)
-        return end, _length(end.vector - vector, end), _length(end.vector - plain.vector, end)
 
 
 def _fine_errors(
@@ -219,6 +167,39 @@ def _fine_errors(
         finer = [4 * steps * 2**k for k in range(1, more + 1)]
         runs = [*runs[more:], *errors_with_each(residuals, vector, finer)]
         steps *= 2**more
+
+
+def _along_fine_slopes(
+    residuals: Residuals,
+    vector: np.ndarray,
+    fine: Sequence[np.ndarray],
+    limits: BoundsAndPrior,
+    steps: int,
+) -> tuple[int, Descended]:
+    """The minimum of the errors (M, k) at a vector (P,) near it, along their slopes without step
+    error, which are extrapolated from a number of steps, at least `steps`, and twice as many.
+
+    With the slopes of few steps a descent ends where these, and not the true ones, are at right
+    angles to the errors: with three modes per link two deviations off.
+    """
+
+    def slopes_with(steps: int) -> list[np.ndarray]:
+        return with_steps(residuals, steps).sensitivities(vector, central=False)
+
+    def minimum(slopes: Sequence[np.ndarray]) -> Descended:
+        return levenberg_marquardt(
+            lambda x: [r + S @ (x - vector) for r, S in zip(fine, slopes, strict=True)],
+            lambda _: slopes, vector, limits,
+        )  # fmt: skip
+
+    coarse, better = on_all_cores(slopes_with, (steps, 2 * steps))
+    while True:
+        plain, end = minimum(better), minimum(extrapolated(coarse, better))
+        moved = _length(end.vector - plain.vector, end)
+        if moved < EXTRAPOLATED * MOST_MOVE or 4 * steps > MOST_STEPS:
+            return steps, end
+        steps *= 2
+        coarse, better = better, slopes_with(2 * steps)
 
 
 def _remaining_move(

@@ -230,11 +230,14 @@ class Predictor:
         new = {k: each for k, each in zip(keys, moving, strict=True) if k not in self._motions}
         return keys, new
 
+    def _numbers_at(self, vector: np.ndarray) -> tuple[list[Numbers], list[dict[str, float]]]:
+        """Numbers and values of all experiments at a vector (P,)."""
+        values = [self.values(e, vector) for e in self.experiments]
+        return [e.model.numbers(v) for e, v in zip(self.experiments, values, strict=True)], values
+
     def missing_at(self, vector: np.ndarray) -> dict[Key, Moving]:
         """What is still to be simulated of all experiments at a vector (P,)."""
-        values = [self.values(e, vector) for e in self.experiments]
-        numbers = [e.model.numbers(v) for e, v in zip(self.experiments, values, strict=True)]
-        return self._missing(self.experiments, numbers, values)[1]
+        return self._missing(self.experiments, *self._numbers_at(vector))[1]
 
     def keep(self, motions: Mapping[Key, Trajectory]) -> None:
         """Takes motions that were simulated elsewhere."""
@@ -267,9 +270,7 @@ class Predictor:
 
     def simulated_at(self, vector: np.ndarray) -> MotionCache:
         """The motions at a vector (P,)."""
-        values = [self.values(e, vector) for e in self.experiments]
-        numbers = [e.model.numbers(v) for e, v in zip(self.experiments, values, strict=True)]
-        motions = dict(self._simulate(self.experiments, numbers, values))
+        motions = dict(self._simulate(self.experiments, *self._numbers_at(vector)))
         return MotionCache(motions, tuple(e.recording for e in self.experiments))
 
     def with_steps(self, steps: int) -> Predictor:
