@@ -39,10 +39,10 @@ def _bits(count: int, rng: np.random.Generator) -> np.ndarray:
             return bits
 
 
-def sweep(start: float, end: float, seconds: float) -> np.ndarray:
+def sweep(start: float, end: float, seconds: float, sample_time: float = SAMPLE) -> np.ndarray:
     """(samples, 2): joint 2 goes from `start` to `end` in rad by a half cosine, joint 1 rests."""
-    times = SAMPLE * np.arange(round(seconds / SAMPLE) + 1)
+    times = sample_time * np.arange(round(seconds / sample_time) + 1)
     # What the joint is to have turned at each sample; a held rate is the mean between two of them.
     angle = start + (end - start) * (1 - np.cos(np.pi * times / seconds)) / 2
-    rates = np.append(np.diff(angle) / SAMPLE, 0.0)
+    rates = np.append(np.diff(angle) / sample_time, 0.0)
     return np.stack([np.zeros(len(times)), rates], axis=1)

@@ -51,9 +51,9 @@ def _check(data: mujoco.MjData) -> None:
             raise ArithmeticError(f"the motion is unstable at {data.time:g} s; take a finer step")
 
 
-def delayed(tip: np.ndarray, delay: float) -> np.ndarray:
+def delayed(tip: np.ndarray, delay: float, sample_time: float = SAMPLE) -> np.ndarray:
     """What a camera reports that is `delay` s late; the arm was at rest before the start."""
-    late = round(delay / SAMPLE)
-    if abs(late * SAMPLE - delay) > 1e-9:
-        raise ValueError(f"a delay of {delay} s is no whole number of samples of {SAMPLE} s")
+    late = round(delay / sample_time)
+    if abs(late * sample_time - delay) > 1e-9:
+        raise ValueError(f"a delay of {delay} s is no whole number of samples of {sample_time} s")
     return tip[np.maximum(np.arange(len(tip)) - late, 0)]

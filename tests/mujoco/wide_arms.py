@@ -97,11 +97,13 @@ ARMS = {
 }
 
 
-def references(arm: Arm, number: int) -> np.ndarray:
+def references(
+    arm: Arm, number: int, seconds: float = SECONDS, sample_time: float = SAMPLE
+) -> np.ndarray:
     """(samples, joints) in rad/s: each joint's own sequence of holds, each followed by its
     negative, so that no joint wanders."""
     rng = np.random.default_rng([number, *arm.name.encode()])
-    samples = round(SECONDS / SAMPLE)
+    samples = round(seconds / sample_time)
     found = np.zeros((samples + 1, arm.joints))
     for k in range(arm.joints):
         at = 0

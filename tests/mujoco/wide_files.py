@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +42,7 @@ max_effects = 4
 """
 
 
-def scenario_text(arm: Arm) -> str:
+def scenario_text(arm: Arm, roles: Sequence[str] = ROLES) -> str:
     """The arm as stated, its loop, and the files; nothing of what is hidden."""
     text = f'title = "{arm.name.capitalize()}"\n\n'
     for beam, rotor, wrong in zip(arm.beams, arm.rotors, WRONG, strict=False):
@@ -54,7 +55,7 @@ def scenario_text(arm: Arm) -> str:
         )
     names = [f"EI{k + 1}" for k in range(arm.joints)]
     text += REST.format(gains=list(arm.gains), parameters=names)
-    for n, role in enumerate(ROLES):
+    for n, role in enumerate(roles):
         text += f'\n[[recordings]]\nfile = "posture{n}.csv.gz"\nrole = "{role}"\n'
     return text
 
@@ -70,9 +71,11 @@ def written(case: Case, folder: Path) -> Path:
     return path
 
 
-def write_posture(case: str, arm: Arm, number: int, motion: Motion, folder: Path) -> None:
+def write_posture(
+    case: str, arm: Arm, number: int, motion: Motion, folder: Path, sample_time: float = SAMPLE
+) -> None:
     """One recording with noise, as a file."""
-    rows = _noisy(case, number, motion)
+    rows = _noisy(case, number, motion, sample_time)
     write_table(rows, folder / f"posture{number}.csv.gz", _columns(arm), _decimals(arm))
 
 
@@ -85,12 +88,12 @@ def _decimals(arm: Arm) -> tuple[int, ...]:
     return (6, *[RATE_DECIMALS] * arm.joints, *[7] * arm.joints, 6, 6)
 
 
-def _noisy(case: str, number: int, motion: Motion) -> np.ndarray:
+def _noisy(case: str, number: int, motion: Motion, sample_time: float) -> np.ndarray:
     """(samples, columns); the noise belongs to the case and the recording."""
     rng = np.random.default_rng([number, *case.encode()])
     samples, joints = motion.angles.shape
     return np.column_stack([
-        SAMPLE * np.arange(samples),
+        sample_time * np.arange(samples),
         motion.reference,
         motion.angles + ENCODER_NOISE * rng.standard_normal((samples, joints)),
         motion.tip + CAMERA_NOISE * rng.standard_normal((samples, 2)),

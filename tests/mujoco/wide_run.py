@@ -27,8 +27,8 @@ class Motion:
 class World:
     """One rig in the engine, and what acts between two of its steps."""
 
-    def __init__(self, rig: Rig, step: float) -> None:
-        self.rig, self.step = rig, step
+    def __init__(self, rig: Rig, step: float, sample_time: float = SAMPLE) -> None:
+        self.rig, self.step, self.sample_time = rig, step, sample_time
         self.model = mujoco.MjModel.from_xml_string(text(rig, step))
         self.data = mujoco.MjData(self.model)
         motors, count = rig.plant.motors, len(rig.plant.motors)
@@ -47,7 +47,7 @@ class World:
 
     def sample(self, reference: np.ndarray) -> None:
         """Goes on by one sample with the loops' references held."""
-        steps = round(SAMPLE / self.step)
+        steps = round(self.sample_time / self.step)
         if self.rig.plain:
             self.data.ctrl[:] = reference
             mujoco.mj_step(self.model, self.data, steps)
@@ -102,9 +102,12 @@ class World:
         self.data.xfrc_applied[-1, :2] = -self.rig.drag * np.hypot(*speed) * speed
 
 
-def run(rig: Rig, posture: tuple[float, ...], reference: np.ndarray, step: float) -> Motion:
+def run(
+    rig: Rig, posture: tuple[float, ...], reference: np.ndarray, step: float,
+    sample_time: float = SAMPLE,
+) -> Motion:  # fmt: skip
     """Starts straight and at rest at these joints' angles (rad)."""
-    world = World(rig, SAMPLE / round(SAMPLE / step))
+    world = World(rig, sample_time / round(sample_time / step), sample_time)
     data = world.data
     data.qpos[world.places] = posture
     mujoco.mj_forward(world.model, data)
@@ -115,11 +118,11 @@ def run(rig: Rig, posture: tuple[float, ...], reference: np.ndarray, step: float
         angles[i] = data.qpos[world.places]
         tip[i] = world.seen if rig.camera_lag else data.site_xpos[world.tip, :2]
         world.sample(rates)
-    return _reported(rig, Motion(reference, angles, tip))
+    return _reported(rig, Motion(reference, angles, tip), sample_time)
 
 
-def _reported(rig: Rig, motion: Motion) -> Motion:
+def _reported(rig: Rig, motion: Motion, sample_time: float) -> Motion:
     c, s = np.cos(rig.camera_angle), np.sin(rig.camera_angle)
-    tip = (1.0 + rig.camera_scale) * delayed(motion.tip, rig.plant.camera_delay)
+    tip = (1.0 + rig.camera_scale) * delayed(motion.tip, rig.plant.camera_delay, sample_time)
     offsets = np.array(rig.encoder_offsets) if any(rig.encoder_offsets) else 0.0
     return Motion(motion.reference, motion.angles + offsets, tip @ np.array([[c, s], [-s, c]]))

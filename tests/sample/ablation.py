@@ -118,11 +118,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--answer", nargs=2, help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
     if given.answer:
-        from tests.sample.__main__ import diagnose_case
+        from tests.sample.__main__ import SECONDS, diagnose_case
 
         name, case = given.answer
         switch_off(name)
-        print(json.dumps(diagnose_case(cases()[case])))
+        print(json.dumps(diagnose_case(cases()[case], SECONDS)))
         return 0
     chosen = [n for n in SWITCHES if any(w in n for w in given.words or [""])]
     journal = Journal(Path("reports") / f"ablation_{version()}.jsonl")
