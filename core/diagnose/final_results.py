@@ -42,7 +42,11 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     determined = identifiability.determined(unknowns, x, covariance, null)
     shown = {unknowns.items[i].parameter.name: bool(determined[i]) for i in shared if identified[i]}
     listed = [
-        replace(e, identifiable=shown[e.name], std=e.std if shown[e.name] else free[e.name])
+        replace(
+            e,
+            identifiable=shown[e.name],
+            std=float(np.fmax(e.std, 0.0 if shown[e.name] else free[e.name])),
+        )
         if e.name in shown
         else replace(e, std=float("nan"), identifiable=False)
         for e in estimates(refit)
@@ -73,7 +77,7 @@ def effect_settings(last: FittedModel, given: Sequence[Effect]) -> list[dict[str
                 continue
             entry[name] = {
                 "start": float(values.get(name, effect_parameter.parameter.value)),
-                "vary": True,
+                "vary": name not in data.fixed_effect_values,
             }
         listed.append(entry)
     return listed

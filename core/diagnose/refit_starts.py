@@ -22,7 +22,7 @@ import numpy as np
 from ..arm.arm import Structure
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parameter_names, parametrised
 from ..effects.effect import Effect
-from ..identify.refinement import FEWEST_PER_UNKNOWN, SHARES, first_parts
+from ..identify.refinement import FEWEST_PER_UNKNOWN, HORIZON_TOLERANCE, SHARES, first_parts
 from ..lanes.wide import LANES
 from ..least_squares import (
     as_finite,
@@ -76,6 +76,23 @@ def starts(
         return [{**from_base, **arm} for arm in changes]
     first = horizon.best(grid_sizes(data, effects, scanned), from_base, changes)
     return [from_base] if first is None else [from_base, first]
+
+
+def share_of_first_swings(
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    values: Mapping[str, float], scanned: Sequence[str], stopped: Callable[[], bool],
+) -> float:  # fmt: skip
+    """Share of the base's error above noise over the first part of each recording that the last of
+    the effects takes away, at the best size of its grid; 0 for effects that do not vibrate."""
+    horizon = Horizon.for_effects(data, base, effects, values, stopped)
+    if horizon is None:
+        return 0.0
+    sizes, from_base = grid_sizes(data, effects, scanned), {**base.values(), **values}
+    changes = _start_changes(data, base.values())
+    left = [cost for x in changes for cost, _ in horizon.local_minima({**from_base, **x}, sizes)]
+    h = parametrised(horizon.first, effects[:-1], from_base).half_substeps
+    count, cost = horizon.first.count, cost_of(h.errors(h.vector))
+    return max((cost - min(left, default=cost)) / max(cost - count, 1.0), 0.0)
 
 
 def start_from_nominal(
@@ -159,7 +176,7 @@ class Horizon:
         candidates: list[Values] = []
         for arm in changes:
             at = {**values, **arm}
-            candidates += [at, *self.local_minima(at, sizes)]
+            candidates += [at, *(there for _, there in self.local_minima(at, sizes))]
         distinct = [start for k, start in enumerate(candidates) if start not in candidates[:k]]
         trials = sorted(
             (self.descended(start, TRIAL_ITERATIONS) for start in distinct),
@@ -185,21 +202,48 @@ class Horizon:
             cost, best = more.descended(best, ROUGH_ITERATIONS)
         return best if np.isfinite(cost) else None
 
-    def local_minima(self, at: Values, sizes: Sequence[Values]) -> list[Values]:
-        """The best local minima among some sizes, all other unknowns adapted."""
+    def local_minima(self, at: Values, sizes: Sequence[Values]) -> list[tuple[float, Values]]:
+        """The best local minima among some sizes, with their costs, all other unknowns adapted;
+        from each on, every size by itself: one joint may be much softer than the next."""
         h = _with_free_sizes(self.first, self.effects, at, self.held)
         labels = h.unknowns.labels
         tried = [{n: x for n, x in size.items() if n in labels} for size in sizes]
         if not any(tried):
             return []
         along = [labels.index(n) for n in tried[0]]
-        vectors = np.repeat(h.vector[None], len(tried), axis=0)
-        vectors[:, along] = [list(size_values.values()) for size_values in tried]
-        ends = profile_costs(h, along, list(vectors), self.stopped)
+        grid = np.array([list(size_values.values()) for size_values in tried])
+        ends = self._profile(h, along, grid)
         edged = [np.inf, *(cost for cost, _ in ends), np.inf]
         lowest = [k for k in range(len(ends)) if edged[k] > edged[k + 1] <= edged[k + 2]]
-        best = sorted(lowest, key=lambda k: ends[k][0])[:KEPT_STARTS]
-        return [{**at, **h.at(ends[k][1]).values()} for k in best]
+        best = [ends[k] for k in sorted(lowest, key=lambda k: ends[k][0])[:KEPT_STARTS]]
+        if len(along) > 1:
+            best = [self._each_size(h, end, along, grid) for end in best]
+        return [(cost, {**at, **h.at(vector).values()}) for cost, vector in best]
+
+    def _profile(
+        self, h: ParametrisedModel, along: Sequence[int], grid: np.ndarray
+    ) -> list[tuple[float, np.ndarray]]:
+        """(cost, vector) with the unknowns `along` at each row of a grid (N, len(along))."""
+        vectors = np.repeat(h.vector[None], len(grid), axis=0)
+        vectors[:, along] = grid
+        return profile_costs(h, along, list(vectors), self.stopped)
+
+    def _each_size(
+        self, h: ParametrisedModel, best: tuple[float, np.ndarray], along: Sequence[int],
+        grid: np.ndarray,
+    ) -> tuple[float, np.ndarray]:  # fmt: skip
+        """(cost, vector) after each of the sizes has gone along the grid (N, len(along)) by itself,
+        as often as one of them finds better."""
+        unchanged, turn = 0, 0
+        while unchanged < len(along) and not self.stopped():
+            column = turn % len(along)
+            rows = np.repeat(best[1][along][None], len(grid), axis=0)
+            rows[:, column] = grid[:, column]
+            found = min(self._profile(h.at(best[1]), along, rows), key=lambda end: end[0])
+            better = found[0] < (1.0 - HORIZON_TOLERANCE) * best[0]
+            unchanged, turn = (0 if better else unchanged + 1), turn + 1
+            best = found if better else best
+        return best
 
 
 def first_part_of(data: FitProblem, share: float) -> FitProblem:
@@ -217,8 +261,10 @@ def _informative_share(data: FitProblem, base: ParametrisedModel, unknowns: int)
             part = slice(0, int(np.ceil(share * len(r))))
             cost += float(np.sum(np.square(r[part])))
             count += int(e.counted[part].sum())
-        if count >= FEWEST_PER_UNKNOWN * unknowns and cost > count + LEAST_ERROR * unknowns:
-            return share if first_part_of(data, share).experiments else None
+        shown = count >= FEWEST_PER_UNKNOWN * unknowns and cost > count + LEAST_ERROR * unknowns
+        # A filter may need more than so short a part.
+        if shown and first_part_of(data, share).experiments:
+            return share
     return None
 
 

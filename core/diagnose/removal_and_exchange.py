@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from ..diagnose.evidence import RELEVANT, TIE
 from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
+from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import gram_matrix
 from ..diagnose.linear_screen import Screen
@@ -67,6 +69,25 @@ def needed_effects(
     if model.effects == tuple(present):
         return model
     return model._replace(refit=with_robust_covariance(model.refit))
+
+
+def with_stated_sizes(model: FittedModel, stated_count: int, stopped: StopCheck) -> FittedModel:
+    """The model with what its added effects free beside their own sizes, such as the motors'
+    inertias of an elastic joint, as stated; as it is where that leaves relevantly more."""
+    data, values = model.data, model.refit.parametrised.values()
+    own = [
+        k
+        for e in model.effects[stated_count:]
+        for k in e.parameters(e.changed_arm(data.bare.arm, {}), data.bare.drive, data.sizes)
+    ]
+    sizes = {k.parameter.name for k in own if not k.secondary}
+    beside = {k.parameter.name: k.neutral for k in own if k.secondary and not k.grid}
+    fixed = {name: x for name, x in beside.items() if name in values and name not in sizes}
+    if not fixed or stopped():
+        return model
+    held = replace(data, fixed_effect_values={**data.fixed_effect_values, **fixed})
+    after = fit_model(held, model.effects, {**values, **fixed}, stopped)
+    return after if after.refit.cost - model.refit.cost < RELEVANT * data.count else model
 
 
 def bic(refit: Refit, data: FitProblem) -> float:

@@ -1,14 +1,15 @@
 """The search: moves from model to model until none improves, then again against a better noise.
 
 A move adds the effect, or the set of effects, that the recordings need most, takes out what is not
-needed, or puts a better effect in the place of others. Each model is visited once. When no move is
-left, the noise is estimated again; what was screened and fitted is seen against it as it is.
+needed, or puts a better effect in the place of others. A model is visited again only at a better
+minimum. When no move is left, the noise is estimated again; what was screened and fitted is seen
+against it as it is.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -33,7 +34,7 @@ from ..diagnose.progress_messages import RoundProgress, round_title
 from ..diagnose.ranking import ranking_of
 from ..diagnose.refit import Refit, with_whitened_cost
 from ..diagnose.remaining_error import remaining_error, within_noise
-from ..diagnose.removal_and_exchange import best_exchange, needed_effects
+from ..diagnose.removal_and_exchange import best_exchange, needed_effects, with_stated_sizes
 from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
 from ..diagnose.search_round import REFITTED, applicable, search_round
 from ..effects.effect import Effect
@@ -142,7 +143,14 @@ class Search:
     memo: Memo
 
     def run(self, base: FittedModel) -> Found:
-        """The whole search from the model as given, with the bending shapes that it needs."""
+        """The whole search from the model as given, with the bending shapes that it needs, and with
+        the last model's sizes as stated where that leaves no more."""
+        found = self._with_shapes(base)
+        last = with_stated_sizes(found.model, len(self.memo.stated), self.progress.stopped)
+        return found._replace(path=(*found.path[:-1], found.path[-1]._replace(model=last)))
+
+    def _with_shapes(self, base: FittedModel) -> Found:
+        """The search, with the bending shapes that its first and its last model need."""
         stopped, least = self.progress.stopped, base.data.bare.arm.modes
         base = resolved(base, least, stopped, self.memo.shapes)
         found = self._against_best_noise(self._without_moves_left((Move(base),)))
@@ -194,15 +202,15 @@ class Search:
 
     def _without_moves_left(self, path: tuple[Move, ...]) -> Found:
         """The path with moves until none improves the model."""
-        visited = {move.model.key for move in path}
+        visited = {move.model.key: move.model.refit.cost for move in path}
         proposed: tuple[str, ...] = ()
         while not self.progress.stopped():
             model = path[-1].model
             move, proposed = self._addition(model)
             move = move or self._reduction(model) or self._exchange(model)
-            if move is None or move.model.key in visited:
+            if move is None or not _leads_on(move.model, visited):
                 break
-            visited.add(move.model.key)
+            visited[move.model.key] = move.model.refit.cost
             path = (*path, move)
         return Found(path, proposed)
 
@@ -337,6 +345,13 @@ class Search:
             return Objection(Reason.UNSEEN, unseen=(math.sqrt(old), math.sqrt(new)))
 
         return refuse
+
+
+def _leads_on(model: FittedModel, visited: Mapping[tuple[str, ...], float]) -> bool:
+    """Whether a model is new, or at a better minimum than when it was visited: an effect that came
+    and went may have brought the others there."""
+    before = visited.get(model.key, math.inf)
+    return model.refit.cost < before - RELEVANT * model.data.count
 
 
 def _above_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> np.ndarray:

@@ -34,7 +34,7 @@ from ..diagnose.refit import (
     with_precise_errors,
     with_whitened_cost,
 )
-from ..diagnose.refit_starts import ROUGH_ITERATIONS
+from ..diagnose.refit_starts import ROUGH_ITERATIONS, share_of_first_swings
 from ..diagnose.remaining_error import within_noise
 from ..effects import catalogue
 from ..effects.effect import Effect, Rig
@@ -122,6 +122,8 @@ def search_round(
     refitted: list[RefittedCandidate] = []
     # Within the noise nothing can be missing, whatever is explained below the floor.
     ends = on_progress("") or within_noise(data, before.errors)
+    if not ends:
+        screened = with_first_swings(screened, data, before, present, lambda: on_progress(""))
     chosen = [] if ends else most_promising(screened, data.count)
     for candidate in _refit_candidates(
         data, before, present, screened, chosen, len(candidates), on_progress
@@ -188,6 +190,26 @@ def _refit_candidates(
             refit = done.result()
             if np.isfinite(refit.cost):
                 yield assess_refit(waiting[done], before, refit, data.count, candidate_count)
+
+
+def with_first_swings(
+    screened: Screen, data: FitProblem, before: Refit, present: Sequence[Effect],
+    stopped: Callable[[], bool],
+) -> Screen:  # fmt: skip
+    """The screen, with what effects that vibrate explain over the first swings. Over a whole
+    recording the sizes of a grid are out of step with a vibration that is hardly damped."""
+    chosen = {s.effect.kind for s in most_promising(screened, data.count)}
+    above = before.cost - data.count
+
+    def reaching(s: ScreenedCandidate) -> ScreenedCandidate:
+        if s.effect.kind in chosen:
+            return s
+        effects, base = [*present, s.effect], before.parametrised
+        share = share_of_first_swings(data, base, effects, s.values, s.scanned, stopped)
+        return replace(s, largest_reduction=max(s.largest_reduction, share * above))
+
+    with ThreadPoolExecutor(predictor.workers()) as pool:
+        return replace(screened, candidates=tuple(pool.map(reaching, screened.candidates)))
 
 
 def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:

@@ -9,10 +9,10 @@ from ..effects.joint_load import LEAST, hub_parameters, rotor_parameters, with_t
 from ..effects.per_joint import each_joint
 from ..effects.sizes import Sizes
 
-TWISTS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2)
+TWISTS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
 """rad (m): by how much the joint twists at the largest torque."""
 
-SMALLEST, LARGEST = 1e-6, 0.3
+SMALLEST, LARGEST = 1e-6, 1.0
 """rad (m) at the largest torque."""
 
 PLACEHOLDER = 1e-4

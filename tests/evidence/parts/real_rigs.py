@@ -1,0 +1,218 @@
+"""Real rigs from plain scenarios: no filter and no noise is stated."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pandas as pd
+
+from flexgui.core.results.diagnosis import Diagnosis, LadderStep
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.workbench import run_scenario
+from tests.evidence.frame import table
+
+TITLE = "Real rigs, plainly stated"
+ORDER = 3
+FILES = ("emps.csv", "quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv")
+
+RIGID = """
+[[arm.segments]]
+length = {length}
+mass = {mass}
+modes = 0
+"""
+JOINT = '\n[drive]\nkind = "torque"\n{constants}\n[identify]\nparameters = ["m1"]\n'
+LOGGED = (
+    "logger_filter = { deflection1 = { frequency = 12.57, damping = 0.9 }, "
+    "deflection2 = { frequency = 12.57, damping = 0.9 } }"
+)
+BENCH = """
+[arm]
+preset = "two_stage_bench"
+
+[drive]
+kind = "torque"
+torque_constants = [8.925, 0.87]
+
+[identify]
+parameters = ["EI1", "EI2", "tau1", "tau2"]
+output = ["torque", "deflection"]
+offsets = ["deflection1", "deflection2"]
+"""
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What a newcomer states of it."""
+
+    title: str
+    text: str
+    """TOML of arm, drive and parameters."""
+    recordings: Sequence[tuple[str, str]]
+    """File and role; an empty role: estimated, and the last third validates."""
+    extra: str = ""
+    """Of each recording."""
+    known: str = ""
+    """What others found."""
+
+
+RIGS = {
+    "ur10e_joint1": Rig(
+        "UR10e, joint 1 (vertical axis)",
+        RIGID.format(length=1.2, mass=10.0) + JOINT.format(constants="torque_constants = [10.0]"),
+        [("rigs/ur_j1.csv", "")],
+        known="viscous 21.3, Coulomb 12.5",
+    ),
+    "ur10e_joint2": Rig(
+        "UR10e, joint 2 (in the vertical plane)",
+        # The encoder counts from the horizontal, and the arm stands upright at -90 degrees.
+        "[arm]\ngravity = [0.0, 9.81]\n"
+        + RIGID.format(length=1.2, mass=10.0)
+        + JOINT.format(constants="torque_constants = [10.6956]"),
+        [("rigs/ur_j2a.csv", "estimate"), ("rigs/ur_j2b.csv", "validate")],
+        known="viscous 20.2, Coulomb 13.3, grows with the load",
+    ),
+    "kuka_rigid": Rig(
+        "KUKA KR300, joint 1",
+        RIGID.format(length=2.0, mass=900.0) + JOINT.format(constants="") + 'output = "torque"\n',
+        [(f"rigs/kuka{c}.csv", "estimate") for c in "AB"] + [("rigs/kukaC.csv", "validate")],
+        known="Coulomb 285, viscous 2050, asymmetry 54",
+    ),
+    "kuka_elastic": Rig(
+        "KUKA KR300, joint 1 with its second encoder",
+        RIGID.format(length=2.0, mass=900.0)
+        + "hub_inertia = 609.0\njoint_compliance = 2.2e-7\n"
+        + JOINT.format(constants="")
+        + 'output = ["torque", "link_encoder"]\n',
+        [(f"rigs/kuka{c}.csv", "estimate") for c in "AB"] + [("rigs/kukaC.csv", "validate")],
+        known="spring 4.58e6, motor 609; encoders read 3 ms apart",
+    ),
+    "two_stage_bench": Rig(
+        "Bench with two flexible links",
+        BENCH,
+        [("quanser_2dsfl_steps.csv", "estimate"), ("ctu_2dsfl_lqr.csv", "validate")],
+        LOGGED,
+        "coupling, Coulomb friction with presliding, link damping",
+    ),
+    "flexible_link": Rig(
+        "One flexible link on a servo",
+        """
+[[arm.segments]]
+length = 0.419
+mass = 0.065
+EI = 0.08
+modes = 1
+hub_inertia = 0.00208
+
+[drive]
+kind = "torque"
+torque_constants = [0.12838]
+
+[identify]
+parameters = ["EI1"]
+output = ["torque", "deflection"]
+""",
+        [("rigs/rfl_first.csv", "estimate"), ("rigs/rfl_second.csv", "validate")],
+        known="viscous .025 + .069, gauge's scale .6",
+    ),
+    "emps": Rig(
+        "EMPS slide",
+        '[arm]\npreset = "single_axis"\n\n[drive]\nkind = "torque"\n\n[identify]\n'
+        'parameters = ["m1"]\n',
+        [("emps.csv", "")],
+        known="mass 95.1, viscous 203.5, Coulomb 20.4",
+    ),
+}
+COLUMNS = {"force": "u1", "q": "theta1", "q_ref": "theta1_ref"}
+UNUSED = {"kuka_rigid": ["deflection1"]}
+SHARE = 2.0 / 3.0
+"""Of a single recording, that is estimated."""
+
+
+def diagnose(name: str, folder: Path) -> dict[str, Any]:
+    """The verdict on one rig as plain values."""
+    rig = RIGS[name]
+    text = f'title = "{rig.title}"\n{rig.text}\n[diagnose]\nmax_effects = 4\n'
+    with TemporaryDirectory() as temporary:
+        work = Path(temporary)
+        for file, role in rig.recordings:
+            rows = _columns(pd.read_csv(folder / file), name)
+            part = round(SHARE * len(rows))
+            roles = {role: rows} if role else {"estimate": rows[:part], "validate": rows[part:]}
+            for each, some in roles.items():
+                path = f"{Path(file).stem}_{each}.csv"
+                some.to_csv(work / path, index=False)
+                text += f'\n[[recordings]]\nfile = "{path}"\nrole = "{each}"\n{rig.extra}\n'
+        (work / "scenario.toml").write_text(text, encoding="utf-8")
+        begun = time.perf_counter()
+        found = run_scenario(read_scenario(work / "scenario.toml"), folder=work).diagnosis
+        seconds = time.perf_counter() - begun
+    assert found is not None
+    return _plain(found) | {"seconds": seconds}
+
+
+def _columns(rows: pd.DataFrame, name: str) -> pd.DataFrame:
+    rows = rows.rename(columns=COLUMNS).drop(columns=UNUSED.get(name, []))
+    if name == "kuka_elastic":
+        rows["link_theta1"] = rows["theta1"] + rows.pop("deflection1")
+    if name == "flexible_link":
+        rows = rows.rename(columns={"u1": "i1"})
+    return rows
+
+
+def _plain(found: Diagnosis) -> dict[str, Any]:
+    first, last = found.steps[0], found.steps[-1]
+    return {
+        "verdict": found.final_verdict or found.verdict,
+        "added": list(found.kept),
+        "values": {e.name: [e.value, e.std, e.unit] for e in found.parameters},
+        "errors": [_rms(first), _rms(last)],
+        "unseen": [_unseen(first), _unseen(last)],
+        "refused": [
+            f"{title}: {why.reason.value}" for r in found.rounds for title, why in r.refused
+        ],
+        "ruled_out": dict(found.ruled_out),
+    }
+
+
+def _rms(step: LadderStep) -> float:
+    return float(step.cost_per_sample) ** 0.5
+
+
+def _unseen(step: LadderStep) -> float:
+    """In noise floors, over all channels."""
+    squares = [(e.validation_rms / e.floor) ** 2 for e in step.errors]
+    return float(sum(squares) / len(squares)) ** 0.5
+
+
+CASES = {name: partial(diagnose, name) for name in RIGS}
+
+
+def section(found: Mapping[str, Any]) -> str:
+    """Markdown."""
+    head = ("rig", "found", "verdict", "error [floors]", "unseen", "s", "sizes", "others found")
+    rows = [_row(RIGS[name], found[name]) for name in RIGS if name in found]
+    text = (
+        "Arm, drive and files are stated as a newcomer would, without filters and noise. Error: of "
+        "the model as given and of the last model, in multiples of the estimated noise floor; "
+        "*unseen*: the same on recordings, or on a last third, that no fit used."
+    )
+    return f"{text}\n\n{table(head, rows)}"
+
+
+def _row(rig: Rig, one: Mapping[str, Any]) -> list[str]:
+    sizes = ", ".join(
+        f"{n} {value:.4g}" for n, (value, _, _) in one["values"].items() if "@" not in n
+    )
+    return [
+        rig.title, ", ".join(one["added"]) or "nothing", one["verdict"],
+        " → ".join(f"{x:.3g}" for x in one["errors"]),
+        " → ".join(f"{x:.3g}" for x in one["unseen"]),
+        f"{one['seconds']:.0f}", sizes, rig.known,
+    ]  # fmt: skip
