@@ -23,6 +23,8 @@ from ..identify.defect_correction import (
     errors_with,
     errors_with_each,
     extrapolated,
+    is_minimum,
+    minimum_along,
 )
 from ..identify.prescribed_joint_forces import needed_steps
 from ..least_squares import MOST_ITERATIONS, cost_of, pseudo_inverse
@@ -150,13 +152,17 @@ def converge_precisely(
     _, descended = corrected_minimum(h.residuals, h.vector, slopes, h.limits, stopped)
     if not np.isfinite(descended.cost) or descended.cost > refit.cost + RELEVANT * data.count:
         return data, refit
-    minimum = refit.parametrised.at(descended.vector)
-    data, errors = anchor_at(
-        data, minimum
-    )  # what is stated is what page and report show: no mix of two
-    return data, _refit_at(
-        data, Refit(minimum, descended, descended.cost, refit.covariance), errors, None
-    )
+    # What is stated is what page and report show: no mix of two numbers of steps.
+    for _ in range(MOST_DESCENTS):
+        at = refit.parametrised.at(descended.vector)
+        data, errors = anchor_at(data, at)
+        end = Refit(at, descended, descended.cost, refit.covariance)
+        # Where the errors are bent, a step along the slopes before it leads a part of the way.
+        further = minimum_along(descended.slopes, errors, at.vector, at.limits)
+        if stopped() or is_minimum(at.vector, further):
+            break
+        descended = further
+    return data, _refit_at(data, end, errors, None)
 
 
 def law_error(data: FitProblem, refit: Refit) -> dict[str, float]:

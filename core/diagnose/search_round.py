@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, ModelCheck, Round
+from ..diagnose.effect_sets import best_effect_set
 from ..diagnose.evidence import (
     CLOSE,
     RefittedCandidate,
@@ -122,9 +123,10 @@ def search_round(
     refitted: list[RefittedCandidate] = []
     # Within the noise nothing can be missing, whatever is explained below the floor.
     ends = on_progress("") or within_noise(data, before.errors)
-    if not ends:
-        screened = with_first_swings(screened, data, before, present, lambda: on_progress(""))
     chosen = [] if ends else most_promising(screened, data.count)
+    if chosen:
+        stopped = lambda: on_progress("")  # noqa: E731
+        chosen += vibrating(screened, chosen, data, before, present, most, stopped)
     for candidate in _refit_candidates(
         data, before, present, screened, chosen, len(candidates), on_progress
     ):
@@ -192,24 +194,28 @@ def _refit_candidates(
                 yield assess_refit(waiting[done], before, refit, data.count, candidate_count)
 
 
-def with_first_swings(
-    screened: Screen, data: FitProblem, before: Refit, present: Sequence[Effect],
-    stopped: Callable[[], bool],
-) -> Screen:  # fmt: skip
-    """The screen, with what effects that vibrate explain over the first swings. Over a whole
-    recording the sizes of a grid are out of step with a vibration that is hardly damped."""
-    chosen = {s.effect.kind for s in most_promising(screened, data.count)}
-    above = before.cost - data.count
+def vibrating(
+    screened: Screen, chosen: Sequence[ScreenedCandidate], data: FitProblem, before: Refit,
+    present: Sequence[Effect], most: int, stopped: Callable[[], bool],
+) -> list[ScreenedCandidate]:  # fmt: skip
+    """Candidates that explain more of the first swings than the screen promises of any set.
 
-    def reaching(s: ScreenedCandidate) -> ScreenedCandidate:
-        if s.effect.kind in chosen:
-            return s
+    Over a whole recording the sizes of a grid are out of step with a vibration that is hardly
+    damped, so that the screen overlooks it.
+    """
+    above = max(before.cost - data.count, 1.0)
+    promised = best_effect_set(screened, max(most, 1), data.count).unwhitened_reduction / above
+    if promised >= WHOLE_SHARE:
+        return []
+    left = [s for s in screened.candidates if s not in chosen]
+
+    def share(s: ScreenedCandidate) -> float:
         effects, base = [*present, s.effect], before.parametrised
-        share = share_of_first_swings(data, base, effects, s.values, s.scanned, stopped)
-        return replace(s, largest_reduction=max(s.largest_reduction, share * above))
+        return share_of_first_swings(data, base, effects, s.values, s.scanned, stopped)
 
     with ThreadPoolExecutor(predictor.workers()) as pool:
-        return replace(screened, candidates=tuple(pool.map(reaching, screened.candidates)))
+        shares = pool.map(share, left)
+        return [s for s, explained in zip(left, shares, strict=True) if explained > promised]
 
 
 def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:

@@ -186,20 +186,33 @@ def _along_fine_slopes(
     def slopes_with(steps: int) -> list[np.ndarray]:
         return with_steps(residuals, steps).sensitivities(vector, central=False)
 
-    def minimum(slopes: Sequence[np.ndarray]) -> Descended:
-        return levenberg_marquardt(
-            lambda x: [r + S @ (x - vector) for r, S in zip(fine, slopes, strict=True)],
-            lambda _: slopes, vector, limits,
-        )  # fmt: skip
-
     coarse, better = on_all_cores(slopes_with, (steps, 2 * steps))
     while True:
-        plain, end = minimum(better), minimum(extrapolated(coarse, better))
+        plain, end = (
+            minimum_along(S, fine, vector, limits) for S in (better, extrapolated(coarse, better))
+        )
         moved = _length(end.vector - plain.vector, end)
         if moved < EXTRAPOLATED * MOST_MOVE or 4 * steps > MOST_STEPS:
             return steps, end
         steps *= 2
         coarse, better = better, slopes_with(2 * steps)
+
+
+def minimum_along(
+    slopes: Sequence[np.ndarray], errors: Sequence[np.ndarray], vector: np.ndarray,
+    limits: BoundsAndPrior,
+) -> Descended:  # fmt: skip
+    """The minimum where the errors (M, k) at a vector (P,) are straight lines along their
+    `slopes` (M, k, P)."""
+    return levenberg_marquardt(
+        lambda x: [r + S @ (x - vector) for r, S in zip(errors, slopes, strict=True)],
+        lambda _: slopes, vector, limits,
+    )  # fmt: skip
+
+
+def is_minimum(vector: np.ndarray, end: Descended) -> bool:
+    """Whether the end of a descent is so near to a vector (P,) that a further step is needless."""
+    return _length(end.vector - vector, end) < MOST_MOVE
 
 
 def _remaining_move(
