@@ -11,17 +11,29 @@ from ..arm.segment import Segment
 from ..validation import Bounded, Positive, Stated
 
 
+class Pedestal(Stated):
+    """What joint 1 stands on where it turns under the arm: a rotational spring with an inertia."""
+
+    compliance: Positive
+    """rad/(N m)"""
+    inertia: Positive
+    """kg m², of all that turns with the motor's housing, about the axis of joint 1."""
+
+
 class Arm(Stated):
     """A chain of segments in a plane, with gravity (zero by default) acting in that plane.
 
     Coordinates q = [joint positions..., modal coordinates of segment 1, of segment 2, ...,
-    twists of the elastic joints..., the two displacements of an elastic base].
+    twists of the elastic joints..., the two displacements of an elastic base, the angle of a
+    pedestal].
     """
 
     segments: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=3)]
     gravity: tuple[Bounded, Bounded] = (0.0, 0.0)
     base_compliance: Positive | None = None
     """m/N, the same in both directions; None: the base does not move."""
+    pedestal: Pedestal | None = None
+    """None: the base does not turn."""
     name: str = "arm"
 
     @property
@@ -38,7 +50,8 @@ class Arm(Stated):
     def coordinates(self) -> int:
         """n, the length of q."""
         base = 2 if self.base_compliance is not None else 0
-        return self.joints + sum(self.modes) + sum(self.elastic) + base
+        turns = self.pedestal is not None
+        return self.joints + sum(self.modes) + sum(self.elastic) + base + turns
 
     @property
     def elastic(self) -> tuple[bool, ...]:
@@ -47,12 +60,13 @@ class Arm(Stated):
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """The coordinates q in their order: theta, v, twist, base."""
+        """The coordinates q in their order: theta, v, twist, base, pedestal."""
         joints = [f"theta{k + 1}" for k in range(self.joints)]
         modal = [f"v{k + 1}_{i + 1}" for k, n in enumerate(self.modes) for i in range(n)]
         twists = [f"twist{k + 1}" for k, elastic in enumerate(self.elastic) if elastic]
         base = ["base1", "base2"] if self.base_compliance is not None else []
-        return tuple(joints + modal + twists + base)
+        pedestal = ["pedestal"] if self.pedestal is not None else []
+        return tuple(joints + modal + twists + base + pedestal)
 
     def modal_slice(self, segment: int) -> slice:
         """Where the modal coordinates of a segment (from 0) stand in q."""
@@ -89,6 +103,8 @@ class Structure:
     """Which joints twist; none where empty."""
     base: bool = False
     """Whether the base moves."""
+    pedestal: bool = False
+    """Whether the base turns."""
 
     @classmethod
     def of(cls, arm: Arm) -> Structure:
@@ -99,6 +115,7 @@ class Structure:
             tuple(s.mount for s in arm.segments),
             arm.elastic if any(arm.elastic) else (),
             arm.base_compliance is not None,
+            arm.pedestal is not None,
         )
 
     @property
@@ -109,4 +126,5 @@ class Structure:
     @property
     def coordinates(self) -> int:
         """Number n of coordinates q."""
-        return self.segments + sum(self.modes) + sum(self.elastic) + 2 * self.base
+        still = self.segments + sum(self.modes) + sum(self.elastic)
+        return still + 2 * self.base + self.pedestal

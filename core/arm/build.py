@@ -16,7 +16,7 @@ from pydantic import (
     model_validator,
 )
 
-from ..arm.arm import Arm
+from ..arm.arm import Arm, Pedestal
 from ..arm.presets import presets
 from ..arm.segment import Segment
 from ..errors import InputError
@@ -42,6 +42,8 @@ class ArmSpec(BaseModel):
     """m/s^2"""
     base_compliance: Positive | None = None
     """m/N, the same in both directions; None: the base does not move."""
+    pedestal: Pedestal | None = None
+    """What turns under the arm; None: the base does not turn."""
     segments: tuple[dict[str, Any], ...] = ()
     """Alone: the segments. On top of a preset: what differs from each of its segments."""
     overrides: dict[str, Any] = Field(default_factory=dict)

@@ -90,7 +90,7 @@ class ArmCatalogue:
         return {name: entry.parameter for name, entry in self.entries.items()}
 
     def vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
-        """p (S, 10 N + 3) for S value vectors (S, len(names)); the rest as in the arm."""
+        """p (S, 10 N + 5) for S value vectors (S, len(names)); the rest as in the arm."""
         p = np.tile(self.base, (len(values), 1))
         moduli = [s.young_modulus or np.nan for s in self.arm.segments]
         widths = [s.width or np.nan for s in self.arm.segments]
@@ -132,7 +132,7 @@ class ArmCatalogue:
             self._add_nonnegative(f"Jr{n}", s.rotor_inertia, "kg m²", title, write, 0.01)
 
     def _add_compliances(self) -> None:
-        """Of elastic joints and of an elastic base; a rigid one has none to estimate."""
+        """Of elastic joints, an elastic base and a pedestal; a rigid one has none to estimate."""
         for k, s in enumerate(self.arm.segments):
             if s.joint_compliance is not None:
                 unit = joint(s.joint).compliance_unit
@@ -144,6 +144,14 @@ class ArmCatalogue:
         if soft is not None:
             write = partial(_inverse, slots.base_slot(self.arm.joints))
             self._add_positive("cb", soft, "m/N", "base compliance", write, COMPLIANCE_BOUND)
+        if (pedestal := self.arm.pedestal) is not None:
+            spring, inertia = slots.pedestal_slots(self.arm.joints)
+            title, write = "compliance of the pedestal", partial(_inverse, spring)
+            bound = COMPLIANCE_BOUND
+            self._add_positive("cp", pedestal.compliance, "rad/(N m)", title, write, bound)
+            title, place = "inertia of the pedestal", (inertia,)
+            write = partial(_direct, place)
+            self._add_positive("Jp", pedestal.inertia, "kg m²", title, write, bound)
 
     def _add_shared(self) -> None:
         """epsilon, d and EI of all bending segments at once, where they are equal."""

@@ -29,10 +29,11 @@ def bending(kinematics: Kinematics) -> sp.Expr:
 
 
 def springs(kinematics: Kinematics) -> sp.Expr:
-    """Energy of the elastic joints, 1/2 k twist^2, and of an elastic base."""
+    """Energy of the elastic joints, 1/2 k twist^2, of an elastic base and of a pedestal."""
     s = kinematics.symbols
     twists = [s.slot(k, TWIST_STIFFNESS) * t**2 / 2 for k, t in enumerate(s.twist)]
-    return sp.Add(*twists, *[s.base_stiffness * b**2 / 2 for b in s.base])
+    turning = s.pedestal_stiffness * s.pedestal**2 / 2
+    return sp.Add(*twists, *[s.base_stiffness * b**2 / 2 for b in s.base], turning)
 
 
 def dissipation(kinematics: Kinematics) -> sp.Expr:
@@ -60,11 +61,12 @@ def damping_matrix(kinematics: Kinematics) -> sp.Matrix:
 
 def lumped_inertia(kinematics: Kinematics) -> sp.Matrix:
     """(n, n) constant part of M: hubs 1/2 Jh theta'^2, rotors without a gear 1/2 Jr (omega +
-    theta')^2 with the rate omega of the segment's end that carries them, and tip inertias
-    1/2 Jt phi_tip'^2."""
+    theta')^2 with the rate omega of the segment's end that carries them, tip inertias
+    1/2 Jt phi_tip'^2, and that of a pedestal."""
     s = kinematics.symbols
     n = kinematics.structure.coordinates
-    total = sp.zeros(n, n)
+    turned = sp.Matrix([s.pedestal]).jacobian(s.q)
+    total = sp.zeros(n, n) + s.pedestal_inertia * turned.T * turned
     for k in range(kinematics.structure.segments):
         total[k, k] += s.slot(k, HUB_INERTIA)
         slope = sp.Matrix([kinematics.tip_angle(k)]).jacobian(s.q)

@@ -53,10 +53,10 @@ class Kinematics:
         """(place, angle) of each segment's root, and last of the arm's tip."""
         bases: list[tuple[Place, sp.Expr]] = []
         place: Place = self._ground
-        angle: sp.Expr = sp.Integer(0)
+        angle: sp.Expr = self.symbols.pedestal
         for k in range(self.structure.segments):
             if self.structure.mounts[k] == "ground":
-                place, angle = self._ground, sp.Integer(0)
+                place, angle = self._ground, self.symbols.pedestal
             kind = joint(self.structure.joints[k])
             moved = self.symbols.theta[k] + self.symbols.twist[k]
             shift = kind.place(moved, self.symbols.slot(k, AXIS_ANGLE))
@@ -102,7 +102,7 @@ class Kinematics:
         """Direction (rad) of a rotor without a gear at a segment's joint; linear in q. It stands on
         the end of the segment before, and does not see the twist behind it."""
         alone = segment == 0 or self.structure.mounts[segment] == "ground"
-        carried = sp.Integer(0) if alone else self.tip_angle(segment - 1)
+        carried = self.symbols.pedestal if alone else self.tip_angle(segment - 1)
         shift = joint(self.structure.joints[segment]).place(
             self.symbols.theta[segment], self.symbols.slot(segment, AXIS_ANGLE)
         )

@@ -1,8 +1,8 @@
 """The numeric vector p that the compiled equations of an arm take.
 
-Ten slots per segment, then the two components of gravity and the stiffness of the base.
-Structure (joints, modes, mounts) is compiled in; everything here may change without a new
-compilation.
+Ten slots per segment, then the two components of gravity, the stiffness of the base, and the
+stiffness and inertia of a pedestal. Structure (joints, modes, mounts) is compiled in; everything
+here may change without a new compilation.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ def slot(segment: int, which: int) -> int:
 
 def weighing(p: np.ndarray, joints: int) -> np.ndarray:
     """The entries of p that the mass matrix depends on; springs, dampers and gravity are not."""
-    return p[: PER_SEGMENT * joints].reshape(joints, PER_SEGMENT)[:, WEIGHING].ravel()
+    own = p[: PER_SEGMENT * joints].reshape(joints, PER_SEGMENT)[:, WEIGHING].ravel()
+    return np.append(own, p[pedestal_slots(joints)[1]])
 
 
 def gravity_slot(joints: int, component: int) -> int:
@@ -42,12 +43,18 @@ def base_slot(joints: int) -> int:
     return PER_SEGMENT * joints + 2
 
 
+def pedestal_slots(joints: int) -> tuple[int, int]:
+    """Indices in p of the stiffness, N m/rad, and the inertia, kg m^2, of a pedestal; both zero
+    where the base does not turn."""
+    return PER_SEGMENT * joints + 3, PER_SEGMENT * joints + 4
+
+
 def _stiffness(compliance: float | None) -> float:
     return 0.0 if compliance is None else 1.0 / compliance
 
 
 def arm_vector(arm: Arm) -> np.ndarray:
-    """p (10 N + 3,) in SI units for an arm as described."""
+    """p (10 N + 5,) in SI units for an arm as described."""
     rows = (
         (
             s.length, s.mass, s.bending_stiffness, s.damping_time, s.tip_mass, s.tip_inertia,
@@ -56,4 +63,6 @@ def arm_vector(arm: Arm) -> np.ndarray:
         for s in arm.segments
     )  # fmt: skip
     flat = (value for row in rows for value in row)
-    return np.array([*flat, *arm.gravity, _stiffness(arm.base_compliance)], dtype=float)
+    pedestal = arm.pedestal
+    turning = (1.0 / pedestal.compliance, pedestal.inertia) if pedestal else (0.0, 0.0)
+    return np.array([*flat, *arm.gravity, _stiffness(arm.base_compliance), *turning], dtype=float)

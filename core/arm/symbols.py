@@ -56,10 +56,17 @@ class Symbols:
         return tuple(sp.Symbol(name, real=True) for name in names)
 
     @cached_property
+    def pedestal(self) -> sp.Expr:
+        """The angle of the base, rad; 0 where it does not turn."""
+        return sp.Symbol("pedestal", real=True) if self.structure.pedestal else sp.Integer(0)
+
+    @cached_property
     def q(self) -> tuple[sp.Symbol, ...]:
         """All coordinates in their order."""
         modal = tuple(v for segment in self.modal for v in segment)
-        return self.theta + modal + tuple(t for t in self.twist if t != 0) + self.base
+        twists = tuple(t for t in self.twist if t != 0)
+        pedestal = (self.pedestal,) if self.pedestal != 0 else ()
+        return self.theta + modal + twists + self.base + pedestal
 
     @property
     def straight(self) -> dict[sp.Symbol, int]:
@@ -75,7 +82,7 @@ class Symbols:
     def p(self) -> tuple[sp.Symbol, ...]:
         """In the order of core.arm.slots."""
         names = [f"{name}{k + 1}" for k in range(self.structure.segments) for name in _NAMES]
-        return tuple(sp.Symbol(name, real=True) for name in [*names, "g1", "g2", "kb"])
+        return tuple(sp.Symbol(name, real=True) for name in [*names, "g1", "g2", "kb", "kp", "Jp"])
 
     def slot(self, segment: int, which: int) -> sp.Symbol:
         """The symbol of a segment's number; `which` as in core.arm.slots."""
@@ -84,20 +91,32 @@ class Symbols:
     @property
     def gravity(self) -> tuple[sp.Symbol, sp.Symbol]:
         """Gravity in the plane, m/s²."""
-        return self.p[-3], self.p[-2]
+        return self.p[-5], self.p[-4]
 
     @property
     def base_stiffness(self) -> sp.Symbol:
         """Stiffness of the base, N/m."""
+        return self.p[-3]
+
+    @property
+    def pedestal_stiffness(self) -> sp.Symbol:
+        """Stiffness against turning, N m/rad."""
+        return self.p[-2]
+
+    @property
+    def pedestal_inertia(self) -> sp.Symbol:
+        """Inertia that turns with the base, kg m²."""
         return self.p[-1]
 
     @cached_property
     def latex_names(self) -> dict[sp.Symbol, str]:
         """How each symbol is written; one-mode arms drop the mode's index, as the paper does."""
         names: dict[sp.Symbol, str] = {
-            self.gravity[0]: "g_1", self.gravity[1]: "g_2", self.base_stiffness: "k_b"
+            self.gravity[0]: "g_1", self.gravity[1]: "g_2", self.base_stiffness: "k_b",
+            self.pedestal_stiffness: "k_p", self.pedestal_inertia: "J_p",
         }  # fmt: skip
         names |= {b: rf"b_{i + 1}" for i, b in enumerate(self.base)}
+        names |= {self.pedestal: r"\beta"} if self.pedestal != 0 else {}
         names |= {t: rf"\varphi_{{j{k + 1}}}" for k, t in enumerate(self.twist) if t != 0}
         for k in range(self.structure.segments):
             names[self.theta[k]] = rf"\theta_{{{k + 1}}}"
