@@ -178,6 +178,8 @@ class Mechanism:
     """m/s^2 in the plane of motion."""
     base_stiffness: float | None
     """N/m, the same in both directions; None: the base does not move."""
+    pedestal: tuple[float, float] | None
+    """Stiffness, N m/rad, and inertia, kg m^2; None: the base does not turn."""
     frequencies: tuple[float, ...]
     """Hz of the first vibrations at `posture`, joints held, nothing damped; at most three."""
     posture: tuple[float, ...]

@@ -31,10 +31,12 @@ def mechanism(model: Model, values: Mapping[str, float]) -> Mechanism:
     joints = range(model.arm.joints)
     gravity = [float(numbers.p[slots.gravity_slot(len(joints), i)]) for i in (0, 1)]
     base = float(numbers.p[slots.base_slot(len(joints))])
+    turning = [float(numbers.p[i]) for i in slots.pedestal_slots(len(joints))]
     return Mechanism(
         links=tuple(_link(model, numbers, k) for k in joints),
         gravity=(gravity[0], gravity[1]),
         base_stiffness=base or None,
+        pedestal=(turning[0], turning[1]) if turning[0] else None,
         frequencies=_frequencies(model, numbers, place),
         posture=tuple(float(x) for x in place),
         effects=tuple(_present(effect, model, numbers, estimated) for effect in model.effects),

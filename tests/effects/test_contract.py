@@ -38,7 +38,7 @@ ROOMS = {
     "drive": "drive_saturation drive_lag torque_offset drive_gain",
     "segments": (
         "structural_damping extra_bending_mode tip_payload link_mass_error cubic_stiffness "
-        "air_drag base_compliance"
+        "air_drag base_compliance base_rotation"
     ),
     "motion": "large_motion gravity_tilt",
     "sensors": (

@@ -195,6 +195,15 @@ def test_an_elastic_base_is_one_for_all_that_stands_on_the_ground() -> None:
     assert len(slides) == 2
 
 
+def test_a_turning_base_swings_as_in_the_model() -> None:
+    model = looped(ARMS["ground"], 20.0).with_effects([effect("base_rotation")])
+    outcome = outcome_of(model)
+    engine, _ = built(outcome)
+    assert engine.joint("pedestal").stiffness[0] > 0.0
+    assert outcome.mechanism is not None
+    assert outcome.mechanism.frequencies == pytest.approx(first_frequencies(outcome), rel=MODES)
+
+
 def test_without_a_mechanism_there_is_a_sentence() -> None:
     outcome = replace(outcome_of(MODELS["torque"]), mechanism=None)
     assert Mjcf().unable(outcome)

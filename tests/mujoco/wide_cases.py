@@ -28,6 +28,7 @@ SIZES: Mapping[str, tuple[float, float, float]] = {
     "structural_damping": (0.01, 0.03, 0.08),
     "cubic_stiffness": (0.3, 1.0, 3.0),
     "base_compliance": (0.3, 0.6, 1.0),
+    "base_rotation": (0.3, 0.6, 1.0),
     "air_drag": (0.05, 0.15, 0.5),
     "link_mass_error": (0.04, 0.1, 0.2),
     "camera_delay": (4.0, 8.0, 20.0),

@@ -157,6 +157,16 @@ def base_compliance(arm: Arm, rig: Rig, size: float) -> Hidden:
     return replace(rig, base_compliance=compliance), {"cb": compliance}
 
 
+def base_rotation(arm: Arm, rig: Rig, size: float) -> Hidden:
+    """`size` is the inverse of the frequency, in units of 10 Hz, of the stretched arm; a third of
+    its inertia turns with the base."""
+    load = sum(b.mass for b in arm.beams) * arm.reach**2 / 3.0
+    compliance = float(1.0 / (load * (2.0 * np.pi * 10.0 / size) ** 2))
+    return replace(rig, pedestal=(compliance, float(load / 3.0))), {
+        "cp": compliance, "Jp": float(load / 3.0),
+    }  # fmt: skip
+
+
 def air_drag(arm: Arm, rig: Rig, size: float) -> Hidden:
     """`size` of the first loop's torque at the reference's speed."""
     drag = float(size * arm.torques[0] / (arm.reach * (AMPLITUDE * arm.reach) ** 2))
@@ -198,7 +208,7 @@ EFFECTS: dict[str, Effect] = {
         viscous_friction, coulomb_friction, stribeck_friction, load_friction, friction_asymmetry,
         torque_offset, torque_ripple, tip_payload, joint_elasticity, backlash, rotor_inertia,
         drive_saturation, drive_lag, drive_gain, gravity_tilt, structural_damping, cubic_stiffness,
-        base_compliance, air_drag, link_mass_error, camera_delay, sensor_lag, camera_misalignment,
-        encoder_offset,
+        base_compliance, base_rotation, air_drag, link_mass_error, camera_delay, sensor_lag,
+        camera_misalignment, encoder_offset,
     )
 }  # fmt: skip

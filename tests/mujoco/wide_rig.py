@@ -25,6 +25,8 @@ class Rig:
     plant: Plant
     base_compliance: float = 0.0
     """m/N, alike in both directions."""
+    pedestal: tuple[float, float] | None = None
+    """rad/(N m) and kg m², of a base that turns; none: it does not."""
     cubic: tuple[float, ...] = ()
     """N/m³ of each segment's deflection at its end."""
     tip_inertia: float = 0.0
@@ -73,6 +75,8 @@ def text(rig: Rig, step: float) -> str:
         found = _named_teeth(found)
     if rig.base_compliance:
         found = _on_soft_base(found, 1.0 / rig.base_compliance)
+    if rig.pedestal is not None:
+        found = _on_pedestal(found, *rig.pedestal)
     if rig.friction is not None:
         found = found.replace('constraint="disable"', 'constraint="enable"')
     if rig.friction_time:
@@ -92,6 +96,17 @@ def _on_soft_base(found: str, stiffness: float) -> str:
         for n, axis in enumerate(("1 0 0", "0 1 0"), 1)
     )
     return found.replace("<joint ", f"{slides}<joint ", 1)
+
+
+def _on_pedestal(found: str, compliance: float, inertia: float) -> str:
+    """A body around the arm that turns against a spring."""
+    along = f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"'
+    turning = (
+        f'<body><inertial pos="0 0 0" mass="{inertia!r}" {along}/>'
+        f'<joint axis="0 0 1" stiffness="{1.0 / compliance!r}"/>'
+    )
+    first, last = found.index("<body"), found.rindex("</body>")
+    return found[:first] + turning + found[first:last] + "</body>" + found[last:]
 
 
 def _named_teeth(found: str) -> str:

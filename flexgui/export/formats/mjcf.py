@@ -172,7 +172,7 @@ class _Chain:
         self._turns: list[bool] = []
         self._bodies: list[tuple[complex, float, float, tuple[int, ...]]] = []
         """Centre, mass, inertia, and the springs that move it."""
-        base = self._base(arm.base_stiffness)
+        base = self._base(arm)
         hanging, root, angle = base, 0j, 0.0
         for link, position in zip(arm.links, posture, strict=True):
             if link.on_ground:
@@ -185,10 +185,15 @@ class _Chain:
                 hanging = (*hanging, self._spring(link.joint_stiffness, root, slide, turns))
             root, hanging = self._link(link, root, np.exp(1j * angle), hanging)
 
-    def _base(self, stiffness: float | None) -> tuple[int, ...]:
-        if stiffness is None:
-            return ()
-        return tuple(self._spring(stiffness, 0j, direction, False) for direction in (1.0, 1j))
+    def _base(self, arm: Mechanism) -> tuple[int, ...]:
+        stiffness, found = arm.base_stiffness, tuple[int, ...]()
+        if stiffness is not None:
+            found = tuple(self._spring(stiffness, 0j, way, False) for way in (1.0, 1j))
+        if arm.pedestal is not None:
+            spring, inertia = arm.pedestal
+            found = (*found, self._spring(spring, 0j, 0j, True))
+            self._bodies.append((0j, 0.0, inertia, found))
+        return found
 
     def _spring(self, stiffness: float, pivot: complex, slide: complex, turns: bool) -> int:
         self.stiffness.append(stiffness)
