@@ -196,7 +196,7 @@ def test_an_elastic_base_is_one_for_all_that_stands_on_the_ground() -> None:
 
 
 def test_a_turning_base_swings_as_in_the_model() -> None:
-    model = looped(ARMS["ground"], 20.0).with_effects([effect("base_rotation")])
+    model = looped(with_modes(3, 3), 20.0).with_effects([effect("base_rotation")])
     outcome = outcome_of(model)
     engine, _ = built(outcome)
     assert engine.joint("pedestal").stiffness[0] > 0.0
