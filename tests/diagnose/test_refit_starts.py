@@ -125,7 +125,8 @@ def test_a_base_between_two_sizes_of_the_grid_is_among_the_starts(hz: float) -> 
 def valleys(data: FitProblem, share: float, at: Values) -> list[Values]:
     """The sizes of the base whose cost is below that of their neighbours."""
     horizon = Horizon(data, [BASE], share, (), lambda: False)
-    return horizon.local_minima({**bent(data).values(), **at}, grid_sizes(data, [BASE], ["cb"]))
+    found = horizon.local_minima({**bent(data).values(), **at}, grid_sizes(data, [BASE], ["cb"]))
+    return [values for _, values in found]
 
 
 @pytest.mark.parametrize("beams", [{"EI1": 1.1, "EI2": 1.1}, BENT])
