@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arm.catalogue import arm_parameters
 from ..diagnose.evidence import RELEVANT, TIE
 from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
 from ..diagnose.fitted_model import FittedModel, fit_model
@@ -81,8 +82,8 @@ def with_stated_sizes(model: FittedModel, stated_count: int, stopped: StopCheck)
         for k in e.parameters(e.changed_arm(data.bare.arm, {}), data.bare.drive, data.sizes)
     ]
     sizes = {k.parameter.name for k in own if not k.secondary}
-    beside = {k.parameter.name: k.neutral for k in own if k.secondary and not k.grid}
-    fixed = {name: x for name, x in beside.items() if name in values and name not in sizes}
+    stated = arm_parameters(data.bare.arm).keys() & values.keys() - sizes
+    fixed = {k.parameter.name: k.neutral for k in own if k.parameter.name in stated}
     if not fixed or stopped():
         return model
     held = replace(data, fixed_effect_values={**data.fixed_effect_values, **fixed})

@@ -203,3 +203,27 @@ def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: F
     at = parametrised(stated(data, 1.0), [BASE], TRUTH)
     assert start_from_nominal(stated(data, 1.0), at, lambda: False) is None
     assert start_from_nominal(stated(data, AWAY), at, lambda: False) is None
+
+
+def test_one_joint_may_be_much_softer_than_the_next() -> None:
+    """Along the sizes of all joints together no place is near both."""
+    true = {"c1": 1e-4, "c2": 1.5e-2}
+    joints = effect("joint_elasticity")
+    machine = Model(ARM, DRIVE, "nonlinear").with_effects([joints], true)
+    rng = np.random.default_rng(8)
+    speeds = 0.3 * np.repeat(rng.choice([-1.0, 1.0], (-(-SAMPLES // HOLD), 2)), HOLD, axis=0)
+    task = from_rest(machine, [0.2, 1.1], speeds[:SAMPLES], STEP)
+    motion = simulate_fixed(machine, machine.numbers(), task, 16)
+    one = prepare(
+        Model(ARM, DRIVE, "nonlinear"), read(machine, task, motion, "encoder"), [sensor("encoder")],
+        Processing(),
+    )  # fmt: skip
+    known = stiffnesses({"EI1": 1.0, "EI2": 1.0})
+    data = replace(data_of(TRUTH["cb"]), experiments=(one,), nuisance=known)
+    horizon = Horizon(data, [joints], 1 / 16, (), lambda: False)
+    sizes = grid_sizes(data, [joints], ["c1", "c2"])
+    found = horizon.local_minima({**bent(data).values(), **sizes[0]}, sizes)
+    cost, best = min(found, key=lambda end: end[0])
+    assert cost < horizon.first.count  # within the noise
+    for name, x in true.items():
+        assert abs(np.log(best[name] / x)) < np.log(GRID_RATIO)
