@@ -65,15 +65,18 @@ Values = dict[str, float]
 def starts(
     data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
     values: Mapping[str, float], scanned: Sequence[str], stopped: Callable[[], bool],
+    thorough: bool = False,
 ) -> list[Values]:  # fmt: skip
     """Starts of the model with `effects`, the new one last, over whole recordings; the first begins
     where the base stands, at its minimum without the new effect. `values`: where the screen would
-    begin; `scanned`: those parameters among them that come from a grid."""
+    begin; `scanned`: those parameters among them that come from a grid; `thorough`: each of these
+    is tried by itself, too."""
     from_base = {**base.values(), **values}
     changes = _start_changes(data, base.values())
     horizon = Horizon.for_effects(data, base, effects, values, stopped)
     if horizon is None:
         return [{**from_base, **arm} for arm in changes]
+    horizon = replace(horizon, thorough=thorough)
     first = horizon.best(grid_sizes(data, effects, scanned), from_base, changes)
     return [from_base] if first is None else [from_base, first]
 
@@ -87,6 +90,7 @@ def share_of_first_swings(
     horizon = Horizon.for_effects(data, base, effects, values, stopped)
     if horizon is None:
         return 0.0
+    horizon = replace(horizon, thorough=True)
     sizes, from_base = grid_sizes(data, effects, scanned), {**base.values(), **values}
     changes = _start_changes(data, base.values())
     left = [cost for x in changes for cost, _ in horizon.local_minima({**from_base, **x}, sizes)]
@@ -146,6 +150,8 @@ class Horizon:
     share: float
     held: Collection[str]
     stopped: Callable[[], bool]
+    thorough: bool = False
+    """Whether each size goes along the grid by itself: one joint may be much softer than others."""
 
     @classmethod
     def for_effects(
@@ -203,8 +209,7 @@ class Horizon:
         return best if np.isfinite(cost) else None
 
     def local_minima(self, at: Values, sizes: Sequence[Values]) -> list[tuple[float, Values]]:
-        """The best local minima among some sizes, with their costs, all other unknowns adapted;
-        from each on, every size by itself: one joint may be much softer than the next."""
+        """The best local minima among some sizes, with their costs, all other unknowns adapted."""
         h = _with_free_sizes(self.first, self.effects, at, self.held)
         labels = h.unknowns.labels
         tried = [{n: x for n, x in size.items() if n in labels} for size in sizes]
@@ -216,7 +221,7 @@ class Horizon:
         edged = [np.inf, *(cost for cost, _ in ends), np.inf]
         lowest = [k for k in range(len(ends)) if edged[k] > edged[k + 1] <= edged[k + 2]]
         best = [ends[k] for k in sorted(lowest, key=lambda k: ends[k][0])[:KEPT_STARTS]]
-        if len(along) > 1:
+        if self.thorough and len(along) > 1:
             best = [self._each_size(h, end, along, grid) for end in best]
         return [(cost, {**at, **h.at(vector).values()}) for cost, vector in best]
 

@@ -124,11 +124,13 @@ def search_round(
     # Within the noise nothing can be missing, whatever is explained below the floor.
     ends = on_progress("") or within_noise(data, before.errors)
     chosen = [] if ends else most_promising(screened, data.count)
-    if chosen:
+    promised = promised_share(screened, data, before, most)
+    overlooked = bool(chosen) and promised < WHOLE_SHARE
+    if overlooked:
         stopped = lambda: on_progress("")  # noqa: E731
-        chosen += vibrating(screened, chosen, data, before, present, most, stopped)
+        chosen += vibrating(screened, chosen, data, before, present, promised, stopped)
     for candidate in _refit_candidates(
-        data, before, present, screened, chosen, len(candidates), on_progress
+        data, before, present, screened, chosen, len(candidates), on_progress, overlooked
     ):
         refitted.append(candidate)
         on_progress(f"{candidate.screened.effect.title} refitted")
@@ -168,6 +170,7 @@ def _accept(
 def _refit_candidates(
     data: FitProblem, before: Refit, present: Sequence[Effect], screened: Screen,
     chosen: Sequence[ScreenedCandidate], candidate_count: int, on_progress: OnProgress,
+    thorough: bool,
 ) -> Iterator[RefittedCandidate]:  # fmt: skip
     """The chosen candidates as their refits end, on all cores; without those that could not be
     simulated."""
@@ -175,10 +178,11 @@ def _refit_candidates(
 
     def begin(s: ScreenedCandidate) -> PartialRefit:
         effects, base = [*present, s.effect], before.parametrised
-        partial = begin_refit(data, base, effects, s.values, screened.slopes, s.scanned, stopped)
+        rest = screened.slopes, s.scanned, stopped, thorough
+        partial = begin_refit(data, base, effects, s.values, *rest)
         if not np.isfinite(partial.refit.cost):
             values = nearer_to_neutral(s.effect, base.model.arm, data, s.values)
-            partial = begin_refit(data, base, effects, values, screened.slopes, s.scanned, stopped)
+            partial = begin_refit(data, base, effects, values, *rest)
         return partial
 
     with ThreadPoolExecutor(predictor.workers()) as pool:
@@ -194,19 +198,22 @@ def _refit_candidates(
                 yield assess_refit(waiting[done], before, refit, data.count, candidate_count)
 
 
+def promised_share(screened: Screen, data: FitProblem, before: Refit, most: int) -> float:
+    """Share of the error above noise that the screen promises of the best set of effects."""
+    above = max(before.cost - data.count, 1.0)
+    return best_effect_set(screened, max(most, 1), data.count).unwhitened_reduction / above
+
+
 def vibrating(
     screened: Screen, chosen: Sequence[ScreenedCandidate], data: FitProblem, before: Refit,
-    present: Sequence[Effect], most: int, stopped: Callable[[], bool],
+    present: Sequence[Effect], promised: float, stopped: Callable[[], bool],
 ) -> list[ScreenedCandidate]:  # fmt: skip
-    """Candidates that explain more of the first swings than the screen promises of any set.
+    """Candidates that explain more of the first swings than the share that is `promised` of the
+    whole recordings.
 
-    Over a whole recording the sizes of a grid are out of step with a vibration that is hardly
-    damped, so that the screen overlooks it.
+    There the sizes of a grid are out of step with a vibration that is hardly damped, so that the
+    screen overlooks it.
     """
-    above = max(before.cost - data.count, 1.0)
-    promised = best_effect_set(screened, max(most, 1), data.count).unwhitened_reduction / above
-    if promised >= WHOLE_SHARE:
-        return []
     left = [s for s in screened.candidates if s not in chosen]
 
     def share(s: ScreenedCandidate) -> float:
@@ -257,11 +264,11 @@ class PartialRefit:
 def begin_refit(
     data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
     values: Mapping[str, float], slopes: Sequence[np.ndarray], scanned: Sequence[str],
-    stopped: Callable[[], bool],
+    stopped: Callable[[], bool], thorough: bool = False,
 ) -> PartialRefit:  # fmt: skip
     """The first iterations of `core.diagnose.refit.refit_with`."""
     reused = slopes_by_label(base, slopes)
-    start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
+    start, spent = best_start(data, base, effects, values, slopes, scanned, stopped, thorough)
     remaining = ROUGH_ITERATIONS - spent
     return PartialRefit(
         fit(start, None, stopped, TRIAL_ITERATIONS, reused), remaining - TRIAL_ITERATIONS, reused

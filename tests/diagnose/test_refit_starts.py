@@ -220,7 +220,7 @@ def test_one_joint_may_be_much_softer_than_the_next() -> None:
     )  # fmt: skip
     known = stiffnesses({"EI1": 1.0, "EI2": 1.0})
     data = replace(data_of(TRUTH["cb"]), experiments=(one,), nuisance=known)
-    horizon = Horizon(data, [joints], 1 / 16, (), lambda: False)
+    horizon = Horizon(data, [joints], 1 / 16, (), lambda: False, thorough=True)
     sizes = grid_sizes(data, [joints], ["c1", "c2"])
     found = horizon.local_minima({**bent(data).values(), **sizes[0]}, sizes)
     cost, best = min(found, key=lambda end: end[0])
