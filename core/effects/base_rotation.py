@@ -20,6 +20,10 @@ START_SHARE = 0.3
 RANGE = 1e3
 """Times the start, up and down: bases differ by orders of magnitude."""
 
+HEAVIEST = 10.0
+"""Times what joint 1 moves, as of a motor: a heavier column shows nothing but its own frequency,
+which is what a machine nearby does."""
+
 
 def compliance(arm: Arm, hz: float) -> float:
     """rad/(N m) with which the stretched arm swings at that frequency."""
@@ -54,13 +58,14 @@ class BaseRotation(Effect):
         return "The first joint slides, so that its motor turns no base." if slides else ""
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start, inertia = compliance(arm, START_HZ), START_SHARE * joint_load(arm, 0)
+        start, load = compliance(arm, START_HZ), joint_load(arm, 0)
+        inertia = START_SHARE * load
         spring = Parameter(
             "cp", start, "rad/(N m)", start / RANGE, start * RANGE, "c_p",
             "compliance of the pedestal", scale=start,
         )  # fmt: skip
         turning = Parameter(
-            "Jp", inertia, "kg m²", inertia / RANGE, inertia * RANGE, "J_p",
+            "Jp", inertia, "kg m²", inertia / RANGE, HEAVIEST * load, "J_p",
             "inertia of the pedestal", scale=inertia,
         )  # fmt: skip
         grid = tuple(compliance(arm, hz) for hz in GRID_HZ)
