@@ -6,6 +6,7 @@ distance from neutral, and validation recordings.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ from ..diagnose.cost_minimum import converge
 from ..diagnose.effect_sets import EffectSet, best_effect_set
 from ..diagnose.evidence import (
     RELEVANT,
+    WORSE,
     RefittedCandidate,
     acceptable,
     assess_refit,
@@ -31,6 +33,7 @@ from ..diagnose.refit import Refit, refit_with, robust_covariance
 from ..diagnose.remaining_error import within_noise
 from ..effects.effect import Effect
 from ..effects.sizes import typical
+from ..noise.noise_floor import squares_by_channel
 from ..results import Objection, Reason
 
 
@@ -265,3 +268,36 @@ def near_neutral_objection(members: Sequence[ScreenedCandidate], after: Refit) -
 def _neutral_values(h: ParametrisedModel, effect: Effect) -> dict[str, float]:
     own = effect.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
     return {k.parameter.name: k.neutral for k in own}
+
+
+def model_check(
+    data: FitProblem, with_laws: Callable[[], FitProblem], before: Refit,
+    unseen: Callable[[FitProblem, Refit], float | None],
+) -> ModelCheck:  # fmt: skip
+    """Rejects a model that increases the validation error by more than noise could. What the laws
+    of the model `before` may miss, in the data that `with_laws` gives, counts as noise unless the new one
+    explains nearly all of it, however well the noise is known."""
+    idealised = not within_noise(data, before.errors) and within_noise(with_laws(), before.errors)
+
+    def refuse(later: FitProblem, refit: Refit) -> Objection | None:
+        left, above = (_above_noise(later, r.errors) for r in (refit, before))
+        if idealised and not np.all(left < (1.0 - WHOLE_SHARE) * above):
+            return Objection(Reason.WITHIN_LAWS)
+        old, new = unseen(data, before), unseen(later, refit)
+        if old is None or new is None:
+            return None
+        if new - old < RELEVANT or new < WORSE**2 * old:
+            return None
+        return Objection(Reason.UNSEEN, unseen=(math.sqrt(old), math.sqrt(new)))
+
+    return refuse
+
+
+def _above_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> np.ndarray:
+    """(2,): squared error above the noise in each channel, for the noise as it is estimated and as
+    large as it may be."""
+    squares, total = squares_by_channel(data.experiments, errors), np.zeros(2)
+    for name, x in squares.items():
+        within = np.array([1.0, data.floor_uncertainty.get(name, 1.0)])
+        total += np.maximum(np.sum(x) / within**2 - len(x), 0.0)
+    return total

@@ -13,12 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-import numpy as np
-
-from ..diagnose.acceptance import WHOLE_SHARE, ModelCheck, Round
+from ..diagnose.acceptance import ModelCheck, Round, model_check
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import FitsByShapes, resolved
-from ..diagnose.evidence import RELEVANT, WORSE, assess_refit
+from ..diagnose.evidence import RELEVANT, assess_refit
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
     FitProblem,
@@ -39,9 +37,8 @@ from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
 from ..diagnose.search_round import REFITTED, applicable, search_round
 from ..effects.effect import Effect
 from ..least_squares import cost_of
-from ..noise.noise_floor import Floor, squares_by_channel
+from ..noise.noise_floor import Floor
 from ..progress import Progress
-from ..results import Objection, Reason
 from ..sentences import listed
 
 
@@ -325,26 +322,9 @@ class Search:
         return None if fitted is None else cost_of(fitted.errors) / fitted.data.count
 
     def _check(self, model: FittedModel) -> ModelCheck:
-        """Rejects a model that increases the validation error by more than noise could. What the
-        laws of the model before may miss counts as noise unless the new one explains nearly all of
-        it, however well the noise is known."""
-
-        errors = model.refit.errors
-        exact = within_noise(model.data, errors)
-        idealised = not exact and within_noise(model.with_law_errors.data, errors)
-
-        def refuse(data: FitProblem, refit: Refit) -> Objection | None:
-            left, above = (_above_noise(data, r.errors) for r in (refit, model.refit))
-            if idealised and not np.all(left < (1.0 - WHOLE_SHARE) * above):
-                return Objection(Reason.WITHIN_LAWS)
-            old, new = (self._unseen(*m) for m in ((model.data, model.refit), (data, refit)))
-            if old is None or new is None:
-                return None
-            if new - old < RELEVANT or new < WORSE**2 * old:
-                return None
-            return Objection(Reason.UNSEEN, unseen=(math.sqrt(old), math.sqrt(new)))
-
-        return refuse
+        """What refuses a model that takes the place of this one."""
+        laws = lambda: model.with_law_errors.data  # noqa: E731
+        return model_check(model.data, laws, model.refit, self._unseen)
 
 
 def _leads_on(model: FittedModel, visited: Mapping[tuple[str, ...], float]) -> bool:
@@ -352,13 +332,3 @@ def _leads_on(model: FittedModel, visited: Mapping[tuple[str, ...], float]) -> b
     and went may have brought the others there."""
     before = visited.get(model.key, math.inf)
     return model.refit.cost < before - RELEVANT * model.data.count
-
-
-def _above_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> np.ndarray:
-    """(2,): squared error above the noise in each channel, for the noise as it is estimated and as
-    large as it may be."""
-    squares, total = squares_by_channel(data.experiments, errors), np.zeros(2)
-    for name, x in squares.items():
-        within = np.array([1.0, data.floor_uncertainty.get(name, 1.0)])
-        total += np.maximum(np.sum(x) / within**2 - len(x), 0.0)
-    return total
