@@ -275,8 +275,8 @@ def model_check(
     unseen: Callable[[FitProblem, Refit], float | None],
 ) -> ModelCheck:  # fmt: skip
     """Rejects a model that increases the validation error by more than noise could. What the laws
-    of the model `before` may miss, in the data that `with_laws` gives, counts as noise unless the new one
-    explains nearly all of it, however well the noise is known."""
+    of the model `before` may miss, in the data that `with_laws` gives, counts as noise unless the
+    new one explains nearly all of it, however well the noise is known."""
     idealised = not within_noise(data, before.errors) and within_noise(with_laws(), before.errors)
 
     def refuse(later: FitProblem, refit: Refit) -> Objection | None:

@@ -177,13 +177,15 @@ it (1.02 in recordings of an independent engine)."""
 
 
 def _parts_first(candidates: list[RefittedCandidate]) -> list[RefittedCandidate]:
-    """Parts of the best effect first, if they are no worse. While a second effect is missing,
-    the extra sizes of the larger effect take up some of it; they have their turn in the next
-    round."""
+    """Parts and special cases of the best effect first, if they are no worse. While a second effect
+    is missing, the extra sizes of the larger effect take up some of it; they have their turn in the
+    next round."""
+    largest = candidates[0].screened.effect if candidates else None
     parts = [
         w
         for w in candidates[1:]
-        if w.screened.effect.kind in candidates[0].screened.effect.includes
+        if largest is not None
+        and w.screened.effect.kind in (*largest.includes, *largest.special_cases)
         and w.penalised_error <= candidates[0].penalised_error
         and acceptable(w)
     ]

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, ModelCheck, Round
-from ..diagnose.effect_sets import best_effect_set
 from ..diagnose.evidence import (
     CLOSE,
     RefittedCandidate,
@@ -124,7 +123,7 @@ def search_round(
     # Within the noise nothing can be missing, whatever is explained below the floor.
     ends = on_progress("") or within_noise(data, before.errors)
     chosen = [] if ends else most_promising(screened, data.count)
-    promised = promised_share(screened, data, before, most)
+    promised = promised_share(screened, data, before)
     overlooked = bool(chosen) and promised < WHOLE_SHARE
     if overlooked:
         stopped = lambda: on_progress("")  # noqa: E731
@@ -198,10 +197,11 @@ def _refit_candidates(
                 yield assess_refit(waiting[done], before, refit, data.count, candidate_count)
 
 
-def promised_share(screened: Screen, data: FitProblem, before: Refit, most: int) -> float:
-    """Share of the error above noise that the screen promises of the best set of effects."""
-    above = max(before.cost - data.count, 1.0)
-    return best_effect_set(screened, max(most, 1), data.count).unwhitened_reduction / above
+def promised_share(screened: Screen, data: FitProblem, before: Refit) -> float:
+    """Share of the error above noise that the screen promises of the best effect alone: sets of
+    them bend to whatever is left."""
+    most = max((s.largest_reduction for s in screened.candidates), default=0.0)
+    return most / max(before.cost - data.count, 1.0)
 
 
 def vibrating(

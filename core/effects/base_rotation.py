@@ -46,6 +46,7 @@ class BaseRotation(Effect):
         "the arm turns, here the motor's housing does as well. Its inertia, and torques that "
         "neither a spring nor the arm explains, tell the two apart."
     )
+    special_cases = ("joint_elasticity",)  # one joint, and a column without inertia
     formula = r"\theta_{arm} = \theta_1 + \beta, \qquad J_p \ddot\beta + \beta / c_p = -\tau_1"
     longest_step = 2.5e-4
     acts_at = "base"

@@ -84,6 +84,8 @@ class Effect(ABC):
     """LaTeX, for display."""
     includes: tuple[str, ...] = ()
     """Simpler effects that are part of this one; they are added with it and preferred to it."""
+    special_cases: tuple[str, ...] = ()
+    """Effects that it becomes at an end of its range, on some arms; they are preferred to it."""
     linear: bool = False
     """Whether it has a place in the LPV model; adding another makes the model non-linear."""
     repeats: bool = False

@@ -30,7 +30,8 @@ def main() -> int:
         run(given.parts or list(parts()), given.data, given.journal, given.workers)
     for name, drawing in pictures(given.journal).items():
         _write(given.out.parent / PICTURES / name, drawing)
-    _write(given.out, page(given.data, given.journal))
+    before = given.out.read_text(encoding="utf-8") if given.out.exists() else ""
+    _write(given.out, page(given.data, given.journal, before))
     print(f"Written: {given.out}")
     return 0
 

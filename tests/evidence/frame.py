@@ -155,10 +155,16 @@ def run(
     run_all(cases(names, folder), answer_text, journal, told, processes)
 
 
-def page(folder: Path | None, journal: Path = JOURNAL) -> str:
-    """docs/evidence.md of all that the journal holds."""
+def page(folder: Path | None, journal: Path = JOURNAL, before: str = "") -> str:
+    """docs/evidence.md of all that the journal holds. A part of which it holds nothing stays as it
+    is in the page `before`."""
     records = Journal(journal).records
-    sections = [_section(name, part, folder, records) for name, part in parts().items()]
+    kept = {text.splitlines()[0]: f"## {text}" for text in f"\n{before}".split("\n## ")[1:]}
+    sections = [
+        kept[part.TITLE] if part.TITLE in kept and not _records(name, part, records)
+        else _section(name, part, folder, records)
+        for name, part in parts().items()
+    ]  # fmt: skip
     return "\n\n".join(text.strip() for text in (HEAD, *sections)) + "\n"
 
 

@@ -115,3 +115,11 @@ def test_a_free_run_at_the_true_values_follows_the_recording() -> None:
     rms, error = free_run(values, [{"id": "viscous_friction", "fv1": None}], slide())
     assert rms < STRAIGHT
     assert len(error) == SAMPLES - 20
+
+
+def test_a_part_that_was_not_run_here_stays_as_it_was(tmp_path: Path) -> None:
+    part = parts()["real_rigs"]
+    before = f"# Evidence\n\n## {part.TITLE}\n\nMeasured elsewhere.\n\n## Gone\n\nOld.\n"
+    text = page(tmp_path, tmp_path / "nothing.jsonl", before)
+    assert "Measured elsewhere." in text
+    assert "Old." not in text

@@ -73,7 +73,7 @@ RIGS = {
         "UR10e, joint 2 (in the vertical plane)",
         # The encoder counts from the horizontal, and the arm stands upright at -90 degrees.
         "[arm]\ngravity = [0.0, 9.81]\n"
-        + RIGID.format(length=1.2, mass=10.0)
+        + RIGID.format(length=1.2, mass=25.0)
         + JOINT.format(constants="torque_constants = [10.6956]"),
         [("rigs/ur_j2a.csv", "estimate"), ("rigs/ur_j2b.csv", "validate")],
         known="viscous 20.2, Coulomb 13.3, grows with the load",
@@ -106,13 +106,12 @@ RIGS = {
 [[arm.segments]]
 length = 0.419
 mass = 0.065
-EI = 0.08
+EI = 0.13
 modes = 1
 hub_inertia = 0.00208
 
 [drive]
 kind = "torque"
-torque_constants = [0.12838]
 
 [identify]
 parameters = ["EI1"]
@@ -161,8 +160,6 @@ def _columns(rows: pd.DataFrame, name: str) -> pd.DataFrame:
     rows = rows.rename(columns=COLUMNS).drop(columns=UNUSED.get(name, []))
     if name == "kuka_elastic":
         rows["link_theta1"] = rows["theta1"] + rows.pop("deflection1")
-    if name == "flexible_link":
-        rows = rows.rename(columns={"u1": "i1"})
     return rows
 
 
