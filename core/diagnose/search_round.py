@@ -123,11 +123,11 @@ def search_round(
     # Within the noise nothing can be missing, whatever is explained below the floor.
     ends = on_progress("") or within_noise(data, before.errors)
     chosen = [] if ends else most_promising(screened, data.count)
-    promised = promised_share(screened, data, before)
-    overlooked = bool(chosen) and promised < WHOLE_SHARE
+    predicted = predicted_share(screened, data, before)
+    overlooked = bool(chosen) and predicted < WHOLE_SHARE
     if overlooked:
         stopped = lambda: on_progress("")  # noqa: E731
-        chosen += vibrating(screened, chosen, data, before, present, promised, stopped)
+        chosen += vibrating(screened, chosen, data, before, present, predicted, stopped)
     for candidate in _refit_candidates(
         data, before, present, screened, chosen, len(candidates), on_progress, overlooked
     ):
@@ -197,7 +197,7 @@ def _refit_candidates(
                 yield assess_refit(waiting[done], before, refit, data.count, candidate_count)
 
 
-def promised_share(screened: Screen, data: FitProblem, before: Refit) -> float:
+def predicted_share(screened: Screen, data: FitProblem, before: Refit) -> float:
     """Share of the error above noise that the screen promises of the best effect alone: sets of
     them bend to whatever is left."""
     most = max((s.largest_reduction for s in screened.candidates), default=0.0)
@@ -206,9 +206,9 @@ def promised_share(screened: Screen, data: FitProblem, before: Refit) -> float:
 
 def vibrating(
     screened: Screen, chosen: Sequence[ScreenedCandidate], data: FitProblem, before: Refit,
-    present: Sequence[Effect], promised: float, stopped: Callable[[], bool],
+    present: Sequence[Effect], predicted: float, stopped: Callable[[], bool],
 ) -> list[ScreenedCandidate]:  # fmt: skip
-    """Candidates that explain more of the first swings than the share that is `promised` of the
+    """Candidates that explain more of the first swings than the share that is `predicted` of the
     whole recordings.
 
     There the sizes of a grid are out of step with a vibration that is hardly damped, so that the
@@ -222,7 +222,7 @@ def vibrating(
 
     with ThreadPoolExecutor(predictor.workers()) as pool:
         shares = pool.map(share, left)
-        return [s for s, explained in zip(left, shares, strict=True) if explained > promised]
+        return [s for s, explained in zip(left, shares, strict=True) if explained > predicted]
 
 
 def most_promising(screened: Screen, count: int) -> list[ScreenedCandidate]:
