@@ -123,9 +123,9 @@ class LinkFit:
 
     @classmethod
     def of(cls, recording: MeasuredRecording) -> LinkFit | None:
-        """None where the recording shows none of the links."""
+        """None where no link bends, or the recording shows none of them."""
         links = LinkBending.of(recording)
-        fit = None if links is None else cls(links)
+        fit = None if links is None or not links.segments.size else cls(links)
         return fit if fit is not None and fit.names else None
 
     @cached_property
