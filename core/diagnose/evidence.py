@@ -68,8 +68,6 @@ class RefittedCandidate:
     p_value: float
     unseen: float = np.nan
     """Squared error per sample on recordings that no fit uses, where that was asked."""
-    stated: int = 0
-    """Of the parameters, those that the arm has without the effect: a motor's inertia."""
 
     @property
     def penalised_error(self) -> float:
@@ -108,15 +106,8 @@ def assess_refit(
     return RefittedCandidate(
         screened=screened, refit=refit, parameters=own, reduction=max(reduction, 0.0) / above,
         explained=reduction / count, whitened_reduction=whitened, p_value=min(p, 1.0),
-        delta_bic=whitened - own * float(np.log(count)), stated=_stated_parameters(base, refit),
+        delta_bic=whitened - own * float(np.log(count)),
     )  # fmt: skip
-
-
-def _stated_parameters(base: Refit, refit: Refit) -> int:
-    """How many unknowns of a refit the base holds at what is stated of its arm."""
-    before, after = base.parametrised, refit.parametrised
-    freed = set(after.unknowns.labels) - set(before.unknowns.labels)
-    return len(freed & before.model.arm_catalogue.entries.keys())
 
 
 def certain(w: RefittedCandidate) -> bool:
@@ -139,7 +130,7 @@ def small_share(w: RefittedCandidate) -> Objection:
 
 def ranked_candidates(candidates: list[RefittedCandidate]) -> list[RefittedCandidate]:
     """Best first. The penalised error decides; among close ones the whitened evidence; among ties
-    of that the fewest parameters that nobody stated. A part of the best comes before it if it is no
+    of that the fewest parameters. A part or a special case of the best comes before it if it is no
     worse."""
     best = min((w.penalised_error for w in candidates), default=0.0)
     close = [w for w in candidates if w.penalised_error <= best + CLOSE]
@@ -148,7 +139,7 @@ def ranked_candidates(candidates: list[RefittedCandidate]) -> list[RefittedCandi
     level = [w for w in close if w.delta_bic > most - TIE]
     below = [w for w in close if w.delta_bic <= most - TIE]
     return _parts_first(
-        sorted(level, key=lambda w: (w.parameters - w.stated, -w.delta_bic))
+        sorted(level, key=lambda w: (w.parameters, -w.delta_bic))
         + sorted(below, key=lambda w: -w.delta_bic)
         + sorted(others, key=lambda w: w.penalised_error)
     )

@@ -41,12 +41,10 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     free = {unknowns.items[i].parameter.name: float(whole_std[i]) for i in shared}
     determined = identifiability.determined(unknowns, x, covariance, null)
     shown = {unknowns.items[i].parameter.name: bool(determined[i]) for i in shared if identified[i]}
+    # What another parameter imitates varies with it, at least as much as noise was seen to move it.
+    wider = {name: 0.0 if is_determined else free[name] for name, is_determined in shown.items()}
     listed = [
-        replace(
-            e,
-            identifiable=shown[e.name],
-            std=float(np.fmax(e.std, 0.0 if shown[e.name] else free[e.name])),
-        )
+        replace(e, identifiable=shown[e.name], std=float(np.fmax(e.std, wider[e.name])))
         if e.name in shown
         else replace(e, std=float("nan"), identifiable=False)
         for e in estimates(refit)

@@ -108,7 +108,7 @@ def _signed_least_squares(
     """argmin |F x - right| with x_i >= 0 where one-sided: a free entry is two that are not."""
     free = [i for i, fixed in enumerate(one_sided) if not fixed]
     wide = np.hstack([F, -F[:, free]])
-    solution, _ = scipy.optimize.nnls(wide, right)
+    solution = np.maximum(scipy.optimize.nnls(wide, right)[0], 0.0)  # it may round below zero
     x = solution[: F.shape[1]].copy()
     x[free] -= solution[F.shape[1] :]
     return np.asarray(x)

@@ -282,7 +282,7 @@ def _values(
         values |= joint_force_shape(c)
         for name, size in c.sizes.items():
             far = c.scanned and abs(size) > FAR * abs(c.values[name])
-            share = 1.0 if far else max(float(coefficient), 0.0 if c.one_sided else -np.inf)
+            share = 1.0 if far else float(coefficient)
             values[name] = (c.values[name] - size) + share * size  # just neutral without a share
         values |= _best_of_scan(changes, c, w)
     return values

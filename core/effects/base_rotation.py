@@ -4,29 +4,18 @@ import numpy as np
 
 from ..arm.arm import Arm, Pedestal
 from ..drives.drive import Drive
+from ..effects.base_compliance import GRID_HZ, RANGE, START_HZ
 from ..effects.effect import Effect, EffectParameter, Rig, Values
-from ..effects.joint_load import joint_load
+from ..effects.joint_load import HEAVIEST, joint_load
 from ..effects.sizes import Sizes
 from ..parameters import Parameter
-
-START_HZ = 15.0
-"""The stretched arm on its pedestal, with the motor held."""
-
-GRID_HZ = (240.0, 120.0, 60.0, 30.0, 15.0, 7.5)
 
 START_SHARE = 0.3
 """Of what joint 1 moves: the housing of its motor with the column below."""
 
-RANGE = 1e3
-"""Times the start, up and down: bases differ by orders of magnitude."""
-
-HEAVIEST = 10.0
-"""Times what joint 1 moves, as of a motor: a heavier column shows nothing but its own frequency,
-which is what a machine nearby does."""
-
 
 def compliance(arm: Arm, hz: float) -> float:
-    """rad/(N m) with which the stretched arm swings at that frequency."""
+    """rad/(N m) with which the stretched arm swings at that frequency, the motor held."""
     return float(1.0 / (joint_load(arm, 0) * (2.0 * np.pi * hz) ** 2))
 
 
@@ -42,9 +31,9 @@ class BaseRotation(Effect):
     story = (
         "The column or the table under joint 1 twists when the motor accelerates the arm: the "
         "motor pushes against it with the same torque. The encoder measures the joint relative to "
-        "the column and does not see that, the camera does. An elastic joint looks alike; there "
-        "the arm turns, here the motor's housing does as well. Its inertia, and torques that "
-        "neither a spring nor the arm explains, tell the two apart."
+        "the column and does not see that, the camera does. An elastic joint looks alike, but "
+        "there only the arm yields, while here the motor's housing turns as well. The inertia of "
+        "the column tells the two apart; without it a turning base acts as an elastic joint."
     )
     special_cases = ("joint_elasticity",)  # one joint, and a column without inertia
     formula = r"\theta_{arm} = \theta_1 + \beta, \qquad J_p \ddot\beta + \beta / c_p = -\tau_1"
@@ -61,6 +50,7 @@ class BaseRotation(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         start, load = compliance(arm, START_HZ), joint_load(arm, 0)
         inertia = START_SHARE * load
+        # A heavier column shows nothing but its own frequency, as a machine nearby does.
         spring = Parameter(
             "cp", start, "rad/(N m)", start / RANGE, start * RANGE, "c_p",
             "compliance of the pedestal", scale=start,

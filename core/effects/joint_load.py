@@ -15,6 +15,9 @@ from ..effects.effect import EffectParameter
 SHARE = 0.05
 """Of what the joint moves: a plausible rotor and gear to begin with."""
 
+HEAVIEST = 10.0
+"""Times what the joint moves, or its own: the most that a motor or a column plausibly has."""
+
 LEAST = 0.01
 """Of what the joint moves: an elastic joint's motor without inertia would have no motion of its
 own, and one far lighter than this shows nothing of its size."""
@@ -67,7 +70,7 @@ def _inertia(
     """J of joint k (from 0), that begins at a `share` of what the joint moves, or above its own."""
     load, own = joint_load(arm, k), arm_parameters(arm)[name]
     start = max(1.2 * own.value, share * load)
-    most = 10.0 * max(own.value, load)
+    most = HEAVIEST * max(own.value, load)
     parameter = replace(own, value=start, lower=least * load, upper=most, scale=start)
     return EffectParameter(parameter, neutral=own.value, secondary=secondary)
 

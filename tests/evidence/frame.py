@@ -51,7 +51,7 @@ HEAD = """# Evidence
 
 What FlexGUI finds on recordings of others, and how well, beside the tools of others. Each figure
 has the command that makes it. `make evidence` makes them all and continues where it stopped. A part
-that was not run states this.
+that was not run here states this, or keeps what was found before, with its date.
 """
 
 

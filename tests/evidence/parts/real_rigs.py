@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,6 @@ from tests.evidence.frame import table
 
 TITLE = "Real rigs, plainly stated"
 ORDER = 3
-FILES = ("emps.csv", "quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv")
 
 RIGID = """
 [[arm.segments]]
@@ -47,6 +46,19 @@ offsets = ["deflection1", "deflection2"]
 """
 
 
+def _without_second_encoder(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows.drop(columns="deflection1")
+
+
+def _with_second_encoder(rows: pd.DataFrame) -> pd.DataFrame:
+    link = (rows["theta1"] + rows["deflection1"]).rename("link_theta1")
+    return _without_second_encoder(rows).assign(link_theta1=link)
+
+
+def _slide(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows.rename(columns={"force": "u1", "q": "theta1", "q_ref": "theta1_ref"})
+
+
 @dataclass(frozen=True)
 class Rig:
     """What a newcomer states of it."""
@@ -60,6 +72,8 @@ class Rig:
     """Of each recording."""
     known: str = ""
     """What others found."""
+    columns: Callable[[pd.DataFrame], pd.DataFrame] = lambda rows: rows
+    """Of a file, as they are stated."""
 
 
 RIGS = {
@@ -83,9 +97,10 @@ RIGS = {
         RIGID.format(length=2.0, mass=900.0) + JOINT.format(constants="") + 'output = "torque"\n',
         [(f"rigs/kuka{c}.csv", "estimate") for c in "AB"] + [("rigs/kukaC.csv", "validate")],
         known="Coulomb 285, viscous 2050, asymmetry 54",
+        columns=_without_second_encoder,
     ),
     "kuka_elastic": Rig(
-        "KUKA KR300, joint 1 with its second encoder",
+        "KUKA KR300, joint 1 with its second encoder; spring and motor as published",
         RIGID.format(length=2.0, mass=900.0)
         + "hub_inertia = 609.0\njoint_compliance = 2.2e-7\n"
         + JOINT.format(constants="")
@@ -126,10 +141,10 @@ output = ["torque", "deflection"]
         'parameters = ["m1"]\n',
         [("emps.csv", "")],
         known="mass 95.1, viscous 203.5, Coulomb 20.4",
+        columns=_slide,
     ),
 }
-COLUMNS = {"force": "u1", "q": "theta1", "q_ref": "theta1_ref"}
-UNUSED = {"kuka_rigid": ["deflection1"]}
+FILES = tuple(sorted({file for rig in RIGS.values() for file, _ in rig.recordings}))
 SHARE = 2.0 / 3.0
 """Of a single recording, that is estimated."""
 
@@ -141,7 +156,7 @@ def diagnose(name: str, folder: Path) -> dict[str, Any]:
     with TemporaryDirectory() as temporary:
         work = Path(temporary)
         for file, role in rig.recordings:
-            rows = _columns(pd.read_csv(folder / file), name)
+            rows = rig.columns(pd.read_csv(folder / file))
             part = round(SHARE * len(rows))
             roles = {role: rows} if role else {"estimate": rows[:part], "validate": rows[part:]}
             for each, some in roles.items():
@@ -154,13 +169,6 @@ def diagnose(name: str, folder: Path) -> dict[str, Any]:
         seconds = time.perf_counter() - begun
     assert found is not None
     return _plain(found) | {"seconds": seconds}
-
-
-def _columns(rows: pd.DataFrame, name: str) -> pd.DataFrame:
-    rows = rows.rename(columns=COLUMNS).drop(columns=UNUSED.get(name, []))
-    if name == "kuka_elastic":
-        rows["link_theta1"] = rows["theta1"] + rows.pop("deflection1")
-    return rows
 
 
 def _plain(found: Diagnosis) -> dict[str, Any]:
@@ -196,7 +204,8 @@ def section(found: Mapping[str, Any]) -> str:
     head = ("rig", "found", "verdict", "error [floors]", "unseen", "s", "sizes", "others found")
     rows = [_row(RIGS[name], found[name]) for name in RIGS if name in found]
     text = (
-        "Arm, drive and files are stated as a newcomer would, without filters and noise. Error: of "
+        "Arm, drive and files are stated as a newcomer would, without noise, and without filters "
+        "but the logger of the bench. Error: of "
         "the model as given and of the last model, in multiples of the estimated noise floor; "
         "*unseen*: the same on recordings, or on a last third, that no fit used."
     )
