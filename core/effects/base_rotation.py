@@ -33,7 +33,7 @@ class BaseRotation(Effect):
         "motor pushes against it with the same torque. The encoder measures the joint relative to "
         "the column and does not see that, the camera does. An elastic joint looks alike, but "
         "there only the arm yields, while here the motor's housing turns as well. The inertia of "
-        "the column tells the two apart; without it a turning base acts as an elastic joint."
+        "the column separates the two; without it a turning base acts as an elastic joint."
     )
     special_cases = ("joint_elasticity",)  # one joint, and a column without inertia
     formula = r"\theta_{arm} = \theta_1 + \beta, \qquad J_p \ddot\beta + \beta / c_p = -\tau_1"
