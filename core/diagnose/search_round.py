@@ -198,7 +198,7 @@ def _refit_candidates(
 
 
 def predicted_share(screened: Screen, data: FitProblem, before: Refit) -> float:
-    """Share of the error above noise that the screen promises of the best effect alone: sets of
+    """Share of the error above noise that the screen predicts for the best effect alone: sets of
     them bend to whatever is left."""
     most = max((s.largest_reduction for s in screened.candidates), default=0.0)
     return most / max(before.cost - data.count, 1.0)
