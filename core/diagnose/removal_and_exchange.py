@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arm.catalogue import arm_parameters
 from ..diagnose.evidence import RELEVANT, TIE
-from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
+from ..diagnose.fit_problem import FitProblem, parametrised
 from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.force_shape_refinement import best_force_shape, joint_force_shape
 from ..diagnose.gram_matrix import gram_matrix
@@ -28,9 +28,11 @@ from ..diagnose.output_changes import OutputChange
 from ..diagnose.refit import Refit, fit, refit_with, with_robust_covariance, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.remaining_error import within_noise
-from ..effects import effect
+from ..effects import effect, with_included
 from ..effects.effect import Effect
+from ..effects.sizes import Sizes
 from ..identify import predictor
+from ..model import Model
 
 StopCheck = Callable[[], bool]
 
@@ -225,14 +227,17 @@ def _best_competitors(
     """(share, effect, start values, scanned parameters) of the effects that explain most of the
     error left without the effects `removed`."""
     h = refit.parametrised
-    without = parametrised(data, others, h.values())
-    errors = [np.asarray(e) for e in without.errors(without.vector)]
-    if not all(np.all(np.isfinite(e)) for e in errors):
-        return []
-    own = {n for e in removed for n in parameter_names(e, h.model, data.sizes)} - {
-        n for e in others for n in parameter_names(e, h.model, data.sizes)
-    }
-    columns_kept = [j for j, label in enumerate(h.unknowns.labels) if label not in own]
+    neutral = _neutral_sizes(removed, h.model, data.sizes)
+    own = neutral.keys() - _neutral_sizes(others, h.model, data.sizes).keys()
+    labels = h.unknowns.labels
+    columns = [(j, h.vector[j] - neutral[name]) for j, name in enumerate(labels) if name in own]
+    columns_kept = [j for j, name in enumerate(labels) if name not in own]
+    # Along the slopes of this model: in a simulation without an effect whose size is large all
+    # vibrations are out of step, and nothing seems to replace it.
+    errors = [
+        e - sum(S[:, :, j] * size for j, size in columns)
+        for e, S in zip(refit.errors, screened.slopes, strict=True)
+    ]
     slopes = [S[:, :, columns_kept] for S in screened.slopes]
     blocks = [c.blocks for c in screened.output_changes]
     known = [x[columns_kept] for x in h.limits.prior_measurements(h.vector)]
@@ -251,6 +256,12 @@ def _best_competitors(
             share = shaped.explained.cost_reduction / max(explained, 1e-300)
             competitors.append((share, s.effect, values, scanned))
     return sorted(competitors, key=lambda f: -f[0])
+
+
+def _neutral_sizes(effects: Sequence[Effect], model: Model, sizes: Sizes) -> dict[str, float]:
+    """The sizes of effects, and of those that they include, with which they are not there."""
+    each = (part.parameters(model.arm, model.drive, sizes) for part in with_included(effects))
+    return {k.parameter.name: k.neutral for own in each for k in own}
 
 
 def _start(chosen: Sequence[OutputChange], coefficients: np.ndarray) -> dict[str, float]:

@@ -79,10 +79,10 @@ def copy(out, x):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def advance(x, a, k1, b, k2):  # type: ignore[no-untyped-def]
-    """x += a k1 + b k2."""
-    for i in range(x.shape[0]):
-        put(x, i, get(x, i) + (a * get(k1, i) + b * get(k2, i)))
+def add_rows(out, scale, array, start):  # type: ignore[no-untyped-def]
+    """out += scale array[start:]."""
+    for i in range(out.shape[0]):
+        put(out, i, get(out, i) + scale * get(array, start + i))
 
 
 @njit(**INLINE)

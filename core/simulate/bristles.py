@@ -7,8 +7,8 @@ stage the force of a bristle is what it is at the stage's own speed and state,
     V_i = rest_i + g sum_j D_ij F_j(V_j, w_j),    w_j = base_j + g rate_j(V_j, w_j),
 
 with D the answer of the step's matrix to a force of one. A few numbers per joint are unknown, so
-the matrix is factored once as before. The two stages are those of the L-stable, algebraically
-stable SDIRK method that ROS2 is for linear forces: second order, and no stage gains energy.
+the matrix is factored once as before. The stages are those of the L-stable, algebraically stable
+SDIRK method that core.simulate.rosenbrock is for linear forces, so that no step gains energy.
 States are shares in [-1, 1].
 
 Of LANES arms side by side (core.lanes.wide) a lane that has its answer keeps it while others go on.
@@ -35,15 +35,15 @@ SWEEPS = 40
 
 
 @njit(**INLINE)
-def answer(solvers, bristles, ports, directions, W, M, M2, late, col, row, columns, D):  # type: ignore[no-untyped-def]
+def answer(solvers, bristles, ports, directions, W, M, M2, stage, col, row, columns, D):  # type: ignore[no-untyped-def]
     """columns (B n,) of accelerations to a force of one, and D (B B,) along the ports.
 
-    In the second stage the force meets the mass matrix there: M2 in its factors.
+    From the second stage on the force meets the mass matrix there: M2 in its factors.
     """
     n, count = col.shape[0], bristles.size
     for i in range(count):
         read(col, directions, ports[bristles[i]] * n)
-        if late:
+        if stage > 0:
             substitute_positive(M2, n, col)
             solvers[4](M, col, row)
             copy(col, row)
@@ -130,13 +130,12 @@ def apply_forces(bristles, states, columns, F, S, w, g, kv, kw):  # type: ignore
 
 @njit(**INLINE)
 def solve_friction(  # type: ignore[no-untyped-def]
-    bristles, addresses, ports, states, parameters, values, D, g, x, w, back, kw1, free, V, F, S,
-    out,
+    bristles, addresses, ports, states, parameters, values, D, g, x, w, known, free, V, F, S, out,
 ):  # fmt: skip
     """The forces F (B,) of all bristles in one stage, with their speeds V and states S.
 
-    `w` are the states from which the stage's rates are counted; it stands on those `back` times
-    the rates kw1 before them. F is where the search begins: what it was in the stage before.
+    `w` are the states from which the stage's rates are counted, `known` the part of these rates
+    that earlier stages give. F is where the search begins: what it was in the stage before.
     """
     count, swept, moved = bristles.size, 0, np.inf
     while swept < SWEEPS and any_lane(moved > MISS):
@@ -144,7 +143,7 @@ def solve_friction(  # type: ignore[no-untyped-def]
         moved = 0.0
         for i in range(count):
             e = bristles[i]
-            base = within(get(w, states[e]) - back * get(kw1, states[e]))
+            base = within(get(w, states[e]) + g * get(known, states[e]))
             before = get(F, i)
             slip(
                 addresses[e], x, ports[e], V, i, S, values, parameters[e], out, base,
@@ -164,17 +163,18 @@ def bound(bristles, states, w):  # type: ignore[no-untyped-def]
 
 @njit(**INLINE)
 def friction_rates(  # type: ignore[no-untyped-def]
-    solvers, elements, W, M, M2, late, x, xd, out, g, w, back, kw1, work, kv, kw
+    solvers, elements, W, M, M2, stage, x, xd, out, g, w, known, work, kv, kw
 ):
     """Puts the bristles' forces into the rates kv of a stage and gives the rates kw of their
     states; `work` is kept from stage to stage: columns, D, V without forces, V, F, S, and two (n,).
     """
     addresses, ports, states, parameters, directions, values, _, bristles, _ = elements
     columns, D, free, speed, force, share, col, row = work
-    answer(solvers, bristles, ports, directions, W, M, M2, late, col, row, columns, D)
+    if stage < 2:
+        answer(solvers, bristles, ports, directions, W, M, M2, stage, col, row, columns, D)
     free_speeds(bristles, ports, directions, xd, g, kv, free)
     solve_friction(
-        bristles, addresses, ports, states, parameters, values, D, g, x, w, back, kw1, free, speed,
+        bristles, addresses, ports, states, parameters, values, D, g, x, w, known, free, speed,
         force, share, out,
     )  # fmt: skip
     apply_forces(bristles, states, columns, force, share, w, g, kv, kw)

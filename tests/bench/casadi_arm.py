@@ -24,7 +24,7 @@ import numpy as np
 from flexgui.core.arm.slots import STIFFNESS, slot
 from flexgui.core.model import Model
 from flexgui.core.simulate.motion import Task
-from flexgui.core.simulate.rosenbrock import GAMMA
+from flexgui.core.simulate.rosenbrock import COUPLINGS, GAMMA, NODE, WEIGHTS
 from tests.bench.peers import ABSOLUTE, gauss_order, held_stretches
 
 FLAGS = ("-O3", "-march=native", "-ffast-math")
@@ -178,11 +178,14 @@ class CasadiArm:
         W = _factored(M + g * D + g * g * K)
         kv = _solved(W, f - g * (K @ v))
         kq = v + g * kv
-        M2, f2 = self.right_side(q + h * kq, v + h * kv)
-        c, d = v + h * kv - 2.0 * kq, _solved(_factored(M2), f2) - 2.0 * kv
-        kv2 = _solved(W, M @ d - g * (K @ c))
-        kq2 = c + g * kv2
-        return y + ca.vertcat(1.5 * h * kq + 0.5 * h * kq2, 1.5 * h * kv + 0.5 * h * kv2)
+        M2, f2 = self.right_side(q + NODE * h * kq, v + NODE * h * kv)
+        rates = ca.vertcat(v + NODE * h * kv, _solved(_factored(M2), f2))
+        stages = [ca.vertcat(kq, kv)]
+        for known in COUPLINGS[1:]:
+            d = rates + sum(c * k for c, k in zip(known, stages, strict=False))
+            kv = _solved(W, M @ d[n:] - g * (K @ d[:n]))
+            stages.append(ca.vertcat(d[:n] + g * kv, kv))
+        return y + h * sum(m * k for m, k in zip(WEIGHTS, stages, strict=True))
 
     def states(self, folder: Path) -> Run:
         """Compiles the simulation; its outputs are [q, q'] (2 n,)."""

@@ -18,11 +18,12 @@ from flexgui.core.simulate.nonlinear import (
     difference,
     simulate_within,
 )
+from flexgui.core.simulate.rosenbrock import IMPLICIT, NODE, SHARES, STAGES
 from flexgui.core.trajectory import Trajectory
 from tests.helpers import LAMBDA, looped, simulate_fixed, state_rate, task_from, with_modes
 
 ORDER_OF_ONE_PASS = 0.1
-"""ROS2 is of second order; how far the measured slope may be from 2."""
+"""For any W the method is of second order; how far the measured slope may be from 2."""
 
 ORDER_EXTRAPOLATED = 2.7
 """The extrapolation is of third order; what its slope must reach at least."""
@@ -36,6 +37,13 @@ bound within a few samples."""
 
 HOLD = 20
 """Samples; the reference integrator restarts where the reference jumps."""
+
+
+ROUNDING = 1e-12
+"""Of sums of a dozen products of order one; with a rank that is not full, of their square root."""
+
+ERROR_PER_RADIAN = 1e-4
+"""Of a vibration with 16 steps per period; two stages of this kind (ROS2) make 6e-3."""
 
 
 def smooth_task(model: Model, samples: int = 301) -> Task:
@@ -80,6 +88,50 @@ def reference_solution(model: Model, task: Task, method: str) -> Trajectory:
 
 def slopes(errors: list[float]) -> np.ndarray:
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+def forced_nodes() -> np.ndarray:
+    """alpha_i: where in a step each stage evaluates the forces."""
+    return np.where(np.arange(STAGES) > 0, NODE, 0.0)
+
+
+def stability(z: np.ndarray) -> np.ndarray:
+    """R(z) of y' = z y over one step."""
+    stages = [np.linalg.solve(np.eye(STAGES) - x * IMPLICIT, np.ones(STAGES)) for x in z]
+    return 1.0 + z * np.array([SHARES @ k for k in stages])
+
+
+def test_forces_are_of_third_order_where_the_step_s_jacobian_is_exact() -> None:
+    """Hairer and Wanner, Solving Ordinary Differential Equations II, (7.15)."""
+    alpha, beta = forced_nodes(), IMPLICIT.sum(axis=1)
+    conditions = (
+        SHARES.sum(),
+        SHARES @ alpha,
+        SHARES @ beta,
+        SHARES @ alpha**2,
+        SHARES @ IMPLICIT @ beta,
+    )
+    assert conditions == pytest.approx((1.0, 1 / 2, 1 / 2, 1 / 3, 1 / 6), abs=ROUNDING)
+
+
+def test_no_pole_on_the_left_grows_and_the_stiffest_vanish() -> None:
+    angles, sizes = np.radians([90.0, 100.0, 135.0, 180.0]), np.logspace(-3, 6, 400)
+    z = np.outer(np.exp(1j * angles), sizes).ravel()
+    assert np.abs(stability(z)).max() <= 1.0 + ROUNDING
+    assert abs(stability(np.array([-1e9]))[0]) < 1e-8
+
+
+def test_what_damps_or_rubs_takes_energy_in_every_step() -> None:
+    """Algebraic stability: shares b are positive, and b_i beta_ij + b_j beta_ji - b_i b_j is a
+    positive semidefinite matrix (Hairer and Wanner, section IV.12)."""
+    products = SHARES[:, None] * IMPLICIT
+    assert SHARES.min() > 0.0
+    assert np.linalg.eigvalsh(products + products.T - np.outer(SHARES, SHARES)).min() > -ROUNDING
+
+
+def test_a_vibration_keeps_its_frequency_and_size() -> None:
+    z = 2j * np.pi / np.array([16.0])
+    assert abs(np.log(stability(z)[0]) - z[0]) / abs(z[0]) < ERROR_PER_RADIAN
 
 
 def test_one_pass_is_of_second_order() -> None:
