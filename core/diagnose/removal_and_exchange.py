@@ -225,26 +225,49 @@ def _best_competitors(
     screened: Screen,
 ) -> list[tuple[float, Effect, dict[str, float], tuple[str, ...]]]:
     """(share, effect, start values, scanned parameters) of the effects that explain most of the
-    error left without the effects `removed`."""
+    error left without the effects `removed`, each as it explains it better: in a simulation without
+    them, or along the slopes of this model. In the simulation vibrations are out of step where a
+    large effect has gone, and nothing seems to replace it; a slope does not know where dry friction
+    turns round."""
     h = refit.parametrised
     neutral = _neutral_sizes(removed, h.model, data.sizes)
     own = neutral.keys() - _neutral_sizes(others, h.model, data.sizes).keys()
     labels = h.unknowns.labels
-    columns = [(j, h.vector[j] - neutral[name]) for j, name in enumerate(labels) if name in own]
-    columns_kept = [j for j, name in enumerate(labels) if name not in own]
-    # Along the slopes of this model: in a simulation without an effect whose size is large all
-    # vibrations are out of step, and nothing seems to replace it.
-    errors = [
-        e - sum(S[:, :, j] * size for j, size in columns)
+    sizes = [(j, h.vector[j] - neutral[name]) for j, name in enumerate(labels) if name in own]
+    columns = [j for j, name in enumerate(labels) if name not in own]
+    along = [
+        e - sum(S[:, :, j] * size for j, size in sizes)
         for e, S in zip(refit.errors, screened.slopes, strict=True)
     ]
-    slopes = [S[:, :, columns_kept] for S in screened.slopes]
+    without = parametrised(data, others, h.values())
+    simulated = [np.asarray(e) for e in without.errors(without.vector)]
+    best: dict[str, tuple[float, Effect, dict[str, float], tuple[str, ...]]] = {}
+    for errors in (simulated, along):
+        if not all(np.all(np.isfinite(e)) for e in errors):
+            continue
+        for competitor in _competitors(refit, removed, screened, errors, columns):
+            kind = competitor[1].kind
+            if kind not in best or competitor[0] > best[kind][0]:
+                best[kind] = competitor
+    return sorted(best.values(), key=lambda f: -f[0])
+
+
+def _competitors(
+    refit: Refit,
+    removed: Sequence[Effect],
+    screened: Screen,
+    errors: Sequence[np.ndarray],
+    columns: Sequence[int],
+) -> Iterator[tuple[float, Effect, dict[str, float], tuple[str, ...]]]:
+    """The same of the errors (M, k) per recording without the effects `removed`, to which the
+    unknowns in `columns` adapt."""
+    h = refit.parametrised
+    slopes = [S[:, :, list(columns)] for S in screened.slopes]
     blocks = [c.blocks for c in screened.output_changes]
-    known = [x[columns_kept] for x in h.limits.prior_measurements(h.vector)]
+    known = [x[list(columns)] for x in h.limits.prior_measurements(h.vector)]
     prior = known[0], known[1]
     products = gram_matrix(errors, slopes, blocks, screened.whitener, prior).projected()
     explained = products[-1, -1] - refit.whitened_cost
-    competitors = []
     for s in screened.candidates:
         if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in removed):
             continue  # an effect and its part are compared by the fit of their sizes
@@ -254,8 +277,7 @@ def _best_competitors(
             values = _start(chosen, shaped.explained.coefficients)
             scanned = tuple(c.parameter for c in chosen if c.scanned)
             share = shaped.explained.cost_reduction / max(explained, 1e-300)
-            competitors.append((share, s.effect, values, scanned))
-    return sorted(competitors, key=lambda f: -f[0])
+            yield share, s.effect, values, scanned
 
 
 def _neutral_sizes(effects: Sequence[Effect], model: Model, sizes: Sizes) -> dict[str, float]:

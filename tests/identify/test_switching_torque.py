@@ -127,4 +127,5 @@ def test_the_noise_floor_is_what_the_encoder_leaves() -> None:
     found = channel_floors([e], [error], [(motion, numbers, {})], {}, 0.0)["u1"]
     assert found.source == "estimated"
     true = [rms(missing(prepared(COUNT, turned))) for turned in np.linspace(0.0, 0.9, DRAWS)]
-    assert max(true) / FACTOR < found.noise < max(true) * FACTOR
+    usual = rms(np.array(true))  # of so few periods single draws differ by more than twice
+    assert usual / FACTOR < found.noise < usual * FACTOR
