@@ -30,7 +30,7 @@ from ..arm.signatures import filling, kernel, matrix
 from ..compiler import int64, njit, types
 from ..lanes.algebra import add_product, add_rows, combine, copy, multiply, read, write
 from ..lanes.functions import INLINE
-from ..lanes.wide import any_lane, get, put, select
+from ..lanes.wide import absolute, any_lane, get, put, select
 from ..simulate.bristles import bound, friction_rates
 from ..simulate.discrete import aligned
 from ..simulate.elements import (
@@ -64,6 +64,11 @@ SHARES = np.array([0.25, 0.0518508543984384, 0.2921192433392680, 0.4060299022622
 
 NODE = 2.0 / 3.0
 """Of a step: where the forces are evaluated the second time."""
+
+
+TURN = 0.02
+"""Of a bristle's share, which is between -1 and 1: the change in a step above which the step is
+done again. With .1 turns that take several short steps are missed."""
 
 
 def stage_coefficients() -> tuple[np.ndarray, np.ndarray]:
@@ -171,6 +176,30 @@ def release_drives(cuts, u, limit):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
+def mark_changes(edges, a, b):  # type: ignore[no-untyped-def]
+    """edges (1,) becomes 1 where a and b differ, which hold whole numbers."""
+    for i in range(a.shape[0]):
+        put(edges, 0, select(absolute(get(a, i) - get(b, i)) > 0.5, 1.0, get(edges, 0)))
+
+
+@njit(**INLINE)
+def mark_turns(edges, bristles, states, before, after, forces):  # type: ignore[no-untyped-def]
+    """edges (1,) becomes 1 where a bristle with a force bends by more than TURN between two
+    states."""
+    for i in range(bristles.size):
+        at = states[bristles[i]]
+        bent = absolute(get(after, at) - get(before, at)) > TURN
+        put(edges, 0, select(bent & (absolute(get(forces, i)) > 0.0), 1.0, get(edges, 0)))
+
+
+@njit(**INLINE)
+def keep_where(edges, x, other):  # type: ignore[no-untyped-def]
+    """x stays in lanes with an edge and becomes the other elsewhere."""
+    for i in range(x.shape[0]):
+        put(x, i, select(get(edges, 0) > 0.5, get(x, i), get(other, i)))
+
+
+@njit(**INLINE)
 def solve_stage(  # type: ignore[no-untyped-def]
     solvers, rates, inverse, step, elements, ports, g, b, d, w, stage, k, moving
 ):
@@ -198,14 +227,14 @@ def solve_stage(  # type: ignore[no-untyped-def]
     types.void(
         filling(matrix, 5), filling(matrix, 4),
         types.Tuple((int64, *[filling(matrix, count) for count in (2, 2, 2, 3, 3)])),
-        matrix, types.UniTuple(matrix, 4), types.UniTuple(matrix, 6), WIDE_ELEMENTS,
-        matrix, int64, matrix, matrix, int64, types.boolean, matrix, matrix,
+        matrix, types.UniTuple(matrix, 4), types.UniTuple(types.UniTuple(matrix, 6), 2),
+        WIDE_ELEMENTS, matrix, int64, matrix, matrix, int64, int64, types.boolean, matrix, matrix,
         matrix,
     )
 )  # fmt: skip
 def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
-    dynamics, tip, solvers, p, law, parts, packed, r, straight, y, dt, substeps, limited, states,
-    torques, growth,
+    dynamics, tip, solvers, p, law, parts, packed, r, straight, y, dt, substeps, edge_steps,
+    limited, states, torques, growth,
 ):  # fmt: skip
     """Fills states (N (2 n + ns + nw),) and drive torques (N nj,) at the N samples from the start
     y, which becomes the end. Returns (1,): by how much a pivot shrank at most, see
@@ -216,6 +245,10 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     limits (nj,), `parts` is `implicit_parts`; r (N nr,), of each row the first `straight` run
     straight between samples, the others are held; dt (1,) in s; `limited` says whether any drive
     has a limit.
+
+    A step with an edge, in which a joint turns round against dry friction or a drive meets its
+    limit or leaves it, is done again in `edge_steps` steps: an edge costs the order of the method.
+    Lanes without an edge keep their motion. `parts` are those of whole steps and of these.
     """
     addresses, firsts, states_of, values_of, _, _, tips, bristles, loads = packed
     # The tip's directions and loads are written here, and other threads may run the same model.
@@ -231,28 +264,29 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     z, J = tip_at[:2], tip_at[2:]
     out = aligned(OUT_PER_PORT * K + OUT_PER_STATE * nw)
     slopes = (aligned(K), aligned(nw), aligned(nw), aligned(nw))
+    guess = aligned(2 * Q)  # force and state where the search for each bristle's begins
     work = (
-        aligned(Q * n), aligned(Q * Q), aligned(Q), aligned(Q), aligned(Q), aligned(Q),
-        aligned(n), aligned(n),
+        aligned(Q * n), aligned(Q * Q), aligned(Q), aligned(Q), guess[:Q], guess[Q:], aligned(n),
+        aligned(n),
     )  # fmt: skip
     ports = (x, xd, out, slopes, work)
     M, M2, W = aligned(n * n), aligned(n * n), aligned(n * n)
-    both, T = parts[1].copy(), parts[2].copy()
+    both, T = aligned(n * n), aligned(n * ns)
     step = (W, both, T, M, M2)
     here, forces, d, b = aligned(length), aligned(length), aligned(length), aligned(n)
+    first, coarse, edges = aligned(length), aligned(length), aligned(1)
+    coarse_guess = aligned(2 * Q)
     stages, k = aligned(STAGES * length), aligned(length)
     at, found = parts_of(here, n, ns), parts_of(forces, n, ns)
     right, rates = parts_of(d, n, ns), parts_of(k, n, ns)
-    state, moving, w = here[: 2 * n + ns], k[: 2 * n], y[2 * n + ns :]
+    state, moving, w, first_w = here[: 2 * n + ns], k[: 2 * n], y[2 * n + ns :], first[2 * n + ns :]
     _, f, c, cw = found
-    response, cuts = aligned(joints + ns), aligned(joints)
+    response, cuts, first_cuts = aligned(joints + ns), aligned(joints), aligned(joints)
     u, drive_rates = response[:joints], response[joints:]
-    now, then, slope = aligned(nr), aligned(nr), aligned(nr)
-    h = get(dt, 0) / substeps
-    g = GAMMA * h
+    now, then, slope, first_now = aligned(nr), aligned(nr), aligned(nr), aligned(nr)
     # All stages go through the same instructions, which take a fraction of the time to compile;
     # `stage` is no constant, for which Numba would compile what it calls several times.
-    stage, released = 0, False
+    stage, released, fine, refined = 0, False, False, 0
     copy(here, y)
     for sample in range(samples):
         write(states, sample * length, y)
@@ -260,15 +294,22 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
         copy(then, now)
         done = 0
         while done < substeps:
+            own = parts[1] if fine else parts[0]
+            h = get(dt, 0) / (substeps * edge_steps if fine else substeps)
+            g = GAMMA * h
             if stage < 2:
                 drive_response(law, then, state, response, joints)
-                if done == 0 and stage == 0:
-                    write(torques, sample * joints, u)
-                    if sample == samples - 1:
-                        break
-                    for i in range(straight):
-                        change = get(r, (sample + 1) * nr + i) - get(r, sample * nr + i)
-                        put(slope, i, change / substeps)
+                if stage == 0 and not fine:
+                    if done == 0:
+                        write(torques, sample * joints, u)
+                        if sample == samples - 1:
+                            break
+                        for i in range(straight):
+                            change = get(r, (sample + 1) * nr + i) - get(r, sample * nr + i)
+                            put(slope, i, change / substeps)
+                    copy(first, y)
+                    copy(first_now, now)
+                    cut_drives(first_cuts, u, law[3])
                 if stage == 1 and limited and release_drives(cuts, u, law[3]):
                     stage, released = 0, True
                     copy(here, y)
@@ -284,11 +325,13 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
                     load(elements, u)
             if stage == 0:
                 copy(M, M2)
+                copy(both, own[1])
+                copy(T, own[2])
                 if limited and not released:
                     cut_drives(cuts, u, law[3])
-                combine(W, M, 1.0, parts[0])
+                combine(W, M, 1.0, own[0])
                 if limited:
-                    without_feedback(cuts, M, parts, W, both, T)
+                    without_feedback(cuts, M, own, W, both, T)
                 if K > 0:
                     push_implicitly(elements, x, xd, at[3], out, f, cw, g, W, slopes)
                 solvers[1](W, growth)
@@ -304,21 +347,43 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
                     add_rows(d, COUPLINGS[stage, j], stages, j * length)
                 solvers[4](M, right[1], b)
             solve_stage(
-                solvers, law[2], parts[3], step, elements, ports, g, b, right, at[3], stage, rates,
+                solvers, law[2], own[3], step, elements, ports, g, b, right, at[3], stage, rates,
                 moving,
             )  # fmt: skip
             write(stages, stage * length, k)
             stage += 1
             if stage == 1:
                 combine(here, y, NODE * h, k)
-                combine(then, now, NODE, slope)
-            elif stage == STAGES:
-                for j in range(STAGES):
-                    add_rows(y, WEIGHTS[j] * h, stages, j * length)
-                if Q > 0:
-                    bound(bristles, states_of, w)
-                copy(here, y)
-                combine(now, now, 1.0, slope)
-                copy(then, now)
-                stage, released = 0, False
+                combine(then, now, NODE / edge_steps if fine else NODE, slope)
+            if stage < STAGES:
+                continue
+            for j in range(STAGES):
+                add_rows(y, WEIGHTS[j] * h, stages, j * length)
+            if Q > 0:
+                bound(bristles, states_of, w)
+            combine(now, now, 1.0 / edge_steps if fine else 1.0, slope)
+            stage, released = 0, False
+            if fine:
+                refined += 1
+                if refined == edge_steps:
+                    keep_where(edges, y, coarse)
+                    keep_where(edges, guess, coarse_guess)
+                    fine = False
+                    done += 1
+            else:
                 done += 1
+                if edge_steps > 1:
+                    put(edges, 0, 0.0 * get(dt, 0))
+                    copy(here, y)
+                    drive_response(law, now, state, response, joints)
+                    cut_drives(cuts, u, law[3])
+                    mark_changes(edges, cuts, first_cuts)
+                    mark_turns(edges, bristles, states_of, first_w, w, guess)
+                    if any_lane(get(edges, 0) > 0.5):
+                        fine, refined, done = True, 0, done - 1
+                        copy(coarse, y)
+                        copy(coarse_guess, guess)
+                        copy(y, first)
+                        copy(now, first_now)
+            copy(here, y)
+            copy(then, now)
