@@ -120,11 +120,10 @@ def refit_with(
 def best_start(
     data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
     values: Mapping[str, float], slopes: Sequence[np.ndarray], scanned: Sequence[str],
-    stopped: Callable[[], bool], thorough: bool = False,
+    stopped: Callable[[], bool],
 ) -> tuple[ParametrisedModel, int]:  # fmt: skip
-    """The best start, and the iterations spent to find it; `thorough`: see
-    core.diagnose.refit_starts.starts."""
-    candidates = starts(data, base, effects, values, scanned, stopped, thorough)
+    """The best start, and the iterations spent to find it."""
+    candidates = starts(data, base, effects, values, scanned, stopped)
     tried = [parametrised(data, effects, start) for start in candidates]
     if len(tried) < 2 or stopped():
         return tried[0], 0

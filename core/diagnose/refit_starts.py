@@ -5,8 +5,10 @@ fitted and from the nominal values, each with the sizes of the screen.
 
 A soft base, an elastic joint or backlash also vibrates. Over whole recordings the cost then has
 many minima: model and recording meet again after some more or fewer periods. Over the first periods
-the cost has one minimum (core.identify.refinement). So the starts, with all sizes of the screen's
-grid and some between, are compared there; the best continue over more of each recording.
+the cost has few minima (core.identify.refinement). So the starts, with all sizes of the screen's
+grid and some between, are compared there; the best continue over more of each recording. Of several
+sizes each combination of the grid is compared, since one joint may be much softer than the next;
+from the best, each size by itself goes over the sizes between.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import TypeVar
 
 import numpy as np
@@ -37,6 +39,9 @@ T = TypeVar("T")
 GRID_RATIO = 1.15
 """Ratio of neighbouring sizes that are compared. For a spring with ten periods in a recording, the
 minimum is a tenth of its frequency wide, a fifth of its compliance."""
+
+SIZES_AROUND = GRID_RATIO ** np.arange(-LANES, LANES)
+"""Factors on one of several sizes: as far as the next of the screen's grid."""
 
 TRIAL_ITERATIONS = 3
 """Iterations from each start before the best continue."""
@@ -61,23 +66,26 @@ LEAST_CHANGE = 0.02
 Values = dict[str, float]
 """label -> value"""
 
+Grids = Mapping[str, np.ndarray]
+"""label -> sizes in order"""
+
+Minimum = tuple[float, np.ndarray]
+"""Cost and vector (P,)."""
+
 
 def starts(
     data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
     values: Mapping[str, float], scanned: Sequence[str], stopped: Callable[[], bool],
-    thorough: bool = False,
 ) -> list[Values]:  # fmt: skip
     """Starts of the model with `effects`, the new one last, over whole recordings; the first begins
     where the base stands, at its minimum without the new effect. `values`: where the screen would
-    begin; `scanned`: those parameters among them that come from a grid; `thorough`: each of these
-    is tried by itself, too."""
+    begin; `scanned`: those parameters among them that come from a grid."""
     from_base = {**base.values(), **values}
     changes = _start_changes(data, base.values())
     horizon = Horizon.for_effects(data, base, effects, values, stopped)
     if horizon is None:
         return [{**from_base, **arm} for arm in changes]
-    horizon = replace(horizon, thorough=thorough)
-    first = horizon.best(grid_sizes(data, effects, scanned), from_base, changes)
+    first = horizon.best(grids(data, effects, scanned), from_base, changes)
     return [from_base] if first is None else [from_base, first]
 
 
@@ -90,8 +98,7 @@ def share_of_first_swings(
     horizon = Horizon.for_effects(data, base, effects, values, stopped)
     if horizon is None:
         return 0.0
-    horizon = replace(horizon, thorough=True)
-    sizes, from_base = grid_sizes(data, effects, scanned), {**base.values(), **values}
+    sizes, from_base = grids(data, effects, scanned), {**base.values(), **values}
     changes = _start_changes(data, base.values())
     left = [cost for x in changes for cost, _ in horizon.local_minima({**from_base, **x}, sizes)]
     h = parametrised(horizon.first, effects[:-1], from_base).half_substeps
@@ -150,8 +157,6 @@ class Horizon:
     share: float
     held: Collection[str]
     stopped: Callable[[], bool]
-    thorough: bool = False
-    """Whether each size goes along the grid by itself: one joint may be much softer than others."""
 
     @classmethod
     def for_effects(
@@ -175,7 +180,7 @@ class Horizon:
         return first_part_of(self.data, self.share)
 
     def best(
-        self, sizes: Sequence[Values], values: Mapping[str, float], changes: Sequence[Values]
+        self, sizes: Grids, values: Mapping[str, float], changes: Sequence[Values]
     ) -> Values | None:
         """Values that the best start leads to. Starts are `values` with each of `changes`, at their
         own sizes and at the local minima among `sizes`."""
@@ -208,47 +213,53 @@ class Horizon:
             cost, best = more.descended(best, ROUGH_ITERATIONS)
         return best if np.isfinite(cost) else None
 
-    def local_minima(self, at: Values, sizes: Sequence[Values]) -> list[tuple[float, Values]]:
+    def local_minima(self, at: Values, sizes: Grids) -> list[tuple[float, Values]]:
         """The best local minima among some sizes, with their costs, all other unknowns adapted."""
         h = _with_free_sizes(self.first, self.effects, at, self.held)
         labels = h.unknowns.labels
-        tried = [{n: x for n, x in size.items() if n in labels} for size in sizes]
-        if not any(tried):
-            return []
-        along = [labels.index(n) for n in tried[0]]
-        grid = np.array([list(size_values.values()) for size_values in tried])
-        ends = self._profile(h, along, grid)
-        edged = [np.inf, *(cost for cost, _ in ends), np.inf]
-        lowest = [k for k in range(len(ends)) if edged[k] > edged[k + 1] <= edged[k + 2]]
-        best = [ends[k] for k in sorted(lowest, key=lambda k: ends[k][0])[:KEPT_STARTS]]
-        if self.thorough and len(along) > 1:
-            best = [self._each_size(h, end, along, grid) for end in best]
+        tried = {name: grid for name, grid in sizes.items() if name in labels}
+        along = [labels.index(name) for name in tried]
+        if len(along) > 1:
+            combined = np.array(list(product(*tried.values())))
+            best = sorted(self._profile(h, along, combined), key=_cost)[:KEPT_STARTS]
+            best = [self._each_size(h, end, along) for end in best]
+        else:
+            each = [refined_grid(grid)[:, None] for grid in tried.values()]
+            best = [end for grid in each for end in _valleys(self._profile(h, along, grid))]
         return [(cost, {**at, **h.at(vector).values()}) for cost, vector in best]
 
     def _profile(
         self, h: ParametrisedModel, along: Sequence[int], grid: np.ndarray
-    ) -> list[tuple[float, np.ndarray]]:
+    ) -> list[Minimum]:
         """(cost, vector) with the unknowns `along` at each row of a grid (N, len(along))."""
         vectors = np.repeat(h.vector[None], len(grid), axis=0)
         vectors[:, along] = grid
         return profile_costs(h, along, list(vectors), self.stopped)
 
-    def _each_size(
-        self, h: ParametrisedModel, best: tuple[float, np.ndarray], along: Sequence[int],
-        grid: np.ndarray,
-    ) -> tuple[float, np.ndarray]:  # fmt: skip
-        """(cost, vector) after each of the sizes has gone along the grid (N, len(along)) by itself,
-        as often as one of them finds better."""
+    def _each_size(self, h: ParametrisedModel, best: Minimum, along: Sequence[int]) -> Minimum:
+        """After each of the sizes `along` has gone over those around it by itself, as often as one
+        of them finds better."""
         unchanged, turn = 0, 0
         while unchanged < len(along) and not self.stopped():
             column = turn % len(along)
-            rows = np.repeat(best[1][along][None], len(grid), axis=0)
-            rows[:, column] = grid[:, column]
-            found = min(self._profile(h.at(best[1]), along, rows), key=lambda end: end[0])
+            rows = np.repeat(best[1][along][None], len(SIZES_AROUND), axis=0)
+            rows[:, column] *= SIZES_AROUND
+            found = min(self._profile(h.at(best[1]), along, rows), key=_cost)
             better = found[0] < (1.0 - HORIZON_TOLERANCE) * best[0]
             unchanged, turn = (0 if better else unchanged + 1), turn + 1
             best = found if better else best
         return best
+
+
+def _cost(minimum: Minimum) -> float:
+    return minimum[0]
+
+
+def _valleys(ends: Sequence[Minimum]) -> list[Minimum]:
+    """The best of those below their neighbours along a grid."""
+    edged = [np.inf, *map(_cost, ends), np.inf]
+    lowest = [ends[k] for k in range(len(ends)) if edged[k] > edged[k + 1] <= edged[k + 2]]
+    return sorted(lowest, key=_cost)[:KEPT_STARTS]
 
 
 def first_part_of(data: FitProblem, share: float) -> FitProblem:
@@ -286,34 +297,28 @@ def _with_free_sizes(
     return parametrised(data, effects, values, freed=free)
 
 
-def grid_sizes(data: FitProblem, effects: Sequence[Effect], scanned: Sequence[str]) -> list[Values]:
-    """The sizes of the screen for all `scanned` parameters together, refined by GRID_RATIO."""
+def grids(data: FitProblem, effects: Sequence[Effect], scanned: Sequence[str]) -> Grids:
+    """The screen's sizes of each of the `scanned` parameters."""
     arm = data.bare.with_effects(effects).arm
     items = [k for e in effects for k in e.parameters(arm, data.bare.drive, data.sizes)]
-    grids = {k.parameter.name: sorted(k.grid) for k in items if k.parameter.name in scanned}
-    grids = {name: grid for name, grid in grids.items() if grid}
-    places = range(max((len(grid) for grid in grids.values()), default=0))
-    return list(
-        refined_grid([{n: g[min(i, len(g) - 1)] for n, g in grids.items()} for i in places])
-    )
+    sizes = {k.parameter.name: np.sort(k.grid) for k in items if k.parameter.name in scanned}
+    return {name: grid for name, grid in sizes.items() if len(grid)}
 
 
-def refined_grid(places: Sequence[Mapping[str, float]]) -> Iterator[Values]:
-    """The grid points, with points between them so that neighbours differ by GRID_RATIO at most."""
-    for a, b in pairwise(places):
-        ratios = [b[n] / a[n] for n in a if a[n] * b[n] > 0.0]
-        count = max((int(np.ceil(abs(np.log(x)) / np.log(GRID_RATIO))) for x in ratios), default=1)
-        for share in np.arange(count) / count:
-            yield {
-                n: float(a[n] * (b[n] / a[n]) ** share if a[n] * b[n] > 0.0 else a[n]) for n in a
-            }
-    yield from (dict(last) for last in places[-1:])
+def refined_grid(sizes: np.ndarray) -> np.ndarray:
+    """A grid in order, with points between so that neighbours differ by GRID_RATIO at most."""
+    refined = [sizes[:1]]
+    for a, b in pairwise(sizes):
+        count = int(np.ceil(abs(np.log(b / a)) / np.log(GRID_RATIO))) if a * b > 0.0 else 1
+        shares = np.arange(1, count + 1) / count
+        refined.append(a * (b / a) ** shares if count > 1 else np.array([b]))
+    return np.concatenate(refined)
 
 
 def profile_costs(
     h: ParametrisedModel, along: Collection[int], vectors: Sequence[np.ndarray],
     stopped: Callable[[], bool] = lambda: False,
-) -> list[tuple[float, np.ndarray]]:  # fmt: skip
+) -> list[Minimum]:  # fmt: skip
     """(cost, vector (P,)) at each of `vectors`, which differ in the unknowns `along`; the other
     unknowns take one linear step. Fewer if stopped.
 
@@ -322,7 +327,7 @@ def profile_costs(
     """
     others, limits = ~np.isin(np.arange(len(h.vector)), list(along)), h.limits
     slopes = [as_finite(S)[:, :, others] for S in h.slopes(h.vector)]
-    profile: list[tuple[float, np.ndarray]] = []
+    profile: list[Minimum] = []
     for some in batched(vectors, LANES):
         if stopped():
             break

@@ -124,12 +124,11 @@ def search_round(
     ends = on_progress("") or within_noise(data, before.errors)
     chosen = [] if ends else most_promising(screened, data.count)
     predicted = predicted_share(screened, data, before)
-    overlooked = bool(chosen) and predicted < WHOLE_SHARE
-    if overlooked:
+    if chosen and predicted < WHOLE_SHARE:
         stopped = lambda: on_progress("")  # noqa: E731
         chosen += vibrating(screened, chosen, data, before, present, predicted, stopped)
     for candidate in _refit_candidates(
-        data, before, present, screened, chosen, len(candidates), on_progress, overlooked
+        data, before, present, screened, chosen, len(candidates), on_progress
     ):
         refitted.append(candidate)
         on_progress(f"{candidate.screened.effect.title} refitted")
@@ -169,7 +168,6 @@ def _accept(
 def _refit_candidates(
     data: FitProblem, before: Refit, present: Sequence[Effect], screened: Screen,
     chosen: Sequence[ScreenedCandidate], candidate_count: int, on_progress: OnProgress,
-    thorough: bool,
 ) -> Iterator[RefittedCandidate]:  # fmt: skip
     """The chosen candidates as their refits end, on all cores; without those that could not be
     simulated."""
@@ -177,7 +175,7 @@ def _refit_candidates(
 
     def begin(s: ScreenedCandidate) -> PartialRefit:
         effects, base = [*present, s.effect], before.parametrised
-        rest = screened.slopes, s.scanned, stopped, thorough
+        rest = screened.slopes, s.scanned, stopped
         partial = begin_refit(data, base, effects, s.values, *rest)
         if not np.isfinite(partial.refit.cost):
             values = nearer_to_neutral(s.effect, base.model.arm, data, s.values)
@@ -264,11 +262,11 @@ class PartialRefit:
 def begin_refit(
     data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
     values: Mapping[str, float], slopes: Sequence[np.ndarray], scanned: Sequence[str],
-    stopped: Callable[[], bool], thorough: bool = False,
+    stopped: Callable[[], bool],
 ) -> PartialRefit:  # fmt: skip
     """The first iterations of `core.diagnose.refit.refit_with`."""
     reused = slopes_by_label(base, slopes)
-    start, spent = best_start(data, base, effects, values, slopes, scanned, stopped, thorough)
+    start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
     remaining = ROUGH_ITERATIONS - spent
     return PartialRefit(
         fit(start, None, stopped, TRIAL_ITERATIONS, reused), remaining - TRIAL_ITERATIONS, reused

@@ -26,11 +26,7 @@ more than half of the digits are gone, and the simulation is repeated with twice
 shorter they are, the closer is their matrix to the positive definite mass matrix."""
 
 EDGE_STEPS = 8
-"""Steps in place of one with an edge, where a sample has one; twice as many where it has twice as
-many, so that an edge, which costs the method an order, leaves it of second order."""
-
-MOST_EDGE_STEPS = 64
-"""The same at most."""
+"""Short steps in place of one with an edge, which costs the method an order."""
 
 DOUBLINGS = 3
 """After these a motion counts as diverged, and is not a number."""
@@ -164,7 +160,7 @@ def simulate_lanes(
     K, D = (fill_lanes(matrices) for matrices in zip(*arms, strict=True))
     arm = compile_wide_arm(Structure.of(first.model.arm))
     law_edges = bool(packed[0].bristles.size) or bool(np.isfinite(limits).any())
-    edge_steps = min(EDGE_STEPS * substeps, MOST_EDGE_STEPS) if law_edges else 1
+    edge_steps = EDGE_STEPS if law_edges else 1
     lengths = (dt / substeps, dt / (substeps * edge_steps))
     parts = tuple(tuple(map(_wide, implicit_parts(K, D, drives, h))) for h in lengths)
     law = tuple(map(_wide, (*drive_matrices(drives), limits)))

@@ -66,9 +66,9 @@ NODE = 2.0 / 3.0
 """Of a step: where the forces are evaluated the second time."""
 
 
-TURN = 0.02
+TURN = 0.5
 """Of a bristle's share, which is between -1 and 1: the change in a step above which the step is
-done again. With .1 turns that take several short steps are missed."""
+done again in short ones."""
 
 
 def stage_coefficients() -> tuple[np.ndarray, np.ndarray]:
