@@ -24,6 +24,7 @@ from ..diagnose.evidence import (
     at_bounds,
     certain,
     ended_at_bound,
+    share_above_noise,
     small_share,
 )
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel
@@ -158,7 +159,7 @@ class Acceptance:
 
     def _share(self, reduction: float) -> float:
         """`cost_reduction` as a share of the squared error above the noise floor."""
-        return reduction / max(self.before.cost - self.data.count, 1.0)
+        return share_above_noise(reduction, self.before.cost, self.data.count)
 
     def _cost_objection(self, after: Refit) -> Objection | None:
         """An objection if the larger model has a higher cost: it contains the smaller one."""
@@ -271,17 +272,16 @@ def _neutral_values(h: ParametrisedModel, effect: Effect) -> dict[str, float]:
 
 
 def model_check(
-    data: FitProblem, with_laws: Callable[[], FitProblem], before: Refit,
+    data: FitProblem, before: Refit, within_laws: bool,
     unseen: Callable[[FitProblem, Refit], float | None],
 ) -> ModelCheck:  # fmt: skip
-    """Rejects a model that increases the validation error by more than noise could. What the laws
-    of the model `before` may miss, in the data that `with_laws` gives, counts as noise unless the
-    new one explains nearly all of it, however well the noise is known."""
-    idealised = not within_noise(data, before.errors) and within_noise(with_laws(), before.errors)
+    """Rejects a model that increases the validation error by more than noise could. Where the error
+    `before` is within what that model's laws may miss, it counts as noise unless the new one
+    explains nearly all of it, however well the noise is known."""
 
     def refuse(later: FitProblem, refit: Refit) -> Objection | None:
         left, above = (_above_noise(later, r.errors) for r in (refit, before))
-        if idealised and not np.all(left < (1.0 - WHOLE_SHARE) * above):
+        if within_laws and not np.all(left < (1.0 - WHOLE_SHARE) * above):
             return Objection(Reason.WITHIN_LAWS)
         old, new = unseen(data, before), unseen(later, refit)
         if old is None or new is None:

@@ -75,6 +75,12 @@ class RefittedCandidate:
         return _penalised_error(self.reduction, self.parameters)
 
 
+def share_above_noise(reduction: float, before: float, count: int) -> float:
+    """A reduction of the cost `before`, over `count` samples, as a share of its part above the
+    noise."""
+    return reduction / max(before - count, 1.0)
+
+
 def _penalised_error(reduction: float, parameters: int) -> float:
     return float(np.log(max(1.0 - reduction, NEGLIGIBLE))) + PARAMETER_PRICE * parameters
 

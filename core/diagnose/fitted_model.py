@@ -17,6 +17,7 @@ from ..diagnose.cost_minimum import converge, law_error
 from ..diagnose.fit_problem import FitProblem, parametrised
 from ..diagnose.linear_screen import Screen, rescored
 from ..diagnose.refit import Refit, with_robust_covariance
+from ..diagnose.remaining_error import within_noise
 from ..effects.effect import Effect
 from ..least_squares import cost_of, normal_equations, pseudo_inverse, with_prior
 
@@ -52,6 +53,13 @@ class FittedModel:
     def with_law_errors(self) -> FittedModel:
         """The model with what its idealised laws may miss."""
         return replace(self, data=replace(self.data, law_errors=law_error(self.data, self.refit)))
+
+    @cached_property
+    def within_laws(self) -> bool:
+        """Whether its error is above the noise, but within what its idealised laws may miss."""
+        if within_noise(self.data, self.refit.errors):
+            return False
+        return within_noise(self.with_law_errors.data, self.refit.errors)
 
 
 def fit_model(

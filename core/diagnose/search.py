@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from ..diagnose.acceptance import ModelCheck, Round, model_check
+from ..diagnose.acceptance import PROMISING_SHARE, ModelCheck, Round, model_check
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import FitsByShapes, resolved
 from ..diagnose.evidence import RELEVANT, assess_refit
@@ -242,6 +242,7 @@ class Search:
         found = search_round(
             data, refit, present, candidates, steps, most=most, check=self._check(model),
             unseen=lambda w: self._unseen(data, w.refit),
+            least_share=PROMISING_SHARE if model.within_laws else 0.0,
             **self._callbacks(model, candidates),
         )  # fmt: skip
         self.memo.rounds[model.key] = ModelRound(model, found)
@@ -323,8 +324,7 @@ class Search:
 
     def _check(self, model: FittedModel) -> ModelCheck:
         """What refuses a model that takes the place of this one."""
-        laws = lambda: model.with_law_errors.data  # noqa: E731
-        return model_check(model.data, laws, model.refit, self._unseen)
+        return model_check(model.data, model.refit, model.within_laws, self._unseen)
 
 
 def _leads_on(model: FittedModel, visited: Mapping[tuple[str, ...], float]) -> bool:

@@ -13,12 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, ModelCheck, Round
+from ..diagnose.effect_sets import best_effect_set
 from ..diagnose.evidence import (
     CLOSE,
     RefittedCandidate,
     assess_refit,
     penalised_error,
     ranked_candidates,
+    share_above_noise,
     unseen_decide,
 )
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel, with_shared_motions
@@ -107,12 +109,15 @@ def search_round(
     on_refit: Callable[[Round], None] = lambda _: None, most: int = 1,
     check: ModelCheck = lambda _data, _refit: None,
     unseen: Callable[[RefittedCandidate], float | None] = lambda _: None,
+    least_share: float = 0.0,
 ) -> Round:  # fmt: skip
     """Ranks the candidates and converges the model with the best, if it is acceptable.
 
     `on_screen` gets the screen while it goes on and at its end. `most`: how many effects may be
     added; 0 only ranks, and `after` is `before`. A model that `check` rejects is not added.
     `unseen`: the squared error per sample that a refit leaves on recordings that no fit uses.
+    `least_share` of the error above noise: where neither an effect nor a set of them is predicted
+    to explain as much, only vibrating ones are refitted, which the screen may overlook.
     """
     data = with_shared_motions(data, before.parametrised)
     screened = screen(data, before.parametrised, present, candidates, on_progress, on_screen)
@@ -125,8 +130,10 @@ def search_round(
     chosen = [] if ends else most_promising(screened, data.count)
     predicted = predicted_share(screened, data, before)
     if chosen and predicted < WHOLE_SHARE:
-        stopped = lambda: on_progress("")  # noqa: E731
-        chosen += vibrating(screened, chosen, data, before, present, predicted, stopped)
+        if least_share > max(predicted, _joint_share(screened, data, before, most)):
+            chosen = []
+        stopped, least = lambda: on_progress(""), max(predicted, least_share)
+        chosen += vibrating(screened, chosen, data, before, present, least, stopped)
     for candidate in _refit_candidates(
         data, before, present, screened, chosen, len(candidates), on_progress
     ):
@@ -158,9 +165,9 @@ def _accept(
     acceptance = Acceptance(
         data, before, present, screened, candidate_count, lambda: on_progress(""), check
     )
-    reduction = (refitted[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
+    left = share_above_noise(refitted[0].refit.cost - data.count, before.cost, data.count)
     joint, together = acceptance.try_sets(
-        refitted, most, allowed=most > 1 and reduction > 1.0 - WHOLE_SHARE
+        refitted, most, allowed=most > 1 and left > 1.0 - WHOLE_SHARE
     )
     return joint or acceptance.try_single(refitted, together, most)
 
@@ -199,7 +206,13 @@ def predicted_share(screened: Screen, data: FitProblem, before: Refit) -> float:
     """Share of the error above noise that the screen predicts for the best effect alone: sets of
     them bend to whatever is left."""
     most = max((s.largest_reduction for s in screened.candidates), default=0.0)
-    return most / max(before.cost - data.count, 1.0)
+    return share_above_noise(most, before.cost, data.count)
+
+
+def _joint_share(screened: Screen, data: FitProblem, before: Refit, most: int) -> float:
+    """The same for the best set of up to `most` effects."""
+    together = best_effect_set(screened, max(most, 1), data.count)
+    return share_above_noise(together.unwhitened_reduction, before.cost, data.count)
 
 
 def vibrating(

@@ -72,6 +72,8 @@ class Rig:
     """Of each recording."""
     known: str = ""
     """What others found."""
+    rig: str = ""
+    """TOML of what its owners state of the installation."""
     columns: Callable[[pd.DataFrame], pd.DataFrame] = lambda rows: rows
     """Of a file, as they are stated."""
 
@@ -97,6 +99,7 @@ RIGS = {
         RIGID.format(length=2.0, mass=900.0) + JOINT.format(constants="") + 'output = "torque"\n',
         [(f"rigs/kuka{c}.csv", "estimate") for c in "AB"] + [("rigs/kukaC.csv", "validate")],
         known="Coulomb 285, viscous 2050, asymmetry 54",
+        rig="gear_ratio = [256.857]",
         columns=_without_second_encoder,
     ),
     "kuka_elastic": Rig(
@@ -107,13 +110,15 @@ RIGS = {
         + 'output = ["torque", "link_encoder"]\n',
         [(f"rigs/kuka{c}.csv", "estimate") for c in "AB"] + [("rigs/kukaC.csv", "validate")],
         known="spring 4.58e6, motor 609; encoders read 3 ms apart",
+        rig="gear_ratio = [256.857]",
     ),
     "two_stage_bench": Rig(
         "Bench with two flexible links",
         BENCH,
         [("quanser_2dsfl_steps.csv", "estimate"), ("ctu_2dsfl_lqr.csv", "validate")],
         LOGGED,
-        "coupling, Coulomb friction with presliding, link damping",
+        rig="level = true\nrigid_base = true",
+        known="coupling, Coulomb friction with presliding, link damping",
     ),
     "flexible_link": Rig(
         "One flexible link on a servo",
@@ -152,7 +157,8 @@ SHARE = 2.0 / 3.0
 def diagnose(name: str, folder: Path) -> dict[str, Any]:
     """The verdict on one rig as plain values."""
     rig = RIGS[name]
-    text = f'title = "{rig.title}"\n{rig.text}\n[diagnose]\nmax_effects = 4\n'
+    stated = f"[rig]\n{rig.rig}\n" if rig.rig else ""
+    text = f'title = "{rig.title}"\n{rig.text}\n{stated}[diagnose]\nmax_effects = 4\n'
     with TemporaryDirectory() as temporary:
         work = Path(temporary)
         for file, role in rig.recordings:
@@ -164,9 +170,9 @@ def diagnose(name: str, folder: Path) -> dict[str, Any]:
                 some.to_csv(work / path, index=False)
                 text += f'\n[[recordings]]\nfile = "{path}"\nrole = "{each}"\n{rig.extra}\n'
         (work / "scenario.toml").write_text(text, encoding="utf-8")
-        begun = time.perf_counter()
+        start = time.perf_counter()
         found = run_scenario(read_scenario(work / "scenario.toml"), folder=work).diagnosis
-        seconds = time.perf_counter() - begun
+        seconds = time.perf_counter() - start
     assert found is not None
     return _plain(found) | {"seconds": seconds}
 
@@ -176,7 +182,11 @@ def _plain(found: Diagnosis) -> dict[str, Any]:
     return {
         "verdict": found.final_verdict or found.verdict,
         "added": list(found.kept),
-        "values": {e.name: [e.value, e.std, e.unit] for e in found.parameters},
+        "values": {
+            e.name: [e.value, e.std, e.unit]
+            for e in found.parameters
+            if e.recording is None and not (e.at_bound or e.undetermined)
+        },
         "errors": [_rms(first), _rms(last)],
         "unseen": [_unseen(first), _unseen(last)],
         "refused": [
@@ -201,24 +211,26 @@ CASES = {name: partial(diagnose, name) for name in RIGS}
 
 def section(found: Mapping[str, Any]) -> str:
     """Markdown."""
-    head = ("rig", "found", "verdict", "error [floors]", "unseen", "s", "sizes", "others found")
+    head = (
+        "rig", "found", "verdict", "error [floors]", "unseen", "s", "sizes", "others found",
+        "ruled out as stated",
+    )  # fmt: skip
     rows = [_row(RIGS[name], found[name]) for name in RIGS if name in found]
     text = (
         "Arm, drive and files are stated as a newcomer would, without noise, and without filters "
         "but the logger of the bench. Error: of "
         "the model as given and of the last model, in multiples of the estimated noise floor; "
-        "*unseen*: the same on recordings, or on a last third, that no fit used."
+        "*unseen*: the same on recordings, or on a last third, that no fit used. "
+        "Sizes: without those that the recordings leave open."
     )
     return f"{text}\n\n{table(head, rows)}"
 
 
 def _row(rig: Rig, one: Mapping[str, Any]) -> list[str]:
-    sizes = ", ".join(
-        f"{n} {value:.4g}" for n, (value, _, _) in one["values"].items() if "@" not in n
-    )
+    sizes = ", ".join(f"{n} {value:.4g}" for n, (value, _, _) in one["values"].items())
     return [
         rig.title, ", ".join(one["added"]) or "nothing", one["verdict"],
         " → ".join(f"{x:.3g}" for x in one["errors"]),
         " → ".join(f"{x:.3g}" for x in one["unseen"]),
-        f"{one['seconds']:.0f}", sizes, rig.known,
+        f"{one['seconds']:.0f}", sizes, rig.known, ", ".join(one["ruled_out"]) or "nothing",
     ]  # fmt: skip
