@@ -40,6 +40,9 @@ GRID_RATIO = 1.15
 """Ratio of neighbouring sizes that are compared. For a spring with ten periods in a recording, the
 minimum is a tenth of its frequency wide, a fifth of its compliance."""
 
+MOST_COMBINATIONS = 64
+"""Of several sizes, that are compared before each of them by itself."""
+
 SIZES_AROUND = GRID_RATIO ** np.arange(-LANES, LANES)
 """Factors on one of several sizes: as far as the next of the screen's grid."""
 
@@ -220,13 +223,13 @@ class Horizon:
         tried = {name: grid for name, grid in sizes.items() if name in labels}
         along = [labels.index(name) for name in tried]
         if len(along) > 1:
-            combined = np.array(list(product(*tried.values())))
-            best = sorted(self._profile(h, along, combined), key=_cost)[:KEPT_STARTS]
-            best = [self._each_size(h, end, along) for end in best]
+            combined = _combinations(list(tried.values()))
+            best = min(self._profile(h, along, combined), key=_cost)
+            ends = [self._each_size(h, best, along)]
         else:
             each = [refined_grid(grid)[:, None] for grid in tried.values()]
-            best = [end for grid in each for end in _valleys(self._profile(h, along, grid))]
-        return [(cost, {**at, **h.at(vector).values()}) for cost, vector in best]
+            ends = [end for grid in each for end in _valleys(self._profile(h, along, grid))]
+        return [(cost, {**at, **h.at(vector).values()}) for cost, vector in ends]
 
     def _profile(
         self, h: ParametrisedModel, along: Sequence[int], grid: np.ndarray
@@ -249,6 +252,15 @@ class Horizon:
             unchanged, turn = (0 if better else unchanged + 1), turn + 1
             best = found if better else best
         return best
+
+
+def _combinations(sizes: Sequence[np.ndarray]) -> np.ndarray:
+    """(N, len(sizes)): each size with each of the others, of each the n-th where there are more
+    than MOST_COMBINATIONS."""
+    every = 1
+    while np.prod([len(grid[::every]) for grid in sizes]) > MOST_COMBINATIONS:
+        every += 1
+    return np.array(list(product(*(grid[::every] for grid in sizes))))
 
 
 def _cost(minimum: Minimum) -> float:
