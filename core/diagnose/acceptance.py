@@ -96,6 +96,8 @@ class Acceptance:
     candidate_count: int
     stopped: Callable[[], bool]
     check: ModelCheck
+    least_share: float = 0.0
+    """Of the error above noise, that a refit must explain to be converged."""
 
     def try_sets(
         self, refitted: list[RefittedCandidate], most: int, allowed: bool
@@ -126,6 +128,9 @@ class Acceptance:
             if not acceptable(best, part):
                 if certain(best):
                     refusals.append(Refusal(best, small_share(best)))
+                continue
+            if best.reduction < self.least_share:
+                refusals.append(Refusal(best, Objection(Reason.WITHIN_LAWS)))
                 continue
             if self.stopped():
                 break

@@ -129,10 +129,11 @@ def search_round(
     ends = on_progress("") or within_noise(data, before.errors)
     chosen = [] if ends else most_promising(screened, data.count)
     predicted = predicted_share(screened, data, before)
+    stopped = lambda: on_progress("")  # noqa: E731
     if chosen and predicted < WHOLE_SHARE:
         if least_share > max(predicted, _joint_share(screened, data, before, most)):
             chosen = []
-        stopped, least = lambda: on_progress(""), max(predicted, least_share)
+        least = max(predicted, least_share)
         chosen += vibrating(screened, chosen, data, before, present, least, stopped)
     for candidate in _refit_candidates(
         data, before, present, screened, chosen, len(candidates), on_progress
@@ -147,25 +148,17 @@ def search_round(
     fitted = {w.screened.effect.kind for w in refitted}
     failed_refits = tuple(s.effect.title for s in chosen if s.effect.kind not in fitted)
     if refitted:
-        partial = _accept(partial, present, len(candidates), on_progress, most, check)
+        acceptance = Acceptance(
+            data, before, present, screened, len(candidates), stopped, check, least_share
+        )
+        partial = _accept(partial, acceptance, most)
     return replace(partial, failed_refits=failed_refits)
 
 
-def _accept(
-    partial: Round, present: Sequence[Effect], candidate_count: int, on_progress: OnProgress,
-    most: int, check: ModelCheck,
-) -> Round:  # fmt: skip
+def _accept(partial: Round, acceptance: Acceptance, most: int) -> Round:
     """The round with the acceptable effects among the refitted ones."""
-    screened, before, data, refitted = (
-        partial.screen,
-        partial.before,
-        partial.data,
-        list(partial.refitted),
-    )
-    acceptance = Acceptance(
-        data, before, present, screened, candidate_count, lambda: on_progress(""), check
-    )
-    left = share_above_noise(refitted[0].refit.cost - data.count, before.cost, data.count)
+    count, before, refitted = partial.data.count, partial.before, list(partial.refitted)
+    left = share_above_noise(refitted[0].refit.cost - count, before.cost, count)
     joint, together = acceptance.try_sets(
         refitted, most, allowed=most > 1 and left > 1.0 - WHOLE_SHARE
     )
