@@ -40,9 +40,6 @@ GRID_RATIO = 1.15
 """Ratio of neighbouring sizes that are compared. For a spring with ten periods in a recording, the
 minimum is a tenth of its frequency wide, a fifth of its compliance."""
 
-MOST_COMBINATIONS = 64
-"""Of several sizes, that are compared before each of them by itself."""
-
 SIZES_AROUND = GRID_RATIO ** np.arange(-LANES, LANES)
 """Factors on one of several sizes: as far as the next of the screen's grid."""
 
@@ -96,17 +93,19 @@ def share_of_first_swings(
     data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
     values: Mapping[str, float], scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> float:  # fmt: skip
-    """Share of the base's error above noise over the first part of each recording that the last of
-    the effects takes away, at the best size of its grid; 0 for effects that do not vibrate."""
+    """Share of the base's error above noise over the first part of each recording, its unknowns
+    adapted, that the last of the effects takes away at the best size of its grid; 0 for effects
+    that do not vibrate."""
     horizon = Horizon.for_effects(data, base, effects, values, stopped)
     if horizon is None:
         return 0.0
     sizes, from_base = grids(data, effects, scanned), {**base.values(), **values}
     changes = _start_changes(data, base.values())
     left = [cost for x in changes for cost, _ in horizon.local_minima({**from_base, **x}, sizes)]
-    h = parametrised(horizon.first, effects[:-1], from_base).half_substeps
-    count, cost = horizon.first.count, cost_of(h.errors(h.vector))
-    return max((cost - min(left, default=cost)) / max(cost - count, 1.0), 0.0)
+    # Over so short a part the other unknowns alone explain much.
+    h = parametrised(horizon.first, effects[:-1], from_base)
+    ((cost, _),) = profile_costs(h, (), [h.vector])
+    return max((cost - min(left, default=cost)) / max(cost - horizon.first.count, 1.0), 0.0)
 
 
 def start_from_nominal(
@@ -168,10 +167,7 @@ class Horizon:
     ) -> Horizon | None:  # fmt: skip
         """None if the last effect leaves the arm's vibrations unchanged, or if no first part shows
         enough."""
-        model = data.bare.with_effects(effects, {**values}, data.sizes)
-        own = parameter_names(effects[-1], model, data.sizes)
-        other_arm = Structure.of(model.arm) != Structure.of(base.model.arm)
-        if not other_arm and model.arm_catalogue.entries.keys().isdisjoint(own):
+        if not vibrates(data, base, effects, values):
             return None
         share = _informative_share(data, base, len(parametrised(data, effects, values).vector))
         fixed = tuple(base.model.effect_parameters)
@@ -223,7 +219,7 @@ class Horizon:
         tried = {name: grid for name, grid in sizes.items() if name in labels}
         along = [labels.index(name) for name in tried]
         if len(along) > 1:
-            combined = _combinations(list(tried.values()))
+            combined = np.array(list(product(*tried.values())))
             best = min(self._profile(h, along, combined), key=_cost)
             ends = [self._each_size(h, best, along)]
         else:
@@ -254,15 +250,6 @@ class Horizon:
         return best
 
 
-def _combinations(sizes: Sequence[np.ndarray]) -> np.ndarray:
-    """(N, len(sizes)): each size with each of the others, of each the n-th where there are more
-    than MOST_COMBINATIONS."""
-    every = 1
-    while np.prod([len(grid[::every]) for grid in sizes]) > MOST_COMBINATIONS:
-        every += 1
-    return np.array(list(product(*(grid[::every] for grid in sizes))))
-
-
 def _cost(minimum: Minimum) -> float:
     return minimum[0]
 
@@ -272,6 +259,17 @@ def _valleys(ends: Sequence[Minimum]) -> list[Minimum]:
     edged = [np.inf, *map(_cost, ends), np.inf]
     lowest = [ends[k] for k in range(len(ends)) if edged[k] > edged[k + 1] <= edged[k + 2]]
     return sorted(lowest, key=_cost)[:KEPT_STARTS]
+
+
+def vibrates(
+    data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
+    values: Mapping[str, float],
+) -> bool:  # fmt: skip
+    """Whether the last effect changes the arm's vibrations."""
+    model = data.bare.with_effects(effects, {**values}, data.sizes)
+    own = parameter_names(effects[-1], model, data.sizes)
+    other_arm = Structure.of(model.arm) != Structure.of(base.model.arm)
+    return other_arm or not model.arm_catalogue.entries.keys().isdisjoint(own)
 
 
 def first_part_of(data: FitProblem, share: float) -> FitProblem:

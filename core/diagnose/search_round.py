@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..diagnose.acceptance import WHOLE_SHARE, Acceptance, ModelCheck, Round
-from ..diagnose.effect_sets import best_effect_set
 from ..diagnose.evidence import (
     CLOSE,
     RefittedCandidate,
@@ -36,7 +35,7 @@ from ..diagnose.refit import (
     with_precise_errors,
     with_whitened_cost,
 )
-from ..diagnose.refit_starts import ROUGH_ITERATIONS, share_of_first_swings
+from ..diagnose.refit_starts import ROUGH_ITERATIONS, share_of_first_swings, vibrates
 from ..diagnose.remaining_error import within_noise
 from ..effects import catalogue
 from ..effects.effect import Effect, Rig
@@ -116,49 +115,76 @@ def search_round(
     `on_screen` gets the screen while it goes on and at its end. `most`: how many effects may be
     added; 0 only ranks, and `after` is `before`. A model that `check` rejects is not added.
     `unseen`: the squared error per sample that a refit leaves on recordings that no fit uses.
-    `least_share` of the error above noise: where neither an effect nor a set of them is predicted
-    to explain as much, only vibrating ones are refitted, which the screen may overlook.
+    `least_share` of the error above noise: effects that are not predicted to explain as much are
+    refitted only if they vibrate, which the screen may overlook, or as a set.
     """
     data = with_shared_motions(data, before.parametrised)
     screened = screen(data, before.parametrised, present, candidates, on_progress, on_screen)
     if on_screen is not None:
         on_screen(screened)
     before = with_whitened_cost(before, screened.whitener)
-    refitted: list[RefittedCandidate] = []
+    stopped: Callable[[], bool] = lambda: on_progress("")  # noqa: E731
+    found = Round(screened, (), None, before, before, data)
     # Within the noise nothing can be missing, whatever is explained below the floor.
-    ends = on_progress("") or within_noise(data, before.errors)
-    chosen = [] if ends else most_promising(screened, data.count)
+    if stopped() or within_noise(data, before.errors):
+        return found
+    chosen = _chosen(screened, data, before, present, least_share, stopped)
+    acceptance = Acceptance(
+        data, before, present, screened, len(candidates), stopped, check, least_share
+    )
+    failed: list[str] = []
+    groups = _slow_starts_last(chosen, data, before, present)
+    for group in groups:
+        refitted = list(found.refitted)
+        for candidate in _refit_candidates(found, present, group, len(candidates), on_progress):
+            refitted.append(candidate)
+            on_progress(f"{candidate.screened.effect.title} refitted")
+            on_refit(replace(found, refitted=tuple(ranked_candidates(refitted))))
+        fitted = {w.screened.effect.kind for w in refitted}
+        failed += [s.effect.title for s in group if s.effect.kind not in fitted]
+        ranked = unseen_decide(ranked_candidates(refitted), unseen) if refitted else []
+        found = replace(found, refitted=tuple(ranked), failed_refits=tuple(failed))
+        if stopped():
+            break
+        last = group is groups[-1]
+        if last or (ranked and within_noise(data, ranked[0].refit.errors)):
+            accepted = _accept(found, acceptance, most)
+            if accepted.added or last:
+                return accepted
+    return found
+
+
+def _chosen(
+    screened: Screen, data: FitProblem, before: Refit, present: Sequence[Effect],
+    least_share: float, stopped: Callable[[], bool],
+) -> list[ScreenedCandidate]:  # fmt: skip
+    """The candidates that are refitted."""
+    chosen = most_promising(screened, data.count)
     predicted = predicted_share(screened, data, before)
-    stopped = lambda: on_progress("")  # noqa: E731
-    if chosen and predicted < WHOLE_SHARE:
-        if least_share > max(predicted, _joint_share(screened, data, before, most)):
-            chosen = []
-        least = max(predicted, least_share)
-        chosen += vibrating(screened, chosen, data, before, present, least, stopped)
-    for candidate in _refit_candidates(
-        data, before, present, screened, chosen, len(candidates), on_progress
-    ):
-        refitted.append(candidate)
-        on_progress(f"{candidate.screened.effect.title} refitted")
-        on_refit(Round(screened, tuple(ranked_candidates(refitted)), None, before, before, data))
-    refitted = unseen_decide(ranked_candidates(refitted), unseen) if refitted else []
-    partial = Round(screened, tuple(refitted), None, before, before, data)
-    if on_progress(""):
-        return partial
-    fitted = {w.screened.effect.kind for w in refitted}
-    failed_refits = tuple(s.effect.title for s in chosen if s.effect.kind not in fitted)
-    if refitted:
-        acceptance = Acceptance(
-            data, before, present, screened, len(candidates), stopped, check, least_share
-        )
-        partial = _accept(partial, acceptance, most)
-    return replace(partial, failed_refits=failed_refits)
+    if not chosen or predicted >= WHOLE_SHARE:
+        return chosen
+    if predicted < least_share:
+        chosen = []
+    least = max(predicted, least_share)
+    return chosen + vibrating(screened, chosen, data, before, present, least, stopped)
 
 
-def _accept(partial: Round, acceptance: Acceptance, most: int) -> Round:
+def _slow_starts_last(
+    chosen: Sequence[ScreenedCandidate], data: FitProblem, before: Refit, present: Sequence[Effect]
+) -> list[list[ScreenedCandidate]]:
+    """Effects whose starts must be searched come after the others, which may leave no more than
+    noise. One group at least, perhaps of none: a set of effects may explain what none does."""
+    base = before.parametrised
+    slow = [s for s in chosen if s.scanned and vibrates(data, base, [*present, s.effect], s.values)]
+    first = [s for s in chosen if s not in slow]
+    return [first, slow] if slow and first else [first or slow]
+
+
+def _accept(found: Round, acceptance: Acceptance, most: int) -> Round:
     """The round with the acceptable effects among the refitted ones."""
-    count, before, refitted = partial.data.count, partial.before, list(partial.refitted)
-    left = share_above_noise(refitted[0].refit.cost - count, before.cost, count)
+    count, before, refitted = found.data.count, found.before, list(found.refitted)
+    best = refitted[0].refit if refitted else before
+    left = share_above_noise(best.cost - count, before.cost, count)
     joint, together = acceptance.try_sets(
         refitted, most, allowed=most > 1 and left > 1.0 - WHOLE_SHARE
     )
@@ -166,11 +192,12 @@ def _accept(partial: Round, acceptance: Acceptance, most: int) -> Round:
 
 
 def _refit_candidates(
-    data: FitProblem, before: Refit, present: Sequence[Effect], screened: Screen,
-    chosen: Sequence[ScreenedCandidate], candidate_count: int, on_progress: OnProgress,
+    found: Round, present: Sequence[Effect], chosen: Sequence[ScreenedCandidate],
+    candidate_count: int, on_progress: OnProgress,
 ) -> Iterator[RefittedCandidate]:  # fmt: skip
     """The chosen candidates as their refits end, on all cores; without those that could not be
     simulated."""
+    data, before, screened = found.data, found.before, found.screen
     stopped = lambda: on_progress("")  # noqa: E731
 
     def begin(s: ScreenedCandidate) -> PartialRefit:
@@ -200,12 +227,6 @@ def predicted_share(screened: Screen, data: FitProblem, before: Refit) -> float:
     them bend to whatever is left."""
     most = max((s.largest_reduction for s in screened.candidates), default=0.0)
     return share_above_noise(most, before.cost, data.count)
-
-
-def _joint_share(screened: Screen, data: FitProblem, before: Refit, most: int) -> float:
-    """The same for the best set of up to `most` effects."""
-    together = best_effect_set(screened, max(most, 1), data.count)
-    return share_above_noise(together.unwhitened_reduction, before.cost, data.count)
 
 
 def vibrating(
