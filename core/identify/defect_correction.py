@@ -32,9 +32,9 @@ from ..least_squares import (
 if TYPE_CHECKING:
     from ..identify.residuals import Residuals
 
-MOST_STEPS = 256
-"""Steps per sample of the finest simulation: with friction, which has edges, doublings would never
-end."""
+MOST_STEPS = 64
+"""Steps per sample of the finest simulation, at an edge in eighths: with friction doublings would
+never end."""
 
 MOST_MOVE = 0.01
 """Squared move of the parameters by twice the steps, in standard deviations, in any direction: a
