@@ -13,11 +13,11 @@ from the best, each size by itself goes over the sizes between.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, product
-from typing import TypeVar
+from operator import itemgetter
 
 import numpy as np
 
@@ -33,8 +33,6 @@ from ..least_squares import (
     normal_equations,
     pseudo_inverse,
 )
-
-T = TypeVar("T")
 
 GRID_RATIO = 1.15
 """Ratio of neighbouring sizes that are compared. For a spring with ten periods in a recording, the
@@ -71,6 +69,7 @@ Grids = Mapping[str, np.ndarray]
 
 Minimum = tuple[float, np.ndarray]
 """Cost and vector (P,)."""
+COST = itemgetter(0)
 
 
 def starts(
@@ -220,7 +219,7 @@ class Horizon:
         along = [labels.index(name) for name in tried]
         if len(along) > 1:
             combined = np.array(list(product(*tried.values())))
-            best = min(self._profile(h, along, combined), key=_cost)
+            best = min(self._profile(h, along, combined), key=COST)
             ends = [self._each_size(h, best, along)]
         else:
             each = [refined_grid(grid)[:, None] for grid in tried.values()]
@@ -243,22 +242,18 @@ class Horizon:
             column = turn % len(along)
             rows = np.repeat(best[1][along][None], len(SIZES_AROUND), axis=0)
             rows[:, column] *= SIZES_AROUND
-            found = min(self._profile(h.at(best[1]), along, rows), key=_cost)
+            found = min(self._profile(h.at(best[1]), along, rows), key=COST)
             better = found[0] < (1.0 - HORIZON_TOLERANCE) * best[0]
             unchanged, turn = (0 if better else unchanged + 1), turn + 1
             best = found if better else best
         return best
 
 
-def _cost(minimum: Minimum) -> float:
-    return minimum[0]
-
-
 def _valleys(ends: Sequence[Minimum]) -> list[Minimum]:
     """The best of those below their neighbours along a grid."""
-    edged = [np.inf, *map(_cost, ends), np.inf]
+    edged = [np.inf, *map(COST, ends), np.inf]
     lowest = [ends[k] for k in range(len(ends)) if edged[k] > edged[k + 1] <= edged[k + 2]]
-    return sorted(lowest, key=_cost)[:KEPT_STARTS]
+    return sorted(lowest, key=COST)[:KEPT_STARTS]
 
 
 def vibrates(
@@ -310,9 +305,8 @@ def _with_free_sizes(
 def grids(data: FitProblem, effects: Sequence[Effect], scanned: Sequence[str]) -> Grids:
     """The screen's sizes of each of the `scanned` parameters."""
     arm = data.bare.with_effects(effects).arm
-    items = [k for e in effects for k in e.parameters(arm, data.bare.drive, data.sizes)]
-    sizes = {k.parameter.name: np.sort(k.grid) for k in items if k.parameter.name in scanned}
-    return {name: grid for name, grid in sizes.items() if len(grid)}
+    items = [k for e in effects for k in e.parameters(arm, data.bare.drive, data.sizes) if k.grid]
+    return {k.parameter.name: np.sort(k.grid) for k in items if k.parameter.name in scanned}
 
 
 def refined_grid(sizes: np.ndarray) -> np.ndarray:
@@ -338,9 +332,10 @@ def profile_costs(
     others, limits = ~np.isin(np.arange(len(h.vector)), list(along)), h.limits
     slopes = [as_finite(S)[:, :, others] for S in h.slopes(h.vector)]
     profile: list[Minimum] = []
-    for some in batched(vectors, LANES):
+    for k in range(0, len(vectors), LANES):  # one recording fills the lanes
         if stopped():
             break
+        some = vectors[k : k + LANES]
         for x, errors in zip(some, h.half_substeps.errors_at(some), strict=True):
             A, b = normal_equations([as_finite(e) for e in errors], slopes)
             known, weights = (each[others] for each in limits.prior_measurements(x))
@@ -351,9 +346,3 @@ def profile_costs(
             cost = cost_of(errors) + float(limits.prior_cost(x)) - float(b @ inverse @ b)
             profile.append((cost, np.clip(minimum, limits.lower, limits.upper)))
     return profile
-
-
-def batched(items: Sequence[T], count: int) -> Iterator[Sequence[T]]:
-    """Batches of up to `count` items: one recording fills the lanes."""
-    for first in range(0, len(items), count):
-        yield items[first : first + count]

@@ -15,9 +15,10 @@ from ..forces.element import ElementArrays
 from ..lanes.wide import LANES
 from ..model import Model, Numbers
 from ..progress import current_progress, set_progress
+from ..simulate.drive_limits import drive_matrices
 from ..simulate.linear import fill_lanes, interleave, law_lanes
 from ..simulate.motion import Task, full_start, stretches
-from ..simulate.rosenbrock import drive_matrices, implicit_parts, integrate
+from ..simulate.rosenbrock import implicit_parts, integrate
 from ..trajectory import Trajectory
 
 WEAK_PIVOT = 1e-7

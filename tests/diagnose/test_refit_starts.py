@@ -18,7 +18,6 @@ from flexgui.core.diagnose.refit_starts import (
     GRID_RATIO,
     Horizon,
     Values,
-    batched,
     grids,
     profile_costs,
     refined_grid,
@@ -165,13 +164,6 @@ def test_a_parameter_that_follows_hides_no_valley(data: FitProblem) -> None:
 def test_who_stops_gets_what_was_compared_so_far(data: FitProblem) -> None:
     h = parametrised(data, [BASE], {"cb": TRUTH["cb"]})
     assert profile_costs(h, [0], [h.vector] * 3, lambda: True) == []
-
-
-def test_each_size_is_in_one_batch() -> None:
-    sizes = list(range(19))
-    parts = list(batched(sizes, 8))
-    assert [x for part in parts for x in part] == sizes
-    assert [len(part) for part in parts] == [8, 8, 3]
 
 
 def stated(data: FitProblem, share: float) -> FitProblem:
