@@ -28,7 +28,9 @@ FEEDBACK = 8.0
 SUBSTEPS = 8
 """Of an integration within a sample: friction turns round within about a millisecond."""
 STEP = 20e-6
-"""s, of the engine: as for the other chains."""
+"""s, of the engine at most: as for the other chains. A chain of stiff short pieces needs less."""
+ASTRAY = 0.5
+"""rad or m beside the motion that is wanted: nobody keeps a recording of an unstable loop."""
 SLIDING = 2e-3
 """rad/s or m/s, of a joint whose dry friction is at 76 % of its level."""
 
@@ -78,6 +80,14 @@ class TorqueRig:
     def step(self) -> float:
         """rad or m, of an encoder."""
         return (1.0 if self.slide else 2.0 * np.pi) / 2.0**self.bits
+
+    @property
+    def engine_step(self) -> float:
+        """s, a whole part of a sample: within the period of the fastest hinge of its chain."""
+        length, mass = (np.array(x) / self.hinges for x in (self.lengths, self.masses))
+        inertia = mass * length**2 / 12.0
+        fastest = 2.0 * float(np.sqrt(np.array(self.stiffness) / length / inertia).max())
+        return float(1.0 / self.rate / np.ceil(max(1.0 / STEP, fastest) / self.rate))
 
     def per_joint(self, values: tuple[float, ...]) -> np.ndarray:
         """(joints,) zeros where nothing is said."""
@@ -210,7 +220,7 @@ class _Chain:
             Motor(1.0, float(c), float(v), inertia=rig.hub_inertia, spring=float(k) or None)
             for v, c, k in zip(*frictions_and_springs, strict=True)
         )
-        text = mjcf(Plant(beams, motors, tip_mass=rig.payload), STEP)
+        text = mjcf(Plant(beams, motors, tip_mass=rig.payload), rig.engine_step)
         for k in range(rig.joints):
             text = text.replace(
                 f'<velocity name="drive{k + 1}" joint="motor{k + 1}" kv="1.0" />',
@@ -237,7 +247,7 @@ class _Chain:
     def advance(self, torque: np.ndarray) -> None:
         """By one sample, with the torque held."""
         self.data.ctrl[:] = torque
-        mujoco.mj_step(self.model, self.data, round(1.0 / self.rig.rate / STEP))
+        mujoco.mj_step(self.model, self.data, round(1.0 / self.rig.rate / self.rig.engine_step))
 
 
 def _wanted(rig: TorqueRig, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -267,6 +277,7 @@ def recorded(rig: TorqueRig, posture: Sequence[float], seed: int) -> dict[str, n
     for i, (q, v, a) in enumerate(zip(place + middle, speed, acceleration, strict=True)):
         counts = world.place / rig.step + rig.counts * rng.normal(size=rig.joints)
         seen = rig.step * np.round(counts)
+        assert np.all(np.abs(seen - q) < ASTRAY), "the loop is unstable: record faster"
         rate = (seen - before) * rig.rate if i else np.zeros(rig.joints)
         torque = inertia * a + stiff * (q - seen) + damping * (v - rate)
         torque, before = np.round(torque, 6), seen
