@@ -150,7 +150,7 @@ def search_round(
         if last or (ranked and within_noise(data, ranked[0].refit.errors)):
             accepted = _accept(found, acceptance, most)
             if accepted.added or last:
-                return accepted
+                return replace(accepted, failed_refits=found.failed_refits)
     return found
 
 
