@@ -74,8 +74,9 @@ NODE = 2.0 / 3.0
 
 
 TURN = 0.5
-"""Of a bristle's share, which is between -1 and 1: the change in a step above which the step is
-done again in short ones."""
+"""Of a bristle's share, which is between -1 and 1: the change within a sample, at the pace of one
+step, above which the step is done again in short ones. So the same part of a motion is an edge,
+whatever the steps."""
 
 
 def stage_coefficients() -> tuple[np.ndarray, np.ndarray]:
@@ -119,12 +120,12 @@ def parts_of(y, n, ns):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def mark_turns(edges, bristles, states, before, after, forces):  # type: ignore[no-untyped-def]
-    """edges (1,) becomes 1 where a bristle with a force bends by more than TURN between two
+def mark_turns(edges, bristles, states, before, after, forces, turn):  # type: ignore[no-untyped-def]
+    """edges (1,) becomes 1 where a bristle with a force bends by more than `turn` between two
     states."""
     for i in range(bristles.size):
         at = states[bristles[i]]
-        bent = absolute(get(after, at) - get(before, at)) > TURN
+        bent = absolute(get(after, at) - get(before, at)) > turn
         put(edges, 0, select(bent & (absolute(get(forces, i)) > 0.0), 1.0, get(edges, 0)))
 
 
@@ -314,7 +315,7 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
                     drive_response(law, now, state, response, joints)
                     cut_drives(cuts, u, law[3])
                     mark_changes(edges, cuts, first_cuts)
-                    mark_turns(edges, bristles, states_of, first_w, w, guess)
+                    mark_turns(edges, bristles, states_of, first_w, w, guess, TURN / substeps)
                     if any_lane(get(edges, 0) > 0.5):
                         fine, refined, done = True, 0, done - 1
                         copy(coarse, y)
