@@ -38,7 +38,7 @@ GRID_RATIO = 1.15
 """Ratio of neighbouring sizes that are compared. For a spring with ten periods in a recording, the
 minimum is a tenth of its frequency wide, a fifth of its compliance."""
 
-SIZES_AROUND = GRID_RATIO ** np.arange(-LANES, LANES)
+SIZES_AROUND = GRID_RATIO ** np.arange(-8, 8)
 """Factors on one of several sizes: as far as the next of the screen's grid."""
 
 TRIAL_ITERATIONS = 3

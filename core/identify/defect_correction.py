@@ -159,14 +159,10 @@ def _fine_errors(
         coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
         is_near = _moved(better, slopes, better) < MOST_DESCENT**2
         most = MOST_MOVE if is_near else ROUGH_MOVE
-        move = _remaining_move(runs, coarse, better, slopes)
-        if move < most or 4 * steps >= MOST_STEPS:
+        if _remaining_move(runs, coarse, better, slopes) < most or 4 * steps >= MOST_STEPS:
             return steps, better, is_near
-        # Where edges, which halve it each time, will ask for two more, both are made side by side.
-        more = 2 if move > 4.0 * most and 16 * steps <= MOST_STEPS else 1
-        finer = [4 * steps * 2**k for k in range(1, more + 1)]
-        runs = [*runs[more:], *errors_with_each(residuals, vector, finer)]
-        steps *= 2**more
+        steps *= 2
+        runs = [*runs[1:], errors_with(residuals, vector, 4 * steps)]
 
 
 def _along_fine_slopes(
