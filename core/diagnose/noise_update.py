@@ -4,7 +4,7 @@ Without stated noise or repeated motions, noise is estimated from the residual, 
 model lacks counts as noise. The encoders of an arm with limited, rippling torque seemed twenty
 times too noisy, and the ripple stayed below the noise floor. So a model within such a floor is
 compared with the floor that it shows itself. Noise is at most what all effects together do not
-explain of the errors, by linear prediction.
+explain of the errors, by linear prediction, unless a servo prescribes the joints' motion.
 
 With a virtual servo a better model may also show more noise: encoder noise excites the links, by
 how much depends on them. A soft base doubled it in the torques.
@@ -41,7 +41,10 @@ def lower_floors(
     data = model.data
     if not within_noise(data, model.refit.errors):
         return None
-    most = {} if changed or first_screen is None else rms_unexplained(data, first_screen)
+    # A damped link follows the noise of a prescribed motion less: there effects imitate noise.
+    if changed or data.rig.servo:
+        first_screen = None
+    most = {} if first_screen is None else rms_unexplained(data, first_screen)
     old, floors = data.floors, {}
     for name, f in _current_floors(model, options).items():
         noise = min(f.noise, most.get(name, np.inf)) if f.source == ESTIMATED else f.noise

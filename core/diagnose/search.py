@@ -186,6 +186,16 @@ class Search:
         seen = last.model.against(last.model.data.in_floors(floors))
         return (*path[:-1], last._replace(model=self._finer(seen)))
 
+    def _with_own_noise(self, path: tuple[Move, ...]) -> tuple[Move, ...]:
+        """The path with its last model against its own noise, where the error is above the noise
+        and not above what that may be."""
+        model = path[-1].model
+        data, errors = model.data, model.refit.errors
+        if within_noise(data, errors) or remaining_error(data, errors).above:
+            return path
+        floors = higher_floors(model, self.options, bool(self.added(model)))
+        return path if floors is None else self._against(path, floors)
+
     def _finer(self, model: FittedModel) -> FittedModel:
         """The model with steps that are fine enough for its noise; as it is where they are."""
         data, values = model.data, model.refit.parametrised.values()
@@ -202,6 +212,7 @@ class Search:
         visited = {move.model.key: move.model.refit.cost for move in path}
         proposed: tuple[str, ...] = ()
         while not self.progress.stopped():
+            path = self._with_own_noise(path)
             model = path[-1].model
             move, proposed = self._addition(model)
             move = move or self._reduction(model) or self._exchange(model)

@@ -158,15 +158,16 @@ def _chosen(
     screened: Screen, data: FitProblem, before: Refit, present: Sequence[Effect],
     least_share: float, stopped: Callable[[], bool],
 ) -> list[ScreenedCandidate]:  # fmt: skip
-    """The candidates that are refitted."""
+    """The candidates that are refitted, with those that they become at an end of their range."""
     chosen = most_promising(screened, data.count)
     predicted = predicted_share(screened, data, before)
-    if not chosen or predicted >= WHOLE_SHARE:
-        return chosen
-    if predicted < least_share:
-        chosen = []
-    least = max(predicted, least_share)
-    return chosen + vibrating(screened, chosen, data, before, present, least, stopped)
+    if chosen and predicted < WHOLE_SHARE:
+        least = max(predicted, least_share)
+        chosen = [] if predicted < least_share else chosen
+        chosen = chosen + vibrating(screened, chosen, data, before, present, least, stopped)
+    special = {kind for s in chosen for kind in s.effect.special_cases}
+    others = [s for s in screened.candidates if s.effect.kind in special and s not in chosen]
+    return chosen + others
 
 
 def _slow_starts_last(

@@ -34,10 +34,12 @@ class Processing:
     motion."""
     torque_filter: ZeroPhaseLowPass | None = None
     """A low-pass of the joint torques alone, to the band in which encoders show motion."""
+    motion_filter: ZeroPhaseLowPass | None = None
+    """A low-pass of all other outputs, to the band in which a servo prescribes that motion."""
 
     def filters(self, kind: str) -> tuple[ZeroPhaseLowPass, ...]:
         """The filters of a sensor's signals."""
-        own = self.torque_filter if kind == TORQUE else None
+        own = self.torque_filter if kind == TORQUE else self.motion_filter
         return tuple(f for f in (self.filter, self.output_filter, own) if f is not None)
 
     def apply(self, y: np.ndarray, dt: float, kinds: Sequence[str] = ()) -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..drives.servo import DEFAULT_HZ, FollowingServo
+from ..drives.servo import BEYOND, DEFAULT_HZ, FollowingServo
 from ..errors import InputError
 from ..identify.prepared_recording import start_joints
 from ..identify.prescribed_joint_motion import sampling_warning
@@ -57,7 +57,9 @@ def make_setup(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
     if spec.servo_hz is not None or unknown or compared:
         if compared and spec.filter is None and spec.output_filter is None:
             low_pass, band = torque_band(model.arm.joints, chosen)
-            processing = replace(processing, torque_filter=low_pass)
+            wide, beside = _motion_band(low_pass, model, outputs, chosen)
+            processing = replace(processing, torque_filter=low_pass, motion_filter=wide)
+            band = " ".join(sentence for sentence in (band, beside) if sentence)
         servo = _servo(model, spec, chosen, processing, [s.kind for s in outputs])
         model = model.steered_by(servo)
     notes = (*_notes(model, spec, outputs, chosen, servo), *([band] if band else []))
@@ -135,6 +137,26 @@ def torque_band(
         f"rad or m). Set another band with [identify] filter = {{ cutoff_hz = ... }}, or none with "
         f"filter = false."
     )
+
+
+def _motion_band(
+    torques: ZeroPhaseLowPass | None, model: Model, outputs: Sequence[Sensor],
+    recordings: Sequence[Recording],
+) -> tuple[ZeroPhaseLowPass | None, str]:  # fmt: skip
+    """The low-pass of outputs that follow from a prescribed motion, and its sentence; None if the
+    torques have none, if there is no such output, or if a sensor is slower than the encoders.
+
+    Beyond the encoders' band a joint moves as nobody recorded, and what the links do there no
+    model can follow: a mode at 171 Hz left twice the noise in a camera of 500 Hz.
+    """
+    others = [s for s in outputs if s.kind != TORQUE]
+    if torques is None or not others:
+        return None, ""
+    hz = BEYOND * torques.cutoff_hz
+    slow = any(not np.isfinite(s.measured(r, model.arm)).all() for s in others for r in recordings)
+    if slow or hz > MOST_OF_RATE / max(r.sample_time for r in recordings):
+        return None, ""
+    return ZeroPhaseLowPass(cutoff_hz=hz), f"All other outputs are compared up to {hz:.3g} Hz."
 
 
 def _needs_servo(model: Model) -> bool:

@@ -156,6 +156,7 @@ def _column_noise(
         )
         noises[name] = replace(_without_quantisation(estimate, quantum), after_logger=is_narrow)
     noises = {name: _limited_by_prediction(paths, name, noise) for name, noise in noises.items()}
+    noises = {name: _limited_by_feedback(paths, name, noise) for name, noise in noises.items()}
     return [
         {
             name: replace(noise, std=noise.std * ratios.get(name, {}).get(id(r), 1.0))
@@ -184,7 +185,7 @@ def _limited_by_prediction(
     ):
         return noise
     others = [n for n in (*recorded[0].places, *recorded[0].references) if n != name]
-    most = encoder_noise_bound([r.recording for r in recorded], name, others)
+    most = white_noise_bound([r.recording for r in recorded], name, others)
     counts = noise.quantum / np.sqrt(12.0)
     if (
         most is None
@@ -193,6 +194,17 @@ def _limited_by_prediction(
     ):
         return noise
     return _without_quantisation(replace(noise, std=most), noise.quantum)
+
+
+def _limited_by_feedback(paths: Sequence[NoisePath], name: str, noise: ColumnNoise) -> ColumnNoise:
+    """The noise of a column; of a torque that drives a rig, at most the part that the encoders do
+    not predict: a controller that feeds them back writes their noise into its commands, and the
+    arm follows these."""
+    driven = [r for r in paths if r.servo_driven and name in r.references and r.recording.has(name)]
+    if noise.source != ESTIMATED or not driven:
+        return noise
+    most = white_noise_bound([r.recording for r in driven], name, driven[0].places)
+    return noise if most is None else replace(noise, std=min(noise.std, most))
 
 
 def _without_quantisation(noise: ColumnNoise, quantum: float) -> ColumnNoise:
@@ -260,7 +272,7 @@ MOST_RECORDINGS = 16
 """Recordings used: the encoder is the same in all, and each needs enough samples in a row."""
 
 
-def encoder_noise_bound(
+def white_noise_bound(
     recordings: Sequence[Recording], name: str, others: Sequence[str]
 ) -> float | None:
     """Upper bound of the standard deviation of white noise in a column, quantisation included; None

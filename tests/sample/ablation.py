@@ -85,7 +85,7 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     ],
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
     "simulated deviations": [("core.diagnose.diagnose.with_simulated_deviations", _fit)],
-    "prediction-error bound": [("core.noise.output_noise.encoder_noise_bound", _none)],
+    "prediction-error bound": [("core.noise.output_noise.white_noise_bound", _none)],
     "noise per recording": [("core.noise.output_noise.noise_ratios", lambda r: np.ones(len(r)))],
     "next experiments": [("core.diagnose.ladder.deciding_experiments", lambda *_: ())],
     "validation as a gate": [

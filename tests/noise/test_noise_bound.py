@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from flexgui.core.noise.output_noise import _limited_by_prediction, encoder_noise_bound
+from flexgui.core.noise.output_noise import _limited_by_prediction, white_noise_bound
 from flexgui.core.noise.sensor_noise import (
     ESTIMATED,
     STATED,
@@ -60,18 +60,18 @@ def recordings(friction: float = 0.0, noise: float = 0.0, count: float = COUNT) 
 
 @pytest.mark.parametrize("noise", [0.0, WHITE, 4.0 * WHITE])
 def test_the_noise_of_an_encoder_is_told_beside_a_vibration(noise: float) -> None:
-    level = encoder_noise_bound(recordings(noise=noise), "theta1", ["u1"])
+    level = white_noise_bound(recordings(noise=noise), "theta1", ["u1"])
     true = np.hypot(WHITE, noise)
     assert level is not None and true / NEAR < level < true * NEAR
 
 
 def test_friction_that_no_model_knows_hides_little_of_it() -> None:
-    level = encoder_noise_bound(recordings(friction=0.1), "theta1", ["u1"])
+    level = white_noise_bound(recordings(friction=0.1), "theta1", ["u1"])
     assert level is not None and WHITE / NEAR < level < FOLLOWED * WHITE
 
 
 def test_without_noise_next_to_nothing_is_unforeseen() -> None:
-    level = encoder_noise_bound(recordings(count=0.0), "theta1", ["u1"])
+    level = white_noise_bound(recordings(count=0.0), "theta1", ["u1"])
     assert level is not None and level < 1e-3 * WHITE
 
 
@@ -110,16 +110,16 @@ def test_what_is_stated_stays() -> None:
 
 
 def test_hundreds_of_recordings_are_no_obstacle() -> None:
-    level = encoder_noise_bound(recordings() * 100, "theta1", ["u1"])
+    level = white_noise_bound(recordings() * 100, "theta1", ["u1"])
     assert level is not None and WHITE / NEAR < level < NEAR * WHITE
 
 
 def test_short_recordings_and_holes_say_nothing() -> None:
     short = [r.excerpt(60) for r in recordings()[:1]]
-    assert encoder_noise_bound(short, "theta1", ["u1"]) is None
+    assert white_noise_bound(short, "theta1", ["u1"]) is None
     holed = recordings()[0]
     holed.channels["theta1"][5] = np.nan
-    assert encoder_noise_bound([holed], "theta1", ["u1"]) is None
+    assert white_noise_bound([holed], "theta1", ["u1"]) is None
 
 
 RIPPLED = 40.0
@@ -131,8 +131,8 @@ def test_a_calm_recording_tells_what_lively_ones_hide() -> None:
     for r in found[1:]:
         lively = RIPPLED * WHITE * np.sin(900.0 * r["theta1"] + rng.uniform(0.0, 6.0))
         r.channels["theta1"] = COUNT * np.round((r["theta1"] + lively) / COUNT)
-    lively_alone = encoder_noise_bound(found[1:], "theta1", ["u1"])
-    level = encoder_noise_bound(found, "theta1", ["u1"])
+    lively_alone = white_noise_bound(found[1:], "theta1", ["u1"])
+    level = white_noise_bound(found, "theta1", ["u1"])
     assert level is not None and lively_alone is not None
     assert WHITE <= level < NEAR * WHITE < 0.5 * lively_alone
 
