@@ -27,6 +27,9 @@ WHITE = COUNT / np.sqrt(12.0)
 NEAR = 1.25
 """Factor; for all noise floors 1.5 is asked."""
 
+COMMAND = 1e-6
+"""N m, of a command with a smooth part"""
+
 FOLLOWED = 3.0
 """Factor where dry friction turns in every recording: it is foretold at no turn."""
 
@@ -73,6 +76,23 @@ def test_friction_that_no_model_knows_hides_little_of_it() -> None:
 def test_without_noise_next_to_nothing_is_unforeseen() -> None:
     level = white_noise_bound(recordings(count=0.0), "theta1", ["u1"])
     assert level is not None and level < 1e-3 * WHITE
+
+
+@pytest.mark.parametrize("sensor_noise", [0.0, 0.05])
+def test_what_a_controller_makes_of_noisy_encoders_is_no_noise_of_its_torque(
+    sensor_noise: float,
+) -> None:
+    """N m; a current that is measured has noise of its own, which no encoder predicts."""
+    rng, found = np.random.default_rng(9), recordings(noise=WHITE)
+    for r in found:
+        place = r["theta1"]
+        speed = np.diff(place, prepend=place[:1]) / STEP
+        command = np.sin(12.0 * r.time) - 20.0 * place - 4.0 * speed
+        assert np.std(np.diff(speed)) * 4.0 > 0.05  # N m, of counts alone
+        r.channels["u1"] = command + sensor_noise * rng.standard_normal(SAMPLES)
+    level = white_noise_bound(found, "u1", ["theta1"])
+    assert level is not None
+    assert level == pytest.approx(sensor_noise, rel=NEAR - 1.0, abs=COMMAND)
 
 
 def bounded(found: list[Recording], seen: ColumnNoise) -> float:

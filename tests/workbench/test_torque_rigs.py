@@ -7,11 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.segment import Segment
+from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.setup import make_setup, torque_band
 from flexgui.core.loading import load_recordings
+from flexgui.core.model import Model
 from flexgui.core.progress import Silent
 from flexgui.core.recording.recording import Recording
 from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.workbench import run_scenario
 from tests.sample.torque_rigs import TorqueRig, written
@@ -63,3 +68,19 @@ def test_a_recording_that_cannot_hold_the_band_needs_no_low_pass() -> None:
     assert low_pass is not None and 40.0 <= low_pass.cutoff_hz < 60.0 and "Hz" in said
     assert torque_band(1, [recording(1e-3, 4000), recording(0.02, 200)]) == (None, "")
     assert torque_band(1, [recording(1e-3, 4000), recording(1e-3, 20)]) == (None, "")
+
+
+@pytest.mark.parametrize("slower", [1, 4])
+def test_a_camera_is_compared_where_the_encoders_show_how_the_joints_move(slower: int) -> None:
+    """Beyond, links vibrate as nobody recorded; a camera that is slower is compared as it is."""
+    rng, dt, samples = np.random.default_rng(3), 1e-3, 4000
+    time = dt * np.arange(samples)
+    place = 0.1 * np.sin(2.0 * np.pi * 3.0 * time) + 1e-5 * rng.standard_normal(samples)
+    tip = np.where(np.arange(samples) % slower, np.nan, place)
+    channels = {"u1": place, "theta1": place, "z1": 0.6 * np.cos(tip), "z2": 0.6 * np.sin(tip)}
+    model = Model(Arm(segments=(Segment(length=0.6, mass=3.0, EI=50.0, modes=1),)), Torque())
+    setup = make_setup(model, IdentifySpec(), [Recording("r", time, channels)])
+    own, others = setup.processing.filters("torque"), setup.processing.filters("z")
+    assert len(own) == 1 and 3.0 < own[0].cutoff_hz < 100.0
+    assert [f.cutoff_hz for f in others] == ([2.0 * own[0].cutoff_hz] if slower == 1 else [])
+    assert any("All other outputs" in note for note in setup.notes) == (slower == 1)
