@@ -34,10 +34,13 @@ class Numbers(NamedTuple):
     law: DriveLaw
     elements: tuple[Element, ...] = ()
     """Extra forces of the effects."""
+    inputs: tuple[str, ...] = ()
+    """Names of the signals of a recording that these forces depend on."""
 
     def packed(self, n: int) -> ElementArrays:
         """The extra forces as compiled code takes them, on an arm with n coordinates."""
-        return pack(self.elements, n)
+        joints, references = self.law.R.shape
+        return pack(self.elements, n, self.inputs, joints + references)
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,11 @@ class Model:
                 lower, upper = min(item.lower, value), max(item.upper, value)
                 parameters[item.name] = replace(item, value=value, lower=lower, upper=upper)
         return parameters
+
+    @cached_property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the signals of a recording that the effects' forces depend on."""
+        return tuple(dict.fromkeys(name for effect in self.effects for name in effect.inputs))
 
     def origin(self, name: str) -> str:
         """What a parameter belongs to: the id of an effect, 'drive', 'arm', or else 'sensor'."""
@@ -147,7 +155,7 @@ class Model:
         for effect in self.effects:
             law = effect.law(law, self.arm, p, own)
             elements += effect.elements(self.arm, p, own)
-        return Numbers(p, law, tuple(elements))
+        return Numbers(p, law, tuple(elements), self.inputs)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Mapping[str, float]):  # type: ignore[no-untyped-def]
         """What a kind of sensor reads (N, k), from what an ideal one would."""

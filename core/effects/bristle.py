@@ -6,7 +6,6 @@ With a smoothed sign of the velocity a joint at rest would creep; a bristle does
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import sympy as sp
 
@@ -50,8 +49,7 @@ def bristle_force(
     `load`, that comes last of all."""
     rate = (V - sp.Abs(V) * W) / _ZS
     last = () if load is None else (load,)
-    law = joint_law(force, (*parameters, _ZS, *last), rate, bristle=True)
-    return replace(law, loaded=load is not None)
+    return joint_law(force, (*parameters, _ZS, *last), rate, bristle=True)
 
 
 def breakaway(arm: Arm, k: int, values: Values) -> float:

@@ -97,6 +97,8 @@ class Effect(ABC):
     longest_step: float = float("inf")
     """s: what a simulation with the effect may step at most; forces that switch have edges, and
     stiff parts bend within a millisecond."""
+    inputs: tuple[str, ...] = ()
+    """Names of the signals of a recording that its forces depend on, of core.recording.inputs."""
     acts_at: str = ""
     """Where on the arm: joints, tip, segments, base, camera or drive."""
     ruled_out_by: str = ""

@@ -20,7 +20,7 @@ from typing import Any
 
 import sympy as sp
 
-from ..effects.real_functions import FUNCTIONS
+from ..effects.formula_functions import FORMULA_FUNCTIONS
 from ..errors import InputError
 from ..sentences import did_you_mean, one_line, quoted
 
@@ -60,7 +60,7 @@ def parse_formula(text: str, names: Mapping[str, sp.Symbol], where: str = WHERE)
     """The formula as an expression in the symbols of `names` (states and parameters).
 
     Constants are floats. Anything but numbers, those names, + - * / **, unary minus and calls of
-    FUNCTIONS is an InputError that starts with `where`.
+    FORMULA_FUNCTIONS is an InputError that starts with `where`.
     """
     read = _Reading(text.strip(), names, where)
     return read.expression(_tree(read))
@@ -172,7 +172,7 @@ def _number(read: _Reading, node: ast.Constant) -> sp.Expr:
 def _name(read: _Reading, node: ast.Name) -> sp.Expr:
     if node.id in read.names:
         return read.names[node.id]
-    if node.id in FUNCTIONS:
+    if node.id in FORMULA_FUNCTIONS:
         raise read.error(f"{quoted(node.id)} is a function; write its argument in parentheses")
     raise read.error(f"the name {quoted(node.id)} is not known{_hint(node.id, read.names)}")
 
@@ -188,17 +188,25 @@ def _hint(name: str, names: Collection[str]) -> str:
 
 def _call(read: _Reading, node: ast.Call) -> sp.Expr:
     word = node.func.id if isinstance(node.func, ast.Name) else ""
-    if not word or word in read.names and word not in FUNCTIONS:
+    if not word or word in read.names and word not in FORMULA_FUNCTIONS:
         raise read.error(f"{read.piece(node.func)} is not a function; write * for a product")
-    if word not in FUNCTIONS:
-        raise read.error(f"the function {quoted(word)} is not known{_hint(word, FUNCTIONS)}")
-    arity = next(iter(FUNCTIONS[word].nargs))
-    if node.keywords or len(node.args) != arity:
-        raise read.error(f"{word} takes {arity} plain argument{'s'[: arity - 1]}; write just that")
+    if word not in FORMULA_FUNCTIONS:
+        known = _hint(word, FORMULA_FUNCTIONS)
+        raise read.error(f"the function {quoted(word)} is not known{known}")
+    function = FORMULA_FUNCTIONS[word]
+    if node.keywords or len(node.args) not in function.nargs:
+        raise read.error(_wrong_arguments(function))
     if read.calls == NESTED_CALLS:
         raise read.error(f"functions are nested deeper than {NESTED_CALLS}; use fewer")
     inner = replace(read, calls=read.calls + 1)
-    return FUNCTIONS[word](*(inner.expression(argument) for argument in node.args))
+    return function(*(inner.expression(argument) for argument in node.args))
+
+
+def _wrong_arguments(function: type[sp.Function]) -> str:
+    few, most = min(function.nargs), max(function.nargs)
+    if few < most:
+        return f"{function.word} takes {few} to {most} plain arguments: {function.usage}"
+    return f"{function.word} takes {few} plain argument{'s'[: few - 1]}; write just that"
 
 
 def _negative(read: _Reading, node: ast.UnaryOp) -> sp.Expr:
@@ -214,7 +222,7 @@ def _power(read: _Reading, node: ast.BinOp) -> sp.Expr:
     base = replace(read, powers=read.powers + 1).expression(node.left)
     if exponent == int(exponent):
         return sp.Pow(base, int(exponent))
-    return sp.Pow(FUNCTIONS["sqrt"](base), int(2 * exponent))
+    return sp.Pow(FORMULA_FUNCTIONS["sqrt"](base), int(2 * exponent))
 
 
 def _exponent(read: _Reading, node: ast.expr) -> float:

@@ -68,7 +68,7 @@ class LoadFriction(Effect):
                 LAW,
                 (joint_direction(arm, k),),
                 (values[f"ld{k + 1}"], values[f"lb{k + 1}"], breakaway(arm, k, values), 0.0),
-                loaded_by=k,
+                loads=(k,),
             )
             for k in range(arm.joints)
         )

@@ -14,8 +14,16 @@ import sympy as sp
 from ..arm.arm import Arm
 from ..arm.chord import deflection_rows
 from ..drives.drive import Drive
+from ..effects.bristle import IDEALISED, breakaway
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.formula import LONGEST_NAME, parse_formula
+from ..effects.formula_functions import (
+    FORMULA_FUNCTIONS,
+    Bristle,
+    Friction,
+    bristles_in,
+    with_expanded_tables,
+)
 from ..effects.per_joint import joint_direction
 from ..effects.per_segment import bending
 from ..effects.real_functions import FUNCTIONS
@@ -23,12 +31,16 @@ from ..effects.sizes import Sizes
 from ..errors import InputError
 from ..forces.compiled import compile_law
 from ..forces.element import Element
-from ..forces.law import ForceLaw
+from ..forces.law import ForceLaw, W
 from ..parameters import Parameter
+from ..recording.inputs import INPUTS
 from ..sentences import did_you_mean
 
-MOST_PARAMETERS = 6
-"""A formula with more cannot be identified from one residual."""
+MOST_PARAMETERS = 20
+"""A table has one for each knot."""
+
+LONGEST_STEP = 1.25e-4
+"""s, of a friction's edges, as of the listed ones."""
 
 RATE = "d"
 """Before a port's name: its rate."""
@@ -37,6 +49,7 @@ TIP_PORTS = ("z1", "z2")
 
 _NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}")
 _PORT = re.compile(r"(theta|delta|z)([1-9])")
+_TORQUE = re.compile(r"u[1-9]")
 _LETTERS = {"theta": r"\theta", "delta": r"\delta", "z": "z"}
 
 
@@ -54,6 +67,11 @@ class OwnEffect(Effect):
     ports: tuple[str, ...]
     """What the formula sees: the target first (both components of the tip), then the others."""
     stated: ForceLaw
+    loads: tuple[int, ...] = ()
+    """Drives, from 0, whose torques the formula sees."""
+    inputs: tuple[str, ...] = ()
+    idealised: float = 0.0
+    longest_step: float = float("inf")
     own_parameters: tuple[EffectParameter, ...]
     location: str = "own"
 
@@ -65,7 +83,8 @@ class OwnEffect(Effect):
         others = self.ports[len(TIP_PORTS) :] if at_tip else self.ports
         directions = tuple(_direction(arm, p, port) for port in others)
         numbers = tuple(values[quantity.parameter.name] for quantity in self.own_parameters)
-        return (Element(self.stated, directions, numbers, at_tip),)
+        numbers += (0.0,) * (len(self.loads) + len(self.inputs))
+        return (Element(self.stated, directions, numbers, at_tip, self.loads, self.inputs),)
 
 
 class FormulaLaw(ForceLaw):
@@ -96,6 +115,11 @@ def states(arm: Arm, target: str) -> tuple[str, ...]:
     return tuple(word for port in ports for word in (port, RATE + port))
 
 
+def torques(arm: Arm) -> tuple[str, ...]:
+    """The words of a formula that are the drives' torques, N m (N on a slide)."""
+    return tuple(f"u{k + 1}" for k in range(arm.joints))
+
+
 @lru_cache(maxsize=64)
 def own_effect(
     arm: Arm,
@@ -106,7 +130,8 @@ def own_effect(
     title: str = "",
     where: str = "[[model.own]]",
 ) -> OwnEffect:
-    """The effect of a formula in N m at a joint (N on a slide), in N at the tip.
+    """The effect of a formula in N m at a joint (N on a slide), in N at the tip. It sees the arm's
+    states, the drives' torques, the time `t`, and what is recorded as input1, input2 and input3.
 
     InputError, with `where` as the place of the settings, for all that is wrong with it. The
     effect vanishes where the smallest possible set of its parameters is zero: those are its
@@ -117,8 +142,13 @@ def own_effect(
         raise InputError(f"{where} target {target!r} is not known; {did_you_mean(target, ports)}")
     port, names = ports[target], [item.name for item in parameters]
     _check_names(names, where)
-    expression = _read(formula, states(arm, target), names, where)
-    law = _law(expression, port, names)
+    signals = (*torques(arm), *INPUTS)
+    expression = _read(formula, (*states(arm, target), *signals), names, where)
+    used = {symbol.name for symbol in expression.free_symbols}
+    loads = tuple(k for k, word in enumerate(torques(arm)) if word in used)
+    inputs = tuple(word for word in INPUTS if word in used)
+    written = [*(torques(arm)[k] for k in loads), *inputs]
+    law = _law(arm, expression, port, [*names, *written], f"{where} formula")
     _check_finite(law, parameters, f"{where} formula")
     sizes = _sizes(law, names, f"{where} formula")
     quantities = tuple(
@@ -133,12 +163,16 @@ def own_effect(
         title=title or f"Own effect at {target}",
         story=f"Your formula: a force at {target}, {formula.strip()}.",
         formula=_latex(expression, target, port),
-        linear=not at_tip and _is_linear(law),
+        linear=not at_tip and not written and _is_linear(law),
         acts_at="tip" if at_tip else "joints",
         target=target,
         ports=tuple(x.name for x in law.x),
         stated=law,
         own_parameters=quantities,
+        loads=loads,
+        inputs=inputs,
+        idealised=IDEALISED if law.states else 0.0,
+        longest_step=LONGEST_STEP if law.bristle else float("inf"),
     )
 
 
@@ -151,13 +185,13 @@ def _check_names(names: Sequence[str], where: str) -> None:
                 f"{where} parameters: {name!r} is not a valid name; use letters, digits and _, "
                 f"with a letter first."
             )
-        if name in FUNCTIONS:
+        if name in FORMULA_FUNCTIONS:
             raise InputError(
                 f"{where} parameters: {name!r} is the name of a function; choose another."
             )
-        if _port(name):
+        if _port(name) or name in INPUTS or _TORQUE.fullmatch(name):
             raise InputError(
-                f"{where} parameters: {name!r} is the name of a state; choose another."
+                f"{where} parameters: {name!r} is the name of a state or signal; choose another."
             )
 
 
@@ -181,17 +215,46 @@ def _read(formula: str, states: Sequence[str], names: Sequence[str], where: str)
     return expression
 
 
-def _law(expression: sp.Expr, port: str, names: Sequence[str]) -> ForceLaw:
+def _law(arm: Arm, formula: sp.Expr, port: str, names: Sequence[str], where: str) -> ForceLaw:
     """The formula pushes through the port; through the others it only sees."""
-    used = sorted({symbol.name for symbol in expression.free_symbols} - {*names})
+    expression = with_expanded_tables(formula, where)
+    bristle, rate = _bristle(arm, expression, port, where)
+    expression = expression.xreplace({bristle: W}) if rate is not None else expression
+    used = sorted({symbol.name for symbol in expression.free_symbols} - {*names, W.name})
     first = TIP_PORTS if port in TIP_PORTS else (port,)
     ports = list(dict.fromkeys((*first, *(_port(word) for word in used))))
+    if isinstance(bristle, Friction) and len(ports) > 1:
+        raise InputError(
+            f"{where}: {bristle} can depend on joint {port[-1]}, on drive torques, t and inputs "
+            f"alone; use hysteresis({port}, ...) where it depends on more."
+        )
     return FormulaLaw(
         x=tuple(sp.Symbol(each, real=True) for each in ports),
         v=tuple(sp.Symbol(RATE + each, real=True) for each in ports),
         forces=tuple(expression if each == port else sp.Integer(0) for each in ports),
         parameters=tuple(sp.Symbol(name, real=True) for name in names),
+        states=() if rate is None else (W,),
+        rates=() if rate is None else (rate,),
+        bristle=rate is not None and len(ports) == 1,
     )
+
+
+def _bristle(
+    arm: Arm, expression: sp.Expr, port: str, where: str
+) -> tuple[Bristle | None, sp.Expr | None]:
+    """The friction or hysteresis of a formula and its rate; None where there is none."""
+    found = bristles_in(expression)
+    if not found:
+        return None, None
+    x, v = sp.Symbol(port, real=True), sp.Symbol(RATE + port, real=True)
+    if len(found) > 1 or found[0].args[0] != x or port in TIP_PORTS:
+        raise InputError(
+            f"{where}: write one friction or hysteresis, of the position of the joint that the "
+            f"formula acts at, as in {found[0].word}({'theta1' if port in TIP_PORTS else port}"
+            f"{', s' if len(found[0].args) > 1 else ''})."
+        )
+    way = found[0].args[1] if len(found[0].args) > 1 else breakaway(arm, int(port[-1]) - 1, {})
+    return found[0], (v - FUNCTIONS["abs"](v) * W) / way
 
 
 def _direction(arm: Arm, p: np.ndarray, port: str) -> np.ndarray:
@@ -205,8 +268,9 @@ def _direction(arm: Arm, p: np.ndarray, port: str) -> np.ndarray:
 def _check_finite(law: ForceLaw, parameters: Sequence[Parameter], where: str) -> None:
     """Every experiment starts at rest: force and slopes must be finite there."""
     zeros = np.zeros(len(law.x))
-    values = np.array([item.value for item in parameters])
-    out = compile_law(law)(zeros, zeros, np.zeros(0), values)
+    values = np.zeros(len(law.parameters))
+    values[: len(parameters)] = [item.value for item in parameters]
+    out = compile_law(law)(zeros, zeros, np.zeros(len(law.states)), values)
     if not np.all(np.isfinite(out)):
         property = "finite" if not np.isfinite(out[: len(zeros)]).all() else "smooth"
         raise InputError(
@@ -216,12 +280,18 @@ def _check_finite(law: ForceLaw, parameters: Sequence[Parameter], where: str) ->
 
 
 def _sizes(law: ForceLaw, names: Sequence[str], where: str) -> tuple[str, ...]:
-    """The fewest parameters that make the formula zero when they are."""
-    force = sp.Add(*law.forces)
-    for count in range(1, len(names) + 1):
-        for chosen in combinations(law.parameters, count):
+    """Parameters that make the formula zero when they are, and of which none can be left out: the
+    fewest, where one or two do."""
+    force, own = sp.Add(*law.forces), law.parameters[: len(names)]
+    for count in (1, 2):
+        for chosen in combinations(own, count):
             if _vanishes(force, chosen):
                 return tuple(symbol.name for symbol in chosen)
+    if _vanishes(force, own):
+        for symbol in reversed(own):
+            fewer = tuple(s for s in own if s is not symbol)
+            own = fewer if _vanishes(force, fewer) else own
+        return tuple(symbol.name for symbol in own)
     if names:
         raise InputError(
             f"{where} does not become zero when its parameters do; multiply it by one of them, "
@@ -247,7 +317,8 @@ def _is_linear(law: ForceLaw) -> bool:
     force, states = sp.Add(*law.forces), (*law.x, *law.v)
     constant = force.xreplace({symbol: sp.Integer(0) for symbol in states})
     slopes = [sp.diff(force, symbol) for symbol in states]
-    return _nothing(constant) and not any(s.free_symbols & set(states) for s in slopes)
+    straight = not any(s.free_symbols & set(states) for s in slopes)
+    return _nothing(constant) and straight and not law.states
 
 
 def _latex(expression: sp.Expr, target: str, port: str) -> str:

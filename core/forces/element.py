@@ -24,8 +24,16 @@ class Element:
     directions: tuple[np.ndarray, ...]
     values: tuple[float, ...]
     at_tip: bool = False
-    loaded_by: int = -1
-    """Number of the drive (from 0) whose torque a loaded law takes as its last parameter."""
+    loads: tuple[int, ...] = ()
+    """Numbers of the drives (from 0) whose torques the law takes as its last parameters; they are
+    written while simulating."""
+    inputs: tuple[str, ...] = ()
+    """The same for signals of a recording by name, which come after the drives' torques."""
+
+    @property
+    def written(self) -> int:
+        """How many of the last parameters are written while simulating."""
+        return len(self.loads) + len(self.inputs)
 
     def rows(self, n: int) -> np.ndarray:
         """(k, n); those of the tip are filled in while simulating."""
@@ -39,8 +47,8 @@ class ElementArrays:
 
     Laws (E), first port, first state and first parameter (E + 1,) each, directions (K n,),
     parameters, the first of each pair of ports at the tip, the numbers of the elements that are
-    bristles, which come last, and (L, 2) of the loaded ones: which drive's torque goes into which
-    place of the parameters.
+    bristles, which come last, and (L, 2) of what is written while simulating: the place in
+    [drives' torques, references, inputs] and that in the parameters.
     """
 
     laws: tuple[ForceLaw, ...]
@@ -73,14 +81,21 @@ def _starts(counts: Sequence[int]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
-def pack(elements: Sequence[Element], n: int) -> ElementArrays:
-    """The arrays of some elements on an arm with n coordinates."""
+def pack(
+    elements: Sequence[Element], n: int, names: Sequence[str] = (), first: int = 0
+) -> ElementArrays:
+    """The arrays of some elements on an arm with n coordinates; `names` of all inputs, the `first`
+    of which comes after so many torques and references."""
     elements = sorted(elements, key=lambda element: element.law.bristle)
     laws = [e.law for e in elements]
     ports = _starts([len(law.x) for law in laws])
     rows = [e.rows(n) for e in elements]
     parameters = _starts([len(law.parameters) for law in laws])
-    loads = [(e.loaded_by, parameters[i + 1] - 1) for i, e in enumerate(elements) if e.law.loaded]
+    loads = [
+        (source, parameters[i + 1] - e.written + k)
+        for i, e in enumerate(elements)
+        for k, source in enumerate((*e.loads, *(first + names.index(x) for x in e.inputs)))
+    ]
     return ElementArrays(
         laws=tuple(laws),
         ports=ports,

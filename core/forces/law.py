@@ -25,8 +25,6 @@ class ForceLaw:
     bristle: bool = False
     """Whether the law is dry friction: one port whose state is a share of the force in [-1, 1],
     its rate of first degree in the state, and nothing depends on the displacement."""
-    loaded: bool = False
-    """Whether the last parameter is the torque of a drive, written while simulating."""
 
     def __post_init__(self) -> None:
         if self.bristle and (len(self.x), len(self.states)) != (1, 1):

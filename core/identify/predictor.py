@@ -114,7 +114,7 @@ def motion_of(e: Prepared, numbers: Numbers, values: Mapping[str, float], steps:
         motion = fully_prescribed_motion(e.model, moving, task)
     else:
         motion = run_many([job_of(e.model, moving, task)], steps)[0]
-    return prescribed_joint_forces.with_prescribed_forces(e.model, numbers, motion)
+    return prescribed_joint_forces.with_prescribed_forces(e.model, numbers, motion, task.inputs)
 
 
 class Moving(NamedTuple):
@@ -176,7 +176,7 @@ class Predictor:
         numbers = [e.model.numbers(v) for (e, _), v in zip(jobs, values, strict=True)]
         motions = self._simulate([e for e, _ in jobs], numbers, values)
         whole = [
-            prescribed_joint_forces.with_prescribed_forces(e.model, n, motion)
+            prescribed_joint_forces.with_prescribed_forces(e.model, n, motion, e.task.inputs)
             for (e, _), n, (_, motion) in zip(jobs, numbers, motions, strict=True)
         ]
         results = iter(zip(whole, numbers, values, strict=True))

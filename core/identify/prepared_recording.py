@@ -20,6 +20,7 @@ from ..identify.unknowns import GAIN, OFFSET, START
 from ..model import Model, Numbers
 from ..recording.channels import from_camera
 from ..recording.initial_motion import AT_ONCE
+from ..recording.inputs import input_signals
 from ..recording.recording import Recording, apply_logger_filter
 from ..sensors.sensor import Sensor
 from ..simulate.motion import Task, at_rest
@@ -301,7 +302,8 @@ def make_task(model: Model, recording: Recording) -> Task:
         before = motion.before
         start[: arm.joints] = motion.place[0]
         start[arm.coordinates : arm.coordinates + arm.joints] = motion.speed[0]
-    return Task(recording.time, references, start, joint_schedule(model, recording), before)
+    inputs = input_signals(model.inputs, recording.time, recording.channels, recording.name)
+    return Task(recording.time, references, start, joint_schedule(model, recording), before, inputs)
 
 
 def start_joints(model: Model, recording: Recording) -> np.ndarray:

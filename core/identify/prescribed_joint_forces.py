@@ -8,13 +8,14 @@ remaining simulation is smooth and never stiff.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import scipy
 
 from ..arm.arm import Structure
-from ..arm.signatures import OPTIONS, kernel, vector
+from ..arm.signatures import OPTIONS, kernel, matrix, vector
 from ..bounded_cache import BoundedCache
 from ..compiler import njit, types
 from ..drives.law import law_arrays
@@ -78,9 +79,12 @@ def effects_in_steps(model: Model) -> tuple[Effect, ...]:
     return tuple(effect for effect in model.effects if moves(effect))
 
 
-def with_prescribed_forces(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
-    """The motion with the torque that overcomes the forces at prescribed joints, too. Friction sees
-    a smoothed motion: encoder noise would reverse its sign at rest."""
+def with_prescribed_forces(
+    model: Model, numbers: Numbers, motion: Trajectory, inputs: np.ndarray | None = None
+) -> Trajectory:
+    """The motion with the torque that overcomes the forces at prescribed joints, too; `inputs`
+    (N, inputs of the model) are those of its task. Friction sees a smoothed motion: encoder noise
+    would reverse its sign at rest."""
     simulated = simulated_part(model, numbers)
     if simulated is numbers:
         return motion
@@ -88,24 +92,30 @@ def with_prescribed_forces(model: Model, numbers: Numbers, motion: Trajectory) -
     elements = [e for e in numbers.elements if id(e) not in moving]
     torque = motion.torque.copy()
     for e in sorted(
-        elements, key=lambda element: element.law.loaded
+        elements, key=lambda element: bool(element.loads)
     ):  # losses see all other forces
         k = int(np.flatnonzero(e.directions[0])[0])
-        if e.law.loaded:
-            torque[:, k] = _overcoming_torque(model, simulated, motion, e, k, torque[:, k].copy())
+        signals = [torque[:, i] for i in e.loads]
+        signals += [] if inputs is None else [inputs[:, numbers.inputs.index(n)] for n in e.inputs]
+        if e.loads:
+            given = torque[:, k].copy()
+            torque[:, k] = _overcoming_torque(model, simulated, motion, e, k, given, signals)
         else:
-            torque[:, k] += _force_along(model, simulated, motion, e, k)
+            torque[:, k] += _force_along(model, simulated, motion, e, k, signals)
     return replace(motion, arm=model.arm, torque=torque)
 
 
 def _force_along(
-    model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int
-) -> np.ndarray:
+    model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int,
+    signals: Sequence[np.ndarray],
+) -> np.ndarray:  # fmt: skip
     """(N,) torque that overcomes one element at joint k (from 0); cached with the motion, since
     most parameters of a fit change neither."""
-    key = (e.law, e.values, k, float(e.directions[0][k]), is_prescribed(model, simulated))
+    key = (e.law, e.values, e.inputs, k, float(e.directions[0][k]), is_prescribed(model, simulated))
     nothing = np.zeros(len(motion.time))
-    return motion.cached(key, lambda: _overcoming_torque(model, simulated, motion, e, k, nothing))
+    return motion.cached(
+        key, lambda: _overcoming_torque(model, simulated, motion, e, k, nothing, signals)
+    )
 
 
 def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
@@ -130,20 +140,27 @@ _JOINT_MOTIONS = BoundedCache[np.ndarray](32 * 2**20, lambda seen: seen.nbytes)
 
 
 def _overcoming_torque(
-    model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int, torque: np.ndarray
-) -> np.ndarray:
-    """(N,) torque at joint k (from 0) that overcomes one element, added to the given torque."""
+    model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int, torque: np.ndarray,
+    signals: Sequence[np.ndarray],
+) -> np.ndarray:  # fmt: skip
+    """(N,) torque at joint k (from 0) that overcomes one element, added to the given torque;
+    `signals` (N,) are what is written into its last parameters."""
     law, scale, joints = e.law, float(e.directions[0][k]), model.arm.joints
     motion_seen = _joint_motion(model, simulated, motion)
     dt = float(motion.time[1] - motion.time[0])
     x, v = (np.ascontiguousarray(scale * motion_seen[:, at]) for at in (k, joints + k))
     values = np.array([*e.values, 0.0], dtype=float)
-    loaded_at = len(e.values) - 1 if law.loaded else -1
+    first = len(e.values) - e.written
+    loaded_at = first + e.loads.index(k) if k in e.loads else -1
     out = np.zeros(law.size)
     address, whole = compile_law(law).address, _linear_between(torque)
-    as_it_is = law.loaded or not is_prescribed(model, simulated)
+    written = np.array([_linear_between(x) for x in signals]).reshape(len(signals), len(whole))
+    as_it_is = bool(e.loads) or not is_prescribed(model, simulated)
     every = POINTS if as_it_is or not law.states else 1
-    _along(address, len(law.states), loaded_at, x, v, dt / POINTS, values, scale, every, whole, out)
+    _along(
+        address, len(law.states), loaded_at, x, v, dt / POINTS, values, first, written, scale,
+        every, whole, out,
+    )  # fmt: skip
     if as_it_is:
         return np.ascontiguousarray(whole[::POINTS])
     # As the rest of this torque is, which a loaded force already sees.
@@ -180,18 +197,22 @@ def _force(address, x, v, w, values, loaded_at, u, out):  # type: ignore[no-unty
 
 @kernel(
     types.void(
-        types.int64, types.int64, types.int64, vector, vector, types.float64, vector,
-        types.float64, types.int64, vector, vector,
+        types.int64, types.int64, types.int64, vector, vector, types.float64, vector, types.int64,
+        matrix, types.float64, types.int64, vector, vector,
     ),
 )  # fmt: skip
-def _along(address, states, loaded_at, x, v, step, values, scale, every, torque, out):  # type: ignore[no-untyped-def]
+def _along(  # type: ignore[no-untyped-def]
+    address, states, loaded_at, x, v, step, values, first, written, scale, every, torque, out
+):
     """torque (N,) -= scale times the force along x, v (N,), at each `every`-th of them; a state
-    (states is 0 or 1) begins at zero.
+    (states is 0 or 1) begins at zero; written (W, N) goes into the values from the `first` on.
 
     The rate of a state is of first degree in it, so each step is exact at a constant speed.
     """
     w, at_x, at_v = np.zeros(1), np.zeros(1), np.zeros(1)
     for t in range(x.size):
+        for i in range(written.shape[0]):
+            values[first + i] = written[i, t]
         if t > 0 and states > 0:
             at_x[0], at_v[0] = 0.5 * (x[t - 1] + x[t]), 0.5 * (v[t - 1] + v[t])
             call_element(address, at_x, 0, at_v, 0, w, 0, values, 0, out)
@@ -225,10 +246,10 @@ def motion_digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> by
         for array in law_arrays(numbers.law):
             hasher.update(array.tobytes())
     for e in numbers.elements:
-        hasher.update(repr((hash(e.law), e.values, e.at_tip, e.loaded_by)).encode())
+        hasher.update(repr((hash(e.law), e.values, e.at_tip, e.loads, e.inputs)).encode())
         for direction in e.directions:
             hasher.update(direction.tobytes())
-    for name in ("references", "start", "schedule", "before"):
+    for name in ("references", "start", "schedule", "before", "inputs"):
         array = getattr(task, name)
         if array is not getattr(plain, name):  # most tasks share their long arrays with it
             hasher.update(name.encode())

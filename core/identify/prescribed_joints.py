@@ -51,7 +51,7 @@ def is_prescribed(model: Model, numbers: Numbers) -> bool:
     if model.steering is None or model.level != "nonlinear":
         return False
     law = numbers.law
-    motion_only = not any(e.law.states or e.law.loaded for e in numbers.elements)
+    motion_only = not any(e.law.states or e.written for e in numbers.elements)
     return motion_only and not law.states and not np.any(np.isfinite(law.limit))
 
 

@@ -53,6 +53,10 @@ class ChannelKind:
         return tuple(self.pattern.replace("#", number) for number in self.numbers)
 
 
+FURTHER = ChannelKind(
+    "input#", "123", ("",), "further signal that formulas may use", sparse=True
+)  # fmt: skip
+
 CHANNEL_KINDS = (
     ChannelKind("t", "", ("s",), "time", Role.TIME),
     ChannelKind(
@@ -76,6 +80,7 @@ CHANNEL_KINDS = (
         "deflection#", "123", ("rad", ""), "link deflection (strain gauge)", Role.DEFLECTION,
         sparse=True,
     ),
+    FURTHER,
 )  # fmt: skip
 
 

@@ -126,7 +126,8 @@ class OwnSpec(Settings):
     target: Words
     """joint1, joint2, ... in N m (N on a slide), or tip1, tip2: a component in N."""
     formula: Words
-    """Of the states theta1, dtheta1, delta1 (m), ddelta1, ... and the parameters."""
+    """Of the states theta1, dtheta1, delta1 (m), ddelta1, ..., the drives' torques u1, ..., the
+    time t in s, the recorded input1, input2, input3, and the parameters."""
     parameters: dict[str, Annotated[OwnParameterSpec, BeforeValidator(_start_as_table)]] = Field(
         default_factory=dict
     )

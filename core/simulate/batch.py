@@ -122,6 +122,7 @@ def _structure(job: Job, elements: ElementArrays) -> tuple[object, ...]:
         law.states,
         law.references,
         law.straight,
+        job.numbers.inputs,
         elements.laws,
         tuple(elements.tips.tolist()),
         tuple(elements.loads.ravel().tolist()),
@@ -164,10 +165,11 @@ def simulate_lanes(
     edge_steps = EDGE_STEPS if law_edges else 1
     lengths = (dt / substeps, dt / (substeps * edge_steps))
     parts = tuple(tuple(map(_wide, implicit_parts(K, D, drives, h))) for h in lengths)
-    law = tuple(map(_wide, (*drive_matrices(drives), limits)))
+    signals = [job.task.signals for job in jobs]
+    law = tuple(map(_wide, (*drive_matrices(drives, signals[0].shape[1]), limits)))
     p, elements = _side_by_side([job.numbers.p for job in jobs]), _elements(jobs, packed)
     samples = max(len(job.task.time) for job in jobs)
-    references = interleave([job.task.references for job in jobs], samples)
+    references = interleave(signals, samples)
     state = _side_by_side([full_start(job.task, job.numbers) for job in jobs])
     states = np.empty((samples, *state.shape))
     torques, growth = np.empty((samples, limits.shape[1], LANES)), np.ones((1, LANES))

@@ -16,15 +16,17 @@ from ..lanes.functions import INLINE
 from ..lanes.wide import absolute, any_lane, get, put, select
 
 
-def drive_matrices(laws: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+def drive_matrices(laws: Sequence[np.ndarray], signals: int) -> tuple[np.ndarray, ...]:
     """Of drives side by side, as `law_lanes` gives them (lanes, ..): feedback (nj + ns, 2 n + ns)
-    from [q, q', s] and forward (nj + ns, nr) from r to [u, s'], and rates (ns, 2 n), the part of
-    the feedback from [q, q'] to s'."""
+    from [q, q', s] and forward (nj + ns, signals) from r to [u, s'], and rates (ns, 2 n), the part
+    of the feedback from [q, q'] to s'. Of the signals the first nr are references."""
     R, P, V, S, Fs, Fq, Fv, Fr = laws
     rates = np.concatenate([Fq, Fv], axis=2)
     torques = np.concatenate([P, V, S], axis=2)
     feedback = np.concatenate([-torques, np.concatenate([rates, Fs], axis=2)], axis=1)
-    return feedback, np.concatenate([R, Fr], axis=1), rates
+    forward = np.concatenate([R, Fr], axis=1)
+    forward = np.pad(forward, ((0, 0), (0, 0), (0, signals - forward.shape[2])))
+    return feedback, forward, rates
 
 
 @njit(**INLINE)

@@ -32,7 +32,7 @@ OUT_PER_STATE = 4
 def elements_of(numbers: types.Array) -> types.Tuple:
     """Of arrays of that type, in the order of core.forces.element.ElementArrays: addresses (E,),
     first port, state and parameter (E + 1,), directions (K n,), parameters, first ports at the tip,
-    which elements are bristles, and (joint, parameter) of those that depend on a drive's torque."""
+    which elements are bristles, and (source, parameter) of what is written while simulating."""
     places = types.int64[::1]
     pairs = types.int64[:, ::1]
     return types.Tuple((*[places] * 4, numbers, numbers, places, places, pairs))
@@ -79,11 +79,12 @@ def see(tip, elements, q, v, p, x, xd, z, J):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def load(elements, u):  # type: ignore[no-untyped-def]
-    """Passes loaded elements the drives' torques u (nj,)."""
+def write_inputs(elements, u, r):  # type: ignore[no-untyped-def]
+    """Passes elements the drives' torques u (nj,) and the signals r that they depend on."""
     values, loads = elements[5], elements[8]
     for i in range(loads.shape[0]):
-        put(values, loads[i, 1], get(u, loads[i, 0]))
+        source = loads[i, 0] - u.shape[0]
+        put(values, loads[i, 1], get(r, source) if source >= 0 else get(u, loads[i, 0]))
 
 
 @njit(**INLINE)

@@ -12,6 +12,7 @@ from ..arm.arm import Arm
 from ..errors import InputError
 from ..excitation import build_excitation
 from ..model import Model
+from ..recording.inputs import input_signals
 from ..recording.recording import Recording
 from ..recording.spec import SimulateSpec
 from ..sensors import sensors
@@ -156,7 +157,8 @@ def make_task(
     schedule[:, : arm.joints] += start[: arm.joints] - joints
     moving = spec.sweep is not None
     theta2 = float(joints[1]) if arm.joints > 1 and not moving else None
-    return Task(time, signal, start, schedule), theta2
+    inputs = input_signals(model.inputs, time, {}, name)
+    return Task(time, signal, start, schedule, inputs=inputs), theta2
 
 
 def _excited(model: Model, spec: SimulateSpec, joints: np.ndarray) -> np.ndarray:

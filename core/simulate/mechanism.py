@@ -11,7 +11,6 @@ from ..arm import slots
 from ..effects.effect import Effect
 from ..forces.compiled import compile_law
 from ..forces.element import Element, linear_matrices
-from ..forces.law import V
 from ..model import Model, Numbers
 from ..results.outcome import Link, Mechanism, PresentEffect
 from ..simulate.posture import posture
@@ -99,8 +98,8 @@ def _at_joint(element: Element, k: int) -> bool:
 
 def is_dry(element: Element) -> bool:
     """Whether its force is one level against the motion, at any speed and load."""
-    law = element.law
-    return law.bristle and not law.loaded and not law.forces[0].has(V)
+    seen = (*element.law.x, *element.law.v)
+    return element.law.bristle and not element.written and not element.law.forces[0].has(*seen)
 
 
 def _level(element: Element) -> float:

@@ -26,6 +26,13 @@ class Task:
     before: np.ndarray | None = None
     """(L, joints) where a virtual servo's joints were before the first sample, at the same steps,
     beginning at rest; None: the motion begins with the first sample."""
+    inputs: np.ndarray | None = None
+    """(N, inputs of the model) signals that its forces depend on; None: there are none."""
+
+    @property
+    def signals(self) -> np.ndarray:
+        """(N, nr + inputs): references and inputs."""
+        return self.references if self.inputs is None else np.hstack([self.references, self.inputs])
 
     @property
     def sample_time(self) -> float:

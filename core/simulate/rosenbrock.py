@@ -45,11 +45,11 @@ from ..simulate.elements import (
     OUT_PER_STATE,
     WIDE_ELEMENTS,
     add_known,
-    load,
     push,
     push_implicitly,
     see,
     state_stage,
+    write_inputs,
 )
 
 GAMMA = 0.23
@@ -180,8 +180,8 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     Each number stands for LANES arms, and matrices lie row by row. `solvers` is the number n of
     coordinates with the functions of core.arm.solvers; p (np,); `law` is `drive_matrices` with the
     limits (nj,), `parts` is `implicit_parts`; r (N nr,), of each row the first `straight` run
-    straight between samples, the others are held; dt (1,) in s; `limited` says whether any drive
-    has a limit.
+    straight between samples, the others are held, and the last may be inputs of the elements; dt
+    (1,) in s; `limited` says whether any drive has a limit.
 
     A step with an edge, in which a joint turns round against dry friction or a drive meets its
     limit or leaves it, is done again in `edge_steps` steps: an edge costs the order of the method.
@@ -259,7 +259,7 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
                 copy(c, drive_rates)
                 if K > 0:
                     see(tip, elements, at[0], at[1], p, x, xd, z, J)
-                    load(elements, u)
+                    write_inputs(elements, u, then)
             if stage == 0:
                 copy(M, M2)
                 copy(both, own[1])

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from flexgui.core.effects import formula
 from flexgui.core.effects.formula import (
     DEEPEST,
-    FUNCTIONS,
     LONGEST_TEXT,
     NESTED_CALLS,
     NESTED_POWERS,
     parse_formula,
 )
+from flexgui.core.effects.real_functions import FUNCTIONS
 from flexgui.core.errors import InputError
 
 NAMES = {n: sp.Symbol(n, real=True) for n in ("theta1", "dtheta1", "delta2", "fc", "vs", "k")}

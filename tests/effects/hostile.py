@@ -17,9 +17,9 @@ import sympy as sp
 
 from flexgui.core.effects.formula import (
     DEEPEST,
-    FUNCTIONS,
     MOST_NODES,
 )
+from flexgui.core.effects.real_functions import FUNCTIONS
 
 HOSTILE = 1000
 

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from flexgui.core.effects.formula import (
     DEEPEST,
-    FUNCTIONS,
     LARGEST,
     LONGEST_TEXT,
     MOST_NODES,
@@ -21,6 +20,7 @@ from flexgui.core.effects.formula import (
     SMALLEST,
     parse_formula,
 )
+from flexgui.core.effects.real_functions import FUNCTIONS
 from flexgui.core.errors import InputError
 from tests.effects.formula_pieces import (
     LAST_DIGITS,

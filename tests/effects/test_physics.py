@@ -144,7 +144,7 @@ def _work(one: Element, q: np.ndarray, v: np.ndarray, dt: float) -> np.ndarray:
         rows[:2] = np.eye(2, len(q))
     compiled, k, m = compile_law(one.law), len(one.law.x), len(one.law.states)
     w, e = np.zeros(m), np.array(one.values)
-    if one.law.loaded:
+    if one.loads:
         e[-1] = LOAD
     power = np.empty(q.shape[1])
     for i in range(len(power)):
@@ -159,7 +159,7 @@ COAST_GROWTH = 1e-9
 """Of the energy at the start, between two looks: the integrator's own error."""
 
 
-BY_ITSELF = [k for k in DISSIPATIVE if not any(one.law.loaded for one in elements(k))]
+BY_ITSELF = [k for k in DISSIPATIVE if not any(one.loads for one in elements(k))]
 """Without what rubs only where a drive gives a torque."""
 
 
