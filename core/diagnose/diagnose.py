@@ -54,7 +54,7 @@ def diagnose(
     base_fit = base_fit or fit_base_to_recordings(setup, spec, recordings, options, progress)
     fitted = time.perf_counter()
     stated = tuple(setup.model.effects)
-    memo = Memo(base_fit.validation, stated)
+    memo = Memo(base_fit.validation, stated, base_fit.data.bare.arm.modes)
     base = FittedModel(base_fit.data, base_fit.base, stated)
     found = Search(options, progress, on_ranking, memo).run(base)
     climbed = ladder(found, memo, progress)

@@ -17,12 +17,7 @@ from ..diagnose.acceptance import PROMISING_SHARE, ModelCheck, Round, model_chec
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import FitsByShapes, resolved
 from ..diagnose.evidence import RELEVANT, assess_refit
-from ..diagnose.fit_problem import (
-    ANCHORED_ERROR,
-    FitProblem,
-    enough_substeps,
-    with_shared_motions,
-)
+from ..diagnose.fit_problem import ANCHORED_ERROR, FitProblem, enough_substeps, with_shared_motions
 from ..diagnose.fitted_model import FittedModel, fit_model, screen_against, weighted
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.linear_screen import Screen, screen
@@ -99,6 +94,8 @@ class Memo:
 
     validation: FitProblem | None
     stated: tuple[Effect, ...]
+    modes: tuple[int, ...]
+    """Bending shapes per segment of the model as given."""
     rounds: dict[tuple[str, ...], ModelRound] = field(default_factory=dict)
     """Key of a model -> what was tried on it."""
     shapes: FitsByShapes = field(default_factory=dict)
@@ -148,10 +145,10 @@ class Search:
 
     def _with_shapes(self, base: FittedModel) -> Found:
         """The search, with the bending shapes that its first and its last model need."""
-        stopped, least = self.progress.stopped, base.data.bare.arm.modes
-        base = resolved(base, least, stopped, self.memo.shapes)
+        stopped = self.progress.stopped
+        base = resolved(base, self.memo.modes, stopped, self.memo.shapes)
         found = self._against_best_noise(self._without_moves_left((Move(base),)))
-        last = resolved(found.model, least, stopped, self.memo.shapes)
+        last = resolved(found.model, self.memo.modes, stopped, self.memo.shapes)
         if last is found.model or stopped():
             return found
         # A missing effect has hidden the need for a shape, or has seemed to be one.
@@ -186,15 +183,21 @@ class Search:
         seen = last.model.against(last.model.data.in_floors(floors))
         return (*path[:-1], last._replace(model=self._finer(seen)))
 
-    def _with_own_noise(self, path: tuple[Move, ...]) -> tuple[Move, ...]:
-        """The path with its last model against its own noise, where the error is above the noise
-        and not above what that may be."""
+    def _ready(self, path: tuple[Move, ...]) -> tuple[Move, ...]:
+        """The path for the next move. Where added effects leave more than noise, its last model is
+        seen against its own noise, if the error may be noise, and has the bending shapes it needs.
+        """
         model = path[-1].model
         data, errors = model.data, model.refit.errors
-        if within_noise(data, errors) or remaining_error(data, errors).above:
+        if not self.added(model) or within_noise(data, errors):
             return path
-        floors = higher_floors(model, self.options, bool(self.added(model)))
-        return path if floors is None else self._against(path, floors)
+        if not remaining_error(data, errors).above:
+            floors = higher_floors(model, self.options, True)
+            if floors is not None:
+                return self._ready(self._against(path, floors))
+        last, memo = path[-1], self.memo
+        whole = resolved(last.model, memo.modes, self.progress.stopped, memo.shapes)
+        return (*path[:-1], last._replace(model=whole))
 
     def _finer(self, model: FittedModel) -> FittedModel:
         """The model with steps that are fine enough for its noise; as it is where they are."""
@@ -212,7 +215,7 @@ class Search:
         visited = {move.model.key: move.model.refit.cost for move in path}
         proposed: tuple[str, ...] = ()
         while not self.progress.stopped():
-            path = self._with_own_noise(path)
+            path = self._ready(path)
             model = path[-1].model
             move, proposed = self._addition(model)
             move = move or self._reduction(model) or self._exchange(model)

@@ -14,7 +14,7 @@ import sympy as sp
 from ..arm.arm import Arm
 from ..arm.chord import deflection_rows
 from ..drives.drive import Drive
-from ..effects.bristle import IDEALISED, breakaway
+from ..effects.bristle import IDEALISED, LONGEST_STEP, breakaway
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.formula import LONGEST_NAME, parse_formula
 from ..effects.formula_functions import (
@@ -26,7 +26,6 @@ from ..effects.formula_functions import (
 )
 from ..effects.per_joint import joint_direction
 from ..effects.per_segment import bending
-from ..effects.real_functions import FUNCTIONS
 from ..effects.sizes import Sizes
 from ..errors import InputError
 from ..forces.compiled import compile_law
@@ -38,9 +37,6 @@ from ..sentences import did_you_mean
 
 MOST_PARAMETERS = 20
 """A table has one for each knot."""
-
-LONGEST_STEP = 1.25e-4
-"""s, of a friction's edges, as of the listed ones."""
 
 RATE = "d"
 """Before a port's name: its rate."""
@@ -93,7 +89,7 @@ class FormulaLaw(ForceLaw):
     interpreted = True
 
     def outputs(self) -> tuple[sp.Expr, ...]:
-        return tuple(e.replace(FUNCTIONS["sign"], _SIGN) for e in super().outputs())
+        return tuple(e.replace(FORMULA_FUNCTIONS["sign"], _SIGN) for e in super().outputs())
 
 
 _SIGN = type("sign", (sp.Function,), {"is_real": True})
@@ -116,7 +112,7 @@ def states(arm: Arm, target: str) -> tuple[str, ...]:
 
 
 def torques(arm: Arm) -> tuple[str, ...]:
-    """The words of a formula that are the drives' torques, N m (N on a slide)."""
+    """The words of a formula that are drives' torques, N m (N on a slide)."""
     return tuple(f"u{k + 1}" for k in range(arm.joints))
 
 
@@ -254,7 +250,7 @@ def _bristle(
             f"{', s' if len(found[0].args) > 1 else ''})."
         )
     way = found[0].args[1] if len(found[0].args) > 1 else breakaway(arm, int(port[-1]) - 1, {})
-    return found[0], (v - FUNCTIONS["abs"](v) * W) / way
+    return found[0], (v - FORMULA_FUNCTIONS["abs"](v) * W) / way
 
 
 def _direction(arm: Arm, p: np.ndarray, port: str) -> np.ndarray:
@@ -317,8 +313,8 @@ def _is_linear(law: ForceLaw) -> bool:
     force, states = sp.Add(*law.forces), (*law.x, *law.v)
     constant = force.xreplace({symbol: sp.Integer(0) for symbol in states})
     slopes = [sp.diff(force, symbol) for symbol in states]
-    straight = not any(s.free_symbols & set(states) for s in slopes)
-    return _nothing(constant) and straight and not law.states
+    curved = law.states or any(s.free_symbols & set(states) for s in slopes)
+    return _nothing(constant) and not curved
 
 
 def _latex(expression: sp.Expr, target: str, port: str) -> str:

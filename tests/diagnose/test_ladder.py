@@ -42,7 +42,7 @@ def searched(payload: float = 0.0) -> tuple[Found, Memo]:
     seen = screen(
         given.data, given.base.parametrised, [], [SMALL, LARGE, effect("torque_offset")]
     )  # fmt: skip
-    memo = Memo(None, ())
+    memo = Memo(None, (), given.data.bare.arm.modes)
     first = Round(seen, (), None, base.refit, base.refit, base.data)
     memo.rounds[base.key] = ModelRound(base, first)
     return Found((Move(base), Move(last, "", (SMALL.kind, LARGE.kind))), ()), memo
@@ -94,5 +94,5 @@ def test_the_better_minimum_of_the_model_as_given_is_its_own() -> None:
     stuck = replace(best, descended=replace(best.descended, cost=WORSE * best.cost))
     base, last = FittedModel(data, stuck, ()), FittedModel(data, best, ())
     path = (Move(base), Move(last, "Without: Soft base", removed=("Soft base",)))
-    (rung,) = ladder(Found(path, ()), Memo(None, ()), Silent()).rungs
+    (rung,) = ladder(Found(path, ()), Memo(None, (), data.bare.arm.modes), Silent()).rungs
     assert rung.model is last

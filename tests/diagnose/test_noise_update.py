@@ -65,7 +65,7 @@ def found_with(floors: float, kind: str = "torque_offset") -> FittedModel:
 
 
 def searched(model: FittedModel, candidates: tuple[str, ...]) -> tuple[Found, Memo]:
-    memo = Memo(None, ())
+    memo = Memo(None, (), model.data.bare.arm.modes)
     options = Options(max_effects=2, candidates=candidates)
     return Search(options, Silent(), None, memo).run(model), memo
 

@@ -103,10 +103,20 @@ def _torque(name: str, rig: TorqueRig, seed: int) -> Case:
         hidden.append("tip_payload")
         truth[f"mt{rig.joints}"] = rig.payload
     hidden += [OUTSIDE] if any(rig.disturbance) else []
+    if name in STIFFENED:
+        hidden.append("cubic_stiffness")
+        truth["k31"] = STIFFENING * rig.stiffness[0] / rig.lengths[0] ** 5
     letter, values = ("EI", rig.stiffness) if rig.stiffness else ("m", rig.masses)
     truth |= {f"{letter}{k + 1}": v for k, v in enumerate(values)}
     return Case(f"torque/{name}", tuple(hidden), truth, partial(write_torque, rig, seed))
 
+
+STIFFENED = ("flexible_one_nothing", "flexible_one_viscous")
+"""Rigs whose beam bends by a twenty-fifth of its length: its energy has a term of the fourth order,
+1/2 EI (w' w'')^2."""
+STIFFENING = 324.0 * (1.0 / 3.0 - 2.0 / 5.0 + 1.0 / 7.0) / 8.0
+"""Times EI / l^5: four times the integral of that term over the beam under a force at its end,
+w = d (3 s^2 - s^3) / 2 with s = x / l, for d = 1."""
 
 _TWO = TorqueRig((4.0, 2.5), (0.5, 0.4))
 _ONE = TorqueRig((3.0,), (0.6,))
