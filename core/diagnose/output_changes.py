@@ -220,9 +220,11 @@ def as_small_as(trial: Trial, finished: Iterable[OutputChange]) -> Trial:
 
 
 def _smaller(trial: Trial, share: float) -> Trial:
-    """The trial with `share` times its distance from neutral."""
-    changed = {n: v - (1.0 - share) * trial.sizes.get(n, 0.0) for n, v in trial.values.items()}
-    return replace(trial, values=changed, sizes={n: share * x for n, x in trial.sizes.items()})
+    """The trial with `share` times its distance from neutral, which stays what it is exactly."""
+    sizes = {n: share * x for n, x in trial.sizes.items()}
+    neutral = {n: trial.values[n] - x for n, x in trial.sizes.items()}
+    changed = {n: neutral[n] + x for n, x in sizes.items()}
+    return replace(trial, values={**trial.values, **changed}, sizes=sizes)
 
 
 def _rms(blocks: Sequence[np.ndarray]) -> float:

@@ -175,3 +175,18 @@ def test_what_comes_apart_at_every_size_is_said(
     monkeypatch.setattr(output_changes, "DIVERGED", 0.0)
     found = column(data, base, trial)
     assert found.diverged and rms(found.blocks) == 0.0
+
+
+def test_a_smaller_size_begins_at_neutral_to_the_last_digit() -> None:
+    """A rounded neutral of -3e-25 was no compliance that an arm could have."""
+    rng = np.random.default_rng(7)
+    for size, share in rng.uniform(1e-9, 1.0, (200, 2)):
+        values, sizes = {"cb": size, "shape": 0.3}, {"cb": size}
+        trial = Trial(effect("drive_gain"), "cb", values, sizes, True, False, ())
+        other = OutputChange(
+            **{**vars(trial), "sizes": {"cb": share * size}}, blocks=(np.zeros((1, 1)),)
+        )
+        smaller = as_small_as(trial, [other])
+        assert smaller.values["cb"] - smaller.sizes["cb"] == 0.0
+        assert smaller.sizes["cb"] == pytest.approx(share * size)
+        assert smaller.values["shape"] == 0.3

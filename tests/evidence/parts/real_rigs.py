@@ -111,6 +111,7 @@ RIGS = {
         [(f"rigs/kuka{c}.csv", "estimate") for c in "AB"] + [("rigs/kukaC.csv", "validate")],
         known="spring 4.58e6, motor 609; encoders read 3 ms apart",
         rig="gear_ratio = [256.857]",
+        columns=_with_second_encoder,
     ),
     "two_stage_bench": Rig(
         "Bench with two flexible links",
