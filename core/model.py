@@ -39,8 +39,7 @@ class Numbers(NamedTuple):
 
     def packed(self, n: int) -> ElementArrays:
         """The extra forces as compiled code takes them, on an arm with n coordinates."""
-        joints, references = self.law.R.shape
-        return pack(self.elements, n, self.inputs, joints + references)
+        return pack(self.elements, n, self.inputs, len(self.law.R))
 
 
 @dataclass(frozen=True)

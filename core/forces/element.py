@@ -48,7 +48,7 @@ class ElementArrays:
     Laws (E), first port, first state and first parameter (E + 1,) each, directions (K n,),
     parameters, the first of each pair of ports at the tip, the numbers of the elements that are
     bristles, which come last, and (L, 2) of what is written while simulating: the place in
-    [drives' torques, references, inputs] and that in the parameters.
+    [drives' torques, inputs] and that in the parameters.
     """
 
     laws: tuple[ForceLaw, ...]
@@ -82,10 +82,10 @@ def _starts(counts: Sequence[int]) -> np.ndarray:
 
 
 def pack(
-    elements: Sequence[Element], n: int, names: Sequence[str] = (), first: int = 0
+    elements: Sequence[Element], n: int, names: Sequence[str] = (), joints: int = 0
 ) -> ElementArrays:
-    """The arrays of some elements on an arm with n coordinates; `names` of all inputs, the `first`
-    of which comes after so many torques and references."""
+    """The arrays of some elements on an arm with n coordinates; `names` of all inputs, which come
+    after the torques of so many `joints`."""
     elements = sorted(elements, key=lambda element: element.law.bristle)
     laws = [e.law for e in elements]
     ports = _starts([len(law.x) for law in laws])
@@ -94,7 +94,7 @@ def pack(
     loads = [
         (source, parameters[i + 1] - e.written + k)
         for i, e in enumerate(elements)
-        for k, source in enumerate((*e.loads, *(first + names.index(x) for x in e.inputs)))
+        for k, source in enumerate((*e.loads, *(joints + names.index(x) for x in e.inputs)))
     ]
     return ElementArrays(
         laws=tuple(laws),

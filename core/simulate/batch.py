@@ -122,7 +122,7 @@ def _structure(job: Job, elements: ElementArrays) -> tuple[object, ...]:
         law.states,
         law.references,
         law.straight,
-        job.numbers.inputs,
+        len(job.numbers.inputs),
         elements.laws,
         tuple(elements.tips.tolist()),
         tuple(elements.loads.ravel().tolist()),
@@ -165,18 +165,18 @@ def simulate_lanes(
     edge_steps = EDGE_STEPS if law_edges else 1
     lengths = (dt / substeps, dt / (substeps * edge_steps))
     parts = tuple(tuple(map(_wide, implicit_parts(K, D, drives, h))) for h in lengths)
-    signals = [job.task.signals for job in jobs]
-    law = tuple(map(_wide, (*drive_matrices(drives, signals[0].shape[1]), limits)))
+    inputs = len(first.numbers.inputs)
+    law = tuple(map(_wide, (*drive_matrices(drives, inputs), limits)))
     p, elements = _side_by_side([job.numbers.p for job in jobs]), _elements(jobs, packed)
     samples = max(len(job.task.time) for job in jobs)
-    references = interleave(signals, samples)
+    signals = interleave([job.task.signals for job in jobs], samples)
     state = _side_by_side([full_start(job.task, job.numbers) for job in jobs])
     states = np.empty((samples, *state.shape))
     torques, growth = np.empty((samples, limits.shape[1], LANES)), np.ones((1, LANES))
     for rows in stretches(samples, substeps):
         integrate(
             arm.dynamics, arm.tip, (n, *arm.solvers), p, law, parts, elements,
-            references[rows].reshape(-1, LANES), laws[0].straight, state, _wide(dt), substeps,
+            signals[rows].reshape(-1, LANES), inputs + laws[0].straight, state, _wide(dt), substeps,
             edge_steps, bool(np.isfinite(limits).any()), states[rows].reshape(-1, LANES),
             torques[rows].reshape(-1, LANES), growth,
         )  # fmt: skip

@@ -16,16 +16,16 @@ from ..lanes.functions import INLINE
 from ..lanes.wide import absolute, any_lane, get, put, select
 
 
-def drive_matrices(laws: Sequence[np.ndarray], signals: int) -> tuple[np.ndarray, ...]:
+def drive_matrices(laws: Sequence[np.ndarray], inputs: int) -> tuple[np.ndarray, ...]:
     """Of drives side by side, as `law_lanes` gives them (lanes, ..): feedback (nj + ns, 2 n + ns)
-    from [q, q', s] and forward (nj + ns, signals) from r to [u, s'], and rates (ns, 2 n), the part
-    of the feedback from [q, q'] to s'. Of the signals the first nr are references."""
+    from [q, q', s] and forward (nj + ns, inputs + nr) from r to [u, s'], and rates (ns, 2 n), the
+    part of the feedback from [q, q'] to s'. A drive does not see the inputs."""
     R, P, V, S, Fs, Fq, Fv, Fr = laws
     rates = np.concatenate([Fq, Fv], axis=2)
     torques = np.concatenate([P, V, S], axis=2)
     feedback = np.concatenate([-torques, np.concatenate([rates, Fs], axis=2)], axis=1)
     forward = np.concatenate([R, Fr], axis=1)
-    forward = np.pad(forward, ((0, 0), (0, 0), (0, signals - forward.shape[2])))
+    forward = np.pad(forward, ((0, 0), (0, 0), (inputs, 0)))
     return feedback, forward, rates
 
 

@@ -31,8 +31,8 @@ class Task:
 
     @property
     def signals(self) -> np.ndarray:
-        """(N, nr + inputs): references and inputs."""
-        return self.references if self.inputs is None else np.hstack([self.references, self.inputs])
+        """(N, inputs + nr): inputs and references."""
+        return self.references if self.inputs is None else np.hstack([self.inputs, self.references])
 
     @property
     def sample_time(self) -> float:

@@ -180,7 +180,7 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     Each number stands for LANES arms, and matrices lie row by row. `solvers` is the number n of
     coordinates with the functions of core.arm.solvers; p (np,); `law` is `drive_matrices` with the
     limits (nj,), `parts` is `implicit_parts`; r (N nr,), of each row the first `straight` run
-    straight between samples, the others are held, and the last may be inputs of the elements; dt
+    straight between samples, the others are held, and the first may be inputs of the elements; dt
     (1,) in s; `limited` says whether any drive has a limit.
 
     A step with an edge, in which a joint turns round against dry friction or a drive meets its
