@@ -46,6 +46,7 @@ RANKS = {
     "core.error_maps": 9.8,
     "core.diagnose": 10,
     "core.linear_or_nonlinear": 10.3,
+    "core.propose": 10.2,
     "core.diagnosed_scenario": 10.5,
     "core.scenario_fits": 10.8,
     "core.workbench": 11,
