@@ -48,6 +48,6 @@ def _signal(
     if column is None or not sampled.any():
         raise InputError(
             f"Recording {recording} has no column {name}, on which a force of the model depends; "
-            f"add the column or leave that force out."
+            f"map one to it with columns = {{ {name} = ... }}, or leave that force out."
         )
     return np.asarray(np.interp(time, time[sampled], column[sampled]))

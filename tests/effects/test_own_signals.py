@@ -22,24 +22,13 @@ from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import make_task, simulate_recording
-from flexgui.core.simulate.nonlinear import simulate_within
+from tests.effects.test_own import motion, own
 from tests.helpers import PAPER, chain, looped, refusal
 
 SAME = 1e-9
 """rad or m, in motions of some tenths, of one law that is stated in two ways."""
 
 ROUNDING = 1e-12
-
-
-def own(target: str, formula: str, **starts: float) -> OwnEffect:
-    parameters = tuple(own_parameter(name, value) for name, value in starts.items())
-    return own_effect(PAPER, target, formula, parameters, "own_1")
-
-
-def motion(model: Model) -> np.ndarray:
-    task, _ = make_task(model, SimulateSpec(theta2=1.0, seconds=0.3), "r")
-    trajectory = simulate_within(model, model.numbers(), task).trajectory
-    return np.hstack([trajectory.q, trajectory.tip()[0]])
 
 
 @pytest.mark.parametrize(
