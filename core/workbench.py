@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from .check.run_checks import check_scenario, explained_by
-from .diagnose.diagnose import diagnose
+from .diagnose.base_fit import BaseFit
+from .diagnose.diagnose import diagnose, fit_base_to_recordings
 from .diagnose.search_options import DEFAULT_EFFECTS, Options
 from .diagnosed_scenario import diagnosed_scenario
 from .errors import InputError
@@ -27,6 +28,7 @@ from .noise.output_noise import stated_noise
 from .noise.repeated_motions import compare_repeated_runs
 from .processors import fast_thread_switching
 from .progress import Progress, Silent
+from .propose.propose import propose, with_proposal
 from .recording.recording import Recording
 from .results import (
     Diagnosis,
@@ -35,6 +37,7 @@ from .results import (
     LevelChoice,
     LinearModel,
     Outcome,
+    Proposal,
     RecordingComparison,
 )
 from .results.identification import final_values, labelled, values_in
@@ -219,19 +222,46 @@ def _diagnosis(
     fits: Sequence[Fitted], progress: Progress,
 ) -> Diagnosis:  # fmt: skip
     """The diagnosis; what it finds is only proposed if no effect may be added."""
+    setup, spec, options = _options(scenario, setup, recordings, spec)
+    options = replace(options, identified=final_values([f.fit for f in fits]))
+    last: list[BaseFit] = []
+    found = diagnose(setup, spec, recordings, options, progress, on_end=last.append)
+    proposes = scenario.diagnose.propose
+    return with_proposal(found, last[-1], options, progress) if proposes else found
+
+
+def _options(
+    scenario: Scenario, setup: Setup, recordings: Sequence[Recording], spec: IdentifySpec
+) -> tuple[Setup, IdentifySpec, Options]:
+    """What a diagnosis compares, and its options."""
     settings = scenario.diagnose
     options = Options(
         max_effects=settings.max_effects or DEFAULT_EFFECTS, adds=settings.max_effects > 0,
         candidates=settings.candidates or (),
         fidelity=settings.fidelity, per_recording=settings.per_recording,
-        stated_rig=scenario.rig.statements, identified=final_values([f.fit for f in fits]),
+        stated_rig=scenario.rig.statements,
     )  # fmt: skip
     if settings.output is not None:
         spec = spec.model_copy(update={"output": settings.output})
         setup = make_setup(base_model(scenario), spec, recordings)
     noise = stated_noise(scenario, setup, recordings)
-    options = replace(options, stated_noise=noise)
-    return diagnose(setup, spec, recordings, options, progress)
+    return setup, spec, replace(options, stated_noise=noise)
+
+
+@naming_scenario
+def propose_for(
+    scenario: Scenario, *, folder: Folder | None = None, data_folder: Path | None = None,
+    progress: Progress | None = None,
+) -> Proposal:  # fmt: skip
+    """Laws for what the scenario's model, fitted as it is, leaves of the recordings."""
+    progress = progress or Silent()
+    progress.stage("Reading the recordings", len(scenario.recordings))
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+    setup, spec, options = _options(scenario, make_setup(model, spec, recordings), recordings, spec)
+    fitted = fit_base_to_recordings(setup, spec, recordings, options, progress)
+    return propose(fitted, options, progress)
 
 
 def linear_model(

@@ -248,19 +248,27 @@ class Search:
 
     def _round(self, model: FittedModel, most: int) -> Round:
         """Ranks the candidates on a model and tests the best; kept in the memo."""
-        data, refit, present = model.data, model.refit, model.effects
-        candidates = applicable(data, present, self.options.candidates)
-        planned = [t for c in candidates for t in trials(refit.parametrised, c, data)]
-        steps = RoundProgress(self.progress, refit.parametrised.model.arm, planned)
-        steps.begin(round_title(present, bool(self.options.candidates)), len(candidates) + REFITTED)
-        found = search_round(
-            data, refit, present, candidates, steps, most=most, check=self._check(model),
-            unseen=lambda w: self._unseen(data, w.refit),
-            least_share=PROMISING_SHARE if model.within_laws else 0.0,
-            **self._callbacks(model, candidates),
-        )  # fmt: skip
+        candidates = applicable(model.data, model.effects, self.options.candidates)
+        title = round_title(model.effects, bool(self.options.candidates))
+        callbacks = self._callbacks(model, candidates)
+        found = self.round_of(model, candidates, title, most, **callbacks)
         self.memo.rounds[model.key] = ModelRound(model, found)
         return found
+
+    def round_of(
+        self, model: FittedModel, candidates: Sequence[Effect], title: str, most: int,
+        **callbacks: Callable[..., None],
+    ) -> Round:  # fmt: skip
+        """Ranks these candidates on a model and tests the best."""
+        data, refit, present = model.data, model.refit, model.effects
+        planned = [t for c in candidates for t in trials(refit.parametrised, c, data)]
+        steps = RoundProgress(self.progress, refit.parametrised.model.arm, planned)
+        steps.begin(title, len(candidates) + REFITTED)
+        return search_round(
+            data, refit, present, candidates, steps, most=most, check=self._check(model),
+            unseen=lambda w: self._unseen(data, w.refit),
+            least_share=PROMISING_SHARE if model.within_laws else 0.0, **callbacks,
+        )  # fmt: skip
 
     def _callbacks(
         self, model: FittedModel, candidates: Sequence[Effect]

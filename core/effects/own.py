@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
 
 import numpy as np
 import sympy as sp
@@ -16,7 +14,6 @@ from ..arm.chord import deflection_rows
 from ..drives.drive import Drive
 from ..effects.bristle import IDEALISED, LONGEST_STEP, breakaway
 from ..effects.effect import Effect, EffectParameter, Values
-from ..effects.formula import LONGEST_NAME, parse_formula
 from ..effects.formula_functions import (
     FORMULA_FUNCTIONS,
     Bristle,
@@ -24,29 +21,31 @@ from ..effects.formula_functions import (
     bristles_in,
     with_expanded_tables,
 )
+from ..effects.own_formula import (
+    PORT,
+    RATE,
+    check_names,
+    is_nothing,
+    port_of,
+    read_formula,
+    size_names,
+    symbol_text,
+)
 from ..effects.per_joint import joint_direction
 from ..effects.per_segment import bending
 from ..effects.sizes import Sizes
 from ..errors import InputError
 from ..forces.compiled import compile_law
 from ..forces.element import Element
-from ..forces.law import ForceLaw, W
+from ..forces.law import ForceLaw
 from ..parameters import Parameter
 from ..recording.inputs import INPUTS
 from ..sentences import did_you_mean
 
-MOST_PARAMETERS = 20
-"""A table has one for each knot."""
-
-RATE = "d"
-"""Before a port's name: its rate."""
-
 TIP_PORTS = ("z1", "z2")
 
-_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}")
-_PORT = re.compile(r"(theta|delta|z)([1-9])")
-_TORQUE = re.compile(r"u[1-9]")
-_LETTERS = {"theta": r"\theta", "delta": r"\delta", "z": "z"}
+_SHARE = sp.Symbol("_share", real=True)
+"""State of a bristle; no parameter can have this name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,16 +136,16 @@ def own_effect(
     if target not in ports:
         raise InputError(f"{where} target {target!r} is not known; {did_you_mean(target, ports)}")
     port, names = ports[target], [item.name for item in parameters]
-    _check_names(names, where)
+    check_names(names, where)
     signals = (*torques(arm), *INPUTS)
-    expression = _read(formula, (*states(arm, target), *signals), names, where)
+    expression = read_formula(formula, (*states(arm, target), *signals), names, where)
     used = {symbol.name for symbol in expression.free_symbols}
     loads = tuple(k for k, word in enumerate(torques(arm)) if word in used)
     inputs = tuple(word for word in INPUTS if word in used)
     written = [*(torques(arm)[k] for k in loads), *inputs]
     law = _law(arm, expression, port, [*names, *written], f"{where} formula")
     _check_finite(law, parameters, f"{where} formula")
-    sizes = _sizes(law, names, f"{where} formula")
+    sizes = size_names(sp.Add(*law.forces), law.parameters[: len(names)], f"{where} formula")
     quantities = tuple(
         EffectParameter(item, 0.0)
         if item.name in sizes
@@ -172,53 +171,14 @@ def own_effect(
     )
 
 
-def _check_names(names: Sequence[str], where: str) -> None:
-    if len(names) > MOST_PARAMETERS:
-        raise InputError(f"{where} has {len(names)} parameters; give {MOST_PARAMETERS} at most.")
-    for name in names:
-        if not _NAME.fullmatch(name):
-            raise InputError(
-                f"{where} parameters: {name!r} is not a valid name; use letters, digits and _, "
-                f"with a letter first."
-            )
-        if name in FORMULA_FUNCTIONS:
-            raise InputError(
-                f"{where} parameters: {name!r} is the name of a function; choose another."
-            )
-        if _port(name) or name in INPUTS or _TORQUE.fullmatch(name):
-            raise InputError(
-                f"{where} parameters: {name!r} is the name of a state or signal; choose another."
-            )
-
-
-def _port(word: str) -> str:
-    """The port whose place or rate a word is; '' where it is no state's name."""
-    port = word if _PORT.fullmatch(word) else word.removeprefix(RATE)
-    return port if _PORT.fullmatch(port) else ""
-
-
-def _read(formula: str, states: Sequence[str], names: Sequence[str], where: str) -> sp.Expr:
-    """The formula in real symbols; every parameter must occur in it."""
-    symbols = {word: sp.Symbol(word, real=True) for word in (*states, *names)}
-    expression = parse_formula(formula, symbols, f"{where} formula")
-    if _nothing(expression):
-        raise InputError(f"{where} formula is always zero; leave the effect out.")
-    idle = [name for name in names if symbols[name] not in expression.free_symbols]
-    if idle:
-        raise InputError(
-            f"{where} parameters: {idle[0]!r} does not occur in the formula; leave it out."
-        )
-    return expression
-
-
 def _law(arm: Arm, formula: sp.Expr, port: str, names: Sequence[str], where: str) -> ForceLaw:
     """The formula pushes through the port; through the others it only sees."""
     expression = with_expanded_tables(formula, where)
     bristle, rate = _bristle(arm, expression, port, where)
-    expression = expression.xreplace({bristle: W}) if rate is not None else expression
-    used = sorted({symbol.name for symbol in expression.free_symbols} - {*names, W.name})
+    expression = expression.xreplace({bristle: _SHARE}) if rate is not None else expression
+    used = sorted({symbol.name for symbol in expression.free_symbols} - {*names, _SHARE.name})
     first = TIP_PORTS if port in TIP_PORTS else (port,)
-    ports = list(dict.fromkeys((*first, *(_port(word) for word in used))))
+    ports = list(dict.fromkeys((*first, *(port_of(word) for word in used))))
     if isinstance(bristle, Friction) and len(ports) > 1:
         raise InputError(
             f"{where}: {bristle} can depend on joint {port[-1]}, on drive torques, t and inputs "
@@ -229,7 +189,7 @@ def _law(arm: Arm, formula: sp.Expr, port: str, names: Sequence[str], where: str
         v=tuple(sp.Symbol(RATE + each, real=True) for each in ports),
         forces=tuple(expression if each == port else sp.Integer(0) for each in ports),
         parameters=tuple(sp.Symbol(name, real=True) for name in names),
-        states=() if rate is None else (W,),
+        states=() if rate is None else (_SHARE,),
         rates=() if rate is None else (rate,),
         bristle=rate is not None and len(ports) == 1,
     )
@@ -250,12 +210,12 @@ def _bristle(
             f"{', s' if len(found[0].args) > 1 else ''})."
         )
     way = found[0].args[1] if len(found[0].args) > 1 else breakaway(arm, int(port[-1]) - 1, {})
-    return found[0], (v - FORMULA_FUNCTIONS["abs"](v) * W) / way
+    return found[0], (v - FORMULA_FUNCTIONS["abs"](v) * _SHARE) / way
 
 
 def _direction(arm: Arm, p: np.ndarray, port: str) -> np.ndarray:
     """(n,) along which a port sees, and pushes."""
-    match = _PORT.fullmatch(port)
+    match = PORT.fullmatch(port)
     assert match is not None
     k = int(match[2]) - 1
     return joint_direction(arm, k) if match[1] == "theta" else deflection_rows(arm, p)[k]
@@ -275,76 +235,16 @@ def _check_finite(law: ForceLaw, parameters: Sequence[Parameter], where: str) ->
         )
 
 
-def _sizes(law: ForceLaw, names: Sequence[str], where: str) -> tuple[str, ...]:
-    """Parameters that make the formula zero when they are, and of which none can be left out: the
-    fewest, where one or two do."""
-    force, own = sp.Add(*law.forces), law.parameters[: len(names)]
-    for count in (1, 2):
-        for chosen in combinations(own, count):
-            if _vanishes(force, chosen):
-                return tuple(symbol.name for symbol in chosen)
-    if _vanishes(force, own):
-        for symbol in reversed(own):
-            fewer = tuple(s for s in own if s is not symbol)
-            own = fewer if _vanishes(force, fewer) else own
-        return tuple(symbol.name for symbol in own)
-    if names:
-        raise InputError(
-            f"{where} does not become zero when its parameters do; multiply it by one of them, "
-            f"which is then the size of the effect."
-        )
-    return ()
-
-
-def _vanishes(force: sp.Expr, chosen: Sequence[sp.Symbol]) -> bool:
-    try:
-        return _nothing(force.xreplace({symbol: sp.Integer(0) for symbol in chosen}))
-    except (TypeError, ValueError, ZeroDivisionError):
-        return False  # divided by or compared with nothing
-
-
-def _nothing(expression: sp.Expr) -> bool:
-    """Whether it is the number zero; 0.0 does not equal 0 in SymPy."""
-    return bool(expression.is_Number and expression.is_zero)
-
-
 def _is_linear(law: ForceLaw) -> bool:
     """Whether the force is linear in the states and has no constant part."""
     force, states = sp.Add(*law.forces), (*law.x, *law.v)
     constant = force.xreplace({symbol: sp.Integer(0) for symbol in states})
     slopes = [sp.diff(force, symbol) for symbol in states]
     curved = law.states or any(s.free_symbols & set(states) for s in slopes)
-    return _nothing(constant) and not curved
+    return is_nothing(constant) and not curved
 
 
 def _latex(expression: sp.Expr, target: str, port: str) -> str:
     left = rf"F_{{z{port[-1]}}}" if port in TIP_PORTS else rf"\tau_{{{target[-1]}}}"
-    names = {s: _symbol(s.name) for s in expression.free_symbols}
+    names = {s: symbol_text(s.name) for s in expression.free_symbols}
     return f"{left} = {sp.latex(expression, symbol_names=names)}"
-
-
-def _symbol(word: str) -> str:
-    """A state as it is written; other names as they are."""
-    match = _PORT.fullmatch(_port(word))
-    if match is None:
-        return str(sp.latex(sp.Symbol(word)))
-    letter = _LETTERS[match[1]]
-    return (letter if word == match[0] else rf"\dot{{{letter}}}") + f"_{{{match[2]}}}"
-
-
-WIDE = 1e3
-"""Times the size of the start: bounds that are there only to be finite."""
-
-
-def own_parameter(
-    name: str,
-    start: float,
-    unit: str = "",
-    lower: float | None = None,
-    upper: float | None = None,
-) -> Parameter:
-    """A parameter of a formula; bounds that are not stated are wide, with either sign."""
-    scale = abs(start) or 1.0
-    low = -WIDE * scale if lower is None else lower
-    high = WIDE * scale if upper is None else upper
-    return Parameter(name, start, unit, low, high, _symbol(name), name, scale=scale)

@@ -6,14 +6,14 @@ column of errors; all that is asked later of terms and their sums is linear alge
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
 
 from ..arm.arm import Arm
-from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
+from ..diagnose.fit_problem import FitProblem, parametrised
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.output_changes import TRIAL_SUBSTEPS
 from ..drives.drive import Drive
@@ -22,7 +22,13 @@ from ..effects.per_joint import joint_direction, sized
 from ..effects.sizes import Sizes
 from ..forces.element import Element
 from ..forces.law import ForceLaw, V, X
-from ..identify.predictor import simulate_together
+from ..identify.predictor import Moving, Predictor, job_of, run_extrapolated, workers
+from ..identify.prepared_recording import Prepared
+from ..identify.prescribed_joint_forces import simulated_part, with_prescribed_forces
+from ..identify.prescribed_joints import fully_prescribed_motion
+from ..model import Model, Numbers
+from ..simulate.batch import run_many
+from ..simulate.motion import Task
 
 SIZE = "probe_size"
 SIGNAL = "probe"
@@ -40,27 +46,35 @@ AT_TIP = tuple(
 
 
 @dataclass(frozen=True)
-class Target:
-    """Where a law acts."""
+class Place:
+    """Where a probe pushes: a joint or a component at the tip, from 0."""
 
-    name: str
-    """As a formula's target: joint1, ..., tip1, tip2."""
     number: int
-    """From 0."""
-    at_tip: bool
+    tip: bool
+
+    def element(self, arm: Arm, numbers: tuple[float, ...]) -> Element:
+        """The force there."""
+        if self.tip:
+            return Element(AT_TIP[self.number], (), numbers, True, (), (SIGNAL,))
+        direction = joint_direction(arm, self.number)
+        return Element(AT_JOINT, (direction,), numbers, False, (), (SIGNAL,))
 
 
-def targets(arm: Arm) -> tuple[Target, ...]:
-    """All joints, then the components of the force at the tip."""
-    joints = tuple(Target(f"joint{k + 1}", k, False) for k in range(arm.joints))
-    return (*joints, *(Target(f"tip{k + 1}", k, True) for k in (0, 1)))
+def at_joint(number: int) -> Place:
+    """Joint `number`, from 0."""
+    return Place(number, False)
+
+
+def at_tip(number: int) -> Place:
+    """Component `number`, from 0, of the tip's force."""
+    return Place(number, True)
 
 
 @dataclass(frozen=True)
 class Probe(Effect):
-    """A force at a target that follows the column SIGNAL of a recording."""
+    """A force at a place that follows the column SIGNAL of a recording."""
 
-    target: Target = Target("joint1", 0, False)
+    acts: Place
     kind: str = "probe"
     inputs: tuple[str, ...] = (SIGNAL,)
 
@@ -68,60 +82,113 @@ class Probe(Effect):
         return (sized(SIZE, SHARE * float(np.max(sizes.torque)), "", "size", signed=True),)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
-        numbers = (values[SIZE], 0.0)
-        k = self.target.number
-        if self.target.at_tip:
-            return (Element(AT_TIP[k], (), numbers, True, (), self.inputs),)
-        return (Element(AT_JOINT, (joint_direction(arm, k),), numbers, False, (), self.inputs),)
+        return (self.acts.element(arm, (values[SIZE], 0.0)),)
+
+
+BATCH = 32
+"""Signals that are simulated together; their motions are kept until they are read."""
 
 
 def responses(
-    model: FittedModel, target: Target, signals: Sequence[Sequence[np.ndarray]]
+    model: FittedModel, probe: Probe, signals: Sequence[Sequence[np.ndarray]]
 ) -> list[tuple[np.ndarray, ...]]:
-    """Per signal the change of the errors (M, k) of each recording by a force of that signal.
+    """Per signal the change of the outputs (M, k) of each recording by a force of that signal, in
+    noise floors; nothing that is masked.
 
     Args:
         model: At its minimum.
-        target: Where the force acts.
+        probe: Where the force acts.
         signals: Per signal and recording (N,), in N m or N.
     """
-    base, data = model.refit.parametrised, model.data
-    torque = SHARE * float(np.max(data.sizes.torque))
-    sizes = [torque / max(_rms(signal), 1e-300) for signal in signals]
-    probed = [
-        _probed(model, target, signal, size) for signal, size in zip(signals, sizes, strict=True)
-    ]
-    nothing = _probed(model, target, [np.zeros_like(x) for x in signals[0]], torque)
-    simulate_together([(h.residuals.predictor, base.vector) for h in (nothing, *probed)])
-    before = nothing.residuals.blocks(base.vector)
-    return [
-        tuple((a - b) / size for a, b in zip(before, h.residuals.blocks(base.vector), strict=True))
-        for h, size in zip(probed, sizes, strict=True)
-    ]
+    run = _ProbedRun.of(model, probe)
+    before = run.outputs([[np.zeros_like(x) for x in signals[0]]])[0]
+    answers = []
+    for at in range(0, len(signals), BATCH):
+        some = signals[at : at + BATCH]
+        sizes = [_rms(signal) or 1.0 for signal in some]
+        scaled = [[x / size for x in s] for s, size in zip(some, sizes, strict=True)]
+        for outputs, size in zip(run.outputs(scaled), sizes, strict=True):
+            answers.append(run.weighted(before, outputs, size / run.size))
+    return answers
 
 
-def _probed(
-    model: FittedModel, target: Target, signal: Sequence[np.ndarray], size: float
-) -> ParametrisedModel:
-    """The model with the force, whose size is no unknown, in half of the steps: only the direction
-    of the change matters."""
-    base = model.refit.parametrised
-    own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
-    values = {**base.model.effect_values, **base.values(), SIZE: size}
-    data = replace(_with_signal(model.data, signal), anchor=None)
-    return parametrised(
-        data, [*model.effects, Probe(target)], values, freed=own, refine=TRIAL_SUBSTEPS
-    )
+@dataclass(frozen=True)
+class _ProbedRun:
+    """A model with a probe, which is not one of its unknowns, in half of the steps: only the
+    direction of a change matters."""
+
+    predictor: Predictor
+    weights: Sequence[np.ndarray]
+    each: Sequence[tuple[Prepared, Numbers, Mapping[str, float]]]
+    size: float
+    """Of the force where the signal is one."""
+
+    @classmethod
+    def of(cls, model: FittedModel, probe: Probe) -> _ProbedRun:
+        base, data = model.refit.parametrised, _with_signal(model.data)
+        own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
+        size = SHARE * float(np.max(data.sizes.torque))
+        values = {**base.model.effect_values, **base.values(), SIZE: size}
+        effects = [*model.effects, probe]
+        h = parametrised(data, effects, values, freed=own, refine=TRIAL_SUBSTEPS)
+        predictor, each = h.residuals.predictor, []
+        for e in predictor.experiments:
+            own_values = predictor.values(e, h.vector)
+            each.append((e, e.model.numbers(own_values), own_values))
+        return cls(predictor, h.residuals.weights, each, size)
+
+    def outputs(self, signals: Sequence[Sequence[np.ndarray]]) -> list[list[np.ndarray]]:
+        """(M, k) per signal and recording."""
+        steps = self.predictor.steps
+        assert steps is not None  # a search has found them
+        asked = [(each, x) for signal in signals for each, x in zip(self.each, signal, strict=True)]
+        moving = [
+            Moving(e, simulated_part(e.model, n), _with_input(e.model, e.task_at(v), x))
+            for (e, n, v), x in asked
+        ]
+        if all(m.is_given for m in moving):
+            motions = [fully_prescribed_motion(*m.parts) for m in moving]
+        else:
+            run = run_extrapolated if all(m.is_smooth for m in moving) else run_many
+            motions = run([job_of(*m.parts) for m in moving], steps, workers())
+        read = []
+        for ((e, n, v), _), m, motion in zip(asked, moving, motions, strict=True):
+            whole = with_prescribed_forces(e.model, n, motion, m.task.inputs)
+            read.append(e.processed(e.readings(whole, n, v)))
+        R = len(self.each)
+        return [read[at : at + R] for at in range(0, len(read), R)]
+
+    def weighted(
+        self, before: Sequence[np.ndarray], after: Sequence[np.ndarray], factor: float
+    ) -> tuple[np.ndarray, ...]:
+        """The changes of the outputs in noise floors, times the factor."""
+        changes = []
+        for (e, _, _), y, z, w in zip(self.each, before, after, self.weights, strict=True):
+            change = e.without_standstill(np.where(e.counted, z - y, 0.0))
+            changes.append(change * (w * factor))
+        return tuple(changes)
 
 
-def _with_signal(data: FitProblem, signal: Sequence[np.ndarray]) -> FitProblem:
+def _with_input(model: Model, task: Task, signal: np.ndarray) -> Task:
+    """The task with the signal of the probe (N,)."""
+    assert task.inputs is not None
+    inputs = task.inputs.copy()
+    inputs[:, model.inputs.index(SIGNAL)] = signal
+    return replace(task, inputs=inputs)
+
+
+def _with_signal(data: FitProblem) -> FitProblem:
+    """The data with a column for the signal, of zeros."""
     experiments = tuple(
         replace(
-            e, recording=replace(e.recording, channels={**e.recording.channels, SIGNAL: x}),
+            e,
+            recording=replace(
+                r := e.recording, channels={**r.channels, SIGNAL: np.zeros(len(r.time))}
+            ),
         )
-        for e, x in zip(data.experiments, signal, strict=True)
-    )  # fmt: skip
-    return replace(data, experiments=experiments)
+        for e in data.experiments
+    )
+    return replace(data, experiments=experiments, anchor=None)
 
 
 def _rms(signal: Sequence[np.ndarray]) -> float:

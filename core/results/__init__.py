@@ -40,3 +40,4 @@ from ..results.outcome import (
     PresentEffect,
     Repeated,
 )
+from ..results.proposal import Carrier, Proposal, ProposedLaw

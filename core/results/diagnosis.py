@@ -10,6 +10,7 @@ import numpy as np
 
 from ..results.comparison import RecordingComparison
 from ..results.identification import Estimate
+from ..results.proposal import Proposal
 
 MISSING, NOTHING, UNLISTED = "missing", "nothing_missing", "unlisted"
 
@@ -250,6 +251,8 @@ class Diagnosis:
     """Ids of effects that pass every test and were not added, the first to add first."""
     shapes: tuple[int, ...] = ()
     """Bending shapes per segment that the recordings show, where these are more than stated."""
+    proposal: Proposal | None = None
+    """Laws for what is left, where no listed effect explains it and they were looked for."""
     unstated_noise: tuple[str, ...] = ()
     """Settings of [sensors] for the noise of what is compared or followed, which nobody stated."""
 

@@ -121,13 +121,15 @@ class EffectSpec(Settings):
 
 
 class OwnSpec(Settings):
-    """One `[[model.own]]`: a formula for a joint torque or a tip force."""
+    """One `[[model.own]]`: a formula for a joint torque, a tip force or a sensor's reading."""
 
     target: Words
-    """joint1, joint2, ... in N m (N on a slide), or tip1, tip2: a component in N."""
+    """joint1, joint2, ... in N m (N on a slide); tip1, tip2: a component in N; or a sensor's
+    channel, such as z1, in its unit."""
     formula: Words
     """Of the states theta1, dtheta1, delta1 (m), ddelta1, ..., the drives' torques u1, ..., the
-    time t in s, the recorded input1, input2, input3, and the parameters."""
+    time t in s, the recorded input1, input2, input3, and the parameters. In a channel: of the
+    channels of its sensor, t and the parameters."""
     parameters: dict[str, Annotated[OwnParameterSpec, BeforeValidator(_start_as_table)]] = Field(
         default_factory=dict
     )

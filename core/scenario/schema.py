@@ -140,6 +140,8 @@ class DiagnoseSpec(Settings):
     """Outputs of the diagnosis; None: those of `[identify]`."""
     per_recording: tuple[Words, ...] = ()
     """Ids of effects whose parameters belong to a rig: estimated again on validation data."""
+    propose: Switch = True
+    """Whether laws are proposed where no listed effect explains what is left."""
 
 
 class CompareSpec(Settings):

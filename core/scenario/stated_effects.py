@@ -195,7 +195,8 @@ def fitting(model: Model, spec: ModelSpec) -> ModelSpec:
 
 
 def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
-    from ..effects.own import own_effect, own_parameter
+    from ..effects.own_formula import own_parameter
+    from ..effects.own_reading import own_law
 
     where = f"[[model.own]] {number}"
     kind = spec.id or f"own_{number}"
@@ -207,7 +208,7 @@ def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
         own_parameter(name, quantity.start, quantity.unit, quantity.lower, quantity.upper)
         for name, quantity in spec.parameters.items()
     )
-    own = own_effect(bare.arm, spec.target, spec.formula, parameters, kind, spec.title or "", where)
+    own = own_law(bare.arm, spec.target, spec.formula, parameters, kind, spec.title or "", where)
     return Stated(own, spec.parameters, where)
 
 

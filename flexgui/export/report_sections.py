@@ -14,7 +14,8 @@ from markupsafe import Markup
 from flexgui import __version__
 from flexgui.core.effects import catalogue
 from flexgui.core.error_maps import error_maps
-from flexgui.core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
+from flexgui.core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment, Proposal
+from flexgui.core.scenario.read import document_toml
 from flexgui.sentences.experiments import experiment_title
 from flexgui.sentences.ranked import in_order, round_sentence
 from flexgui.sentences.verdict import all_paragraphs
@@ -26,6 +27,7 @@ from flexgui.views.ladder import ladder, ladder_table, sizes_table
 from flexgui.views.layout import Figure
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.errors import patterns
+from flexgui.views.proposal import carrier_shares, law_over_variable, laws_table
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.summary import provisional_warning
 from flexgui.views.table import Column, Row, Table, mathml
@@ -43,6 +45,7 @@ def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:
         "ladder_table": ladder_table(diagnosis),
         "sizes": sizes_table(diagnosis),
         "rounds": [_round(k, searched) for k, searched in enumerate(diagnosis.rounds, start=1)],
+        "proposal": _proposal(diagnosis.proposal),
         "by_frequency": error_map(maps.by_frequency),
         "by_time": error_map(maps.by_time, narrow=True),
         "over": residual_over(patterns(maps)),
@@ -50,6 +53,22 @@ def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:
         "left": _residual_plot(diagnosis),
         "not_applicable": _not_applicable(diagnosis),
     }
+
+
+def _proposal(proposal: Proposal | None) -> dict[str, Any] | None:
+    """What the rest depends on, and the laws; None where none were looked for."""
+    if proposal is None or not proposal.carriers:
+        return None
+    return {
+        "shares": carrier_shares(proposal),
+        "laws": [law_over_variable(law.carrier, law) for law in proposal.laws]
+        or [law_over_variable(proposal.carriers[0])],
+        "formulas": [(law.title, mathml(law.latex)) for law in proposal.laws],
+        "table": laws_table(proposal),
+        "planned": _planned(proposal.experiments),
+        "settings": "\n".join(document_toml({"model": {"own": [law.settings]}})
+                              for law in proposal.laws[:1]),
+    }  # fmt: skip
 
 
 def _residual_plot(diagnosis: Diagnosis) -> Figure | None:

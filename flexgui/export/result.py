@@ -9,6 +9,7 @@ from typing import Any
 
 from flexgui.core.error_maps import error_maps
 from flexgui.core.results import (
+    Carrier,
     ChannelComparison,
     ChannelError,
     Diagnosis,
@@ -20,6 +21,8 @@ from flexgui.core.results import (
     LinearModel,
     Outcome,
     PlannedExperiment,
+    Proposal,
+    ProposedLaw,
     RankedEffect,
     RecordingComparison,
     Valley,
@@ -151,6 +154,7 @@ def _diagnosis(diagnosis: Diagnosis, comparisons: Sequence[RecordingComparison])
         "not_applicable": diagnosis.not_applicable,
         "notes": (STOPPED,) if diagnosis.stopped else (),
         "rounds": as_record(diagnosis.rounds),
+        "proposal": as_record(diagnosis.proposal),
         "worst": as_record(error_maps(diagnosis.given or comparisons, diagnosis.floors).worst),
     }
 
@@ -188,6 +192,18 @@ def _identifiability(fit: Fit) -> dict[str, Any]:
 
 
 SHAPES: Mapping[type, Shape] = {
+    Proposal: _fields("reason carriers laws experiments"),
+    Carrier: _fields("target variable title unit factor share"),
+    ProposedLaw: {
+        **_fields("title target formula parameters explained"),
+        "rms_before": lambda law: law.rms[0],
+        "rms_after": lambda law: law.rms[1],
+        "unseen_rms_before": lambda law: law.unseen_rms[0],
+        "unseen_rms_after": lambda law: law.unseen_rms[1],
+        **_fields("delta_bic relative likeness"),
+        "over": lambda law: law.carrier.variable,
+        "settings": "settings",
+    },
     ChannelComparison: {
         **_fields("channel unit fitted"),
         "samples": lambda channel: int(channel.counted.sum()),

@@ -14,6 +14,7 @@ from flexgui.core.diagnose.search_options import DEFAULT_EFFECTS
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.results import Proposal
 from flexgui.core.scenario.read import check_scenario, scenario_toml, write_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import arms_to_compile, base_model, with_hidden_effects
@@ -209,6 +210,24 @@ class Project:
         if outcome.diagnosis is None:
             raise StoppedError(Identification(asked, outcome))
         return Diagnosis(asked, outcome)
+
+    def propose(self, progress: Callback | None = None) -> Proposal:
+        """Fit the model, and propose laws for what it leaves; no listed effect is tried.
+
+        Args:
+            progress: Called after each step; returning False stops.
+
+        Returns:
+            One to three laws, or why there is none, and the variables that the rest depends on.
+            `law.settings` of one is an effect for `with_effects`.
+
+        Raises:
+            InputError: Where the scenario or a recording is wrong.
+        """
+        with at_work(progress) as heard:
+            from flexgui.core.workbench import propose_for
+
+            return propose_for(self.scenario, **self._places, progress=heard)
 
     def plan(
         self,

@@ -15,11 +15,13 @@ from flexgui.core.results import (
     Estimate,
     LadderStep,
     Outcome,
+    Proposal,
     RankedEffect,
 )
 from flexgui.core.results.identification import labelled
 from flexgui.core.sentences import few, listed
 from flexgui.library.comparison import Comparison, Simulation
+from flexgui.library.progress_callback import Callback
 from flexgui.library.shown import chosen, looked_up, paragraphs
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
@@ -268,6 +270,24 @@ class Diagnosis(_Found):
     def _diagnosis(self) -> Any:
         assert self.outcome.diagnosis is not None
         return self.outcome.diagnosis
+
+    def propose(self, progress: Callback | None = None) -> Proposal:
+        """Propose laws for what the last model leaves.
+
+        Args:
+            progress: Called after each step; returning False stops.
+
+        Returns:
+            One to three laws, each with its formula, values and errors, or why there is none, and
+            the variables that the rest depends on. `law.settings` is an effect for `with_effects`.
+
+        Raises:
+            InputError: Where the scenario or a recording is wrong.
+        """
+        if self._diagnosis.proposal is not None:
+            found: Proposal = self._diagnosis.proposal
+            return found
+        return self.diagnosed_project().propose(progress)
 
     def compare_as_given(self) -> Comparison:
         """Compare measurements and the model as it was given."""

@@ -103,11 +103,12 @@ def round_sentence(searched: DiagnosisRound) -> str:
         return experiment_sentence(searched.experiments[0])
     names = ", ".join(searched.diverged)
     diverged = f"Could not be simulated at any size: {names}." if names else ""
-    refused = [f"{title} was not added: {_reason(why)}." for title, why in searched.refused]
+    refused = [f"{title} was not added: {objection_words(why)}." for title, why in searched.refused]
     return " ".join(s for s in (*refused, diverged) if s)
 
 
-def _reason(why: Objection) -> str:
+def objection_words(why: Objection) -> str:
+    """Why an effect that explains enough was not added, as the end of a sentence."""
     was, now = why.unseen
     return {
         Reason.AT_BOUND: f"{why.parameter} ended at {format_number(why.bound, 3)} {why.unit}, the "

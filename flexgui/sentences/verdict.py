@@ -32,6 +32,7 @@ from flexgui.sentences.figures import (
     validation_sentence,
     vibration,
 )
+from flexgui.sentences.proposal import proposal_paragraphs
 from flexgui.sentences.ranked import Finding, refitted, round_sentence, what_else
 from flexgui.sentences.written import format_number
 
@@ -55,7 +56,7 @@ def verdict_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
     paragraphs = [*opening(diagnosis), _ruled_out(diagnosis), _further_shapes(diagnosis)]
     if diagnosis.stopped and opening is not _unfinished:
         paragraphs.append(f"{STOPPED} Other effects may explain more than those listed here.")
-    return tuple(p for p in paragraphs if p)
+    return (*(p for p in paragraphs if p), *proposal_paragraphs(diagnosis.proposal))
 
 
 def _further_shapes(diagnosis: Diagnosis) -> str:

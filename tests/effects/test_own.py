@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from flexgui.core.effects import effect
-from flexgui.core.effects.own import OwnEffect, own_effect, own_parameter, states, targets
+from flexgui.core.effects.own import OwnEffect, own_effect, states, targets
+from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.forces.compiled import compile_law
 from flexgui.core.forces.element import linear_matrices
 from flexgui.core.loading import load_recordings

@@ -11,7 +11,8 @@ import sympy as sp
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
-from flexgui.core.effects.own import OwnEffect, own_effect, own_parameter
+from flexgui.core.effects.own import OwnEffect, own_effect
+from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.errors import InputError
 from flexgui.core.forces.compiled import compile_law
 from flexgui.core.identify.predictor import motion_of

@@ -11,7 +11,8 @@ import pytest
 import sympy as sp
 
 from flexgui.core.arm.cache import VARIABLE
-from flexgui.core.effects.own import own_effect, own_parameter
+from flexgui.core.effects.own import own_effect
+from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.forces.compiled import CompiledLaw, compile_law
 from flexgui.core.forces.law import X, joint_law
 from tests.helpers import PAPER

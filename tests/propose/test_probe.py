@@ -7,8 +7,9 @@ import pytest
 
 from flexgui.core.diagnose.fit_problem import parametrised
 from flexgui.core.diagnose.fitted_model import FittedModel
-from flexgui.core.effects.own import own_effect, own_parameter
-from flexgui.core.propose.probe import Target, responses, targets
+from flexgui.core.effects.own import own_effect
+from flexgui.core.effects.own_formula import own_parameter
+from flexgui.core.propose.probe import Probe, at_joint, at_tip, responses
 from tests.diagnose.test_stated_effects import bare
 
 SMALL = 1e-3
@@ -34,27 +35,31 @@ def answer(model: FittedModel, target: str, formula: str) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("target", "formula", "signal"),
+    ("place", "target", "formula", "signal"),
     [
-        ("joint1", "a*sin(2*theta2)", lambda m: np.sin(2.0 * m.q[:, 1])),
-        ("joint2", "a*cos(theta1)*t", lambda m: np.cos(m.q[:, 0]) * (m.time - m.time[0])),
-        ("tip2", "a*dtheta1", lambda m: m.v[:, 0]),
+        (at_joint(0), "joint1", "a*sin(2*theta2)", lambda m: np.sin(2.0 * m.q[:, 1])),
+        (
+            at_joint(1),
+            "joint2",
+            "a*cos(theta1)*t",
+            lambda m: np.cos(m.q[:, 0]) * (m.time - m.time[0]),
+        ),
+        (at_tip(1), "tip2", "a*dtheta1", lambda m: m.v[:, 0]),
     ],
 )
-def test_a_signal_answers_as_its_law(target, formula, signal) -> None:
+def test_a_signal_answers_as_its_law(place, target, formula, signal) -> None:
     model = fitted()
-    (where,) = [each for each in targets(model.data.bare.arm) if each.name == target]
     along = [signal(motion) for motion, _, _ in model.refit.parametrised.motions()]
-    (found,) = responses(model, where, [along])
+    (found,) = responses(model, Probe(place), [along])
     for a, b in zip(found, answer(model, target, formula), strict=True):
         assert np.linalg.norm(a - b) < HELD * np.linalg.norm(b)
 
 
 def test_answers_add_up() -> None:
-    model, where = fitted(), Target("joint1", 0, False)
+    model = fitted()
     motions = [motion for motion, _, _ in model.refit.parametrised.motions()]
     one, other = ([m.q[:, 0] for m in motions], [m.v[:, 1] for m in motions])
     both = [a + b for a, b in zip(one, other, strict=True)]
-    x, y, total = responses(model, where, [one, other, both])
+    x, y, total = responses(model, Probe(at_joint(0)), [one, other, both])
     for a, b, c in zip(x, y, total, strict=True):
         assert np.linalg.norm(a + b - c) < 1e-2 * np.linalg.norm(c)

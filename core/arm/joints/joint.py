@@ -27,6 +27,8 @@ class Joint(ABC):
     kind = ""
     coordinate_unit = ""
     effort_unit = ""
+    effort = ""
+    """What drives it, in a word."""
     inertia_unit = ""
 
     @property
@@ -50,6 +52,7 @@ class Revolute(Joint):
     kind = "revolute"
     coordinate_unit = "rad"
     effort_unit = "N m"
+    effort = "torque"
     inertia_unit = "kg m²"
 
     def place(self, coordinate: sp.Symbol, axis_angle: sp.Symbol) -> Placement:
@@ -64,6 +67,7 @@ class Prismatic(Joint):
     kind = "prismatic"
     coordinate_unit = "m"
     effort_unit = "N"
+    effort = "force"
     inertia_unit = "kg"
 
     def place(self, coordinate: sp.Symbol, axis_angle: sp.Symbol) -> Placement:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.errors import InputError
-from flexgui.core.results import RankedEffect
+from flexgui.core.results import ProposedLaw, RankedEffect
 from flexgui.core.scenario.schema import Scenario
 from flexgui.session.scenario_edits import Edit, ScenarioDict
 from flexgui.stages.diagnose.model_versions import ModelVersion, ladder_steps
@@ -48,10 +48,27 @@ def with_own(target: str, formula: str, parameters: str) -> Edit:
 
     def edit(document: ScenarioDict) -> None:
         mine = document.setdefault("model", {}).setdefault("own", [])
-        number = 1 + max((int(re.sub(r"\D", "", o.get("id", "")) or 0) for o in mine), default=0)
-        mine.append(own | {"id": f"own_{number}", "title": f"Own effect {number} at {target}"})
+        kind = _next_id(mine)
+        number = kind.removeprefix("own_")
+        mine.append(own | {"id": kind, "title": f"Own effect {number} at {target}"})
 
     return edit
+
+
+def with_law(law: ProposedLaw) -> Edit:
+    """Adds a proposed law, which is an own effect from then on."""
+
+    def edit(document: ScenarioDict) -> None:
+        mine = document.setdefault("model", {}).setdefault("own", [])
+        mine.append({**law.settings, "id": _next_id(mine)})
+
+    return edit
+
+
+def _next_id(mine: Sequence[Mapping[str, Any]]) -> str:
+    """own_1, own_2, ..."""
+    numbers = (int(re.sub(r"\D", "", o.get("id", "")) or 0) for o in mine)
+    return f"own_{1 + max(numbers, default=0)}"
 
 
 def own_parameters(text: str) -> dict[str, dict[str, Any]]:

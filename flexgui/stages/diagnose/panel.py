@@ -28,6 +28,7 @@ from flexgui.stages.diagnose.model_versions import (
 )
 from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
 from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, may_explain
+from flexgui.stages.diagnose.panel_laws import LawFigure, ProposedLaws
 from flexgui.stages.diagnose.panel_rig import KnownRig
 from flexgui.stages.diagnose.plots import demonstration, demonstration_summary, live_prediction
 from flexgui.views.headline import AS_GIVEN, BIASED
@@ -35,7 +36,7 @@ from flexgui.views.ladder import ladder
 from flexgui.views.missing_torque import missing_cloud
 
 BEST = "first in the list"
-FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
+FIND, ADD, ADD_LAW, UNDO, GO_ON = "find", "add", "add law", "undo", "go on"
 
 
 class DiagnosePanel(Panel):
@@ -62,6 +63,7 @@ class DiagnosePanel(Panel):
         self._verdict, self._model = HtmlBlock(gui), HtmlBlock(gui)
         context.actions.register("repeat diagnosis", lambda _: session.diagnosis.search())
         context.actions.register("undo step", lambda _: session.diagnosis.undo())
+        self._laws = ProposedLaws(context)
         self._so_far = HtmlBlock(gui)
         KnownRig(context)
         self._candidates = Candidates(context)
@@ -72,6 +74,7 @@ class DiagnosePanel(Panel):
         self._at_work = DemonstrationView(context)
         self._about = HtmlBlock(gui)
         self._ladder = Plot(context, 0.45, wide=True)
+        self._law_figure = LawFigure(context)
         self._candidate_figure = CandidateFigure(context)
         self._residual = Plot(context, 0.72)
         of = gui.add_dropdown("Predicted by", (BEST,), visible=False)
@@ -91,6 +94,7 @@ class DiagnosePanel(Panel):
         self._verdict.show(self._verdict_words(version, titles, free, way_on))
         self._model.show(self._model_words(free, way_on))
         self._by_hand.refresh(free)
+        self._laws.show(None if old else version, free, way_on == ADD_LAW)
         self._so_far.show(WORDS.so_far(findings))
         run = session.run.state
         streams = run.kind == "diagnose" and run.phase == RUNNING
@@ -123,6 +127,8 @@ class DiagnosePanel(Panel):
             return ADD if more and not version.added else FIND
         if error_stayed(self.session.diagnosis.versions):
             return UNDO
+        if not more and self.session.diagnosis.laws:
+            return ADD_LAW
         return ADD if more else GO_ON
 
     def _verdict_words(
@@ -185,6 +191,7 @@ class DiagnosePanel(Panel):
             pictured = [r.title for r in _predicting(findings)]
             set_options(self._of, (BEST, *pictured), self._of.value)
             self._of.visible = bool(pictured)
+        self._law_figure.refresh()
         self._candidate_figure.refresh()
         self._show_residual()
 

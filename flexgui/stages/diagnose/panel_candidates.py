@@ -22,6 +22,7 @@ from flexgui.page.widgets import (
     stage_macros,
 )
 from flexgui.sentences.figures import LITTLE, percent, short_percent
+from flexgui.sentences.proposal import carrier_words, proposal_paragraphs
 from flexgui.sentences.ranked import explained_share, nesting, round_sentence, tie, worth_listing
 from flexgui.sentences.verdict import card_words, verdict_paragraphs
 from flexgui.sentences.written import format_number
@@ -41,7 +42,8 @@ WORDS = stage_macros(
     isfinite=math.isfinite, typeset_sizes=typeset_sizes, nesting=nesting, tie=tie, mathml=mathml,
     equation=equation, verdict_paragraphs=verdict_paragraphs, card_words=card_words, press=press,
     round_sentence=round_sentence, complete=COMPLETE, doubtful=DOUBTFUL, catalogue=catalogue,
-    residual=colours.RESIDUAL, added=colours.ADDED,
+    residual=colours.RESIDUAL, added=colours.ADDED, carrier_words=carrier_words,
+    proposal_paragraphs=proposal_paragraphs,
 )  # fmt: skip
 
 

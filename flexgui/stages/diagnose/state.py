@@ -7,7 +7,14 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
-from flexgui.core.results import MISSING, Estimate, LinearModel, Outcome, RecordingComparison
+from flexgui.core.results import (
+    MISSING,
+    Estimate,
+    LinearModel,
+    Outcome,
+    ProposedLaw,
+    RecordingComparison,
+)
 from flexgui.core.results.identification import final_values
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
@@ -21,6 +28,7 @@ from flexgui.stages.diagnose.effects import (
     ranked_with_own,
     titled,
     with_effect,
+    with_law,
     with_own,
     without_effect,
 )
@@ -31,7 +39,7 @@ from flexgui.stages.diagnose.model_versions import (
     last_change,
     versions_before,
 )
-from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose
+from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose, propose_laws
 from flexgui.views.pooled import overall_estimates
 
 if TYPE_CHECKING:
@@ -169,6 +177,39 @@ class Diagnosis:
             self.formulas[kind] = (target, formula, parameters)
         return done
 
+    def add_law(self, number: int) -> bool:
+        """Puts a proposed law, from 0, into the model and fits it."""
+        laws = self.laws
+        if number >= len(laws):
+            return False
+        edit = with_law(laws[number])
+        try:
+            scenario = apply_edits(self._session.document.scenario, edit)
+            kind, title = present(scenario)[-1]
+            return self._go_on(edit, title, kind)
+        except InputError as error:
+            return self._session.refuse(error)
+
+    @property
+    def laws(self) -> tuple[ProposedLaw, ...]:
+        """Those that are proposed for the model as it stands."""
+        found = self.newest.diagnosis if self.newest is not None else None
+        proposal = None if found is None else found.proposal
+        return () if proposal is None else proposal.laws
+
+    def propose(self) -> bool:
+        """Looks for laws for what the model leaves."""
+        version = self.newest
+        if version is None or version.found is None or version.diagnosis is None:
+            return False
+        fitted = self._session.identification
+        before = (version.scenario, fitted.outcome, fitted.outcome_of)
+        task = Task.of(
+            propose_laws, "The search for a law", identified=self._estimated, found=version.found,
+            scenario=version.scenario, folder=str(self._session.folder),
+        )  # fmt: skip
+        return self._submit(version, task, before)
+
     def remove(self, kind: str) -> bool:
         """Takes an effect out of the model and fits what is left."""
         scenario = self._session.document.scenario
@@ -219,6 +260,14 @@ class Diagnosis:
             diagnose, "The search for what is missing", fit=fit, identified=self._estimated,
             scenario=version.scenario, folder=str(self._session.folder),
         )  # fmt: skip
+
+        return self._submit(version, task, before)
+
+    def _submit(
+        self, version: ModelVersion, task: Task,
+        before: tuple[Scenario, Outcome | None, Scenario | None],
+    ) -> bool:  # fmt: skip
+        """Begins a task on a version, which stands as `pending` until it ends."""
 
         def on_event(event: Event) -> AfterEnd:
             if isinstance(event, Ended):

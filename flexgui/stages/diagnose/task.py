@@ -69,11 +69,10 @@ def diagnose(
     first; then the ranking, again and again as it gets finer.
     """
     from flexgui.core.diagnose.diagnose import diagnose as search
+    from flexgui.core.propose.propose import with_proposal
 
     where = ConfinedFolder(Path(folder or "."))
-    model = base_model(scenario)
-    spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    inputs = _search_inputs(scenario, model, spec, identified or {}, where, progress)
+    inputs = _search_inputs(scenario, identified or {}, where, progress)
     reporter = FindingsReporter(inputs, progress)
     if fit == BEFORE and not progress.stopped():
         reporter.check()
@@ -96,20 +95,46 @@ def diagnose(
     )
     reported = replace(found, rounds=light)
     reporter.report(ranking=reported.ranking, diagnosis=reported)
+    if scenario.diagnose.propose:
+        whole = with_proposal(found, reporter.fitted, inputs.options, progress)
+        reporter.report(diagnosis=replace(reported, proposal=whole.proposal))
     if fit == AFTER and not progress.stopped():
         return replace(reporter.seen, outcome=refined(scenario, where, inputs, progress))
     return reporter.seen
 
 
+def propose_laws(
+    scenario: Scenario,
+    folder: str | None = None,
+    identified: Mapping[str, float] | None = None,
+    found: ModelFindings | None = None,
+    *,
+    progress: PartialProgress,
+) -> ModelFindings:
+    """What was found with laws for what the scenario's model leaves, whatever the verdict."""
+    from flexgui.core.diagnose.diagnose import fit_base_to_recordings
+    from flexgui.core.propose.propose import propose
+
+    assert found is not None
+    assert found.diagnosis is not None
+    where = ConfinedFolder(Path(folder or "."))
+    recordings, setup, spec, options = _search_inputs(scenario, identified or {}, where, progress)
+    fitted = fit_base_to_recordings(setup, spec, recordings, options, progress)
+    proposal = propose(fitted, options, progress)
+    return replace(found, diagnosis=replace(found.diagnosis, proposal=proposal))
+
+
 def _search_inputs(
-    scenario: Any, model: Any, spec: IdentifySpec, identified: Mapping[str, float],
-    where: ConfinedFolder, progress: PartialProgress,
+    scenario: Scenario, identified: Mapping[str, float], where: ConfinedFolder,
+    progress: PartialProgress,
 ) -> SearchInputs:  # fmt: skip
     from flexgui.core.diagnose.search_options import DEFAULT_EFFECTS, Options
     from flexgui.core.identify.setup import make_setup
     from flexgui.core.loading import load_recordings
     from flexgui.core.noise.output_noise import stated_noise
 
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
     settings = scenario.diagnose
     candidate_effects(settings)  # a slip there is reported before the long work
     if settings.output is not None:
@@ -148,6 +173,11 @@ class FindingsReporter:
         self.counted = [e.counted for e in self.begun.data.experiments]
         self.seen = _seen(_as_given(self.begun), self.begun)
         self.report()
+
+    @property
+    def fitted(self) -> BaseFit:
+        """The model as it stands now."""
+        return self._whole
 
     def report(self, **found: Any) -> None:
         """With what is new."""

@@ -1,0 +1,198 @@
+"""Which variable carries an error: what a smooth function of it explains on parts held out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..diagnose.fitted_model import FittedModel
+from ..least_squares import as_finite, pseudo_inverse
+from ..propose.targets import Factor, Series, Target, Variable, ends
+
+PARTS = 4
+"""Of each recording, held out in turn."""
+
+SMOOTH = 1e-3
+"""Of a hat's mean square: what a second difference of the values costs. Where few samples are, a
+function goes on straight."""
+
+RIDGE = 1e-4
+"""Of a column's whole size: what its coefficient costs. A part that is held out may be all that
+shows a column."""
+
+TINY = 1e-9
+"""The same of the nuisance, of its own size."""
+
+
+@dataclass(frozen=True)
+class PartMatrices:
+    """Inner products of nuisance, columns and error, by part of the recordings."""
+
+    parts: np.ndarray
+    """(PARTS, n, n); the error is last."""
+    prior: np.ndarray
+    """(n, n): what is known a priori of the nuisance"""
+    nuisance: int
+    count: int
+    """Number of samples."""
+    hats: bool = True
+    """Whether the columns are those of hats beside each other."""
+
+    def combined(self, weights: np.ndarray) -> PartMatrices:
+        """The same of combinations (columns, m) of the columns."""
+        P, (K, m) = self.nuisance, weights.shape
+        W = np.zeros((P + K + 1, P + m + 1))
+        W[:P, :P], W[P : P + K, P : P + m], W[-1, -1] = np.eye(P), weights, 1.0
+        parts = np.einsum("ia,bij,jc->bac", W, self.parts, W, optimize=True)
+        return PartMatrices(parts, W.T @ self.prior @ W, P, self.count, False)
+
+    @cached_property
+    def total(self) -> np.ndarray:
+        """(n, n), all parts and what is known a priori."""
+        return np.asarray(self.parts.sum(axis=0) + self.prior)
+
+    @cached_property
+    def _costs(self) -> np.ndarray:
+        """(n - 1, n - 1): what coefficients cost by themselves."""
+        P, size = self.nuisance, np.diag(self.total)[:-1]
+        costs = np.diag(np.where(np.arange(len(size)) < P, TINY, RIDGE) * size)
+        if self.hats and len(size) > P + 2:
+            bend = np.diff(np.eye(len(size) - P), 2, axis=0)
+            costs[P:, P:] += SMOOTH * float(np.mean(size[P:])) * bend.T @ bend
+        return costs
+
+    @cached_property
+    def held_out_share(self) -> float:
+        """Share of the squared error above noise that the columns explain beside the nuisance on
+        the parts that neither was fitted to."""
+        n = len(self.total) - 1
+        without, both = (
+            sum(self._left(part, which) for part in self.parts)
+            for which in (np.arange(self.nuisance), np.arange(n))
+        )
+        return float((without - both) / max(without - self.count, 1.0))
+
+    def _left(self, part: np.ndarray, which: np.ndarray) -> float:
+        """Squared error on one part, with what was fitted to the others."""
+        x = self._inverse(self.total - part, which) @ (self.total - part)[which, -1]
+        b = part[which, -1]
+        return float(part[-1, -1] - 2.0 * x @ b + x @ part[np.ix_(which, which)] @ x)
+
+    def _inverse(self, C: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """Inverse of the normal equations of some coefficients."""
+        at = np.ix_(which, which)
+        return pseudo_inverse(C[at] + self._costs[at])
+
+    def fitted(self) -> tuple[np.ndarray, np.ndarray]:
+        """(m,) coefficients of the columns fitted to everything, and their standard deviations for
+        the error that is left."""
+        C, P = self.total, self.nuisance
+        inverse = self._inverse(C, np.arange(len(C) - 1))
+        x = inverse @ C[:-1, -1]
+        left = C[-1, -1] - 2.0 * x @ C[:-1, -1] + x @ C[:-1, :-1] @ x
+        deviations = np.sqrt(np.maximum(np.diag(inverse), 0.0) * max(left / self.count, 1.0))
+        return x[P:], deviations[P:]
+
+    def reduction(self) -> tuple[np.ndarray, np.ndarray]:
+        """(K, K) and (K,): inner products of the columns with each other and with the error, with
+        the nuisance projected out."""
+        C, own = self.total, np.arange(self.nuisance)
+        across = C[own, self.nuisance :]
+        projected = C[self.nuisance :, self.nuisance :] - across.T @ self._inverse(C, own) @ across
+        return projected[:-1, :-1], projected[:-1, -1]
+
+
+@dataclass(frozen=True)
+class SmoothFunction:
+    """A function of one variable at a target, as a sum of hats, and how the outputs answer."""
+
+    target: Target
+    variable: Variable
+    factor: Factor
+    knots: np.ndarray
+    matrices: PartMatrices
+
+    @property
+    def share(self) -> float:
+        """Share of the error above noise that it explains on parts held out."""
+        return self.matrices.held_out_share
+
+
+def smooth_functions(
+    model: FittedModel, target: Target, choices: Sequence[tuple[Variable, Factor]],
+    knots: int | None = None, stopped: Callable[[], bool] = lambda: False,
+) -> list[SmoothFunction]:  # fmt: skip
+    """The functions of the chosen variables at a target; fewer if stopped."""
+    at = ErrorParts.of(model)
+    functions = []
+    for variable, factor in choices:
+        if stopped():
+            break
+        places = np.linspace(*ends(variable), knots or variable.knots)
+        signals = hats(variable, factor, places)
+        columns = target.responses(model, signals)
+        functions.append(SmoothFunction(target, variable, factor, places, at.matrices(columns)))
+    return functions
+
+
+def hats(variable: Variable, factor: Factor, places: np.ndarray) -> list[Series]:
+    """Per place the signal (N,) of each recording: the hat there, times the factor."""
+    distance = places[1] - places[0]
+    return [
+        tuple(
+            np.clip(1.0 - np.abs(x - place) / distance, 0.0, None) * f
+            for x, f in zip(variable.along, factor.along, strict=True)
+        )
+        for place in places
+    ]
+
+
+@dataclass(frozen=True)
+class ErrorParts:
+    """Errors and slopes of a model, cut into parts."""
+
+    nuisance: tuple[np.ndarray, ...]
+    """(n, P + 1) per part: directions of the outputs by the nuisance, and the error"""
+    prior: np.ndarray
+    """(P + 1, P + 1)"""
+    count: int
+
+    @classmethod
+    def of(cls, model: FittedModel) -> ErrorParts:
+        """Of a model at its minimum."""
+        h = model.refit.parametrised
+        blocks = [
+            np.concatenate([-as_finite(S), r[..., None]], axis=-1)
+            for S, r in zip(model.refit.descended.slopes, model.refit.errors, strict=True)
+        ]
+        errors, sizes = h.limits.prior_measurements(h.vector)
+        known = np.column_stack([np.diag(-sizes), errors])
+        return cls(cut(blocks), known.T @ known, model.data.count)
+
+    def matrices(self, columns: Sequence[Series]) -> PartMatrices:
+        """With the columns (M, k) per recording."""
+        everything = range(len(columns[0]))
+        blocks = [as_finite(np.stack([c[i] for c in columns], axis=-1)) for i in everything]
+        parts, P, K = [], self.nuisance[0].shape[1] - 1, len(columns)
+        order = [*range(P), *range(P + 1, P + K + 1), P]  # the error is last
+        for own, added in zip(self.nuisance, cut(blocks), strict=True):
+            across = own.T @ added
+            C = np.block([[own.T @ own, across], [across.T, added.T @ added]])
+            parts.append(C[np.ix_(order, order)])
+        prior = np.zeros((P + K + 1, P + K + 1))
+        which = [*range(P), P + K]
+        prior[np.ix_(which, which)] = self.prior
+        return PartMatrices(np.array(parts), prior, P, self.count)
+
+
+def cut(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """(n, m) per part, of blocks (M, k, m) per recording: all samples and channels of the first
+    quarter of each recording, then of the second, and so on."""
+    pieces = [np.array_split(block, PARTS) for block in blocks]
+    return tuple(
+        np.concatenate([own[b].reshape(-1, own[b].shape[-1]) for own in pieces])
+        for b in range(PARTS)
+    )

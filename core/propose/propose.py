@@ -1,0 +1,273 @@
+"""The law of what no listed effect explains: carriers, short laws, refits."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import zip_longest
+
+import numpy as np
+
+from ..diagnose.acceptance import Round
+from ..diagnose.base_fit import BaseFit
+from ..diagnose.evidence import CLOSE, LEAST_SHARE, RefittedCandidate, acceptable
+from ..diagnose.fit_problem import parameter_names
+from ..diagnose.fitted_model import FittedModel
+from ..diagnose.ladder_steps import estimates
+from ..diagnose.next_experiment import next_experiments, possible_experiments
+from ..diagnose.refit import Refit
+from ..diagnose.remaining_error import remaining_error, within_noise
+from ..diagnose.search import Memo, Search
+from ..diagnose.search_options import Options
+from ..diagnose.search_round import REFITTED
+from ..least_squares import cost_of
+from ..processors import fast_thread_switching
+from ..progress import Progress, Silent
+from ..propose.actual_motion import ActualMotions
+from ..propose.carriers import SmoothFunction, smooth_functions
+from ..propose.short_laws import ShortLaw, per, short_laws
+from ..propose.targets import FINE, Target, ends, targets
+from ..results import (
+    UNLISTED,
+    Carrier,
+    Diagnosis,
+    PlannedExperiment,
+    Proposal,
+    ProposedLaw,
+    RankedEffect,
+)
+from ..results.proposal import NO_CARRIER, NO_LAW, WITHIN_NOISE
+
+MOST_CARRIERS = 3
+"""Variables whose functions are looked at more closely, and laws that are proposed."""
+
+MOST_CLOSE = 8
+"""Variables whose short laws are compared."""
+
+MOST_LAWS = 4
+"""Short laws that are refitted."""
+
+SAME = 0.05
+"""Relative difference below which two laws are one."""
+
+PLACES = 200
+"""Points of a law's curve."""
+
+
+@fast_thread_switching()
+def propose(
+    fitted: BaseFit, options: Options | None = None, progress: Progress | None = None,
+    ranking: Sequence[RankedEffect] = (),
+) -> Proposal:  # fmt: skip
+    """One to three laws for the error that a fitted model leaves, or why there is none.
+
+    Args:
+        fitted: The model as it stands, with the recordings that no fit uses.
+        options: Of the diagnosis before it.
+        progress: Gets each stage; asked whether to stop.
+        ranking: The listed effects as ranked on this model, to name the one most like a law.
+    """
+    clock, progress = time.perf_counter(), progress or Silent()
+    proposal = _Proposing(fitted, options or Options(), progress, ranking).run()
+    return replace(
+        proposal, seconds=time.perf_counter() - clock, stopped=progress.stopped(),
+        floors=fitted.data.floors,
+    )  # fmt: skip
+
+
+def with_proposal(
+    diagnosis: Diagnosis, last: BaseFit, options: Options, progress: Progress
+) -> Diagnosis:
+    """The diagnosis with laws for what is left, where no listed effect explains it; `last` is its
+    last model."""
+    if diagnosis.standing_verdict != UNLISTED or diagnosis.stopped or progress.stopped():
+        return diagnosis
+    ranking = diagnosis.rounds[-1].ranking if diagnosis.rounds else ()
+    return replace(diagnosis, proposal=propose(last, options, progress, ranking))
+
+
+class _Proposing:
+    """One search for laws."""
+
+    def __init__(
+        self, fitted: BaseFit, options: Options, progress: Progress, ranking: Sequence[RankedEffect]
+    ) -> None:
+        effects = tuple(fitted.base.parametrised.model.effects)
+        self.model = FittedModel(fitted.data, fitted.base, effects)
+        self.motions = ActualMotions.of(self.model).motions
+        self.progress, self.ranking = progress, ranking
+        self.memo = Memo(fitted.validation, effects, fitted.data.bare.arm.modes)
+        self.search = Search(options, progress, None, self.memo)
+
+    def run(self) -> Proposal:
+        """The whole search."""
+        model = self.model
+        if not remaining_error(model.data, model.refit.errors).above:
+            return Proposal(reason=WITHIN_NOISE)
+        functions = self._carriers()
+        carriers = tuple(carrier_of(f) for f in functions[:REFITTED])
+        if not functions or functions[0].share < LEAST_SHARE or self.progress.stopped():
+            return Proposal(carriers, reason=NO_CARRIER)
+        laws = self._short_laws(functions)
+        if self.progress.stopped():
+            return Proposal(carriers, reason=NO_LAW)
+        return self._tried(carriers, laws)
+
+    def _carriers(self) -> list[SmoothFunction]:
+        """All functions of one variable, best first."""
+        places = targets(self.model)
+        self.progress.stage("Asking what the rest depends on", len(places))
+        functions: list[SmoothFunction] = []
+        for target in places:
+            self.progress.advance(0, f"At {target.title}")
+            functions += self._of_target(target)
+            self.progress.advance(1)
+            if self.progress.stopped():
+                break
+        return sorted(functions, key=lambda f: -f.share)
+
+    def _of_target(self, target: Target) -> list[SmoothFunction]:
+        choices = target.choices(self.model, self.motions)
+        return smooth_functions(self.model, target, choices, stopped=self.progress.stopped)
+
+    def _short_laws(self, functions: Sequence[SmoothFunction]) -> list[ShortLaw]:
+        """The laws that are refitted: the best of each of the best variables first."""
+        close = functions[:MOST_CLOSE]
+        self.progress.stage("Looking for short laws", len(close) + MOST_CARRIERS)
+        # Without a simulation; hats that lie closer together, for the best of them alone.
+        coarse = [(f, law) for f in close for law in self._laws_of(f)[:1]]
+        best = sorted(coarse, key=lambda pair: pair[1].penalised_error)[:MOST_CARRIERS]
+        each = [_different(self._laws_of(self._finer(f))) for f, _ in best]
+        in_turn = [law for laws in zip_longest(*each) for law in laws if law is not None]
+        return in_turn[:MOST_LAWS]
+
+    def _laws_of(self, f: SmoothFunction) -> list[ShortLaw]:
+        if self.progress.stopped():
+            return []
+        self.progress.advance(1, f"{f.factor.noun} at {f.target.title} over the {f.variable.title}")
+        return short_laws(f)
+
+    def _finer(self, f: SmoothFunction) -> SmoothFunction:
+        """The function with FINE knots."""
+        if len(f.knots) >= FINE:
+            return f
+        return smooth_functions(self.model, f.target, [(f.variable, f.factor)], FINE)[0]
+
+    def _tried(self, carriers: tuple[Carrier, ...], laws: Sequence[ShortLaw]) -> Proposal:
+        """The laws as candidates of one more round."""
+        arm, taken = self.model.data.bare.arm, set(self.model.refit.parametrised.model.parameters)
+        by_kind = {f"law_{i + 1}": law for i, law in enumerate(laws)}
+        effects = [law.effect(arm, kind, taken) for kind, law in by_kind.items()]
+        found = self.search.round_of(self.model, effects, "Trying the laws in the model", 1)
+        refused = tuple((r.refitted.screened.effect.title, r.objection) for r in found.refusals)
+        if found.accepted is None:
+            return Proposal(carriers, reason=NO_LAW, refused=refused)
+        chosen = self._chosen(found, by_kind)
+        stated = tuple(self._law(w, refit, by_kind) for w, refit in chosen)
+        return Proposal(carriers, stated, refused=refused, experiments=self._experiments(chosen))
+
+    def _chosen(
+        self, found: Round, by_kind: dict[str, ShortLaw]
+    ) -> list[tuple[RefittedCandidate, Refit]]:
+        """The accepted law, and others that explain about as much and are another function."""
+        best = found.accepted
+        assert best is not None
+        refused = {id(r.refitted.screened) for r in found.refusals}
+        chosen = [(best, found.after)]
+        noise = within_noise(found.data, found.after.errors)
+        for w in found.refitted:
+            close = w.penalised_error <= best.penalised_error + CLOSE and acceptable(w)
+            close = close and (not noise or within_noise(found.data, w.refit.errors))
+            new = w.screened is not best.screened and id(w.screened) not in refused
+            if close and new and len(chosen) < MOST_CARRIERS:
+                chosen.append((w, w.refit))
+        return chosen
+
+    def _law(self, w: RefittedCandidate, refit: Refit, by_kind: dict[str, ShortLaw]) -> ProposedLaw:
+        law, count = by_kind[w.screened.effect.kind], self.model.data.count
+        own, model = w.screened.effect, refit.parametrised.model
+        names = parameter_names(own, model, self.model.data.sizes)
+        listed = {e.name: e for e in estimates(refit)}
+        at = law.with_values([listed[name].value for name in names])
+        places = np.linspace(*ends(law.function.variable), PLACES)
+        relative, likeness = self._relative(refit)
+        return ProposedLaw(
+            title=own.title, target=law.function.target.name, formula=at.formula(names),
+            latex=own.formula, parameters=tuple(listed[name] for name in names),
+            carrier=carrier_of(law.function), places=places, values=at.values(places),
+            explained=w.reduction,
+            rms=(math.sqrt(self.model.refit.cost / count), math.sqrt(refit.cost / count)),
+            unseen_rms=(self._unseen(self.model.refit), self._unseen(refit)),
+            delta_bic=w.delta_bic, relative=relative, likeness=likeness,
+        )  # fmt: skip
+
+    def _unseen(self, refit: Refit) -> float:
+        """rms on validation recordings in noise floors; NaN without any."""
+        fitted = self.memo.validation_fit(FittedModel(self.model.data, refit, ()))
+        if fitted is None:
+            return float("nan")
+        return float(np.sqrt(cost_of(fitted.errors) / fitted.data.count))
+
+    def _relative(self, refit: Refit) -> tuple[str, float]:
+        """The listed effect whose prediction is most like the law's, and the cosine."""
+        change = [a - b for a, b in zip(self.model.refit.errors, refit.errors, strict=True)]
+        best, most = "", float("nan")
+        for ranked in self.ranking:
+            if len(ranked.predicted) != len(change):
+                continue
+            cosine = abs(_cosine(ranked.predicted, change))
+            if not cosine <= most:
+                best, most = (ranked.title, cosine) if np.isfinite(cosine) else (best, most)
+        return best, most
+
+    def _experiments(
+        self, chosen: Sequence[tuple[RefittedCandidate, Refit]]
+    ) -> tuple[PlannedExperiment, ...]:
+        specs = possible_experiments(self.model.data)
+        if len(chosen) < 2 or not specs or self.progress.stopped():
+            return ()
+        self.progress.stage("Planning the experiment that decides", None)
+        first, second = (refit.parametrised for _, refit in chosen[:2])
+        one, other = (w.screened.effect.title for w, _ in chosen[:2])
+        stopped = self.progress.stopped
+        return next_experiments(self.model.data, first, second, (one, other), specs, stopped)
+
+
+def carrier_of(f: SmoothFunction) -> Carrier:
+    """A function of one variable as a record."""
+    values, deviations = f.matrices.fitted()
+    unit = per(f.target.unit, f.factor.unit)
+    return Carrier(
+        target=f.target.name, target_title=f.target.title, variable=f.variable.word,
+        title=f.variable.title, unit=f.variable.unit, factor=f.factor.words, share=f.share,
+        places=f.knots, values=values, deviations=deviations, value_unit=unit,
+    )  # fmt: skip
+
+
+def _different(laws: Sequence[ShortLaw]) -> list[ShortLaw]:
+    """The laws without those that are one that came before, in other words."""
+    kept: list[ShortLaw] = []
+    for law in laws:
+        if all(_distance(law, other) > SAME for other in kept):
+            kept.append(law)
+    return kept
+
+
+def _distance(law: ShortLaw, other: ShortLaw) -> float:
+    """Relative rms difference of two laws along the motion; infinite for other functions."""
+    f, g = law.function, other.function
+    if f is not g:
+        return float("inf")
+    x = np.concatenate(f.variable.along)
+    weight = np.concatenate(f.factor.along)
+    a, b = law.values(x) * weight, other.values(x) * weight
+    size = float(np.linalg.norm(b))
+    return float(np.linalg.norm(a - b)) / size if size else float("inf")
+
+
+def _cosine(a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> float:
+    product = sum(float(np.sum(x * y)) for x, y in zip(a, b, strict=True))
+    size = math.sqrt(cost_of(a) * cost_of(b))
+    return product / size if size else float("nan")

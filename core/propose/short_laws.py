@@ -1,0 +1,199 @@
+"""Short laws for a smooth function, judged by the inner products of its hats alone."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from ..arm.arm import Arm
+from ..diagnose.evidence import PARAMETER_PRICE
+from ..effects.effect import Effect
+from ..effects.own_formula import own_parameter
+from ..effects.own_reading import own_law
+from ..parameters import Parameter
+from ..propose.carriers import SmoothFunction
+from ..propose.shapes import SHAPES, Constant, Shape, Size
+from ..propose.targets import ends
+
+LINEAR = 1e-3
+"""Share of the error that a linear answer to a force cannot tell from none."""
+
+SMALL = 1e-3
+"""Of the largest size: to begin with where a size is nothing."""
+
+MOST_MOVED = 10.0
+"""Factor by which a refit may move a scale."""
+
+DIGITS = 6
+"""Of a place that is no unknown."""
+
+
+@dataclass(frozen=True)
+class ShortLaw:
+    """A shape in the place of a smooth function."""
+
+    function: SmoothFunction
+    shape: Shape
+    constants: tuple[float, ...]
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """Ends of the variable's range."""
+        low, high = ends(self.function.variable)
+        return float(f"{low:.{DIGITS}g}"), float(f"{high:.{DIGITS}g}")
+
+    def columns(self, x: np.ndarray) -> np.ndarray:
+        """(n, sizes) at the values x (n,) of the variable."""
+        return self.shape.columns(x, *self.range, self.constants)
+
+    @cached_property
+    def share(self) -> float:
+        """Share of the error above noise that it explains on parts held out."""
+        weights = self.columns(self.function.knots)
+        return self.function.matrices.combined(weights).held_out_share
+
+    @property
+    def penalised_error(self) -> float:
+        """As of a refit (core.diagnose.evidence), down to what a linear answer can tell."""
+        parameters = self.shape.parameters + len(self.function.variable.constants)
+        return float(np.log(max(1.0 - self.share, LINEAR))) + PARAMETER_PRICE * parameters
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """(sizes,) by least squares along the fitted motion."""
+        return self.function.matrices.combined(self.columns(self.function.knots)).fitted()[0]
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """(n,) of the function at the values x (n,) of the variable."""
+        return np.asarray(self.columns(x) @ self.sizes)
+
+    def effect(self, arm: Arm, kind: str, taken: Collection[str]) -> Effect:
+        """The law as an own effect, with names of parameters that are not taken yet."""
+        names = free_names(self.names, taken)
+        formula, target = self.formula(names), self.function.target.name
+        parameters = tuple(
+            replace(parameter, name=name, symbol=name, title=name)
+            for name, parameter in zip(names, self.parameters, strict=True)
+        )
+        return own_law(arm, target, formula, parameters, kind, self.title)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of sizes, constants of the shape, and those of the variable."""
+        return (*self.shape.names, *(c.name for c in self.function.variable.constants))
+
+    def formula(self, names: Sequence[str]) -> str:
+        """With these names instead."""
+        f, named = self.function, dict(zip(self.names, names, strict=True))
+        text = self.shape.formula(f.variable.word.format(**named), *self.range, named)
+        return f"-({text})*{f.factor.formula}" if f.factor.formula else text
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """In the order of `names`: sizes with wide bounds, constants with those of the range."""
+        sizes, f = self._sign * self.sizes, self.function
+        typical = float(np.max(np.abs(sizes))) or 1.0
+        return (
+            *(
+                own_parameter(size.name, float(x) or SMALL * typical, _size_unit(f, size))
+                for size, x in zip(self.shape.sizes, sizes, strict=True)
+            ),
+            *(
+                own_parameter(c.name, x, _constant_unit(f, c), *self._bounds(c, x))
+                for c, x in zip(self.shape.constants, self.constants, strict=True)
+            ),
+            *(own_parameter(*constant) for constant in f.variable.constants),
+        )
+
+    def _bounds(self, constant: Constant, start: float) -> tuple[float, float]:
+        ends_of_sign = sorted((start / MOST_MOVED, start * MOST_MOVED))
+        return self.range if constant.place else (ends_of_sign[0], ends_of_sign[1])
+
+    @property
+    def _sign(self) -> float:
+        """Of sizes in the formula: friction and damping act against the motion."""
+        return -1.0 if self.function.factor.formula else 1.0
+
+    def with_values(self, values: Sequence[float]) -> ShortLaw:
+        """The law with other values, in the order of `names`."""
+        m, n = len(self.shape.sizes), len(self.shape.constants)
+        law = replace(self, constants=tuple(float(c) for c in values[m : m + n]))
+        vars(law)["sizes"] = self._sign * np.asarray(values[:m], dtype=float)
+        return law
+
+    @property
+    def title(self) -> str:
+        """Such as 'Friction at joint 2 over the position of joint 2'."""
+        f = self.function
+        return f"{f.factor.noun} at {f.target.title} over the {f.variable.title}"
+
+
+def free_names(names: Sequence[str], taken: Collection[str]) -> list[str]:
+    """The names, numbered where they are taken."""
+    free: list[str] = []
+    for name in names:
+        numbered = (f"{name}{k}" for k in range(2, 1000))
+        free.append(next(n for n in (name, *numbered) if n not in taken and n not in free))
+    return free
+
+
+def _size_unit(f: SmoothFunction, size: Size) -> str:
+    """Such as N m/rad^2."""
+    unit = f.variable.unit
+    over = [f.factor.unit, f"({unit})^{size.power:g}" if size.power > 1.0 else unit]
+    return per(f.target.unit, *(over if size.power else over[:1]))
+
+
+def per(unit: str, *others: str) -> str:
+    """A unit over others; empty ones do not count."""
+    return "/".join([unit, *(f"({u})" if "/" in u else u for u in others if u)])
+
+
+def _constant_unit(f: SmoothFunction, constant: Constant) -> str:
+    unit = f.variable.unit
+    return unit if constant.power > 0.0 or not unit else f"1/{unit}"
+
+
+def short_laws(function: SmoothFunction) -> list[ShortLaw]:
+    """One law of each shape at its best constants, best first."""
+    laws = [law for shape in SHAPES for law in _best(function, shape)]
+    return sorted(laws, key=lambda law: law.penalised_error)
+
+
+def _best(function: SmoothFunction, shape: Shape) -> Iterator[ShortLaw]:
+    """The shape at the constants that explain most; nothing for a shape that makes no sense."""
+    variable = function.variable
+    if (shape.angles and not variable.whole_turns) or (variable.constants and not shape.varies):
+        return
+    inner, outer = function.matrices.reduction()
+
+    def left(constants: Sequence[float]) -> float:
+        W = ShortLaw(function, shape, tuple(constants)).columns(function.knots)
+        A, b = W.T @ inner @ W, W.T @ outer
+        d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+        scaled = A / np.outer(d, d) + 1e-9 * np.eye(len(d))
+        solved = np.linalg.solve(scaled, b / d)
+        return -float(b / d @ solved)
+
+    grid = shape.grid(*ends(variable))
+    best = min(grid, key=left)
+    if best:
+        # What is narrower than the hats are apart they cannot show; the refit does.
+        ends_of = zip(np.min(grid, axis=0), np.max(grid, axis=0), strict=True)
+        best = _refined(left, best, list(ends_of))
+    yield ShortLaw(function, shape, tuple(float(c) for c in best))
+
+
+def _refined(  # type: ignore[no-untyped-def]
+    left, start: Sequence[float], bounds: Sequence[tuple[float, float]]
+) -> tuple[float, ...]:
+    """The constants moved to where least is left."""
+    options = {"maxfev": 120, "xatol": 1e-4, "fatol": 1e-6}
+    found = scipy.optimize.minimize(
+        left, start, method="Nelder-Mead", bounds=bounds, options=options
+    )
+    return tuple(found.x) if found.fun < left(start) else tuple(start)

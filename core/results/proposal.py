@@ -1,0 +1,104 @@
+"""A law that is proposed for what no listed effect explains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..results.identification import Estimate
+
+if TYPE_CHECKING:
+    from ..results.diagnosis import Objection, PlannedExperiment
+
+WITHIN_NOISE, NO_CARRIER, NO_LAW = "within_noise", "no_carrier", "no_law"
+"""Why nothing is proposed: nothing is left to explain, no variable carries the rest, or every law
+that was tried fails a test."""
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """A variable, and how much of an error a smooth function of it explains."""
+
+    target: str
+    """Where the function acts: as the target of an own formula."""
+    target_title: str
+    variable: str
+    """Its word in a formula."""
+    title: str
+    """Such as 'position of joint 2'."""
+    unit: str
+    factor: str
+    """What the function is multiplied by, in words; empty: by nothing."""
+    share: float
+    """Of the squared error above noise that it explains on parts of the recordings that its values
+    were not fitted to."""
+    places: np.ndarray
+    """(K,) of the variable, in `unit`"""
+    values: np.ndarray
+    """(K,) of the function there, in `value_unit`"""
+    deviations: np.ndarray
+    """(K,) standard deviations of the values"""
+    value_unit: str
+
+
+@dataclass(frozen=True)
+class ProposedLaw:
+    """A law that passed every test an effect passes."""
+
+    title: str
+    target: str
+    formula: str
+    """In the language of own formulas."""
+    latex: str
+    parameters: tuple[Estimate, ...]
+    carrier: Carrier
+    places: np.ndarray
+    """(n,) of the carrier's variable"""
+    values: np.ndarray
+    """(n,) of the law's function there, in the carrier's `value_unit`"""
+    explained: float
+    """Share of the squared error above noise."""
+    rms: tuple[float, float]
+    """Before and after, in noise floors."""
+    unseen_rms: tuple[float, float] = (float("nan"), float("nan"))
+    """The same on validation recordings; NaN without any."""
+    delta_bic: float = float("nan")
+    relative: str = ""
+    """Title of the listed effect that it is most like; empty: none was ranked."""
+    likeness: float = float("nan")
+    """Cosine between what both predict."""
+
+    @property
+    def settings(self) -> dict[str, object]:
+        """The law as an entry of `[[model.own]]`, without an id."""
+        parameters = {
+            e.name: {"start": e.value, "unit": e.unit}
+            | {k: x for k, x in (("lower", e.lower), ("upper", e.upper)) if np.isfinite(x)}
+            for e in self.parameters
+        }
+        return {
+            "title": self.title, "target": self.target, "formula": self.formula,
+            "parameters": parameters,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What a search for laws found."""
+
+    carriers: tuple[Carrier, ...] = ()
+    """Best first."""
+    laws: tuple[ProposedLaw, ...] = ()
+    """Best first; empty where nothing is proposed."""
+    reason: str = ""
+    """Why nothing is proposed: one of the constants above; empty where something is."""
+    refused: tuple[tuple[str, Objection], ...] = ()
+    """(title, why) of laws that explain enough and fail a test."""
+    experiments: tuple[PlannedExperiment, ...] = ()
+    """Where two laws remain: what to measure next to decide, best first."""
+    seconds: float = float("nan")
+    stopped: bool = False
+    floors: Mapping[str, float] = field(default_factory=dict)

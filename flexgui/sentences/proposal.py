@@ -1,0 +1,95 @@
+"""Proposed laws in sentences: what the rest depends on, each law, and why there is none."""
+
+from __future__ import annotations
+
+import math
+
+from flexgui.core.results import Carrier, Objection, Proposal, ProposedLaw
+from flexgui.core.results.proposal import NO_CARRIER, NO_LAW, WITHIN_NOISE
+from flexgui.core.sentences import listed
+from flexgui.sentences.experiments import experiment_sentence
+from flexgui.sentences.figures import percent, times
+from flexgui.sentences.ranked import objection_words
+from flexgui.sentences.written import estimate_text, format_number
+
+REASONS = {
+    WITHIN_NOISE: "The error is within the noise: nothing is left for a law to explain.",
+    NO_CARRIER: (
+        "No law is proposed. No position, speed, deflection, torque or time carries the rest: what "
+        "a smooth function of each explains, it does not explain on parts of the recordings that "
+        "it was not fitted to."
+    ),
+    NO_LAW: "No law is proposed: each that was tried in the model failed a test.",
+}
+
+ALIKE = 0.5
+"""Cosine from which a listed effect is called a relative of a law."""
+
+
+def proposal_paragraphs(proposal: Proposal | None) -> tuple[str, ...]:
+    """One paragraph each; none where no law was looked for."""
+    if proposal is None:
+        return ()
+    if proposal.reason:
+        refused = [refusal_sentence(title, why) for title, why in proposal.refused[:1]]
+        carriers = carrier_sentence(proposal) if proposal.reason == NO_LAW else ""
+        return tuple(p for p in (carriers, REASONS[proposal.reason], *refused) if p)
+    laws = [law_sentence(law) for law in proposal.laws]
+    planned = [experiment_sentence(e) for e in proposal.experiments[:1]]
+    return (carrier_sentence(proposal), *laws, *planned)
+
+
+def carrier_words(carrier: Carrier) -> str:
+    """'the position of joint 2, turned round with the direction of motion'."""
+    factor = f", times {carrier.factor}" if carrier.factor else ""
+    return f"the {carrier.title}{factor}"
+
+
+def carrier_sentence(proposal: Proposal) -> str:
+    """What the rest depends on most."""
+    if not proposal.carriers:
+        return ""
+    best = proposal.carriers[0]
+    text = (
+        f"No listed effect explains the rest. It depends most on {carrier_words(best)}: a smooth "
+        f"function of it, acting at {best.target_title}, explains {percent(100.0 * best.share)} of "
+        f"the error above the noise on parts of the recordings that it was not fitted to"
+    )
+    others = [c for c in proposal.carriers[1:] if c.share > 0.0]
+    if not others:
+        return f"{text}."
+    following = others[0]
+    return (
+        f"{text}; next, {carrier_words(following)} at {following.target_title}: "
+        f"{percent(100.0 * following.share)}."
+    )
+
+
+def law_sentence(law: ProposedLaw) -> str:
+    """The law with its values, what it explains and what it is like."""
+    values = listed([estimate_text(e) for e in law.parameters])
+    text = (
+        f"{law.title}: {law.formula}, with {values}. It explains "
+        f"{percent(100.0 * law.explained)} of the error above the noise: from "
+        f"{times(law.rms[0])} to {times(law.rms[1])} the noise floor"
+    )
+    if math.isfinite(law.unseen_rms[1]):
+        text += (
+            f", on recordings that no fit has seen from {times(law.unseen_rms[0])} to "
+            f"{times(law.unseen_rms[1])}"
+        )
+    return f"{text}.{_relative(law)}"
+
+
+def _relative(law: ProposedLaw) -> str:
+    if not law.likeness >= ALIKE:
+        return ""
+    return (
+        f" Of the listed effects, {law.relative} is most like it (cosine "
+        f"{format_number(law.likeness, 2)})."
+    )
+
+
+def refusal_sentence(title: str, why: Objection) -> str:
+    """Why a law that explains enough is not proposed."""
+    return f"{title}: {objection_words(why)}."

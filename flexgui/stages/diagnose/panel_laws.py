@@ -1,0 +1,63 @@
+"""On Diagnose: the laws that are proposed for what no listed effect explains."""
+
+from __future__ import annotations
+
+from flexgui.core.results import NOTHING, Proposal
+from flexgui.page.panel import PageContext, PageElement
+from flexgui.page.plot import Plot
+from flexgui.page.widgets import HtmlBlock
+from flexgui.stages.diagnose.model_versions import ModelVersion
+from flexgui.stages.diagnose.panel_candidates import WORDS
+from flexgui.views.proposal import law_over_variable
+
+HEIGHT = 240.0
+"""px"""
+
+
+class ProposedLaws(PageElement):
+    """What the rest depends on, and each law with a button that adds it."""
+
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        self._words = HtmlBlock(self.gui)
+        context.actions.register("add law", lambda k: self.session.diagnosis.add_law(int(k)))
+        context.actions.register("propose law", lambda _: self.session.diagnosis.propose())
+
+    def show(self, version: ModelVersion | None, able: bool, marked: bool) -> None:
+        """Of a version; `able`: whether something can be added now, `marked`: whether the first
+        law is the next step."""
+        found = None if version is None else version.diagnosis
+        if found is None:
+            self._words.show()
+        elif found.proposal is not None:
+            self._words.show(WORDS.laws(found.proposal, able, marked))
+        else:
+            self._words.show("" if found.verdict == NOTHING else WORDS.ask_for_laws(able))
+
+
+class LawFigure(PageElement):
+    """What the rest shows over the variable that carries it, and the first law."""
+
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        self._words, self._plot = HtmlBlock(self.gui), Plot(context, 0.5)
+        self._drawn: Proposal | None = None
+
+    def refresh(self) -> None:
+        """Draws the proposal of the newest version; nothing where no variable carries the rest."""
+        proposal = _proposal(self.session.diagnosis.newest)
+        if proposal is self._drawn:
+            return
+        self._drawn = proposal
+        if proposal is None or not proposal.laws:
+            self._words.show()
+            self._plot.show(None)
+            return
+        law = proposal.laws[0]
+        self._words.show(WORDS.over_variable(law))
+        self._plot.show(law_over_variable(law.carrier, law), height=HEIGHT)
+
+
+def _proposal(version: ModelVersion | None) -> Proposal | None:
+    found = None if version is None else version.diagnosis
+    return None if found is None else found.proposal

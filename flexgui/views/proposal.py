@@ -1,0 +1,85 @@
+"""What the rest of an error depends on, and the laws that are proposed for it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexgui.core.results import Carrier, Proposal, ProposedLaw
+from flexgui.sentences.proposal import carrier_words
+from flexgui.sentences.written import estimate_text, format_number, shown_unit
+from flexgui.views import colours
+from flexgui.views.layout import Figure, axis, figure, line, named_axis
+from flexgui.views.table import Row, Table, numbers, texts
+
+ROW, AROUND = 30, 80
+"""px: of one variable, and of the axis."""
+
+MOST_SHOWN = 5
+"""Variables that are compared."""
+
+
+def carrier_shares(proposal: Proposal | None) -> Figure | None:
+    """A bar per variable: what a smooth function of it explains; None without any."""
+    if proposal is None or not proposal.carriers:
+        return None
+    shown = proposal.carriers[:MOST_SHOWN]
+    names = [f"{carrier_words(c)}, at {c.target_title}" for c in shown]
+    shares = [100.0 * max(c.share, 0.0) for c in shown]
+    text = (
+        "Part of the squared error above the noise that a smooth function of one variable explains "
+        "on parts of the recordings that it was not fitted to."
+    )
+    bars = {
+        "type": "bar", "orientation": "h", "x": shares, "y": list(range(len(shown))),
+        "marker": {"color": colours.ADDED}, "text": [f"{x:.0f} %" for x in shares],
+        "textposition": "auto", "hoverinfo": "skip", "showlegend": False,
+    }  # fmt: skip
+    rows = named_axis(names, range=[len(shown) - 0.5, -0.5], automargin=True, ticks="")
+    x_axis = axis("explained [%]", range=[0, 100])
+    return figure([bars], x_axis, rows, text, AROUND + ROW * len(shown))
+
+
+def law_over_variable(carrier: Carrier, law: ProposedLaw | None = None) -> Figure:
+    """The smooth function with two standard deviations either way, and a law's own."""
+    unit = shown_unit(carrier.values, carrier.value_unit)
+    place = shown_unit(carrier.places, carrier.unit)
+    x, y = carrier.places * place.factor, carrier.values * unit.factor
+    wide = 2.0 * carrier.deviations * unit.factor
+    hover = f"%{{x:.4g}} {place.name}, %{{y:.4g}} {unit.name}<extra></extra>"
+    known = np.isfinite(wide) & (wide < np.ptp(y))
+    band = {
+        "type": "scatter", "x": np.concatenate([x[known], x[known][::-1]]),
+        "y": np.concatenate([(y + wide)[known], (y - wide)[known][::-1]]),
+        "fill": "toself", "fillcolor": colours.faded(colours.RESIDUAL, 0.2), "mode": "lines",
+        "line": {"width": 0}, "hoverinfo": "skip", "name": "± 2 standard deviations",
+    }  # fmt: skip
+    traces = [band, line(x[known], y[known], "what the rest shows", colours.RESIDUAL, hover)]
+    if law is not None:
+        places, values = law.places * place.factor, law.values * unit.factor
+        traces.append(line(places, values, "the law", colours.ADDED, hover, width=2.6))
+    what = "function" if carrier.factor else "missing"
+    title = carrier.title[0].upper() + carrier.title[1:]
+    return figure(traces, axis(place.label(title)), axis(unit.label(what)), _caption(carrier))
+
+
+def _caption(carrier: Carrier) -> str:
+    times = f", to be multiplied by {carrier.factor}" if carrier.factor else ""
+    return f"At {carrier.target_title}, over the {carrier.title}{times}."
+
+
+def laws_table(proposal: Proposal | None) -> Table | None:
+    """A row per law: formula, values, what it explains, errors; None without any."""
+    if proposal is None or not proposal.laws:
+        return None
+    rows = tuple(
+        Row(
+            (
+                law.title, law.formula, "; ".join(estimate_text(e) for e in law.parameters),
+                f"{100.0 * law.explained:.1f} %", format_number(law.rms[1], 3),
+                format_number(law.unseen_rms[1], 3),
+            )
+        )
+        for law in proposal.laws
+    )  # fmt: skip
+    columns = (*texts("Law", "Formula", "Values"), *numbers("Explains", "Error", "Unseen"))
+    return Table(columns, rows, "Errors in multiples of the noise floor.")
