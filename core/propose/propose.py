@@ -18,7 +18,7 @@ from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import estimates
 from ..diagnose.next_experiment import next_experiments, possible_experiments
 from ..diagnose.refit import Refit
-from ..diagnose.remaining_error import remaining_error, within_noise
+from ..diagnose.remaining_error import remaining_error
 from ..diagnose.search import Memo, Search
 from ..diagnose.search_options import Options
 from ..diagnose.search_round import REFITTED
@@ -49,7 +49,7 @@ MOST_CLOSE = 8
 MOST_LAWS = 4
 """Short laws that are refitted."""
 
-SAME = 0.05
+SAME = 0.01
 """Relative difference below which two laws are one."""
 
 PLACES = 200
@@ -176,10 +176,10 @@ class _Proposing:
         assert best is not None
         refused = {id(r.refitted.screened) for r in found.refusals}
         chosen = [(best, found.after)]
-        noise = within_noise(found.data, found.after.errors)
+        noise = not remaining_error(found.data, found.after.errors).above
         for w in found.refitted:
             close = w.penalised_error <= best.penalised_error + CLOSE and acceptable(w)
-            close = close and (not noise or within_noise(found.data, w.refit.errors))
+            close = close and not (noise and remaining_error(found.data, w.refit.errors).above)
             new = w.screened is not best.screened and id(w.screened) not in refused
             if close and new and len(chosen) < MOST_CARRIERS:
                 chosen.append((w, w.refit))

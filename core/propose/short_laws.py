@@ -127,9 +127,11 @@ class ShortLaw:
 
     @property
     def title(self) -> str:
-        """Such as 'Friction at joint 2 over the position of joint 2'."""
+        """Such as 'Friction at joint 2 over the position of joint 2, from a place on'."""
         f = self.function
-        return f"{f.factor.noun} at {f.target.title} over the {f.variable.title}"
+        return (
+            f"{f.factor.noun} at {f.target.title} over the {f.variable.title}, {self.shape.title}"
+        )
 
 
 def free_names(names: Sequence[str], taken: Collection[str]) -> list[str]:

@@ -39,6 +39,17 @@ def proposal_paragraphs(proposal: Proposal | None) -> tuple[str, ...]:
     return (carrier_sentence(proposal), *laws, *planned)
 
 
+def proposed_line(proposal: Proposal | None) -> str:
+    """The first law in a line; empty without any."""
+    if proposal is None or not proposal.laws:
+        return ""
+    law = proposal.laws[0]
+    return (
+        f"Proposed: {law.title}: {law.formula}; error from {times(law.rms[0])} to "
+        f"{times(law.rms[1])} the noise floor."
+    )
+
+
 def carrier_words(carrier: Carrier) -> str:
     """'the position of joint 2, turned round with the direction of motion'."""
     factor = f", times {carrier.factor}" if carrier.factor else ""
@@ -67,7 +78,7 @@ def carrier_sentence(proposal: Proposal) -> str:
 
 def law_sentence(law: ProposedLaw) -> str:
     """The law with its values, what it explains and what it is like."""
-    values = listed([estimate_text(e) for e in law.parameters])
+    values = listed([f"{e.name} = {estimate_text(e)}" for e in law.parameters])
     text = (
         f"{law.title}: {law.formula}, with {values}. It explains "
         f"{percent(100.0 * law.explained)} of the error above the noise: from "

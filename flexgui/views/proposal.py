@@ -8,7 +8,7 @@ from flexgui.core.results import Carrier, Proposal, ProposedLaw
 from flexgui.sentences.proposal import carrier_words
 from flexgui.sentences.written import estimate_text, format_number, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import Figure, axis, figure, line, named_axis
+from flexgui.views.layout import Figure, axis, dots, figure, line, named_axis
 from flexgui.views.table import Row, Table, numbers, texts
 
 ROW, AROUND = 30, 80
@@ -53,7 +53,7 @@ def law_over_variable(carrier: Carrier, law: ProposedLaw | None = None) -> Figur
         "fill": "toself", "fillcolor": colours.faded(colours.RESIDUAL, 0.2), "mode": "lines",
         "line": {"width": 0}, "hoverinfo": "skip", "name": "± 2 standard deviations",
     }  # fmt: skip
-    traces = [band, line(x[known], y[known], "what the rest shows", colours.RESIDUAL, hover)]
+    traces = [band, dots(x[known], y[known], "what the rest shows", colours.RESIDUAL, hover)]
     if law is not None:
         places, values = law.places * place.factor, law.values * unit.factor
         traces.append(line(places, values, "the law", colours.ADDED, hover, width=2.6))
@@ -67,6 +67,10 @@ def _caption(carrier: Carrier) -> str:
     return f"At {carrier.target_title}, over the {carrier.title}{times}."
 
 
+def _values(law: ProposedLaw) -> str:
+    return "; ".join(f"{e.name} = {estimate_text(e)}" for e in law.parameters)
+
+
 def laws_table(proposal: Proposal | None) -> Table | None:
     """A row per law: formula, values, what it explains, errors; None without any."""
     if proposal is None or not proposal.laws:
@@ -74,7 +78,7 @@ def laws_table(proposal: Proposal | None) -> Table | None:
     rows = tuple(
         Row(
             (
-                law.title, law.formula, "; ".join(estimate_text(e) for e in law.parameters),
+                law.title, law.formula, _values(law),
                 f"{100.0 * law.explained:.1f} %", format_number(law.rms[1], 3),
                 format_number(law.unseen_rms[1], 3),
             )

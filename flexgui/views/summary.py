@@ -13,6 +13,7 @@ from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.core.sentences import listed
 from flexgui.sentences.figures import times
 from flexgui.sentences.identifiability import invariant
+from flexgui.sentences.proposal import proposed_line
 from flexgui.sentences.written import channel_symbol, format_number, quantity, split_name
 from flexgui.views.fit_table import FIT_IS
 from flexgui.views.headline import (
@@ -57,6 +58,7 @@ def result_lines(outcome: Outcome) -> tuple[str, ...]:
     reached = quality(with_role(final_comparisons(outcome), ESTIMATE))
     lines = (
         f"{_basis(outcome)}." if diagnosis is None else current_verdict(diagnosis),
+        proposed_line(None if diagnosis is None else diagnosis.proposal),
         Markup("{}.").format(_listed(estimates)) if estimates else "",
         f"Estimation recordings: {reached}." if reached else "",
         f"Time: {sum(outcome.seconds.values()):.1f} s.",

@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 METHOD = ROOT / "docs" / "method.md"
-PACKAGES = ("core/check", "core/diagnose", "core/identify", "core/noise")
+PACKAGES = ("core/check", "core/diagnose", "core/identify", "core/noise", "core/propose")
 ROW = re.compile(r"^\| `([\w.]+)\.([A-Z_]+)` \| (-?[\d.]+(?:e[+-]?\d+)?) \| (.*) \|$", re.MULTILINE)
 
 

@@ -94,11 +94,11 @@ class DiagnosePanel(Panel):
         self._verdict.show(self._verdict_words(version, titles, free, way_on))
         self._model.show(self._model_words(free, way_on))
         self._by_hand.refresh(free)
-        self._laws.show(None if old else version, free, way_on == ADD_LAW)
         self._so_far.show(WORDS.so_far(findings))
         run = session.run.state
         streams = run.kind == "diagnose" and run.phase == RUNNING
         able = free or (streams and session.diagnosis.pending is not None)
+        self._laws.show(None if old else version, able, way_on == ADD_LAW)
         self._candidates.show(findings, titles, way_on == ADD, able and not old)
         self._at_work.refresh()
         self._about.show(WORDS.nothing_yet() if findings is None else "")
@@ -121,14 +121,14 @@ class DiagnosePanel(Panel):
             return ""
         if version is None or version.found is None or not version.ranking or self._old(version):
             return FIND
+        if self.session.diagnosis.laws:
+            return ADD_LAW
         more = may_explain(version.found)
         if version.diagnosis is None:
             # Whether an effect was enough that was just added, the whole list has to say.
             return ADD if more and not version.added else FIND
         if error_stayed(self.session.diagnosis.versions):
             return UNDO
-        if not more and self.session.diagnosis.laws:
-            return ADD_LAW
         return ADD if more else GO_ON
 
     def _verdict_words(

@@ -32,7 +32,8 @@ class ProposedLaws(PageElement):
         elif found.proposal is not None:
             self._words.show(WORDS.laws(found.proposal, able, marked))
         else:
-            self._words.show("" if found.verdict == NOTHING else WORDS.ask_for_laws(able))
+            free = able and not self.session.run.busy
+            self._words.show("" if found.verdict == NOTHING else WORDS.ask_for_laws(free))
 
 
 class LawFigure(PageElement):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -144,11 +145,7 @@ class Diagnosis:
     def add(self, kind: str) -> bool:
         """Puts a listed effect into the model and fits it; a ranking that still goes on ends."""
         if self._session.run.busy and self.pending is not None and self.pending.found is not None:
-            self._then = partial(self._add_now, kind)
-            self.to_add = titled([kind])[0]
-            self._session.run.stop()
-            self._session.notify(Topic.DIAGNOSIS)
-            return True
+            return self._after_stop(partial(self._add_now, kind), titled([kind])[0])
         findings = (
             next((r for r in self.newest.ranking if r.effect == kind), None)
             if self.newest
@@ -160,6 +157,13 @@ class Diagnosis:
             return self._go_on(with_effect(kind, findings), titled([kind])[0], kind)
         except InputError as error:
             return self._session.refuse(error)
+
+    def _after_stop(self, then: Callable[[], object], title: str) -> bool:
+        """Stops what is computed, and adds what has this title afterwards."""
+        self._then, self.to_add = then, title
+        self._session.run.stop()
+        self._session.notify(Topic.DIAGNOSIS)
+        return True
 
     def _add_now(self, kind: str) -> None:
         self.add(kind)
@@ -178,11 +182,18 @@ class Diagnosis:
         return done
 
     def add_law(self, number: int) -> bool:
-        """Puts a proposed law, from 0, into the model and fits it."""
+        """Puts a proposed law, from 0, into the model and fits it; what is still computed on the
+        model as it was ends."""
         laws = self.laws
         if number >= len(laws):
             return False
-        edit = with_law(laws[number])
+        if self._session.run.busy and self.pending is not None:
+            return self._after_stop(partial(self._add_law_now, laws[number]), laws[number].title)
+        return self._add_law_now(laws[number])
+
+    def _add_law_now(self, law: ProposedLaw) -> bool:
+        self.to_add = ""
+        edit = with_law(law)
         try:
             scenario = apply_edits(self._session.document.scenario, edit)
             kind, title = present(scenario)[-1]
