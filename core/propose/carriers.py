@@ -40,6 +40,8 @@ class PartMatrices:
     """Number of samples."""
     hats: bool = True
     """Whether the columns are those of hats beside each other."""
+    beside: int = 0
+    """How many of the nuisance, the last, are hats of another function."""
 
     def combined(self, weights: np.ndarray) -> PartMatrices:
         """The same of combinations (columns, m) of the columns."""
@@ -47,7 +49,7 @@ class PartMatrices:
         W = np.zeros((P + K + 1, P + m + 1))
         W[:P, :P], W[P : P + K, P : P + m], W[-1, -1] = np.eye(P), weights, 1.0
         parts = np.einsum("ia,bij,jc->bac", W, self.parts, W, optimize=True)
-        return PartMatrices(parts, W.T @ self.prior @ W, P, self.count, False)
+        return PartMatrices(parts, W.T @ self.prior @ W, P, self.count, False, self.beside)
 
     @cached_property
     def total(self) -> np.ndarray:
@@ -58,10 +60,12 @@ class PartMatrices:
     def _costs(self) -> np.ndarray:
         """(n - 1, n - 1): what coefficients cost by themselves."""
         P, size = self.nuisance, np.diag(self.total)[:-1]
-        costs = np.diag(np.where(np.arange(len(size)) < P, TINY, RIDGE) * size)
-        if self.hats and len(size) > P + 2:
-            bend = np.diff(np.eye(len(size) - P), 2, axis=0)
-            costs[P:, P:] += SMOOTH * float(np.mean(size[P:])) * bend.T @ bend
+        own = P - self.beside
+        costs = np.diag(np.where(np.arange(len(size)) < own, TINY, RIDGE) * size)
+        for hats in (slice(own, P), slice(P, len(size) if self.hats else P)):
+            bend = np.diff(np.eye(len(size[hats])), 2, axis=0)
+            if len(bend):
+                costs[hats, hats] += SMOOTH * float(np.mean(size[hats])) * bend.T @ bend
         return costs
 
     @cached_property
@@ -114,19 +118,39 @@ class SmoothFunction:
     factor: Factor
     knots: np.ndarray
     matrices: PartMatrices
+    beside: SmoothFunction | None = None
+    """The function that the error is explained by besides."""
 
     @property
     def share(self) -> float:
-        """Share of the error above noise that it explains on parts held out."""
+        """Share of the error above noise that it explains on parts held out; beside another
+        function, of what that one leaves."""
         return self.matrices.held_out_share
+
+    @property
+    def states(self) -> set[str]:
+        """What of it has a state; two are one where they are alike."""
+        free = self.variable.constants
+        of_variable = {f"{self.variable.word} {free}"} if free else set()
+        return of_variable | ({self.factor.state} if self.factor.state else set())
+
+    @property
+    def left(self) -> float:
+        """Share of the error above noise that it leaves there, with the function beside it."""
+        return (1.0 - self.share) * (1.0 if self.beside is None else self.beside.left)
 
 
 def smooth_functions(
     model: FittedModel, target: Target, choices: Sequence[tuple[Variable, Factor]],
     knots: int | None = None, stopped: Callable[[], bool] = lambda: False,
+    beside: SmoothFunction | None = None,
 ) -> list[SmoothFunction]:  # fmt: skip
-    """The functions of the chosen variables at a target; fewer if stopped."""
+    """The functions of the chosen variables at a target, `beside` one that is there already; fewer
+    if stopped."""
     at = ErrorParts.of(model)
+    if beside is not None:
+        signals = hats(beside.variable, beside.factor, beside.knots)
+        at = at.beside_columns(beside.target.responses(model, signals))
     functions = []
     for variable, factor in choices:
         if stopped():
@@ -134,7 +158,8 @@ def smooth_functions(
         places = np.linspace(*ends(variable), knots or variable.knots)
         signals = hats(variable, factor, places)
         columns = target.responses(model, signals)
-        functions.append(SmoothFunction(target, variable, factor, places, at.matrices(columns)))
+        matrices = at.matrices(columns)
+        functions.append(SmoothFunction(target, variable, factor, places, matrices, beside))
     return functions
 
 
@@ -159,6 +184,8 @@ class ErrorParts:
     prior: np.ndarray
     """(P + 1, P + 1)"""
     count: int
+    beside: int = 0
+    """How many of the nuisance, the last, are hats of a function."""
 
     @classmethod
     def of(cls, model: FittedModel) -> ErrorParts:
@@ -172,10 +199,20 @@ class ErrorParts:
         known = np.column_stack([np.diag(-sizes), errors])
         return cls(cut(blocks), known.T @ known, model.data.count)
 
+    def beside_columns(self, columns: Sequence[Series]) -> ErrorParts:
+        """The same with columns (M, k) per recording among the nuisance."""
+        P, K = self.nuisance[0].shape[1] - 1, len(columns)
+        nuisance = tuple(
+            np.concatenate([own[:, :P], added, own[:, P:]], axis=1)
+            for own, added in zip(self.nuisance, cut(_blocks(columns)), strict=True)
+        )
+        prior, which = np.zeros((P + K + 1, P + K + 1)), [*range(P), P + K]
+        prior[np.ix_(which, which)] = self.prior
+        return ErrorParts(nuisance, prior, self.count, K)
+
     def matrices(self, columns: Sequence[Series]) -> PartMatrices:
         """With the columns (M, k) per recording."""
-        everything = range(len(columns[0]))
-        blocks = [as_finite(np.stack([c[i] for c in columns], axis=-1)) for i in everything]
+        blocks = _blocks(columns)
         parts, P, K = [], self.nuisance[0].shape[1] - 1, len(columns)
         order = [*range(P), *range(P + 1, P + K + 1), P]  # the error is last
         for own, added in zip(self.nuisance, cut(blocks), strict=True):
@@ -185,7 +222,13 @@ class ErrorParts:
         prior = np.zeros((P + K + 1, P + K + 1))
         which = [*range(P), P + K]
         prior[np.ix_(which, which)] = self.prior
-        return PartMatrices(np.array(parts), prior, P, self.count)
+        return PartMatrices(np.array(parts), prior, P, self.count, beside=self.beside)
+
+
+def _blocks(columns: Sequence[Series]) -> list[np.ndarray]:
+    """(M, k, columns) per recording."""
+    everything = range(len(columns[0]))
+    return [as_finite(np.stack([c[i] for c in columns], axis=-1)) for i in everything]
 
 
 def cut(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:

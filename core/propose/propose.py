@@ -10,7 +10,7 @@ from itertools import zip_longest
 
 import numpy as np
 
-from ..diagnose.acceptance import Round
+from ..diagnose.acceptance import WHOLE_SHARE, Round
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.evidence import CLOSE, LEAST_SHARE, RefittedCandidate, acceptable
 from ..diagnose.fit_problem import parameter_names
@@ -27,12 +27,13 @@ from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
 from ..propose.actual_motion import ActualMotions
 from ..propose.carriers import SmoothFunction, smooth_functions
-from ..propose.short_laws import ShortLaw, per, short_laws
-from ..propose.targets import FINE, Target, ends, targets
+from ..propose.short_laws import Law, ShortLaw, per, short_laws
+from ..propose.targets import COARSE, FINE, Target, ends, targets
 from ..results import (
     UNLISTED,
     Carrier,
     Diagnosis,
+    LawTerm,
     PlannedExperiment,
     Proposal,
     ProposedLaw,
@@ -132,7 +133,7 @@ class _Proposing:
         choices = target.choices(self.model, self.motions)
         return smooth_functions(self.model, target, choices, stopped=self.progress.stopped)
 
-    def _short_laws(self, functions: Sequence[SmoothFunction]) -> list[ShortLaw]:
+    def _short_laws(self, functions: Sequence[SmoothFunction]) -> list[Law]:
         """The laws that are refitted: the best of each of the best variables first."""
         close = functions[:MOST_CLOSE]
         self.progress.stage("Looking for short laws", len(close) + MOST_CARRIERS)
@@ -140,8 +141,42 @@ class _Proposing:
         coarse = [(f, law) for f in close for law in self._laws_of(f)[:1]]
         best = sorted(coarse, key=lambda pair: pair[1].penalised_error)[:MOST_CARRIERS]
         each = [_different(self._laws_of(self._finer(f))) for f, _ in best]
-        in_turn = [law for laws in zip_longest(*each) for law in laws if law is not None]
-        return in_turn[:MOST_LAWS]
+        in_turn = [Law((law,)) for laws in zip_longest(*each) for law in laws if law is not None]
+        return [*self._sums(functions[0]), *in_turn][:MOST_LAWS]
+
+    def _sums(self, first: SmoothFunction) -> list[Law]:
+        """The law of two functions, where none alone carries nearly everything: of one variable
+        forwards and backwards, or of a second variable at the same target."""
+        if first.share >= WHOLE_SHARE or self.progress.stopped():
+            return []
+        self.progress.stage("Asking for a second variable", None)
+        pairs = [*self._second(first), *self._by_direction()]
+        best = min(pairs, key=lambda f: f.left, default=None)
+        if best is None or np.log(best.left) > np.log(first.left) - CLOSE:
+            return []
+        assert best.beside is not None
+        return [Law((self._beside(best.beside, best), self._beside(best, best.beside)))]
+
+    def _second(self, first: SmoothFunction) -> list[SmoothFunction]:
+        """Functions beside the first one. A formula may have one state, such as friction's."""
+        choices = first.target.choices(self.model, self.motions)
+        stopped = self.progress.stopped
+        found = smooth_functions(self.model, first.target, choices, COARSE, stopped, first)
+        return [f for f in found if len(f.states | first.states) < 2]
+
+    def _by_direction(self) -> list[SmoothFunction]:
+        """Functions of moving backwards beside those of moving forwards."""
+        found = []
+        for target in targets(self.model):
+            for x, forwards, backwards in target.by_direction(self.model, self.motions):
+                (first,) = smooth_functions(self.model, target, [(x, forwards)])
+                found += smooth_functions(self.model, target, [(x, backwards)], beside=first)
+        return found
+
+    def _beside(self, f: SmoothFunction, other: SmoothFunction) -> ShortLaw:
+        """The best short law of a function, beside the other."""
+        choices, alone = [(f.variable, f.factor)], replace(other, beside=None)
+        return short_laws(smooth_functions(self.model, f.target, choices, FINE, beside=alone)[0])[0]
 
     def _laws_of(self, f: SmoothFunction) -> list[ShortLaw]:
         if self.progress.stopped():
@@ -155,7 +190,7 @@ class _Proposing:
             return f
         return smooth_functions(self.model, f.target, [(f.variable, f.factor)], FINE)[0]
 
-    def _tried(self, carriers: tuple[Carrier, ...], laws: Sequence[ShortLaw]) -> Proposal:
+    def _tried(self, carriers: tuple[Carrier, ...], laws: Sequence[Law]) -> Proposal:
         """The laws as candidates of one more round."""
         arm, taken = self.model.data.bare.arm, set(self.model.refit.parametrised.model.parameters)
         by_kind = {f"law_{i + 1}": law for i, law in enumerate(laws)}
@@ -169,7 +204,7 @@ class _Proposing:
         return Proposal(carriers, stated, refused=refused, experiments=self._experiments(chosen))
 
     def _chosen(
-        self, found: Round, by_kind: dict[str, ShortLaw]
+        self, found: Round, by_kind: dict[str, Law]
     ) -> list[tuple[RefittedCandidate, Refit]]:
         """The accepted law, and others that explain about as much and are another function."""
         best = found.accepted
@@ -185,19 +220,17 @@ class _Proposing:
                 chosen.append((w, w.refit))
         return chosen
 
-    def _law(self, w: RefittedCandidate, refit: Refit, by_kind: dict[str, ShortLaw]) -> ProposedLaw:
+    def _law(self, w: RefittedCandidate, refit: Refit, by_kind: dict[str, Law]) -> ProposedLaw:
         law, count = by_kind[w.screened.effect.kind], self.model.data.count
         own, model = w.screened.effect, refit.parametrised.model
         names = parameter_names(own, model, self.model.data.sizes)
         listed = {e.name: e for e in estimates(refit)}
         at = law.with_values([listed[name].value for name in names])
-        places = np.linspace(*ends(law.function.variable), PLACES)
         relative, likeness = self._relative(refit)
         return ProposedLaw(
-            title=own.title, target=law.function.target.name, formula=at.formula(names),
+            title=own.title, target=law.target, formula=at.formula(names),
             latex=own.formula, parameters=tuple(listed[name] for name in names),
-            carrier=carrier_of(law.function), places=places, values=at.values(places),
-            explained=w.reduction,
+            terms=tuple(_term(term) for term in at.terms), explained=w.reduction,
             rms=(math.sqrt(self.model.refit.cost / count), math.sqrt(refit.cost / count)),
             unseen_rms=(self._unseen(self.model.refit), self._unseen(refit)),
             delta_bic=w.delta_bic, relative=relative, likeness=likeness,
@@ -233,6 +266,11 @@ class _Proposing:
         one, other = (w.screened.effect.title for w, _ in chosen[:2])
         stopped = self.progress.stopped
         return next_experiments(self.model.data, first, second, (one, other), specs, stopped)
+
+
+def _term(law: ShortLaw) -> LawTerm:
+    places = np.linspace(*ends(law.function.variable), PLACES)
+    return LawTerm(carrier_of(law.function), places, law.values(places))
 
 
 def carrier_of(f: SmoothFunction) -> Carrier:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -18,6 +20,9 @@ from ..parameters import Parameter
 from ..propose.carriers import SmoothFunction
 from ..propose.shapes import SHAPES, Constant, Shape, Size
 from ..propose.targets import ends
+from ..sentences import listed
+
+Value = TypeVar("Value")
 
 LINEAR = 1e-3
 """Share of the error that a linear answer to a force cannot tell from none."""
@@ -58,9 +63,16 @@ class ShortLaw:
 
     @property
     def penalised_error(self) -> float:
-        """As of a refit (core.diagnose.evidence), down to what a linear answer can tell."""
-        parameters = self.shape.parameters + len(self.function.variable.constants)
-        return float(np.log(max(1.0 - self.share, LINEAR))) + PARAMETER_PRICE * parameters
+        """As of a refit (core.diagnose.evidence), down to what a linear answer can tell; with the
+        function that stands beside it."""
+        beside = self.function.beside
+        left = (1.0 - self.share) * (1.0 if beside is None else beside.left)
+        return float(np.log(max(left, LINEAR))) + self.price
+
+    @property
+    def price(self) -> float:
+        """Of its parameters."""
+        return PARAMETER_PRICE * (self.shape.parameters + len(self.function.variable.constants))
 
     @cached_property
     def sizes(self) -> np.ndarray:
@@ -71,16 +83,6 @@ class ShortLaw:
         """(n,) of the function at the values x (n,) of the variable."""
         return np.asarray(self.columns(x) @ self.sizes)
 
-    def effect(self, arm: Arm, kind: str, taken: Collection[str]) -> Effect:
-        """The law as an own effect, with names of parameters that are not taken yet."""
-        names = free_names(self.names, taken)
-        formula, target = self.formula(names), self.function.target.name
-        parameters = tuple(
-            replace(parameter, name=name, symbol=name, title=name)
-            for name, parameter in zip(names, self.parameters, strict=True)
-        )
-        return own_law(arm, target, formula, parameters, kind, self.title)
-
     @property
     def names(self) -> tuple[str, ...]:
         """Of sizes, constants of the shape, and those of the variable."""
@@ -90,7 +92,8 @@ class ShortLaw:
         """With these names instead."""
         f, named = self.function, dict(zip(self.names, names, strict=True))
         text = self.shape.formula(f.variable.word.format(**named), *self.range, named)
-        return f"-({text})*{f.factor.formula}" if f.factor.formula else text
+        sign = "-" if f.factor.brakes else ""
+        return f"{sign}({text})*{f.factor.formula}" if f.factor.formula else text
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -116,7 +119,7 @@ class ShortLaw:
     @property
     def _sign(self) -> float:
         """Of sizes in the formula: friction and damping act against the motion."""
-        return -1.0 if self.function.factor.formula else 1.0
+        return -1.0 if self.function.factor.brakes else 1.0
 
     def with_values(self, values: Sequence[float]) -> ShortLaw:
         """The law with other values, in the order of `names`."""
@@ -132,6 +135,58 @@ class ShortLaw:
         return (
             f"{f.factor.noun} at {f.target.title} over the {f.variable.title}, {self.shape.title}"
         )
+
+
+@dataclass(frozen=True)
+class Law:
+    """One short law, or the sum of two at the same target."""
+
+    terms: tuple[ShortLaw, ...]
+
+    @property
+    def target(self) -> str:
+        """As of an own formula."""
+        return self.terms[0].function.target.name
+
+    @property
+    def title(self) -> str:
+        """Of both terms."""
+        return listed([term.title for term in self.terms])
+
+    @property
+    def penalised_error(self) -> float:
+        """As of its last term, with the price of the others."""
+        return self.terms[-1].penalised_error + sum(term.price for term in self.terms[:-1])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all parameters; one name may stand in both terms."""
+        return tuple(name for term in self.terms for name in term.names)
+
+    def formula(self, names: Sequence[str]) -> str:
+        """With these names instead."""
+        pairs = zip(self.terms, self._split(names), strict=True)
+        return " + ".join(term.formula(own) for term, own in pairs)
+
+    def effect(self, arm: Arm, kind: str, taken: Collection[str]) -> Effect:
+        """The law as an own effect, with names of parameters that are not taken yet."""
+        names = free_names(self.names, taken)
+        started = [p for term in self.terms for p in term.parameters]
+        parameters = tuple(
+            replace(parameter, name=name, symbol=name, title=name)
+            for name, parameter in zip(names, started, strict=True)
+        )
+        return own_law(arm, self.target, self.formula(names), parameters, kind, self.title)
+
+    def with_values(self, values: Sequence[float]) -> Law:
+        """The law with other values, in the order of `names`."""
+        pairs = zip(self.terms, self._split(values), strict=True)
+        return Law(tuple(term.with_values(own) for term, own in pairs))
+
+    def _split(self, values: Sequence[Value]) -> list[Sequence[Value]]:
+        """Those of each term."""
+        ends_of = np.cumsum([0, *(len(term.names) for term in self.terms)])
+        return [values[a:b] for a, b in pairwise(ends_of)]
 
 
 def free_names(names: Sequence[str], taken: Collection[str]) -> list[str]:

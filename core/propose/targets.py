@@ -76,6 +76,10 @@ class Factor:
     """In a formula, after a product sign; empty: nothing."""
     unit: str
     along: Series
+    state: str = ""
+    """What of it has a state, of which a formula may have one; empty: nothing."""
+    brakes: bool = False
+    """Whether a positive function acts against the motion."""
 
 
 class Target(ABC):
@@ -92,6 +96,13 @@ class Target(ABC):
     ) -> list[tuple[Variable, Factor]]:
         """The variables of a law there, along the motions, each with what its function may be
         multiplied by."""
+
+    def by_direction(
+        self, model: FittedModel, motions: Sequence[Trajectory]
+    ) -> list[tuple[Variable, Factor, Factor]]:
+        """Variables whose function may differ by the direction of motion, with the factors that
+        are one forwards and one backwards."""
+        return []
 
     @abstractmethod
     def responses(self, model: FittedModel, signals: Sequence[Series]) -> list[Series]:
@@ -125,12 +136,11 @@ class JointTarget(ForceTarget):
         kind = joint(arm.segments[k].joint)
         nothing = Factor(kind.effort.capitalize(), "", "", "", _ones(motions))
         word, unit = f"theta{k + 1}", kind.coordinate_unit
+        direction = self._direction(motions)
+        bristle = f"hysteresis({word}, {QUICK})"
+        seen_from_elsewhere = replace(direction, formula=bristle, state=bristle)
         speeds = tuple(m.v[:, k] for m in motions)
-        pace = REVERSAL * float(np.sqrt(np.mean(np.concatenate(speeds) ** 2))) or 1.0
-        turning = tuple(np.tanh(v / pace) for v in speeds)
-        direction = Factor("Friction", "the direction of motion", f"friction({word})", "", turning)
-        seen_from_elsewhere = replace(direction, formula=f"hysteresis({word}, {QUICK})")
-        speed = Factor("Damping", "the speed", f"d{word}", f"{unit}/s", speeds)
+        speed = Factor("Damping", "the speed", f"d{word}", f"{unit}/s", speeds, brakes=True)
         chosen = []
         for x in _joint_variables(model, motions, k):
             coarse = replace(x, knots=COARSE)
@@ -140,6 +150,36 @@ class JointTarget(ForceTarget):
             if x.place:
                 chosen.append((coarse, speed))
         return chosen + [(x, nothing) for x in _hysteresis(motions, k, unit)]
+
+    def by_direction(
+        self, model: FittedModel, motions: Sequence[Trajectory]
+    ) -> list[tuple[Variable, Factor, Factor]]:
+        direction = self._direction(motions)
+        sides = []
+        for name, sign in (("forwards", 1.0), ("backwards", -1.0)):
+            along = tuple(0.5 * (1.0 + sign * d) for d in direction.along)
+            formula = f"(1 {'+' if sign > 0.0 else '-'} {direction.formula})/2"
+            side = replace(
+                direction, words=f"one moving {name}", formula=formula, along=along,
+                brakes=sign > 0.0,
+            )  # fmt: skip
+            sides.append(side)
+        variables = _joint_variables(model, motions, self.number)
+        return [
+            (replace(x, knots=COARSE), sides[0], sides[1])
+            for x in variables
+            if x.place and not x.elsewhere
+        ]
+
+    def _direction(self, motions: Sequence[Trajectory]) -> Factor:
+        """One forwards, minus one backwards, and between them near rest."""
+        speeds = [m.v[:, self.number] for m in motions]
+        pace = REVERSAL * float(np.sqrt(np.mean(np.concatenate(speeds) ** 2))) or 1.0
+        along = tuple(np.tanh(v / pace) for v in speeds)
+        formula = f"friction(theta{self.number + 1})"
+        return Factor(
+            "Friction", "the direction of motion", formula, "", along, formula, brakes=True
+        )
 
 
 @dataclass(frozen=True)
@@ -230,6 +270,8 @@ def force_targets(arm: Arm) -> tuple[ForceTarget, ...]:
         )
         for k, segment in enumerate(arm.segments)
     )  # fmt: skip
+    if arm.joints == 1 and not any(arm.modes):
+        return joints  # the tip is where the joint is
     tips = tuple(TipTarget(f"tip{i + 1}", f"the tip along z{i + 1}", "N", Probe(acts=at_tip(i)))
                  for i in (0, 1))  # fmt: skip
     return (*joints, *tips)

@@ -40,4 +40,4 @@ from ..results.outcome import (
     PresentEffect,
     Repeated,
 )
-from ..results.proposal import Carrier, Proposal, ProposedLaw
+from ..results.proposal import Carrier, LawTerm, Proposal, ProposedLaw

@@ -45,6 +45,17 @@ class Carrier:
 
 
 @dataclass(frozen=True)
+class LawTerm:
+    """One function of one variable in a law."""
+
+    carrier: Carrier
+    places: np.ndarray
+    """(n,) of the carrier's variable"""
+    values: np.ndarray
+    """(n,) of the function there, in the carrier's `value_unit`"""
+
+
+@dataclass(frozen=True)
 class ProposedLaw:
     """A law that passed every test an effect passes."""
 
@@ -54,11 +65,8 @@ class ProposedLaw:
     """In the language of own formulas."""
     latex: str
     parameters: tuple[Estimate, ...]
-    carrier: Carrier
-    places: np.ndarray
-    """(n,) of the carrier's variable"""
-    values: np.ndarray
-    """(n,) of the law's function there, in the carrier's `value_unit`"""
+    terms: tuple[LawTerm, ...]
+    """One, or two that are added."""
     explained: float
     """Share of the squared error above noise."""
     rms: tuple[float, float]
@@ -70,6 +78,11 @@ class ProposedLaw:
     """Title of the listed effect that it is most like; empty: none was ranked."""
     likeness: float = float("nan")
     """Cosine between what both predict."""
+
+    @property
+    def carrier(self) -> Carrier:
+        """What its first term depends on."""
+        return self.terms[0].carrier
 
     @property
     def settings(self) -> dict[str, object]:

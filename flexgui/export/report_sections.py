@@ -61,7 +61,7 @@ def _proposal(proposal: Proposal | None) -> dict[str, Any] | None:
         return None
     return {
         "shares": carrier_shares(proposal),
-        "laws": [law_over_variable(law.carrier, law) for law in proposal.laws]
+        "laws": [law_over_variable(t.carrier, t) for law in proposal.laws for t in law.terms]
         or [law_over_variable(proposal.carriers[0])],
         "formulas": [(law.title, mathml(law.latex)) for law in proposal.laws],
         "table": laws_table(proposal),

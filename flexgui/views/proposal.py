@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexgui.core.results import Carrier, Proposal, ProposedLaw
+from flexgui.core.results import Carrier, LawTerm, Proposal, ProposedLaw
 from flexgui.sentences.proposal import carrier_words
 from flexgui.sentences.written import estimate_text, format_number, shown_unit
 from flexgui.views import colours
@@ -39,8 +39,8 @@ def carrier_shares(proposal: Proposal | None) -> Figure | None:
     return figure([bars], x_axis, rows, text, AROUND + ROW * len(shown))
 
 
-def law_over_variable(carrier: Carrier, law: ProposedLaw | None = None) -> Figure:
-    """The smooth function with two standard deviations either way, and a law's own."""
+def law_over_variable(carrier: Carrier, term: LawTerm | None = None) -> Figure:
+    """The smooth function with two standard deviations either way, and that of a law's term."""
     unit = shown_unit(carrier.values, carrier.value_unit)
     place = shown_unit(carrier.places, carrier.unit)
     x, y = carrier.places * place.factor, carrier.values * unit.factor
@@ -54,8 +54,8 @@ def law_over_variable(carrier: Carrier, law: ProposedLaw | None = None) -> Figur
         "line": {"width": 0}, "hoverinfo": "skip", "name": "± 2 standard deviations",
     }  # fmt: skip
     traces = [band, dots(x[known], y[known], "what the rest shows", colours.RESIDUAL, hover)]
-    if law is not None:
-        places, values = law.places * place.factor, law.values * unit.factor
+    if term is not None:
+        places, values = term.places * place.factor, term.values * unit.factor
         traces.append(line(places, values, "the law", colours.ADDED, hover, width=2.6))
     what = "function" if carrier.factor else "missing"
     title = carrier.title[0].upper() + carrier.title[1:]

@@ -23,7 +23,7 @@ from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.propose.propose import propose
 from flexgui.core.propose.targets import share_of_bristle
-from flexgui.core.results import Proposal, ProposedLaw, RankedEffect
+from flexgui.core.results import LawTerm, Proposal, ProposedLaw, RankedEffect
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 from flexgui.core.workbench import stated_noise
@@ -57,6 +57,12 @@ def fits(folder: Path, diagnosed: bool) -> tuple[BaseFit, Sequence[RankedEffect]
 
 def along(law: ProposedLaw, truth: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     """(N,) what a law adds along the true motion of a recording."""
+    return np.sum([_term_along(law, term, truth, name) for term in law.terms], axis=0)
+
+
+def _term_along(
+    law: ProposedLaw, term: LawTerm, truth: Mapping[str, np.ndarray], name: str
+) -> np.ndarray:
     at = {
         "t": truth[f"{name}/time"] - truth[f"{name}/time"][0],
         **{f"theta{k + 1}": x for k, x in enumerate(truth[f"{name}/angles"].T)},
@@ -64,7 +70,7 @@ def along(law: ProposedLaw, truth: Mapping[str, np.ndarray], name: str) -> np.nd
         **{f"u{k + 1}": x for k, x in enumerate(truth[f"{name}/drive"].T)},
         **{f"z{k + 1}": x for k, x in enumerate(truth[f"{name}/tip"].T)},
     }
-    word, factor = law.carrier.variable, law.carrier.factor
+    word, factor = term.carrier.variable, term.carrier.factor
     if word.startswith("hysteresis("):
         joint = word.removeprefix("hysteresis(").split(",")[0]
         way = next(e.value for e in law.parameters if e.unit in ("rad", "m"))
@@ -73,7 +79,7 @@ def along(law: ProposedLaw, truth: Mapping[str, np.ndarray], name: str) -> np.nd
         return np.full(len(at["t"]), np.nan)
     else:
         x = at[word]
-    value = np.interp(x, law.places, law.values)
+    value = np.interp(x, term.places, term.values)
     speed = at.get(f"d{law.target.replace('joint', 'theta')}", np.ones(len(x)))
     by = {"the direction of motion": np.tanh(speed / 5e-3), "the speed": speed}
     return np.asarray(value * by.get(factor, 1.0))
@@ -108,9 +114,8 @@ def line(folder: Path, proposal: Proposal, seconds: float) -> str:
     law = proposal.laws[0]
     names = list(said["recordings"])
     error = shape_error(law, truth, names)
-    named = law.target == said["target"] and said["variable"] in (
-        law.carrier.variable, law.carrier.variable.removeprefix("hysteresis(").split(",")[0]
-    )  # fmt: skip
+    words = [t.carrier.variable.removeprefix("hysteresis(").split(",")[0] for t in law.terms]
+    named = law.target == said["target"] and said["variable"] in words
     marks = [
         "carrier" if named else f"CARRIER {law.target} {law.carrier.variable}",
         f"shape {error:.3f}" if error <= RIGHT_SHAPE else f"SHAPE {error:.3f}",
@@ -126,7 +131,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("words", nargs="*")
     parser.add_argument("--diagnose", action="store_true", help="propose for the diagnosed model")
-    asked = parser.parse_args()
+    asked = parser.parse_intermixed_args()
     for folder in sorted(p.parent for p in asked.folder.glob("*/truth.json")):
         if asked.words and not any(word in folder.name for word in asked.words):
             continue

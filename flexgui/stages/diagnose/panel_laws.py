@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import zip_longest
+
 from flexgui.core.results import NOTHING, Proposal
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.plot import Plot
@@ -41,7 +43,8 @@ class LawFigure(PageElement):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._words, self._plot = HtmlBlock(self.gui), Plot(context, 0.5)
+        self._words = HtmlBlock(self.gui)
+        self._plots = Plot(context, 0.5), Plot(context, 0.5)
         self._drawn: Proposal | None = None
 
     def refresh(self) -> None:
@@ -52,11 +55,13 @@ class LawFigure(PageElement):
         self._drawn = proposal
         if proposal is None or not proposal.laws:
             self._words.show()
-            self._plot.show(None)
-            return
-        law = proposal.laws[0]
-        self._words.show(WORDS.over_variable(law))
-        self._plot.show(law_over_variable(law.carrier, law), height=HEIGHT)
+            figures = []
+        else:
+            law = proposal.laws[0]
+            self._words.show(WORDS.over_variable(law))
+            figures = [law_over_variable(term.carrier, term) for term in law.terms]
+        for plot, figure in zip_longest(self._plots, figures):
+            plot.show(figure, height=HEIGHT)
 
 
 def _proposal(version: ModelVersion | None) -> Proposal | None:

@@ -12,9 +12,12 @@ from typing import Any
 
 import pandas as pd
 
+from flexgui.core.results import Proposal
 from flexgui.core.results.diagnosis import Diagnosis, LadderStep
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.workbench import run_scenario
+from flexgui.sentences.proposal import carrier_words
+from flexgui.sentences.written import estimate_text
 from tests.evidence.frame import table
 
 TITLE = "Real rigs, plainly stated"
@@ -194,6 +197,23 @@ def _plain(found: Diagnosis) -> dict[str, Any]:
             f"{title}: {why.reason.value}" for r in found.rounds for title, why in r.refused
         ],
         "ruled_out": dict(found.ruled_out),
+        "proposal": _proposal(found.proposal),
+    }
+
+
+def _proposal(proposal: Proposal | None) -> dict[str, Any] | None:
+    """What the rest depends on most, and the first law; None where nothing was left."""
+    if proposal is None:
+        return None
+    best, law = next(iter(proposal.carriers), None), next(iter(proposal.laws), None)
+    return {
+        "carrier": best and [carrier_words(best), best.target_title, best.share],
+        "reason": proposal.reason,
+        "refused": [why.reason.value for _, why in proposal.refused],
+        "law": law and [law.formula, [f"{e.name} = {estimate_text(e)}" for e in law.parameters]],
+        "errors": law and list(law.rms),
+        "unseen": law and list(law.unseen_rms),
+        "seconds": proposal.seconds,
     }
 
 
@@ -224,7 +244,39 @@ def section(found: Mapping[str, Any]) -> str:
         "*unseen*: the same on recordings, or on a last third, that no fit used. "
         "Sizes: without those that the recordings leave open."
     )
+    return f"{text}\n\n{table(head, rows)}\n\n{_laws(found)}"
+
+
+def _laws(found: Mapping[str, Any]) -> str:
+    """Table of what is proposed for the rest."""
+    head = (
+        "rig", "the rest depends most on", "proposed", "error [floors]", "unseen", "s",
+    )  # fmt: skip
+    rows = [
+        [RIGS[name].title, *_law(one["proposal"])]
+        for name, one in found.items()
+        if name in RIGS and one.get("proposal")
+    ]
+    text = (
+        "What no listed effect explains, and the law that is proposed for it (method.md, 3.9). "
+        "Share: of the squared error above the noise, on quarters of the recordings that the "
+        "function was not fitted to."
+    )
     return f"{text}\n\n{table(head, rows)}"
+
+
+def _law(one: Mapping[str, Any]) -> list[str]:
+    words, target, share = one["carrier"] or ("nothing", "", 0.0)
+    carrier = f"{words}, at {target}: {100.0 * share:.0f} %" if target else words
+    if not one["law"]:
+        refused = f" ({', '.join(one['refused'])})" if one["refused"] else ""
+        return [carrier, f"nothing: {one['reason']}{refused}", "", "", f"{one['seconds']:.0f}"]
+    formula, values = one["law"]
+    return [
+        carrier, f"`{formula}`, {', '.join(values)}",
+        " → ".join(f"{x:.3g}" for x in one["errors"]),
+        " → ".join(f"{x:.3g}" for x in one["unseen"]), f"{one['seconds']:.0f}",
+    ]  # fmt: skip
 
 
 def _row(rig: Rig, one: Mapping[str, Any]) -> list[str]:
