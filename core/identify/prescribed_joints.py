@@ -31,7 +31,7 @@ from ..identify.prescribed_joint_motion import PrescribedMotion, prescribed_moti
 from ..lanes.algebra import factor_positive, substitute_positive
 from ..model import Model, Numbers
 from ..simulate.batch import Job
-from ..simulate.elements import ELEMENTS, push, see
+from ..simulate.elements import ELEMENTS, push, see, write_inputs
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
@@ -81,11 +81,21 @@ def prescribed_job(model: Model, numbers: Numbers, task: Task) -> Job:
     start[:joints], start[n : n + joints] = motion.place[0], motion.speed[0]
     prescribed_task = replace(
         task, time=np.arange(len(motion.place)) * (task.sample_time / motion.finer), start=start,
-        references=np.hstack(motion[:4]), before=None,
+        references=np.hstack(motion[:4]), before=None, inputs=_finer_inputs(task, motion),
     )  # fmt: skip
     law = static_law(R, P, V, interpolate=True, held=joints)
     finish = _result_maker(model, numbers, task, motion)
     return Job(model, numbers._replace(p=p, law=law), prescribed_task, finish)
+
+
+def _finer_inputs(task: Task, motion: PrescribedMotion) -> np.ndarray | None:
+    """(finer (L + N - 1) + 1, inputs) at the points of the motion: straight between samples, and
+    before the recording as at its first one."""
+    if task.inputs is None:
+        return None
+    at = np.arange(len(motion.place)) / motion.finer - motion.lead
+    samples = np.arange(len(task.inputs))
+    return np.column_stack([np.interp(at, samples, column) for column in task.inputs.T])
 
 
 def _result_maker(
@@ -111,7 +121,9 @@ def _with_torque(
     q, v = np.ascontiguousarray(q), np.ascontiguousarray(v)
     a = np.ascontiguousarray(acceleration(q[::finer, :joints], task.sample_time))
     packed = numbers.packed(model.arm.coordinates).packed()
-    M, f = _equations(compiled.dynamics, compiled.tip, q, v, numbers.p, packed)
+    inputs = _finer_inputs(task, motion)
+    signals = np.zeros((len(q), 0)) if inputs is None else np.ascontiguousarray(inputs)
+    M, f = _equations(compiled.dynamics, compiled.tip, q, v, numbers.p, packed, signals, joints)
     # A triangle over two samples is made of the same over two points of the finer grid.
     weights = (finer - np.abs(np.arange(1 - finer, finer))) / finer**2
     averaged = scipy.ndimage.convolve1d(f + chord_error(f), weights, axis=0, mode="nearest")[
@@ -124,9 +136,13 @@ def _with_torque(
     return Trajectory(model.arm, compiled, numbers.p, task.time, q, v, torque)
 
 
-@kernel(types.Tuple((matrix, matrix))(DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS))
-def _equations(dynamics, tip, q, v, p, packed):  # type: ignore[no-untyped-def]
-    """M (N, n n) and f (N, n) with the elements' forces, along q, v (N, n)."""
+@kernel(
+    types.Tuple((matrix, matrix))(
+        DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS, matrix, types.int64
+    )
+)
+def _equations(dynamics, tip, q, v, p, packed, inputs, joints):  # type: ignore[no-untyped-def]
+    """M (N, n n) and f (N, n) with the elements' forces, along q, v (N, n) and inputs (N, k)."""
     N, n = q.shape
     elements = (
         packed[0], packed[1], packed[2], packed[3], packed[4].copy(), packed[5].copy(), packed[6],
@@ -134,11 +150,12 @@ def _equations(dynamics, tip, q, v, p, packed):  # type: ignore[no-untyped-def]
     )  # fmt: skip
     K = packed[1][-1]
     x, xd, z, J, out = np.empty(K), np.empty(K), np.empty(2), np.empty(2 * n), np.empty(3 * K)
-    w, dw = np.zeros(0), np.zeros(0)
+    w, dw, torques = np.zeros(0), np.zeros(0), np.zeros(joints)
     M, f = np.empty((N, n * n)), np.empty((N, n))
     for t in range(N):
         dynamics(q[t], v[t], p, M[t], f[t])
         if K > 0:
+            write_inputs(elements, torques, inputs[t])
             see(tip, elements, q[t], v[t], p, x, xd, z, J)
             push(elements, x, xd, w, out, f[t], dw)
     return M, f

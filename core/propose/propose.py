@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import zip_longest
 
@@ -22,6 +23,7 @@ from ..diagnose.remaining_error import remaining_error
 from ..diagnose.search import Memo, Search
 from ..diagnose.search_options import Options
 from ..diagnose.search_round import REFITTED
+from ..errors import InputError
 from ..least_squares import cost_of
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
@@ -194,7 +196,10 @@ class _Proposing:
         """The laws as candidates of one more round."""
         arm, taken = self.model.data.bare.arm, set(self.model.refit.parametrised.model.parameters)
         by_kind = {f"law_{i + 1}": law for i, law in enumerate(laws)}
-        effects = [law.effect(arm, kind, taken) for kind, law in by_kind.items()]
+        effects = []
+        for kind, law in by_kind.items():
+            with suppress(InputError):  # such as a force that is not smooth at rest
+                effects.append(law.effect(arm, kind, taken))
         found = self.search.round_of(self.model, effects, "Trying the laws in the model", 1)
         refused = tuple((r.refitted.screened.effect.title, r.objection) for r in found.refusals)
         if found.accepted is None:

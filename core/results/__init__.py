@@ -22,13 +22,11 @@ from ..results.diagnosis import (
     DiagnosisRound,
     LadderStep,
     LinearModel,
-    Objection,
-    PlannedExperiment,
     RankedEffect,
-    Reason,
     Remains,
 )
 from ..results.identification import Estimate, Fit, Generation, Identifiability, Valley
+from ..results.objection import Objection, PlannedExperiment, Reason
 from ..results.outcome import (
     DescriptorModel,
     Disagreement,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 
 import numpy as np
 
 from ..results.comparison import RecordingComparison
 from ..results.identification import Estimate
+from ..results.objection import Objection, PlannedExperiment
 from ..results.proposal import Proposal
 
 MISSING, NOTHING, UNLISTED = "missing", "nothing_missing", "unlisted"
@@ -122,55 +122,6 @@ class RankedEffect:
     """(M, k) per recording in floors: the residual that the effect predicts."""
     unseen_rms: float = float("nan")
     """Validation error of its refit, in floors, where that decides among similar effects."""
-
-
-@dataclass(frozen=True)
-class PlannedExperiment:
-    """An experiment that was not made yet, and how well it would distinguish two effects."""
-
-    simulate: Mapping[str, object]
-    """Its settings, as `simulate` of a scenario's recording."""
-    unit: str
-    """Of its amplitude."""
-    score: float
-    """Expected rise of the squared error, in floors, when the wrong effect is refitted; the
-    smaller of the two ways round."""
-    between: tuple[str, str]
-    """Titles of the two effects."""
-
-
-class Reason(StrEnum):
-    """Why an effect that explains enough is not added."""
-
-    AT_BOUND = "at_bound"
-    """A size is pressed to the bound of what is plausible."""
-    UNSEEN = "unseen"
-    """Recordings that no fit has seen become worse."""
-    UNSETTLED = "unsettled"
-    """With finer steps the model is worse with it."""
-    INDISTINCT = "indistinct"
-    """Its size is within its deviation of no effect."""
-    WITHIN_LAWS = "within_laws"
-    """The error is as small as the idealised laws of the model may miss, and it explains a part."""
-    SMALL_SHARE = "small_share"
-    """It is certain and relevant, and explains too small a part of what is left."""
-
-
-@dataclass(frozen=True)
-class Objection:
-    """What speaks against an effect, with the figures that say so."""
-
-    reason: Reason
-    parameter: str = ""
-    """Title of what stands at a bound."""
-    bound: float = float("nan")
-    unit: str = ""
-    unseen: tuple[float, float] = (float("nan"), float("nan"))
-    """rms on recordings that no fit has seen without and with it, in floors."""
-    share: float = float("nan")
-    """Of the error above the noise floor that it explains."""
-    p_value: float = float("nan")
-    delta_bic: float = float("nan")
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..results.identification import Estimate
-
-if TYPE_CHECKING:
-    from ..results.diagnosis import Objection, PlannedExperiment
+from ..results.objection import Objection, PlannedExperiment
 
 WITHIN_NOISE, NO_CARRIER, NO_LAW = "within_noise", "no_carrier", "no_law"
 """Why nothing is proposed: nothing is left to explain, no variable carries the rest, or every law

@@ -12,7 +12,9 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
-from flexgui.core.identify.predictor import Predictor, job_of, run_extrapolated
+from flexgui.core.effects.own import own_effect
+from flexgui.core.effects.own_formula import own_parameter
+from flexgui.core.identify.predictor import Predictor, job_of, motion_of, run_extrapolated
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.prescribed_joint_motion import points_per_sample, prescribed_motion
 from flexgui.core.identify.prescribed_joints import is_prescribed
@@ -22,6 +24,7 @@ from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.batch import run_many
+from tests.helpers import chain
 
 BENCH = presets()["two_stage_bench"]
 INERTIA = (0.35, 0.0095)
@@ -204,3 +207,20 @@ def test_an_encoder_with_a_hole_gives_no_numbers_and_no_traceback() -> None:
     e = led()
     e.task.references[400, -2 * BENCH.joints] = np.nan
     assert np.isnan(motion(e).torque).all()
+
+
+SLOW = 0.02
+"""Of the torque: the link follows a force that grows over half a second with a small vibration."""
+
+
+def test_a_force_at_the_tip_over_time_is_held_by_the_joint() -> None:
+    arm, size = chain(1), 4.0
+    time = np.arange(500) * 1e-3
+    recording = Recording("r", time, {"u1": 0.0 * time, "theta1": 0.0 * time})
+    plain = Model(arm, Torque(), "nonlinear").steered_by(FollowingServo(Torque(), 60.0, (0.3,)))
+    push = own_effect(arm, "tip2", "a*t", (own_parameter("a", size),), "own_1")
+    model = plain.with_effects([push])
+    e = prepare(model, recording, [sensor("torque")], Processing())
+    torque = motion_of(e, model.numbers(), {}, 8).torque[:, 0]
+    held = -size * time * arm.segments[0].length
+    assert np.sqrt(np.mean((torque - held) ** 2)) < SLOW * np.abs(held).max()
