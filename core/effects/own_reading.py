@@ -13,7 +13,7 @@ from ..arm.arm import Arm
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Rig, Values
 from ..effects.formula_functions import bristles_in, with_expanded_tables
-from ..effects.own import own_effect
+from ..effects.own import own_effect, targets
 from ..effects.own_formula import check_names, read_formula, size_names
 from ..effects.sizes import Sizes
 from ..errors import InputError
@@ -21,6 +21,7 @@ from ..parameters import Parameter
 from ..recording.inputs import TIME
 from ..sensors import sensors
 from ..sensors.sensor import Sensor
+from ..sentences import did_you_mean
 
 ENCODER = "encoder"
 STEPS = 20
@@ -61,6 +62,9 @@ class OwnReading(Effect):
         read[:, self.number] += self.added(y, dt, values)
         return read
 
+    def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
+        return self.followed(np.atleast_2d(joints), 0.0, values).reshape(np.shape(joints))
+
     def followed(self, joints: np.ndarray, dt: float, values: Values) -> np.ndarray:
         if self.sensor != ENCODER:
             return joints
@@ -92,7 +96,11 @@ def own_law(
 
     InputError, with `where` as the place of the settings, for all that is wrong with it.
     """
-    make = own_reading if target in readings(arm) else own_effect
+    channels = readings(arm)
+    if target not in (*targets(arm), *channels):
+        hint = did_you_mean(target, (*targets(arm), *channels))
+        raise InputError(f"{where} target {target!r} is not known; {hint}")
+    make = own_reading if target in channels else own_effect
     return make(arm, target, formula, parameters, kind, title, where)
 
 

@@ -129,7 +129,10 @@ class _Proposing:
             self.progress.advance(1)
             if self.progress.stopped():
                 break
-        return sorted(functions, key=lambda f: -f.share)
+        best: dict[tuple[str, str, str], SmoothFunction] = {}
+        for f in sorted(functions, key=lambda f: -f.share):  # one of several ways of a bristle
+            best.setdefault((f.target.name, f.variable.word, f.factor.words), f)
+        return list(best.values())
 
     def _of_target(self, target: Target) -> list[SmoothFunction]:
         choices = target.choices(self.model, self.motions)
@@ -142,9 +145,10 @@ class _Proposing:
         # Without a simulation; hats that lie closer together, for the best of them alone.
         coarse = [(f, law) for f in close for law in self._laws_of(f)[:1]]
         best = sorted(coarse, key=lambda pair: pair[1].penalised_error)[:MOST_CARRIERS]
-        each = [_different(self._laws_of(self._finer(f))) for f, _ in best]
-        in_turn = [Law((law,)) for laws in zip_longest(*each) for law in laws if law is not None]
-        return [*self._sums(functions[0]), *in_turn][:MOST_LAWS]
+        each = [self._laws_of(self._finer(f)) for f, _ in best]
+        in_turn = [law for laws in zip_longest(*each) for law in laws if law is not None]
+        singles = [Law((law,)) for law in _different(in_turn)]
+        return [*self._sums(functions[0]), *singles][:MOST_LAWS]
 
     def _sums(self, first: SmoothFunction) -> list[Law]:
         """The law of two functions, where none alone carries nearly everything: of one variable
@@ -299,15 +303,19 @@ def _different(laws: Sequence[ShortLaw]) -> list[ShortLaw]:
 
 
 def _distance(law: ShortLaw, other: ShortLaw) -> float:
-    """Relative rms difference of two laws along the motion; infinite for other functions."""
-    f, g = law.function, other.function
-    if f is not g:
+    """Relative rms difference of two laws along the motion; infinite at different targets."""
+    if law.function.target.name != other.function.target.name:
         return float("inf")
-    x = np.concatenate(f.variable.along)
-    weight = np.concatenate(f.factor.along)
-    a, b = law.values(x) * weight, other.values(x) * weight
+    a, b = _along(law), _along(other)
     size = float(np.linalg.norm(b))
     return float(np.linalg.norm(a - b)) / size if size else float("inf")
+
+
+def _along(law: ShortLaw) -> np.ndarray:
+    """(samples,) what a law adds along the motions."""
+    f = law.function
+    values = law.values(np.concatenate(f.variable.along))
+    return np.asarray(values * np.concatenate(f.factor.along))
 
 
 def _cosine(a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> float:

@@ -228,7 +228,11 @@ def _best(function: SmoothFunction, shape: Shape) -> Iterator[ShortLaw]:
         return
     inner, outer = function.matrices.reduction()
 
+    places = [i for i, c in enumerate(shape.constants) if c.place]
+
     def left(constants: Sequence[float]) -> float:
+        if np.any(np.diff([constants[i] for i in places]) <= 0.0):
+            return 0.0  # the first place is the lower one
         W = ShortLaw(function, shape, tuple(constants)).columns(function.knots)
         A, b = W.T @ inner @ W, W.T @ outer
         d = np.sqrt(np.maximum(np.diag(A), 1e-300))

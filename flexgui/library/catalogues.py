@@ -145,7 +145,8 @@ def formula(
     """State an own effect as a formula, for `effects=` of `project` and `with_effects`.
 
     Args:
-        target: `joint1`, `joint2`, ... (N m, N on a slide) or `tip1`, `tip2` (N).
+        target: `joint1`, `joint2`, ... (N m, N on a slide), `tip1`, `tip2` (N), or a sensor's
+            channel such as `z1`, in its unit.
         text: Of the states `theta1`, `dtheta1`, `delta1` (m), ... and the parameters.
         title: A name to show.
         id: The effect's id; without one `own_1`, `own_2`, ...

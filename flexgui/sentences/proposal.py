@@ -22,6 +22,8 @@ REASONS = {
     NO_LAW: "No law is proposed: each that was tried in the model failed a test.",
 }
 
+STOPPED = "The search for a law was stopped before it was complete."
+
 ALIKE = 0.5
 """Cosine from which a listed effect is called a relative of a law."""
 
@@ -30,6 +32,8 @@ def proposal_paragraphs(proposal: Proposal | None) -> tuple[str, ...]:
     """One paragraph each; none where no law was looked for."""
     if proposal is None:
         return ()
+    if proposal.stopped and proposal.reason:
+        return (STOPPED,)
     if proposal.reason:
         refused = [refusal_sentence(title, why) for title, why in proposal.refused[:1]]
         carriers = carrier_sentence(proposal) if proposal.reason == NO_LAW else ""

@@ -51,6 +51,18 @@ def test_friction_as_a_formula_is_that_of_the_list(
     assert np.abs(stated - motion(looped(PAPER))).max() > 1e3 * SAME
 
 
+@pytest.mark.parametrize("name", ["w", "x", "v", "s", "q", "share"])
+def test_a_parameter_beside_a_friction_may_have_any_name(name: str) -> None:
+    """What laws are written in inside has other names."""
+    text = "-a*exp(-abs(u2)/{0})*friction(theta2)"
+    one = own("joint2", text.format(name), a=0.5, **{name: 40.0})
+    other = own("joint2", text.format("k"), a=0.5, k=40.0)
+    values = {p.parameter.name: p.parameter.value for p in one.own_parameters}
+    assert values == {"a": 0.5, name: 40.0}
+    moved = [motion(looped(PAPER).with_effects([each])) for each in (one, other)]
+    assert np.abs(moved[0] - moved[1]).max() < ROUNDING
+
+
 def force(one: OwnEffect, place: float, *written: float) -> float:
     """At a place of the first port, at rest."""
     law = compile_law(one.stated)

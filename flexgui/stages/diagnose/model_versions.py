@@ -120,7 +120,12 @@ def _unseen(before: Diagnosis, step: LadderStep) -> Diagnosis:
     """Diagnosis of a model that is only fitted; the rest is from the one before."""
     values = {e.name: e.value for e in step.parameters}
     return replace(
-        before, words=(INCOMPLETE,), parameters=step.parameters, values=values, stopped=False
+        before,
+        words=(INCOMPLETE,),
+        parameters=step.parameters,
+        values=values,
+        stopped=False,
+        proposal=None,
     )
 
 

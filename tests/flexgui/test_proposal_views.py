@@ -1,0 +1,142 @@
+"""Proposed laws in pictures and a table."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexgui.core.results import Outcome, Proposal
+from flexgui.core.results.proposal import NO_LAW
+from flexgui.export.export_files import export_outcome
+from flexgui.views.layout import Figure, figure_json
+from flexgui.views.proposal import MOST_SHOWN, carrier_shares, law_over_variable, laws_table
+from tests.flexgui.test_diagnosis_report import FOUND
+from tests.sentences.findings import SPACE
+from tests.sentences.proposals import FRICTION, PLACES, STIFFNESS, carrier, law, proposal, term
+
+DRAWN = 1e-6
+"""Relative: figures are drawn with single precision at the least."""
+
+
+def shares_of(found: Proposal) -> Figure:
+    figure = carrier_shares(found)
+    assert figure is not None
+    return figure
+
+
+def traces(figure: Figure) -> dict[str, dict[str, Any]]:
+    return {trace["name"]: trace for trace in figure["data"]}
+
+
+def test_a_bar_per_variable_is_as_long_as_its_share() -> None:
+    figure = shares_of(proposal(law()))
+    (bars,) = figure["data"]
+    assert bars["x"] == pytest.approx([97.0, 41.0, 0.0]), "nothing is explained by less than none"
+    assert bars["text"] == ["97 %", "41 %", "0 %"]
+    names = figure["layout"]["yaxis"]["ticktext"]
+    assert names[0] == "the position of joint 2, at joint 2"
+    assert names[1] == "the torque of drive 1, times the direction of motion, at joint 1"
+    assert figure["layout"]["xaxis"]["range"] == [0, 100]
+
+
+def test_the_first_variables_alone_are_shown() -> None:
+    many = Proposal(tuple(carrier(share=1.0 / k) for k in range(1, 20)))
+    assert len(shares_of(many)["data"][0]["x"]) == MOST_SHOWN
+
+
+def test_the_law_is_a_line_through_the_band_of_what_the_rest_shows() -> None:
+    one = law().terms[0]
+    drawn = traces(law_over_variable(one.carrier, one))
+    line, band = drawn["the law"], drawn["± 2 standard deviations"]
+    assert line["x"] == pytest.approx(one.places, rel=DRAWN)
+    assert line["y"] == pytest.approx(one.values, rel=DRAWN)
+    half = len(band["x"]) // 2
+    upper, lower = band["y"][:half], band["y"][half:][::-1]
+    assert upper - lower == pytest.approx(4.0 * 0.1)
+    inside = np.interp(band["x"][:half], one.places, one.values)
+    assert np.all((inside <= upper) & (inside >= lower))
+
+
+def test_places_that_nothing_was_seen_of_are_not_drawn() -> None:
+    drawn = traces(law_over_variable(carrier()))
+    assert "the law" not in drawn
+    assert drawn["what the rest shows"]["x"] == pytest.approx(PLACES[:-1])
+    assert np.isfinite(drawn["± 2 standard deviations"]["y"]).all()
+
+
+def test_axes_and_caption_say_what_is_drawn() -> None:
+    plain, turned = law_over_variable(carrier())["layout"], law_over_variable(FRICTION)["layout"]
+    assert plain["xaxis"]["title"]["text"] == "Position of joint 2 [rad]"
+    assert plain["yaxis"]["title"]["text"] == "missing [N m]"
+    assert plain["meta"]["caption"] == "At joint 2, over the position of joint 2."
+    assert turned["yaxis"]["title"]["text"] == "function [N m]"
+    assert "to be multiplied by the direction of motion." in turned["meta"]["caption"]
+
+
+def test_small_values_are_drawn_in_small_units_with_law_and_band_in_the_same() -> None:
+    k = 1e-3 / STIFFNESS
+    small = carrier(values=k * carrier().values, deviations=k * carrier().deviations)
+    drawn = term(small)
+    figure = law_over_variable(small, replace(drawn, values=k * drawn.values))
+    assert figure["layout"]["yaxis"]["title"]["text"] == "missing [mN m]"
+    line, dots = (traces(figure)[name] for name in ("the law", "what the rest shows"))
+    at = np.interp(np.asarray(dots["x"]), np.asarray(line["x"]), np.asarray(line["y"]))
+    assert at == pytest.approx(np.asarray(dots["y"]), abs=0.02 * float(np.max(line["y"])))
+
+
+def test_the_table_has_a_row_per_law() -> None:
+    two = proposal(law(unseen_rms=(17.0, 1.23)), law(title="Another law"))
+    table = laws_table(two)
+    assert table is not None
+    assert [c.title for c in table.columns] == [
+        "Law", "Formula", "Values", "Explains", "Error", "Unseen"
+    ]  # fmt: skip
+    first, second = (tuple(x.replace(SPACE, " ") for x in row.cells) for row in table.rows)
+    assert first[1:] == (
+        "a*max(theta2 - c, 0)", "a = 12.5 ± 0.2 N m/rad; c = 0.400 ± 0.004 rad", "98.8 %", "1.04",
+        "1.23",
+    )  # fmt: skip
+    assert second[0] == "Another law" and second[-1] == "–"
+
+
+def test_without_carriers_or_laws_there_is_nothing_to_draw() -> None:
+    assert carrier_shares(None) is None and carrier_shares(Proposal()) is None
+    assert laws_table(None) is None and laws_table(proposal(reason=NO_LAW)) is None
+
+
+def test_views_leave_what_they_draw_as_it_is() -> None:
+    found = proposal(law())
+    before = found.carriers[0].values.copy()
+    one, other = (figure_json(law_over_variable(found.carriers[0], found.laws[0].terms[0]))
+                  for _ in range(2))  # fmt: skip
+    assert one == other and figure_json(shares_of(found)) == figure_json(shares_of(found))
+    assert np.array_equal(found.carriers[0].values, before)
+
+
+def exported(glocal: Outcome, found: Proposal, folder: Path) -> tuple[dict[str, Any], str]:
+    """What the files of a result say of its proposal, and the report."""
+    outcome = replace(glocal, diagnosis=replace(FOUND, proposal=found))
+    export_outcome(outcome, "title = 'x'", folder)
+    told = json.loads((folder / "result.json").read_text("utf-8"))
+    return dict(told["diagnosis"]["proposal"]), (folder / "report.html").read_text("utf-8")
+
+
+def test_a_result_and_its_report_hold_the_laws(glocal: Outcome, tmp_path: Path) -> None:
+    told, report = exported(glocal, proposal(law()), tmp_path)
+    (one,) = told["laws"]
+    assert (one["target"], one["formula"]) == ("joint2", "a*max(theta2 - c, 0)")
+    assert one["settings"]["parameters"]["a"]["start"] == STIFFNESS
+    assert (one["rms_before"], one["rms_after"]) == (18.2, 1.04)
+    assert [c["share"] for c in told["carriers"]] == [0.97, 0.41, -0.2]
+    assert "Proposed law" in report and "[[model.own]]" in report
+
+
+def test_a_result_without_a_law_says_why(glocal: Outcome, tmp_path: Path) -> None:
+    told, report = exported(glocal, proposal(reason=NO_LAW), tmp_path)
+    assert told["reason"] == NO_LAW and not told["laws"]
+    assert "What the rest depends on" in report and "Proposed law" not in report

@@ -1,0 +1,128 @@
+"""What a smooth function explains is what it predicts on parts of recordings it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from flexgui.core.propose.carriers import PARTS, SmoothFunction, cut, hats
+from tests.propose.made_up import HIGH, LOW, NUISANCE, MadeUp, answer, place, torque
+
+SEEDS = range(6)
+
+SAME_SHARE = 2e-3
+"""Of the error: hats cost a thousandth of their size, plain least squares nothing."""
+
+
+def nothing(x: np.ndarray) -> np.ndarray:
+    return 0.0 * x
+
+
+def bent(x: np.ndarray) -> np.ndarray:
+    return 12.0 * np.sin(3.0 * x) + 4.0 * x**2
+
+
+def plain_blocks(made: MadeUp, knots: int) -> list[np.ndarray]:
+    """(n, P + K + 1) of each quarter: nuisance, hats, error, put together with other means."""
+    factor = torque(made.places)
+    errors, nuisance = made.errors(factor.along)
+    signals = hats(place(made.places), factor, np.linspace(LOW, HIGH, knots))
+    quarters: list[list[np.ndarray]] = [[] for _ in range(PARTS)]
+    for r, (error, own) in enumerate(zip(errors, nuisance, strict=True)):
+        columns = np.stack([answer(signal[r]) for signal in signals], axis=-1)
+        whole = np.concatenate([own, columns, error[..., None]], axis=-1)
+        for k, part in enumerate(np.array_split(whole, PARTS)):
+            quarters[k].append(part.reshape(-1, whole.shape[-1]))
+    return [np.concatenate(parts) for parts in quarters]
+
+
+def left_unseen(quarters: Sequence[np.ndarray], columns: int) -> float:
+    """Squared error of every quarter with the first columns as fitted to the other three."""
+    total = 0.0
+    for k, held in enumerate(quarters):
+        seen = np.concatenate([q for i, q in enumerate(quarters) if i != k])
+        x = np.linalg.lstsq(seen[:, :columns], seen[:, -1], rcond=None)[0]
+        total += float(np.sum((held[:, -1] - held[:, :columns] @ x) ** 2))
+    return total
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_share_is_that_of_least_squares_on_the_other_quarters(seed: int) -> None:
+    made = MadeUp(bent, seed=seed)
+    quarters = plain_blocks(made, 9)
+    count = sum(len(q) for q in quarters)
+    without, both = (left_unseen(quarters, n) for n in (NUISANCE, NUISANCE + 9))
+    assert made.function(9).share == pytest.approx(
+        (without - both) / (without - count), abs=SAME_SHARE
+    )
+
+
+@pytest.mark.parametrize("knots", [7, 25, 61])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_the_place_has_no_part_in_has_no_share(seed: int, knots: int) -> None:
+    """An error of twice the noise that no place carries: half a hundredth is chance."""
+    assert MadeUp(nothing, noise=2.0, seed=seed).function(knots).share < 0.005
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_function_that_fits_by_chance_explains_nothing_unseen(seed: int) -> None:
+    """Nearly as many hats as errors."""
+    made, knots = MadeUp(nothing, noise=10.0, seed=seed, samples=40, recordings=1), 61
+    seen = np.concatenate(plain_blocks(made, knots))
+    x = np.linalg.lstsq(seen[:, :-1], seen[:, -1], rcond=None)[0]
+    left = np.sum((seen[:, -1] - seen[:, :-1] @ x) ** 2)
+    assert left < 0.7 * np.sum(seen[:, -1] ** 2), "it fits well what it was fitted to"
+    assert made.function(knots).share < 0.0
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_function_comes_out_as_it_was_put_in(seed: int) -> None:
+    found = MadeUp(bent, seed=seed).function()
+    values, deviations = found.matrices.fitted()
+    inside = slice(1, -1)  # at the ends half a hat is seen
+    miss = (values - bent(found.knots))[inside]
+    assert np.sqrt(np.mean(miss**2)) < 0.05 * np.ptp(bent(found.knots))
+    assert np.all(deviations > 0.0)
+    assert np.mean(np.abs(miss) < 3.0 * deviations[inside]) > 0.9
+
+
+def test_a_stronger_law_over_the_same_noise_has_a_larger_share() -> None:
+    shares = [MadeUp(lambda x, k=k: k * bent(x)).function().share for k in (0.05, 0.2, 1.0)]
+    assert shares[0] < shares[1] < shares[2] < 1.0
+
+
+def test_hats_add_up_to_one_within_their_ends() -> None:
+    made = MadeUp(nothing)
+    signals = hats(place(made.places), torque(made.places), np.linspace(LOW, HIGH, 7))
+    for r in range(made.recordings):
+        assert np.sum([s[r] for s in signals], axis=0) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_straight_line_of_the_hats_is_the_place_itself() -> None:
+    made, knots = MadeUp(nothing), np.linspace(LOW, HIGH, 7)
+    signals = hats(place(made.places), torque(made.places), knots)
+    for r, x in enumerate(made.places):
+        along = np.sum([k * s[r] for k, s in zip(knots, signals, strict=True)], axis=0)
+        assert along == pytest.approx(x, abs=1e-12)
+
+
+def test_each_part_has_a_quarter_of_every_recording() -> None:
+    blocks = [np.full((n, 2, 3), float(r)) for r, n in enumerate((8, 40))]
+    for part in cut(blocks):
+        assert part.shape == (2 * 2 + 10 * 2, 3)
+        assert [np.sum(part[:, 0] == r) for r in (0.0, 1.0)] == [4, 20]
+
+
+def combined(function: SmoothFunction, weights: np.ndarray) -> float:
+    return function.matrices.combined(weights).held_out_share
+
+
+def test_all_hats_in_one_sum_are_one_constant() -> None:
+    """A constant torque explains as much as the sum of the hats does."""
+    made = MadeUp(lambda x: 6.0 + nothing(x))
+    one, fine = made.function(3), made.function(25)
+    shares = [combined(f, np.ones((len(f.knots), 1))) for f in (one, fine)]
+    assert shares[0] == pytest.approx(shares[1], rel=1e-9)
+    assert shares[0] > 0.99

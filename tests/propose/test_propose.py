@@ -1,0 +1,192 @@
+"""From recordings of an arm that obeys one more law to that law, and to nothing where none is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from functools import cache
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flexgui as fg
+from flexgui.core.diagnose.search_options import Options
+from flexgui.core.progress import Silent
+from flexgui.core.propose.propose import propose, with_proposal
+from flexgui.core.results import MISSING, NOTHING, UNLISTED, Diagnosis, Proposal, ProposedLaw
+from flexgui.core.results.proposal import NO_CARRIER, WITHIN_NOISE
+from flexgui.core.trajectory import Trajectory
+from tests.diagnose.test_stated_effects import bare
+from tests.propose.test_shapes import IN_NUMPY
+from tests.sentences.findings import FOUND
+
+DRIVE = fg.drives.VelocityLoop(gains=(60.0, 30.0))
+NOISE = {"camera_noise": 3e-5, "encoder_noise": 1e-5}
+IDENTIFY = {"parameters": ["EI1", "EI2"], "output": ["z", "encoder"]}
+
+FOUND_VALUE = 0.03
+"""Relative, of what is estimated from noisy recordings of 0.6 s."""
+
+AT_THE_NOISE = 1.1
+"""Times the floor: noise of thousands of samples alone stays below."""
+
+ATTEMPTS = 15
+"""Questions whether to stop: a search is in its first stage by then."""
+
+SOON = 5.0
+"""s, of a search that was stopped; whole ones take ten to a hundred."""
+
+
+def recorded(
+    angles: Sequence[float], law: dict[str, Any] | None = None, sensors: dict[str, float] = NOISE,
+    **how: Any,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Short recordings of the paper's arm, which may obey a law."""
+    machine = fg.project("paper", DRIVE, sensors=sensors, model={"level": "nonlinear"})
+    machine = machine.with_effects(law) if law else machine
+    made = [machine.simulate(theta2=x, seconds=0.6, seed=k, **how) for k, x in enumerate(angles)]
+    return [{"table": m.to_dataframe(), "name": f"r{k}"} for k, m in enumerate(made)]
+
+
+def project(recordings: list[dict[str, Any]]) -> fg.Project:
+    """With a model that knows no law."""
+    return fg.project(
+        "paper", DRIVE, recordings, sensors=NOISE, model={"level": "nonlinear"}, identify=IDENTIFY
+    )
+
+
+@cache
+def spring() -> fg.Project:
+    """The elbow is held by the cube of its angle."""
+    law = fg.formula("joint2", "-a*theta2**3", a=0.3)
+    return project(recorded((0.6, 1.3, 2.0), law, amplitude=0.5))
+
+
+def only_law(found: Proposal, target: str, variable: str) -> ProposedLaw:
+    """The first law, which is where it was hidden and leaves the noise alone."""
+    assert found.reason == "" and not found.stopped and 1 <= len(found.laws) <= 3
+    law = found.laws[0]
+    assert (law.target, law.carrier.target, law.carrier.variable) == (target, target, variable)
+    assert found.carriers[0].variable == variable and found.carriers[0].share > 0.95
+    assert law.rms[0] > 10.0 > AT_THE_NOISE > law.rms[1]
+    assert law.explained > 0.99 and law.delta_bic > 10.0
+    return law
+
+
+def values_of(law: ProposedLaw) -> dict[str, float]:
+    return {e.name: e.value for e in law.parameters}
+
+
+def test_a_spring_at_a_joint_is_found_with_its_stiffness_and_leaves_nothing_once_added() -> None:
+    rig = spring()
+    law = only_law(rig.propose(), "joint2", "theta2")
+    assert law.formula == "a*theta2**3"
+    assert values_of(law) == {"a": pytest.approx(-0.3, rel=FOUND_VALUE)}
+    (term,) = law.terms
+    assert term.values == pytest.approx(-0.3 * term.places**3, rel=FOUND_VALUE)
+    assert (law.carrier.unit, law.carrier.value_unit) == ("rad", "N m")
+    assert np.isnan(law.unseen_rms).all(), "there are no validation recordings"
+    after = rig.with_effects(law.settings).propose()
+    assert after.reason == WITHIN_NOISE and not after.laws and not after.carriers
+
+
+def test_a_stop_that_bends_is_found_with_its_place_and_holds_on_what_no_fit_has_seen() -> None:
+    law = fg.formula("joint2", "-a*max(theta2 - c, 0)", a=2.0, c=1.2)
+    recordings = recorded((0.6, 1.3, 1.9, 1.5), law, amplitude=2.0)
+    recordings[-1]["role"] = "validate"
+    found = only_law(project(recordings).propose(), "joint2", "theta2")
+    assert found.formula == "a*max(theta2 - c, 0)"
+    assert values_of(found) == {
+        "a": pytest.approx(-2.0, rel=FOUND_VALUE), "c": pytest.approx(1.2, rel=FOUND_VALUE)
+    }  # fmt: skip
+    assert found.unseen_rms[0] > 10.0 > 2.0 > found.unseen_rms[1]
+
+
+def test_what_a_camera_reads_too_much_is_found_in_its_channel() -> None:
+    recordings = recorded((0.7, 1.5), fg.formula("z1", "a*z1**2", a=0.02))
+    law = only_law(project(recordings).propose(), "z1", "z1")
+    assert law.formula == "a*z1**2"
+    assert values_of(law) == {"a": pytest.approx(0.02, rel=FOUND_VALUE)}
+    assert law.parameters[0].unit == "m/(m)^2"
+
+
+def test_where_nothing_is_missing_nothing_is_proposed() -> None:
+    found = project(recorded((0.7, 1.5))).propose()
+    assert found.reason == WITHIN_NOISE
+    assert not found.laws and not found.carriers and not found.refused
+
+
+def test_noise_that_is_larger_than_it_was_said_to_be_has_no_law() -> None:
+    loud = recorded((0.7, 1.5), sensors={**NOISE, "camera_noise": 2e-4})
+    found = project(loud).propose()
+    assert found.reason == NO_CARRIER and not found.laws
+    assert found.carriers[0].share < 0.05
+
+
+def along(law: ProposedLaw, motions: Sequence[Trajectory]) -> np.ndarray:
+    """What a law adds along motions: its formula as Python reads it."""
+    parts = []
+    for m in motions:
+        words = {"t": m.time - m.time[0], "friction": lambda x: np.sign(np.gradient(x))}
+        for k in range(2):
+            words |= {f"theta{k + 1}": m.q[:, k], f"dtheta{k + 1}": m.v[:, k]}
+            words |= {f"u{k + 1}": m.torque[:, k]}
+        value = eval(law.formula, {**IN_NUMPY, **words, **values_of(law)})
+        parts.append(np.broadcast_to(value, m.time.shape))
+    return np.concatenate(parts)
+
+
+def test_laws_that_are_proposed_are_not_one_in_other_words() -> None:
+    """Of viscous friction: a damping is no other law than a torque over the speed."""
+    motions = [motion for motion, _, _ in bare().base.parametrised.motions()]
+    found = propose(bare())
+    assert found.laws and found.laws[0].target == "joint1"
+    for one, other in combinations(found.laws, 2):
+        if one.target == other.target:
+            a, b = along(one, motions), along(other, motions)
+            assert np.linalg.norm(a - b) > 0.01 * np.linalg.norm(b), (one.formula, other.formula)
+
+
+class Stopping(Silent):
+    """Is stopped from the nth question on."""
+
+    def __init__(self, after: int) -> None:
+        self.asked, self.after = 0, after
+
+    def stopped(self) -> bool:
+        self.asked += 1
+        return self.asked > self.after
+
+
+@pytest.mark.parametrize("after", [0, ATTEMPTS])
+def test_a_search_that_is_stopped_ends_soon_and_says_so(after: int) -> None:
+    fitted = bare()
+    began = time.perf_counter()
+    found = propose(fitted, progress=Stopping(after))
+    assert time.perf_counter() - began < SOON
+    assert found.stopped and not found.laws
+
+
+def test_a_search_says_what_it_is_busy_with_and_a_callback_stops_it() -> None:
+    stages: list[str] = []
+
+    def until_asking(update: Any) -> bool:
+        stages.append(update.stage)
+        return not update.stage.startswith("Asking what the rest depends on")
+
+    found = spring().propose(until_asking)
+    assert found.stopped and not found.laws
+    assert "Reading the recordings" in stages and stages[-1].startswith("Asking")
+
+
+@pytest.mark.parametrize("verdict", [NOTHING, MISSING])
+def test_after_a_diagnosis_no_law_is_looked_for_where_its_list_was_enough(verdict: str) -> None:
+    told = Diagnosis(verdict, None, rounds=(), steps=FOUND.steps, not_applicable={})
+    assert with_proposal(told, bare(), Options(), Silent()) is told
+
+
+def test_after_a_diagnosis_that_was_stopped_none_is_looked_for() -> None:
+    told = Diagnosis(UNLISTED, None, rounds=(), steps=FOUND.steps, not_applicable={})
+    assert with_proposal(told, bare(), Options(), Stopping(0)) is told

@@ -1,0 +1,239 @@
+"""Where a law may act, what it may depend on there, and that each can be written as a formula."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy
+
+from flexgui.core.diagnose.fitted_model import FittedModel
+from flexgui.core.effects.own_formula import own_parameter
+from flexgui.core.effects.own_reading import own_law
+from flexgui.core.propose.targets import (
+    Factor,
+    JointTarget,
+    Target,
+    Variable,
+    ends,
+    force_targets,
+    share_of_bristle,
+    targets,
+)
+from flexgui.core.trajectory import Trajectory
+from tests.diagnose.test_stated_effects import bare
+from tests.helpers import ARMS, PAPER
+
+SUBSTEPS = 400
+"""Between two samples, of an integration in small steps."""
+
+SMALL_STEPS = 2e-3
+"""Of a share: what an integration in small steps is wrong by."""
+
+RATES = 0.02
+"""Of a range: straight pieces between samples, a twentieth of a vibration apart."""
+
+
+@cache
+def fitted() -> FittedModel:
+    """The paper's arm on one recording of encoders and camera."""
+    given = bare()
+    return FittedModel(given.data, given.base, ())
+
+
+@cache
+def motions() -> tuple[Trajectory, ...]:
+    return tuple(motion for motion, _, _ in fitted().refit.parametrised.motions())
+
+
+def named(name: str) -> Target:
+    return next(target for target in targets(fitted()) if target.name == name)
+
+
+@cache
+def choices(name: str) -> list[tuple[Variable, Factor]]:
+    return named(name).choices(fitted(), motions())
+
+
+def back_and_forth(count: int = 300) -> np.ndarray:
+    """A path (N,) with reversals near and far."""
+    time = np.linspace(0.0, 1.0, count)
+    return 0.4 * np.sin(11.0 * time) + 0.15 * np.sin(37.0 * time)
+
+
+def in_small_steps(x: np.ndarray, way: float) -> np.ndarray:
+    """u' = (v - |v| u) / s from u = 0, along straight pieces between the samples."""
+    u, found = 0.0, [0.0]
+    for move in np.diff(x) / SUBSTEPS:
+        for _ in range(SUBSTEPS):
+            u += (move - abs(move) * u) / way
+        found.append(u)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("way", [0.02, 0.1, 0.7])
+def test_the_share_of_a_bristle_is_what_its_equation_says(way: float) -> None:
+    x = back_and_forth()
+    found = share_of_bristle(x, way)
+    assert found == pytest.approx(in_small_steps(x, way), abs=SMALL_STEPS)
+    assert np.abs(found).max() <= 1.0
+
+
+def test_a_share_depends_on_the_path_and_not_on_the_pace() -> None:
+    x, way = back_and_forth(), 0.1
+    slow = np.interp(np.arange(0.0, len(x) - 0.75, 0.25), np.arange(len(x)), x)
+    assert share_of_bristle(slow, way)[::4] == pytest.approx(share_of_bristle(x, way), abs=1e-12)
+    still = np.repeat(x, 3)
+    assert share_of_bristle(still, way)[::3] == pytest.approx(share_of_bristle(x, way), abs=1e-12)
+
+
+def test_a_share_depends_on_the_path_in_ways_alone() -> None:
+    x = back_and_forth()
+    assert share_of_bristle(50.0 * x, 5.0) == pytest.approx(share_of_bristle(x, 0.1), abs=1e-12)
+
+
+def test_far_beyond_its_way_a_share_is_the_direction() -> None:
+    x = np.concatenate([np.linspace(0.0, 3.0, 50), np.linspace(3.0, 0.0, 50)])
+    found = share_of_bristle(x, 0.1)
+    assert (found[49], found[-1]) == pytest.approx((1.0, -1.0), abs=1e-9)
+
+
+def test_forces_are_asked_first_then_what_is_read() -> None:
+    names = [target.name for target in targets(fitted())]
+    assert names[:4] == ["joint1", "joint2", "tip1", "tip2"]
+    assert names[4:] == [name for name, _ in fitted().data.experiments[0].channels]
+    assert [target.unit for target in targets(fitted())][:4] == ["N m", "N m", "N", "N"]
+
+
+def test_a_slide_is_pushed_and_the_tip_of_a_rigid_link_is_where_its_joint_is() -> None:
+    assert [target.unit for target in force_targets(ARMS["slide"])] == ["N", "N m", "N", "N"]
+    stiff = PAPER.model_copy(
+        update={"segments": (PAPER.segments[0].model_copy(update={"modes": 0}),)}
+    )
+    assert [target.name for target in force_targets(stiff)] == ["joint1"]
+
+
+def test_a_joint_sees_its_own_motion_first_then_that_of_the_others() -> None:
+    plain = [x.word for x, factor in choices("joint2") if not factor.formula]
+    assert plain[:7] == ["theta2", "dtheta2", "u2", "theta1", "dtheta1", "u1", "t"]
+    assert plain[7:11] == ["delta1", "ddelta1", "delta2", "ddelta2"]
+    assert set(plain[11:]) == {"hysteresis(theta2, {way})"}
+
+
+def test_the_tip_sees_its_place_and_a_sensor_what_it_reads() -> None:
+    assert [x.word for x, _ in choices("tip1")] == ["t", "z1", "dz1", "z2", "dz2"]
+    assert [x.word for x, _ in choices("z1")] == ["t", "z1", "z2"]
+    assert [x.word for x, _ in choices("theta2")] == ["t", "theta1", "theta2"]
+
+
+def test_friction_may_depend_on_places_time_and_the_own_torque_and_damping_on_places_and_time():
+    by = {
+        words: [x.word for x, factor in choices("joint1") if factor.words == words]
+        for words in ("the direction of motion", "the speed")
+    }
+    assert by["the direction of motion"] == ["theta1", "u1", "theta2", "t"]
+    assert by["the speed"] == ["theta1", "theta2", "t"]
+
+
+def test_friction_over_another_joint_is_written_as_hysteresis() -> None:
+    """friction() sees its own joint alone."""
+    of = {x.word: f.formula for x, f in choices("joint1") if f.words == "the direction of motion"}
+    assert of["theta1"] == of["t"] == of["u1"] == "friction(theta1)"
+    assert of["theta2"].startswith("hysteresis(theta1, ")
+
+
+def test_the_direction_is_one_forwards_and_less_than_one_only_near_rest() -> None:
+    factor = next(f for _, f in choices("joint2") if f.words == "the direction of motion")
+    for along, m in zip(factor.along, motions(), strict=True):
+        speed = m.v[:, 1]
+        fast = np.abs(speed) > 0.2 * np.sqrt(np.mean(speed**2))
+        assert along[fast] == pytest.approx(np.sign(speed[fast]), abs=1e-3)
+        assert np.abs(along).max() <= 1.0
+
+
+def test_what_a_function_is_multiplied_by_has_a_noun_and_a_unit() -> None:
+    found = {(f.noun, f.words, f.unit) for _, f in choices("joint1")}
+    assert found == {
+        ("Torque", "", ""), ("Friction", "the direction of motion", ""),
+        ("Damping", "the speed", "rad/s"),
+    }  # fmt: skip
+    assert {(f.noun, f.words) for _, f in choices("tip2")} == {("Force", "")}
+    assert {(f.noun, f.words) for _, f in choices("z1")} == {("Error", "")}
+
+
+@pytest.mark.parametrize("name", ["joint1", "joint2", "tip1", "tip2", "z2", "theta1"])
+def test_every_choice_is_a_formula_of_its_target(name: str) -> None:
+    for x, factor in choices(name):
+        word = x.word.format(**{c.name: c.name for c in x.constants})
+        text = f"a*({word})*{factor.formula}" if factor.formula else f"a*({word})"
+        free = tuple(own_parameter(*constant) for constant in x.constants)
+        own = own_law(PAPER, name, text, (own_parameter("a", 1.0), *free), "own_1")
+        assert name in own.story
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [("joint1", "theta1"), ("joint1", "theta2"), ("joint1", "delta1"), ("joint2", "delta2"),
+     ("tip1", "z1"), ("tip2", "z2")],
+)  # fmt: skip
+def test_a_rate_is_that_of_its_place(name: str, word: str) -> None:
+    found = {x.word: x for x, factor in choices(name) if not factor.formula}
+    place, rate = found[word], found[f"d{word}"]
+    assert rate.unit == f"{place.unit}/s"
+    for x, v, m in zip(place.along, rate.along, motions(), strict=True):
+        way = scipy.integrate.cumulative_trapezoid(v, m.time, initial=0.0)
+        assert x - x[0] == pytest.approx(way, abs=RATES * np.ptp(x))
+
+
+def test_variables_are_those_of_the_motion() -> None:
+    found = {x.word: x.along for x, factor in choices("joint1") if not factor.formula}
+    for k, m in enumerate(motions()):
+        assert np.array_equal(found["theta2"][k], m.q[:, 1])
+        assert np.array_equal(found["u1"][k], m.torque[:, 0])
+        assert found["t"][k] == pytest.approx(np.arange(len(m.time)) * 1e-3)
+        assert found["t"][k][0] == 0.0
+
+
+def test_each_variable_has_a_range() -> None:
+    for name in ("joint1", "joint2", "tip1", "z1"):
+        for x, _ in choices(name):
+            low, high = ends(x)
+            assert low < high
+            assert all(low <= a.min() and a.max() <= high for a in x.along)
+
+
+def test_a_column_that_is_named_as_an_input_is_a_variable() -> None:
+    model = fitted()
+    experiments = tuple(
+        replace(e, recording=replace(r, channels={**r.channels, "input1": np.sin(r.time)}))
+        for e, r in ((e, e.recording) for e in model.data.experiments)
+    )
+    heated = FittedModel(replace(model.data, experiments=experiments), model.refit, ())
+    words = [x.word for x, _ in named("joint1").choices(heated, motions())]
+    assert "input1" in words and "input1" not in [x.word for x, _ in choices("joint1")]
+
+
+def test_what_is_added_to_a_reading_moves_that_channel_alone() -> None:
+    model, name = fitted(), "z2"
+    target = named(name)
+    signals = [tuple(np.sin(9.0 * m.time) for m in motions())]
+    ((change,),) = target.responses(model, signals)
+    (e,), floors = model.data.experiments, model.data.floors
+    k = [channel for channel, _ in e.channels].index(name)
+    counted = e.counted[:, k]
+    assert counted.any() and not np.delete(change, k, axis=1).any()
+    assert change[counted, k] * floors[name] == pytest.approx(
+        np.sin(9.0 * motions()[0].time)[counted], abs=1e-9
+    )
+
+
+def test_forwards_and_backwards_together_are_always() -> None:
+    target = named("joint2")
+    assert isinstance(target, JointTarget)
+    sides = target.by_direction(fitted(), motions())
+    assert [x.word for x, _, _ in sides] == ["theta2", "t"]
+    for _, one, other in sides:
+        for a, b in zip(one.along, other.along, strict=True):
+            assert a + b == pytest.approx(1.0) and min(a.min(), b.min()) >= 0.0
