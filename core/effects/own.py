@@ -25,6 +25,7 @@ from ..effects.own_formula import (
     PORT,
     RATE,
     check_names,
+    effect_parameters,
     is_nothing,
     port_of,
     read_formula,
@@ -146,12 +147,7 @@ def own_effect(
     law = _law(arm, expression, port, [*names, *written], f"{where} formula")
     _check_finite(law, parameters, f"{where} formula")
     sizes = size_names(sp.Add(*law.forces), law.parameters[: len(names)], f"{where} formula")
-    quantities = tuple(
-        EffectParameter(item, 0.0)
-        if item.name in sizes
-        else EffectParameter(item, item.value, secondary=True)
-        for item in parameters
-    )
+    quantities = effect_parameters(parameters, sizes)
     at_tip = port in TIP_PORTS
     return OwnEffect(
         kind=kind,

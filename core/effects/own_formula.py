@@ -8,6 +8,7 @@ from itertools import combinations
 
 import sympy as sp
 
+from ..effects.effect import EffectParameter
 from ..effects.formula import LONGEST_NAME, parse_formula
 from ..effects.formula_functions import FORMULA_FUNCTIONS
 from ..errors import InputError
@@ -86,6 +87,18 @@ def size_names(force: sp.Expr, own: Sequence[sp.Symbol], where: str) -> tuple[st
             f"which is then the size of the effect."
         )
     return ()
+
+
+def effect_parameters(
+    parameters: Sequence[Parameter], sizes: Sequence[str]
+) -> tuple[EffectParameter, ...]:
+    """An effect's parameters: sizes are neutral at zero, the others only shape it."""
+    return tuple(
+        EffectParameter(item, 0.0)
+        if item.name in sizes
+        else EffectParameter(item, item.value, secondary=True)
+        for item in parameters
+    )
 
 
 def _vanishes(force: sp.Expr, chosen: Sequence[sp.Symbol]) -> bool:

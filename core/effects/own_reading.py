@@ -14,7 +14,7 @@ from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Rig, Values
 from ..effects.formula_functions import bristles_in, with_expanded_tables
 from ..effects.own import own_effect, targets
-from ..effects.own_formula import check_names, read_formula, size_names
+from ..effects.own_formula import check_names, effect_parameters, read_formula, size_names
 from ..effects.sizes import Sizes
 from ..errors import InputError
 from ..parameters import Parameter
@@ -124,12 +124,7 @@ def own_reading(
     expression = with_expanded_tables(expression, f"{where} formula")
     symbols = [sp.Symbol(word, real=True) for word in (TIME, *channels, *names)]
     sizes = size_names(expression, symbols[-len(names) :] if names else [], f"{where} formula")
-    quantities = tuple(
-        EffectParameter(item, 0.0)
-        if item.name in sizes
-        else EffectParameter(item, item.value, secondary=True)
-        for item in parameters
-    )
+    quantities = effect_parameters(parameters, sizes)
     return OwnReading(
         kind=kind, title=title or f"Own law of the reading {target}",
         story=f"Your formula: added to the reading of {target}, {formula.strip()}.",

@@ -6,7 +6,7 @@ round, the fitted motion, which knows no such law, is elsewhere.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -19,33 +19,24 @@ ORDER = 2
 """Of the low-pass, which runs forwards and backwards."""
 
 
-@dataclass(frozen=True)
-class ActualMotions:
-    """Of each recording."""
-
-    motions: tuple[Trajectory, ...]
-    """With the joints where the encoders saw them, within the band where they see a motion."""
-    fitted: tuple[Trajectory, ...]
-    """As the model has them."""
-
-    @classmethod
-    def of(cls, model: FittedModel) -> ActualMotions:
-        """Of a model at its minimum."""
-        h = model.refit.parametrised
-        fitted = tuple(motion for motion, _, _ in h.motions())
-        if model.data.rig.servo:  # the joints follow the encoders already
-            return cls(fitted, fitted)
-        everything = range(len(fitted))
-        readings = h.residuals.predictor.readings([(h.vector, everything)])[0]
-        missed = [
-            {
-                name: e.recording[name] - y[:, i]
-                for i, (name, _) in enumerate(e.channels)
-                if e.kinds[i] == "encoder"
-            }
-            for e, y in zip(model.data.experiments, readings, strict=True)
-        ]
-        return cls(_moved(fitted, missed), fitted)
+def actual_motions(model: FittedModel) -> tuple[Trajectory, ...]:
+    """The motion of each recording, with the joints where the encoders saw them, within the band
+    where they see a motion; of a model at its minimum."""
+    h = model.refit.parametrised
+    fitted = tuple(motion for motion, _, _ in h.motions())
+    if model.data.rig.servo:  # the joints follow the encoders already
+        return fitted
+    everything = range(len(fitted))
+    readings = h.residuals.predictor.readings([(h.vector, everything)])[0]
+    missed = [
+        {
+            name: e.recording[name] - y[:, i]
+            for i, (name, _) in enumerate(e.channels)
+            if e.kinds[i] == "encoder"
+        }
+        for e, y in zip(model.data.experiments, readings, strict=True)
+    ]
+    return _moved(fitted, missed)
 
 
 def _moved(

@@ -8,9 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
+from ..diagnose.evidence import RELEVANT
 from ..diagnose.fitted_model import FittedModel
 from ..least_squares import as_finite, pseudo_inverse
-from ..propose.targets import Factor, Series, Target, Variable, ends
+from ..propose.targets import Target
+from ..propose.variables import Factor, Series, Variable, ends
 
 PARTS = 4
 """Of each recording, held out in turn."""
@@ -77,7 +79,8 @@ class PartMatrices:
             sum(self._left(part, which) for part in self.parts)
             for which in (np.arange(self.nuisance), np.arange(n))
         )
-        return float((without - both) / max(without - self.count, 1.0))
+        above = max(without - self.count, RELEVANT * self.count)
+        return float((without - both) / above)
 
     def _left(self, part: np.ndarray, which: np.ndarray) -> float:
         """Squared error on one part, with what was fitted to the others."""

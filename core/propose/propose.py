@@ -27,10 +27,11 @@ from ..errors import InputError
 from ..least_squares import cost_of
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
-from ..propose.actual_motion import ActualMotions
+from ..propose.actual_motion import actual_motions
 from ..propose.carriers import SmoothFunction, smooth_functions
-from ..propose.short_laws import Law, ShortLaw, per, short_laws
-from ..propose.targets import COARSE, FINE, Target, ends, targets
+from ..propose.short_laws import Law, ShortLaw, logarithm, per, short_laws
+from ..propose.targets import Target, targets
+from ..propose.variables import COARSE, FINE, ends
 from ..results import (
     UNLISTED,
     Carrier,
@@ -74,10 +75,8 @@ def propose(
     """
     clock, progress = time.perf_counter(), progress or Silent()
     proposal = _Proposing(fitted, options or Options(), progress, ranking).run()
-    return replace(
-        proposal, seconds=time.perf_counter() - clock, stopped=progress.stopped(),
-        floors=fitted.data.floors,
-    )  # fmt: skip
+    seconds = time.perf_counter() - clock
+    return replace(proposal, seconds=seconds, stopped=progress.stopped())
 
 
 def with_proposal(
@@ -99,7 +98,7 @@ class _Proposing:
     ) -> None:
         effects = tuple(fitted.base.parametrised.model.effects)
         self.model = FittedModel(fitted.data, fitted.base, effects)
-        self.motions = ActualMotions.of(self.model).motions
+        self.motions = actual_motions(self.model)
         self.progress, self.ranking = progress, ranking
         self.memo = Memo(fitted.validation, effects, fitted.data.bare.arm.modes)
         self.search = Search(options, progress, None, self.memo)
@@ -158,7 +157,7 @@ class _Proposing:
         self.progress.stage("Asking for a second variable", None)
         pairs = [*self._second(first), *self._by_direction()]
         best = min(pairs, key=lambda f: f.left, default=None)
-        if best is None or np.log(best.left) > np.log(first.left) - CLOSE:
+        if best is None or logarithm(best.left) > logarithm(first.left) - CLOSE:
             return []
         assert best.beside is not None
         return [Law((self._beside(best.beside, best), self._beside(best, best.beside)))]

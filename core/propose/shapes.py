@@ -182,9 +182,6 @@ SHAPES = (
     Shape("saturation", "{a}*tanh({x}/{s})", (_A,), (_S,), _scales),
     Shape("approach", "{a}*(1 - exp(({low} - {x})/{s}))", (_A,), (_S,), _scales),
     Shape("wave", _WAVES[0], _FLAT[:2], (_N,), _harmonics, True),
-    Shape(
-        "constant and wave", "{e} + " + _WAVES[0], (_FLAT[2], *_FLAT[:2]), (_N,), _harmonics, True
-    ),
     Shape("two waves", _sum(*_WAVES[:2]), _FLAT[:4], (_N,), _harmonics, True),
     Shape("three waves", _sum(*_WAVES), _FLAT, (_N,), _harmonics, True),
     _table(5), _table(9),

@@ -19,7 +19,7 @@ from ..effects.own_reading import own_law
 from ..parameters import Parameter
 from ..propose.carriers import SmoothFunction
 from ..propose.shapes import SHAPES, Constant, Shape, Size
-from ..propose.targets import ends
+from ..propose.variables import ends
 from ..sentences import listed
 
 Value = TypeVar("Value")
@@ -67,7 +67,7 @@ class ShortLaw:
         function that stands beside it."""
         beside = self.function.beside
         left = (1.0 - self.share) * (1.0 if beside is None else beside.left)
-        return float(np.log(max(left, LINEAR))) + self.price
+        return logarithm(left) + self.price
 
     @property
     def price(self) -> float:
@@ -154,11 +154,6 @@ class Law:
         return listed([term.title for term in self.terms])
 
     @property
-    def penalised_error(self) -> float:
-        """As of its last term, with the price of the others."""
-        return self.terms[-1].penalised_error + sum(term.price for term in self.terms[:-1])
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Of all parameters; one name may stand in both terms."""
         return tuple(name for term in self.terms for name in term.names)
@@ -187,6 +182,11 @@ class Law:
         """Those of each term."""
         ends_of = np.cumsum([0, *(len(term.names) for term in self.terms)])
         return [values[a:b] for a, b in pairwise(ends_of)]
+
+
+def logarithm(left: float) -> float:
+    """Of a share of the error that is left, down to what a linear answer can tell."""
+    return float(np.log(max(left, LINEAR)))
 
 
 def free_names(names: Sequence[str], taken: Collection[str]) -> list[str]:

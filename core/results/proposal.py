@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,7 +27,7 @@ class Carrier:
     """Such as 'position of joint 2'."""
     unit: str
     factor: str
-    """What the function is multiplied by, in words; empty: by nothing."""
+    """What the function is multiplied by, such as 'times the speed'; empty: nothing."""
     share: float
     """Of the squared error above noise that it explains on parts of the recordings that its values
     were not fitted to."""
@@ -111,4 +110,3 @@ class Proposal:
     """Where two laws remain: what to measure next to decide, best first."""
     seconds: float = float("nan")
     stopped: bool = False
-    floors: Mapping[str, float] = field(default_factory=dict)

@@ -14,11 +14,6 @@ from flexgui.sentences.written import estimate_text, format_number
 
 REASONS = {
     WITHIN_NOISE: "The error is within the noise: nothing is left for a law to explain.",
-    NO_CARRIER: (
-        "No law is proposed. No position, speed, deflection, torque or time carries the rest: what "
-        "a smooth function of each explains, it does not explain on parts of the recordings that "
-        "it was not fitted to."
-    ),
     NO_LAW: "No law is proposed: each that was tried in the model failed a test.",
 }
 
@@ -35,6 +30,8 @@ def proposal_paragraphs(proposal: Proposal | None) -> tuple[str, ...]:
     if proposal.stopped and proposal.reason:
         return (STOPPED,)
     if proposal.reason:
+        if proposal.reason == NO_CARRIER:
+            return (no_carrier_sentence(proposal),)
         refused = [refusal_sentence(title, why) for title, why in proposal.refused[:1]]
         carriers = carrier_sentence(proposal) if proposal.reason == NO_LAW else ""
         return tuple(p for p in (carriers, REASONS[proposal.reason], *refused) if p)
@@ -55,22 +52,23 @@ def proposed_line(proposal: Proposal | None) -> str:
 
 
 def carrier_words(carrier: Carrier) -> str:
-    """'the position of joint 2, turned round with the direction of motion'."""
-    factor = f", times {carrier.factor}" if carrier.factor else ""
+    """'the position of joint 2, times the sign of the speed'."""
+    factor = f", {carrier.factor}" if carrier.factor else ""
     return f"the {carrier.title}{factor}"
 
 
 def carrier_sentence(proposal: Proposal) -> str:
-    """What the rest depends on most."""
-    if not proposal.carriers:
+    """What the rest depends on most; empty where it depends on nothing that was tried."""
+    carriers = [c for c in proposal.carriers if c.share > 0.0]
+    if not carriers:
         return ""
-    best = proposal.carriers[0]
+    best = carriers[0]
     text = (
-        f"No listed effect explains the rest. It depends most on {carrier_words(best)}: a smooth "
-        f"function of it, acting at {best.target_title}, explains {percent(100.0 * best.share)} of "
-        f"the error above the noise on parts of the recordings that it was not fitted to"
+        f"The rest depends most on {carrier_words(best)}: a smooth function of it, acting at "
+        f"{best.target_title}, explains {percent(100.0 * best.share)} of the error above the noise "
+        f"on parts of the recordings that it was not fitted to"
     )
-    others = [c for c in proposal.carriers[1:] if c.share > 0.0]
+    others = carriers[1:]
     if not others:
         return f"{text}."
     following = others[0]
@@ -78,6 +76,16 @@ def carrier_sentence(proposal: Proposal) -> str:
         f"{text}; next, {carrier_words(following)} at {following.target_title}: "
         f"{percent(100.0 * following.share)}."
     )
+
+
+def no_carrier_sentence(proposal: Proposal) -> str:
+    """Why no law is proposed where no variable carries the rest, with the share of the best."""
+    opening = "No law is proposed. No position, speed, deflection, torque or time carries the rest"
+    best = next((c for c in proposal.carriers if c.share > 0.0), None)
+    if best is None:
+        return f"{opening}."
+    share = percent(100.0 * best.share)
+    return f"{opening}; {carrier_words(best)}, at {best.target_title}, comes first with {share}."
 
 
 def law_sentence(law: ProposedLaw) -> str:

@@ -63,8 +63,7 @@ def law_over_variable(carrier: Carrier, term: LawTerm | None = None) -> Figure:
 
 
 def _caption(carrier: Carrier) -> str:
-    times = f", to be multiplied by {carrier.factor}" if carrier.factor else ""
-    return f"At {carrier.target_title}, over the {carrier.title}{times}."
+    return f"At {carrier.target_title}, over {carrier_words(carrier)}."
 
 
 def _values(law: ProposedLaw) -> str:

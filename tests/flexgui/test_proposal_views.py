@@ -40,7 +40,7 @@ def test_a_bar_per_variable_is_as_long_as_its_share() -> None:
     assert bars["text"] == ["97 %", "41 %", "0 %"]
     names = figure["layout"]["yaxis"]["ticktext"]
     assert names[0] == "the position of joint 2, at joint 2"
-    assert names[1] == "the torque of drive 1, times the direction of motion, at joint 1"
+    assert names[1] == "the torque of drive 1, times the sign of the speed, at joint 1"
     assert figure["layout"]["xaxis"]["range"] == [0, 100]
 
 
@@ -75,7 +75,7 @@ def test_axes_and_caption_say_what_is_drawn() -> None:
     assert plain["yaxis"]["title"]["text"] == "missing [N m]"
     assert plain["meta"]["caption"] == "At joint 2, over the position of joint 2."
     assert turned["yaxis"]["title"]["text"] == "function [N m]"
-    assert "to be multiplied by the direction of motion." in turned["meta"]["caption"]
+    assert "times the sign of the speed." in turned["meta"]["caption"]
 
 
 def test_small_values_are_drawn_in_small_units_with_law_and_band_in_the_same() -> None:

@@ -10,7 +10,8 @@ import numpy as np
 import scipy
 
 from flexgui.core.propose.carriers import ErrorParts, SmoothFunction, cut, hats
-from flexgui.core.propose.targets import Factor, Series, Variable, force_targets
+from flexgui.core.propose.targets import force_targets
+from flexgui.core.propose.variables import Factor, Series, Variable
 from tests.helpers import PAPER
 
 LOW, HIGH = 0.3, 2.3

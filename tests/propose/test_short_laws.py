@@ -12,7 +12,7 @@ import pytest
 from flexgui.core.effects.own import OwnEffect
 from flexgui.core.propose.carriers import SmoothFunction
 from flexgui.core.propose.short_laws import Law, ShortLaw, free_names, per, short_laws
-from flexgui.core.propose.targets import Factor, FreeConstant, share_of_bristle
+from flexgui.core.propose.variables import Factor, FreeConstant, share_of_bristle
 from tests.helpers import PAPER
 from tests.propose.made_up import HIGH, LOW, MadeUp, place
 from tests.propose.test_shapes import IN_NUMPY, spline
@@ -119,7 +119,7 @@ def braking(made: MadeUp) -> Factor:
     """The direction of motion, against which a positive function acts."""
     along = tuple(np.tanh(np.gradient(x) / 1e-3) for x in made.places)
     text = "friction(theta2)"
-    return Factor("Friction", "the direction of motion", text, "", along, text, brakes=True)
+    return Factor("Friction", "times the sign of the speed", text, "", along, text, brakes=True)
 
 
 def test_a_friction_acts_against_the_motion_where_its_formula_is_positive() -> None:

@@ -12,16 +12,8 @@ import scipy
 from flexgui.core.diagnose.fitted_model import FittedModel
 from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.effects.own_reading import own_law
-from flexgui.core.propose.targets import (
-    Factor,
-    JointTarget,
-    Target,
-    Variable,
-    ends,
-    force_targets,
-    share_of_bristle,
-    targets,
-)
+from flexgui.core.propose.targets import JointTarget, Target, force_targets, targets
+from flexgui.core.propose.variables import Factor, Variable, ends, share_of_bristle
 from flexgui.core.trajectory import Trajectory
 from tests.diagnose.test_stated_effects import bare
 from tests.helpers import ARMS, PAPER
@@ -131,21 +123,23 @@ def test_the_tip_sees_its_place_and_a_sensor_what_it_reads() -> None:
 def test_friction_may_depend_on_places_time_and_the_own_torque_and_damping_on_places_and_time():
     by = {
         words: [x.word for x, factor in choices("joint1") if factor.words == words]
-        for words in ("the direction of motion", "the speed")
+        for words in ("times the sign of the speed", "times the speed")
     }
-    assert by["the direction of motion"] == ["theta1", "u1", "theta2", "t"]
-    assert by["the speed"] == ["theta1", "theta2", "t"]
+    assert by["times the sign of the speed"] == ["theta1", "u1", "theta2", "t"]
+    assert by["times the speed"] == ["theta1", "theta2", "t"]
 
 
 def test_friction_over_another_joint_is_written_as_hysteresis() -> None:
     """friction() sees its own joint alone."""
-    of = {x.word: f.formula for x, f in choices("joint1") if f.words == "the direction of motion"}
+    of = {
+        x.word: f.formula for x, f in choices("joint1") if f.words == "times the sign of the speed"
+    }
     assert of["theta1"] == of["t"] == of["u1"] == "friction(theta1)"
     assert of["theta2"].startswith("hysteresis(theta1, ")
 
 
 def test_the_direction_is_one_forwards_and_less_than_one_only_near_rest() -> None:
-    factor = next(f for _, f in choices("joint2") if f.words == "the direction of motion")
+    factor = next(f for _, f in choices("joint2") if f.words == "times the sign of the speed")
     for along, m in zip(factor.along, motions(), strict=True):
         speed = m.v[:, 1]
         fast = np.abs(speed) > 0.2 * np.sqrt(np.mean(speed**2))
@@ -156,8 +150,8 @@ def test_the_direction_is_one_forwards_and_less_than_one_only_near_rest() -> Non
 def test_what_a_function_is_multiplied_by_has_a_noun_and_a_unit() -> None:
     found = {(f.noun, f.words, f.unit) for _, f in choices("joint1")}
     assert found == {
-        ("Torque", "", ""), ("Friction", "the direction of motion", ""),
-        ("Damping", "the speed", "rad/s"),
+        ("Torque", "", ""), ("Friction", "times the sign of the speed", ""),
+        ("Damping", "times the speed", "rad/s"),
     }  # fmt: skip
     assert {(f.noun, f.words) for _, f in choices("tip2")} == {("Force", "")}
     assert {(f.noun, f.words) for _, f in choices("z1")} == {("Error", "")}

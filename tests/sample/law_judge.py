@@ -22,7 +22,7 @@ from flexgui.core.identify.setup import Setup, make_setup
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.propose.propose import propose
-from flexgui.core.propose.targets import share_of_bristle
+from flexgui.core.propose.variables import share_of_bristle
 from flexgui.core.results import LawTerm, Proposal, ProposedLaw, RankedEffect
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
@@ -30,6 +30,9 @@ from flexgui.core.workbench import stated_noise
 
 RIGHT_SHAPE = 0.1
 """Relative rms difference along the motion up to which a law is right."""
+
+SLOW = 5e-3
+"""rad/s: as dry friction is made in the engine."""
 
 RIGHT_ERROR = 1.5
 """Noise floors that a right law may leave."""
@@ -81,8 +84,13 @@ def _term_along(
         x = at[word]
     value = np.interp(x, term.places, term.values)
     speed = at.get(f"d{law.target.replace('joint', 'theta')}", np.ones(len(x)))
-    by = {"the direction of motion": np.tanh(speed / 5e-3), "the speed": speed}
-    return np.asarray(value * by.get(factor, 1.0))
+    direction = np.tanh(speed / SLOW)
+    by = {
+        "times the sign of the speed": direction, "times the speed": speed,
+        "while it moves forwards": (1.0 + direction) / 2.0,
+        "while it moves backwards": (1.0 - direction) / 2.0, "": np.ones(len(x)),
+    }  # fmt: skip
+    return np.asarray(value * by[factor])
 
 
 def shape_error(law: ProposedLaw, truth: Mapping[str, np.ndarray], names: Sequence[str]) -> float:

@@ -27,7 +27,7 @@ def carrier(**other: Any) -> Carrier:
 
 FRICTION = carrier(
     target="joint1", target_title="joint 1", variable="u1", title="torque of drive 1", unit="N m",
-    factor="the direction of motion", share=0.41,
+    factor="times the sign of the speed", share=0.41,
 )  # fmt: skip
 NEITHER = carrier(title="time since the recording began", variable="t", unit="s", share=-0.2)
 

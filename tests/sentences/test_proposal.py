@@ -51,9 +51,9 @@ def test_a_listed_effect_is_named_where_it_is_like_the_law(likeness: float, name
 
 def test_what_the_rest_depends_on_is_said_with_its_share_and_the_next_best() -> None:
     text = carrier_sentence(proposal(law())).replace(SPACE, " ")
-    assert "It depends most on the position of joint 2: a smooth function of it" in text
+    assert "The rest depends most on the position of joint 2: a smooth function of it" in text
     assert "acting at joint 2, explains 97 %" in text
-    assert "next, the torque of drive 1, times the direction of motion at joint 1: 41 %." in text
+    assert "next, the torque of drive 1, times the sign of the speed at joint 1: 41 %." in text
     assert "time since" not in text, "it explains nothing"
 
 
@@ -66,7 +66,7 @@ def test_without_a_second_variable_the_sentence_ends() -> None:
 
 def test_a_factor_is_said_behind_the_variable() -> None:
     assert carrier_words(carrier()) == "the position of joint 2"
-    assert carrier_words(FRICTION) == "the torque of drive 1, times the direction of motion"
+    assert carrier_words(FRICTION) == "the torque of drive 1, times the sign of the speed"
 
 
 def test_paragraphs_hold_the_carrier_each_law_and_the_experiment_that_decides() -> None:
@@ -101,7 +101,7 @@ def test_the_best_law_that_was_refused_is_named_with_what_speaks_against_it() ->
     text = said(proposal(reason=NO_LAW, refused=(("A wall", WHY), ("A wave", WHY))))
     assert "A wall: the width ended at 0.5 rad, the bound of its plausible range." in text
     assert "A wave" not in text
-    assert "It depends most on the position of joint 2" in text
+    assert "The rest depends most on the position of joint 2" in text
 
 
 def test_where_no_variable_carries_the_rest_none_is_said_to() -> None:

@@ -16,8 +16,11 @@ from flexgui.core.results import (
     ChannelError,
     Diagnosis,
     DiagnosisRound,
+    Estimate,
     LadderStep,
+    LinearModel,
     Outcome,
+    ProposedLaw,
     RankedEffect,
     RecordingComparison,
 )
@@ -26,6 +29,7 @@ from flexgui.sentences.figures import error_change, times
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.views.over_speed import OverSpeed
+from flexgui.views.pooled import overall_estimates
 
 
 @dataclass(frozen=True)
@@ -140,6 +144,47 @@ def _rounds(versions: Sequence[ModelVersion]) -> tuple[DiagnosisRound, ...]:
     )
 
 
+COMPARED_BY = (
+    "Compared as in the diagnosis: the initial state of each recording is fitted too. So all "
+    "figures agree with the error ladder."
+)
+
+
+def with_versions(
+    outcome: Outcome, shown: tuple[RecordingComparison, ...], versions: Sequence[ModelVersion]
+) -> Outcome:
+    """The outcome of the last version with the whole way, as the report states it; `shown`: the
+    comparisons in place of its own, if any."""
+    compared = shown or outcome.comparisons
+    notes = outcome.notes if compared is outcome.comparisons else (*outcome.notes, COMPARED_BY)
+    diagnosis = combined_diagnosis(versions)
+    diagnosis = diagnosis and replace(diagnosis, linear_model=linear_model_of(versions))
+    given = first_estimates(versions) if diagnosis is not None and diagnosis.added else ()
+    return replace(outcome, comparisons=compared, notes=notes, diagnosis=diagnosis, as_given=given)
+
+
+def first_estimates(versions: Sequence[ModelVersion]) -> tuple[Estimate, ...]:
+    """Of the way's first model."""
+    first = next(iter(versions), None)
+    if first is None:
+        return ()
+    if first.outcome is not None:
+        return overall_estimates(first.outcome.fits)
+    return () if first.found is None else first.found.step.parameters
+
+
+def linear_model_of(versions: Sequence[ModelVersion]) -> LinearModel | None:
+    """What the linear model costs, where the first model was identified with it."""
+    from flexgui.core.workbench import linear_model
+
+    first = next(iter(versions), None)
+    if first is None or first.diagnosis is None or first.outcome is None:
+        return None
+    if first.outcome.level != "lpv":
+        return None
+    return linear_model(first.outcome.fits, first.outcome.comparisons, first.diagnosis)
+
+
 INCOMPLETE = "The search for more missing effects was not complete."
 
 FELL = 0.99
@@ -176,6 +221,27 @@ def last_change(versions: Sequence[ModelVersion]) -> Change | None:
         return None
     before, after = (float(step.cost_per_sample**0.5) for step in steps[-2:])
     return Change(before, after)
+
+
+def last_step_sentence(versions: Sequence[ModelVersion]) -> str:
+    """How the error changed in the last step."""
+    last, change = versions[-1], last_change(versions)
+    if change is None:
+        return f"{last.title}: error {times(last.error)} the noise floor."
+    return f"{last.title}: error {change.words}."
+
+
+def stopped_sentence(kept: bool, any_left: bool) -> str:
+    """What there is after a stop: this result, if `kept`, or an earlier one."""
+    if kept:
+        return "Stopped; this is the result so far."
+    return "Stopped; the last complete result is kept." if any_left else "Stopped."
+
+
+def proposed_laws(version: ModelVersion | None) -> tuple[ProposedLaw, ...]:
+    """Those that are proposed for a version."""
+    found = None if version is None else version.diagnosis
+    return () if found is None or found.proposal is None else found.proposal.laws
 
 
 def error_stayed(versions: Sequence[ModelVersion]) -> bool:

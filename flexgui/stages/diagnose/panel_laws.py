@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import zip_longest
 
-from flexgui.core.results import NOTHING, Proposal
+from flexgui.core.results import NOTHING, UNLISTED, Proposal
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import HtmlBlock
@@ -32,7 +32,7 @@ class ProposedLaws(PageElement):
         if found is None:
             self._words.show()
         elif found.proposal is not None:
-            self._words.show(WORDS.laws(found.proposal, able, marked))
+            self._words.show(WORDS.laws(found.proposal, found.verdict == UNLISTED, able, marked))
         else:
             free = able and not self.session.run.busy
             self._words.show("" if found.verdict == NOTHING else WORDS.ask_for_laws(free))

@@ -20,7 +20,6 @@ from flexgui.core.results.identification import final_values
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.messages import Ended
-from flexgui.sentences.figures import times
 from flexgui.session.running_job import AfterEnd
 from flexgui.session.scenario_edits import Edit, apply_edits, cached_model, set_value, with_lists
 from flexgui.session.state import Topic
@@ -36,20 +35,19 @@ from flexgui.stages.diagnose.effects import (
 from flexgui.stages.diagnose.model_versions import (
     ModelFindings,
     ModelVersion,
-    combined_diagnosis,
-    last_change,
+    first_estimates,
+    last_step_sentence,
+    linear_model_of,
+    proposed_laws,
+    stopped_sentence,
     versions_before,
+    with_versions,
 )
 from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose, propose_laws
-from flexgui.views.pooled import overall_estimates
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
 
-COMPARED_BY = (
-    "Compared as in the diagnosis: the initial state of each recording is fitted too. So all "
-    "figures agree with the error ladder."
-)
 BUSY = "A computation is running; stop it or wait."
 
 
@@ -92,34 +90,17 @@ class Diagnosis:
         last = self.versions[-1] if self.versions else None
         if outcome is None or last is None or last.scenario != of:
             return outcome
-        shown = self._session.comparison.shown or outcome.comparisons
-        notes = outcome.notes if shown is outcome.comparisons else (*outcome.notes, COMPARED_BY)
-        diagnosis = combined_diagnosis(self.versions)
-        diagnosis = diagnosis and replace(diagnosis, linear_model=self.linear_model)
-        given = self.first_fit if diagnosis is not None and diagnosis.added else ()
-        return replace(outcome, comparisons=shown, notes=notes, diagnosis=diagnosis, as_given=given)
+        return with_versions(outcome, self._session.comparison.shown, self.versions)
 
     @property
     def first_fit(self) -> tuple[Estimate, ...]:
         """Estimates of the way's first model, which the last result may no longer be about."""
-        first = next(iter(self.shown_versions), None)
-        if first is None:
-            return ()
-        if first.outcome is not None:
-            return overall_estimates(first.outcome.fits)
-        return () if first.found is None else first.found.step.parameters
+        return first_estimates(self.shown_versions)
 
     @property
     def linear_model(self) -> LinearModel | None:
         """What the linear model costs, where the first model of the way was identified with it."""
-        from flexgui.core.workbench import linear_model
-
-        first = next(iter(self.shown_versions), None)
-        if first is None or first.diagnosis is None or first.outcome is None:
-            return None
-        if first.outcome.level != "lpv":
-            return None
-        return linear_model(first.outcome.fits, first.outcome.comparisons, first.diagnosis)
+        return linear_model_of(self.shown_versions)
 
     @property
     def known_biased(self) -> bool:
@@ -145,12 +126,9 @@ class Diagnosis:
     def add(self, kind: str) -> bool:
         """Puts a listed effect into the model and fits it; a ranking that still goes on ends."""
         if self._session.run.busy and self.pending is not None and self.pending.found is not None:
-            return self._after_stop(partial(self._add_now, kind), titled([kind])[0])
-        findings = (
-            next((r for r in self.newest.ranking if r.effect == kind), None)
-            if self.newest
-            else None
-        )
+            return self._after_stop(partial(self.add, kind), titled([kind])[0])
+        ranking = self.newest.ranking if self.newest else ()
+        findings = next((r for r in ranking if r.effect == kind), None)
         if kind in self.formulas:
             return self.add_own(*self.formulas[kind])
         try:
@@ -160,26 +138,35 @@ class Diagnosis:
 
     def _after_stop(self, then: Callable[[], object], title: str) -> bool:
         """Stops what is computed, and adds what has this title afterwards."""
-        self._then, self.to_add = then, title
+
+        def add() -> None:
+            then()
+            self.to_add = ""
+
+        self._then, self.to_add = add, title
         self._session.run.stop()
         self._session.notify(Topic.DIAGNOSIS)
         return True
-
-    def _add_now(self, kind: str) -> None:
-        self.add(kind)
-        self.to_add = ""
 
     def add_own(self, target: str, formula: str, parameters: str) -> bool:
         """Puts a formula into the model and fits it; says what is wrong with it."""
         try:
             edit = with_own(target, formula, parameters)
-            kind, title = present(apply_edits(self._session.document.scenario, edit))[-1]
-            done = self._go_on(edit, title, kind)
         except InputError as error:
             return self._session.refuse(error)
-        if done:
+        kind = self._add_last(edit)
+        if kind:
             self.formulas[kind] = (target, formula, parameters)
-        return done
+        return bool(kind)
+
+    def _add_last(self, edit: Edit) -> str:
+        """Makes an edit that adds an own effect, and fits the model; its id, or '' if refused."""
+        try:
+            kind, title = present(apply_edits(self._session.document.scenario, edit))[-1]
+            return kind if self._go_on(edit, title, kind) else ""
+        except InputError as error:
+            self._session.refuse(error)
+            return ""
 
     def add_law(self, number: int) -> bool:
         """Puts a proposed law, from 0, into the model and fits it; what is still computed on the
@@ -187,26 +174,15 @@ class Diagnosis:
         laws = self.laws
         if number >= len(laws):
             return False
+        add = partial(self._add_last, with_law(laws[number]))
         if self._session.run.busy and self.pending is not None:
-            return self._after_stop(partial(self._add_law_now, laws[number]), laws[number].title)
-        return self._add_law_now(laws[number])
-
-    def _add_law_now(self, law: ProposedLaw) -> bool:
-        self.to_add = ""
-        edit = with_law(law)
-        try:
-            scenario = apply_edits(self._session.document.scenario, edit)
-            kind, title = present(scenario)[-1]
-            return self._go_on(edit, title, kind)
-        except InputError as error:
-            return self._session.refuse(error)
+            return self._after_stop(add, laws[number].title)
+        return bool(add())
 
     @property
     def laws(self) -> tuple[ProposedLaw, ...]:
         """Those that are proposed for the model as it stands."""
-        found = self.newest.diagnosis if self.newest is not None else None
-        proposal = None if found is None else found.proposal
-        return () if proposal is None else proposal.laws
+        return proposed_laws(self.newest)
 
     def propose(self) -> bool:
         """Looks for laws for what the model leaves."""
@@ -341,9 +317,9 @@ class Diagnosis:
             self._restore(*before)
         self._session.notify(Topic.DIAGNOSIS)
         if self._then is None and isinstance(event, Stopped):
-            self._session.show_message(_stopped(kept, bool(self.versions)))
+            self._session.show_message(stopped_sentence(kept, bool(self.versions)))
         elif self._then is None and isinstance(event, Finished) and version.title:
-            self._session.show_message(self._fallen())
+            self._session.show_message(last_step_sentence(self.versions))
         return self._then
 
     def _worth_keeping(self, version: ModelVersion, event: Ended) -> bool:
@@ -370,16 +346,3 @@ class Diagnosis:
             self._session.document.change(set_value(("model",), model))
         with self._session.changing(Topic.OUTCOME):
             self._session.identification.take(outcome, outcome_of)
-
-    def _fallen(self) -> str:
-        """How the error changed in the last step."""
-        last, change = self.versions[-1], last_change(self.versions)
-        if change is None:
-            return f"{last.title}: error {times(last.error)} the noise floor."
-        return f"{last.title}: error {change.words}."
-
-
-def _stopped(kept: bool, any_left: bool) -> str:
-    if kept:
-        return "Stopped; this is the result so far."
-    return "Stopped; the last complete result is kept." if any_left else "Stopped."
