@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexgui.core.results import Carrier, LawTerm, Proposal, ProposedLaw
+from flexgui.sentences.figures import short_percent
 from flexgui.sentences.proposal import carrier_words
 from flexgui.sentences.written import estimate_text, format_number, shown_unit
 from flexgui.views import colours
@@ -78,7 +79,7 @@ def laws_table(proposal: Proposal | None) -> Table | None:
         Row(
             (
                 law.title, law.formula, _values(law),
-                f"{100.0 * law.explained:.1f} %", format_number(law.rms[1], 3),
+                short_percent(100.0 * law.explained), format_number(law.rms[1], 3),
                 format_number(law.unseen_rms[1], 3),
             )
         )
