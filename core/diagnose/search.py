@@ -108,14 +108,11 @@ class Memo:
         """The model on the validation recordings; None without any."""
         if self.validation is None:
             return None
-        data, refit = model.data, model.refit
+        data, refit, validation = model.data, model.refit, self.validation
         key = id(refit), data.result_substeps
         if key not in self.validated:
-            floors = data.floors
-            later = replace(
-                self.validation, floors=floors, weights=self.validation.weights_at(floors),
-                result_substeps=data.result_substeps,
-            )  # fmt: skip
+            weights = validation.weights_at(data.floors)
+            later = replace(validation, floors=data.floors, weights=weights, result_substeps=key[1])
             fitted = fit_validation(later, refit)
             assert fitted is not None
             # The refit is kept too, so that no other one gets its id.
@@ -243,15 +240,14 @@ class Search:
         if not effects or most < 1:
             return None, tuple(e.kind for e in effects)
         after = FittedModel(found.data, found.after, (*model.effects, *effects))
-        title = listed([e.title for e in effects])
-        return Move(after, title, tuple(e.kind for e in effects)), ()
+        return Move(after, listed([e.title for e in effects]), tuple(e.kind for e in effects)), ()
 
     def _round(self, model: FittedModel, most: int) -> Round:
         """Ranks the candidates on a model and tests the best; kept in the memo."""
         candidates = applicable(model.data, model.effects, self.options.candidates)
         title = round_title(model.effects, bool(self.options.candidates))
-        callbacks = self._callbacks(model, candidates)
-        found = self.round_of(model, candidates, title, most, **callbacks)
+        reports = self._callbacks(model, candidates)
+        found = self.round_of(model, candidates, title, most, **reports)
         self.memo.rounds[model.key] = ModelRound(model, found)
         return found
 
@@ -296,9 +292,8 @@ class Search:
         # What an idealised law may leave counts as noise where no listed effect explains it.
         exact = within_noise(model.data, model.refit.errors)
         data = model.data if exact else model.with_law_errors.data
-        kept = needed_effects(
-            data, model.refit, model.effects, len(self.memo.stated), self.progress.stopped
-        )
+        stopped, stated = self.progress.stopped, len(self.memo.stated)
+        kept = needed_effects(data, model.refit, model.effects, stated, stopped)
         if len(kept.effects) == len(model.effects) and kept.effects == model.effects:
             return None
         gone = tuple(e.title for e in model.effects if e not in kept.effects)
@@ -312,9 +307,8 @@ class Search:
         if len(self.added(model)) < 2 or self.progress.stopped():
             return None
         screened, data = self._screened(model)
-        exchange = best_exchange(
-            data, model.refit, model.effects, len(self.memo.stated), screened, self.progress.stopped
-        )
+        count, stopped = len(self.memo.stated), self.progress.stopped
+        exchange = best_exchange(data, model.refit, model.effects, count, screened, stopped)
         if exchange is None:
             return None
         values = exchange.refit.parametrised.values()
