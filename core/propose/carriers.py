@@ -17,6 +17,9 @@ from ..propose.variables import Factor, Series, Variable, ends
 PARTS = 4
 """Of each recording, held out in turn."""
 
+PIECES = 4
+"""Of each part: a motion that dies away shows its speeds at the beginning alone."""
+
 SMOOTH = 1e-3
 """Of a hat's mean square: what a second difference of the values costs. Where few samples are, a
 function goes on straight."""
@@ -235,10 +238,10 @@ def _blocks(columns: Sequence[Series]) -> list[np.ndarray]:
 
 
 def cut(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
-    """(n, m) per part, of blocks (M, k, m) per recording: all samples and channels of the first
-    quarter of each recording, then of the second, and so on."""
-    pieces = [np.array_split(block, PARTS) for block in blocks]
+    """(n, m) per part, of blocks (M, k, m) per recording: all samples and channels of every fourth
+    piece of each recording, from the first piece on, then from the second, and so on."""
+    pieces = [np.array_split(block, PARTS * PIECES) for block in blocks]
     return tuple(
-        np.concatenate([own[b].reshape(-1, own[b].shape[-1]) for own in pieces])
+        np.concatenate([x.reshape(-1, x.shape[-1]) for own in pieces for x in own[b::PARTS]])
         for b in range(PARTS)
     )

@@ -20,6 +20,7 @@ from ..diagnose.ladder_steps import estimates
 from ..diagnose.next_experiment import next_experiments, possible_experiments
 from ..diagnose.refit import Refit
 from ..diagnose.remaining_error import remaining_error
+from ..diagnose.removal_and_exchange import needed_effects
 from ..diagnose.search import Memo, Search
 from ..diagnose.search_options import Options
 from ..diagnose.search_round import REFITTED
@@ -63,7 +64,7 @@ PLACES = 200
 @fast_thread_switching()
 def propose(
     fitted: BaseFit, options: Options | None = None, progress: Progress | None = None,
-    ranking: Sequence[RankedEffect] = (),
+    ranking: Sequence[RankedEffect] = (), added: int = 0,
 ) -> Proposal:  # fmt: skip
     """One to three laws for the error that a fitted model leaves, or why there is none.
 
@@ -72,9 +73,11 @@ def propose(
         options: Of the diagnosis before it.
         progress: Gets each stage; asked whether to stop.
         ranking: The listed effects as ranked on this model, to name the one most like a law.
+        added: How many of the model's effects, the last, a search has found: those that a law makes
+            needless are named.
     """
     clock, progress = time.perf_counter(), progress or Silent()
-    proposal = _Proposing(fitted, options or Options(), progress, ranking).run()
+    proposal = _Proposing(fitted, options or Options(), progress, ranking, added).run()
     seconds = time.perf_counter() - clock
     return replace(proposal, seconds=seconds, stopped=progress.stopped())
 
@@ -87,19 +90,21 @@ def with_proposal(
     if diagnosis.standing_verdict != UNLISTED or diagnosis.stopped or progress.stopped():
         return diagnosis
     ranking = diagnosis.rounds[-1].ranking if diagnosis.rounds else ()
-    return replace(diagnosis, proposal=propose(last, options, progress, ranking))
+    proposal = propose(last, options, progress, ranking, len(diagnosis.kept))
+    return replace(diagnosis, proposal=proposal)
 
 
 class _Proposing:
     """One search for laws."""
 
     def __init__(
-        self, fitted: BaseFit, options: Options, progress: Progress, ranking: Sequence[RankedEffect]
-    ) -> None:
+        self, fitted: BaseFit, options: Options, progress: Progress,
+        ranking: Sequence[RankedEffect], added: int,
+    ) -> None:  # fmt: skip
         effects = tuple(fitted.base.parametrised.model.effects)
         self.model = FittedModel(fitted.data, fitted.base, effects)
         self.motions = actual_motions(self.model)
-        self.progress, self.ranking = progress, ranking
+        self.progress, self.ranking, self.stated = progress, ranking, len(effects) - added
         self.memo = Memo(fitted.validation, effects, fitted.data.bare.arm.modes)
         self.search = Search(options, progress, None, self.memo)
 
@@ -146,7 +151,7 @@ class _Proposing:
         best = sorted(coarse, key=lambda pair: pair[1].penalised_error)[:MOST_CARRIERS]
         each = [self._laws_of(self._finer(f)) for f, _ in best]
         in_turn = [law for laws in zip_longest(*each) for law in laws if law is not None]
-        singles = [Law((law,)) for law in _different(in_turn)]
+        singles = [Law((law,)) for law in _different(in_turn, MOST_LAWS)]
         return [*self._sums(functions[0]), *singles][:MOST_LAWS]
 
     def _sums(self, first: SmoothFunction) -> list[Law]:
@@ -209,7 +214,20 @@ class _Proposing:
             return Proposal(carriers, reason=NO_LAW, refused=refused)
         chosen = self._chosen(found, by_kind)
         stated = tuple(self._law(w, refit, by_kind) for w, refit in chosen)
-        return Proposal(carriers, stated, refused=refused, experiments=self._experiments(chosen))
+        needless = self._needless(found)
+        experiments = self._experiments(chosen)
+        return Proposal(carriers, stated, "", refused, experiments, needless)
+
+    def _needless(self, found: Round) -> tuple[str, ...]:
+        """Titles of the effects that came in before the first law and are not needed beside it."""
+        best = found.accepted
+        assert best is not None
+        # The law stands before what was added, so that it stays.
+        given, added = self.model.effects[: self.stated], self.model.effects[self.stated :]
+        effects = (*given, best.screened.effect, *added)
+        stopped, count = self.progress.stopped, self.stated + 1
+        kept = needed_effects(found.data, found.after, effects, count, stopped).effects
+        return tuple(e.title for e in added if e not in kept)
 
     def _chosen(
         self, found: Round, by_kind: dict[str, Law]
@@ -292,11 +310,11 @@ def carrier_of(f: SmoothFunction) -> Carrier:
     )  # fmt: skip
 
 
-def _different(laws: Sequence[ShortLaw]) -> list[ShortLaw]:
-    """The laws without those that are one that came before, in other words."""
+def _different(laws: Sequence[ShortLaw], most: int) -> list[ShortLaw]:
+    """The first laws without those that are one that came before, in other words."""
     kept: list[ShortLaw] = []
     for law in laws:
-        if all(_distance(law, other) > SAME for other in kept):
+        if len(kept) < most and all(_distance(law, other) > SAME for other in kept):
             kept.append(law)
     return kept
 

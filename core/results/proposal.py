@@ -108,5 +108,7 @@ class Proposal:
     """(title, why) of laws that explain enough and fail a test."""
     experiments: tuple[PlannedExperiment, ...] = ()
     """Where two laws remain: what to measure next to decide, best first."""
+    needless: tuple[str, ...] = ()
+    """Titles of the effects that were found before and are not needed beside the first law."""
     seconds: float = float("nan")
     stopped: bool = False

@@ -37,7 +37,17 @@ def proposal_paragraphs(proposal: Proposal | None) -> tuple[str, ...]:
         return tuple(p for p in (carriers, REASONS[proposal.reason], *refused) if p)
     laws = [law_sentence(law) for law in proposal.laws]
     planned = [experiment_sentence(e) for e in proposal.experiments[:1]]
-    return (carrier_sentence(proposal), *laws, *planned)
+    needless = [needless_sentence(proposal)] if proposal.needless else []
+    return (carrier_sentence(proposal), *laws, *needless, *planned)
+
+
+def needless_sentence(proposal: Proposal) -> str:
+    """Which effects the first law takes the place of."""
+    them = "it" if len(proposal.needless) == 1 else "them"
+    return (
+        f"With the {'first ' if len(proposal.laws) > 1 else ''}law the error is as small without "
+        f"{listed(proposal.needless)}: take {them} out of the model."
+    )
 
 
 def proposed_line(proposal: Proposal | None) -> str:

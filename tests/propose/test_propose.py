@@ -18,6 +18,7 @@ from flexgui.core.propose.propose import propose, with_proposal
 from flexgui.core.results import MISSING, NOTHING, UNLISTED, Diagnosis, Proposal, ProposedLaw
 from flexgui.core.results.proposal import NO_CARRIER, WITHIN_NOISE
 from flexgui.core.trajectory import Trajectory
+from tests.diagnose import fits
 from tests.diagnose.test_stated_effects import bare
 from tests.propose.test_shapes import IN_NUMPY
 from tests.sentences.findings import FOUND
@@ -123,6 +124,14 @@ def test_noise_that_is_larger_than_it_was_said_to_be_has_no_law() -> None:
     found = project(loud).propose()
     assert found.reason == NO_CARRIER and not found.laws
     assert found.carriers[0].share < 0.05
+
+
+def test_a_listed_effect_that_came_in_for_a_law_is_needless_beside_it() -> None:
+    """A constant torque was found for a spring; with the spring nothing is left for it."""
+    rig = spring().with_effects("torque_offset")
+    fitted = fits.fitted(*fits.set_up(rig.scenario, rig.folder), rig.scenario)
+    found = propose(fitted, added=1)
+    assert found.laws[0].formula == "a*theta2**3" and found.needless == ("Torque offset",)
 
 
 def along(law: ProposedLaw, motions: Sequence[Trajectory]) -> np.ndarray:

@@ -77,6 +77,22 @@ def test_paragraphs_hold_the_carrier_each_law_and_the_experiment_that_decides() 
     assert "One law and Another law" in paragraphs[3] and len(paragraphs) == 4
 
 
+@pytest.mark.parametrize(
+    ("laws", "needless", "words"),
+    [
+        (1, ("Viscous friction",), "With the law the error is as small without Viscous friction: "
+                                   "take it out of the model."),
+        (2, ("Air drag", "Soft base"), "With the first law the error is as small without Air drag "
+                                       "and Soft base: take them out of the model."),
+    ],
+)  # fmt: skip
+def test_effects_that_a_law_takes_the_place_of_are_named(
+    laws: int, needless: tuple[str, ...], words: str
+) -> None:
+    found = proposal(*(law(title=f"Law {k}") for k in range(laws)), needless=needless)
+    assert words in proposal_paragraphs(found)
+
+
 def test_where_no_law_was_looked_for_nothing_is_said() -> None:
     assert not proposal_paragraphs(None) and not proposed_line(None)
     assert not proposed_line(proposal(reason=NO_LAW))
