@@ -15,10 +15,7 @@ from ..propose.targets import Target
 from ..propose.variables import Factor, Series, Variable, ends
 
 PARTS = 4
-"""Of each recording, held out in turn."""
-
-PIECES = 4
-"""Of each part: a motion that dies away shows its speeds at the beginning alone."""
+"""Of each recording, held out in turn; each consists of as many pieces."""
 
 SMOOTH = 1e-3
 """Of a hat's mean square: what a second difference of the values costs. Where few samples are, a
@@ -75,21 +72,27 @@ class PartMatrices:
 
     @cached_property
     def held_out_share(self) -> float:
-        """Share of the squared error above noise that the columns explain beside the nuisance on
-        the parts that neither was fitted to."""
-        n = len(self.total) - 1
+        """Share of the squared error above noise that the columns explain on the parts that they
+        were not fitted to."""
+        n, own = len(self.total) - 1, self.nuisance - self.beside
         without, both = (
-            sum(self._left(part, which) for part in self.parts)
-            for which in (np.arange(self.nuisance), np.arange(n))
+            sum(self._left(part, fitted) for part in self.parts)
+            for fitted in (np.arange(own, self.nuisance), np.arange(own, n))
         )
         above = max(without - self.count, RELEVANT * self.count)
         return float((without - both) / above)
 
-    def _left(self, part: np.ndarray, which: np.ndarray) -> float:
-        """Squared error on one part, with what was fitted to the others."""
-        x = self._inverse(self.total - part, which) @ (self.total - part)[which, -1]
-        b = part[which, -1]
-        return float(part[-1, -1] - 2.0 * x @ b + x @ part[np.ix_(which, which)] @ x)
+    def _left(self, part: np.ndarray, columns: np.ndarray) -> float:
+        """Squared error on one part, with columns that were fitted to the others. The nuisance is
+        fitted to all parts: a start shows in one of them alone."""
+        own = np.arange(self.nuisance - self.beside)
+        both = np.concatenate([own, columns])
+        x = self._inverse(self.total - part, both) @ (self.total - part)[both, -1]
+        size = x[len(own) :]
+        left = self.total[own, -1] - self.total[np.ix_(own, columns)] @ size
+        x = np.concatenate([self._inverse(self.total, own) @ left, size])
+        b = part[both, -1]
+        return float(part[-1, -1] - 2.0 * x @ b + x @ part[np.ix_(both, both)] @ x)
 
     def _inverse(self, C: np.ndarray, which: np.ndarray) -> np.ndarray:
         """Inverse of the normal equations of some coefficients."""
@@ -189,6 +192,8 @@ class ErrorParts:
     """(n, P + 1) per part: directions of the outputs by the nuisance, and the error"""
     prior: np.ndarray
     """(P + 1, P + 1)"""
+    parts: tuple[np.ndarray, ...]
+    """(M,) per recording: the part of each sample"""
     count: int
     beside: int = 0
     """How many of the nuisance, the last, are hats of a function."""
@@ -203,25 +208,26 @@ class ErrorParts:
         ]
         errors, sizes = h.limits.prior_measurements(h.vector)
         known = np.column_stack([np.diag(-sizes), errors])
-        return cls(cut(blocks), known.T @ known, model.data.count)
+        parts = parts_of(model.refit.errors)
+        return cls(cut(blocks, parts), known.T @ known, parts, model.data.count)
 
     def beside_columns(self, columns: Sequence[Series]) -> ErrorParts:
         """The same with columns (M, k) per recording among the nuisance."""
         P, K = self.nuisance[0].shape[1] - 1, len(columns)
         nuisance = tuple(
             np.concatenate([own[:, :P], added, own[:, P:]], axis=1)
-            for own, added in zip(self.nuisance, cut(_blocks(columns)), strict=True)
+            for own, added in zip(self.nuisance, cut(_blocks(columns), self.parts), strict=True)
         )
         prior, which = np.zeros((P + K + 1, P + K + 1)), [*range(P), P + K]
         prior[np.ix_(which, which)] = self.prior
-        return ErrorParts(nuisance, prior, self.count, K)
+        return ErrorParts(nuisance, prior, self.parts, self.count, K)
 
     def matrices(self, columns: Sequence[Series]) -> PartMatrices:
         """With the columns (M, k) per recording."""
         blocks = _blocks(columns)
         parts, P, K = [], self.nuisance[0].shape[1] - 1, len(columns)
         order = [*range(P), *range(P + 1, P + K + 1), P]  # the error is last
-        for own, added in zip(self.nuisance, cut(blocks), strict=True):
+        for own, added in zip(self.nuisance, cut(blocks, self.parts), strict=True):
             across = own.T @ added
             C = np.block([[own.T @ own, across], [across.T, added.T @ added]])
             parts.append(C[np.ix_(order, order)])
@@ -237,11 +243,27 @@ def _blocks(columns: Sequence[Series]) -> list[np.ndarray]:
     return [as_finite(np.stack([c[i] for c in columns], axis=-1)) for i in everything]
 
 
-def cut(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
-    """(n, m) per part, of blocks (M, k, m) per recording: all samples and channels of every fourth
-    piece of each recording, from the first piece on, then from the second, and so on."""
-    pieces = [np.array_split(block, PARTS * PIECES) for block in blocks]
+def parts_of(errors: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """(M,) per recording: the part of each sample, of errors (M, k) per recording.
+
+    A recording falls into pieces of the same squared error, since a motion that dies away shows its
+    speeds at the beginning alone. They stand in a Latin square: each part has one of every four
+    pieces, and each place of a motion that repeats itself after four.
+    """
+    parts = []
+    for e in errors:
+        passed = np.cumsum(np.sum(e**2, axis=-1)) / max(float(np.sum(e**2)), 1e-300)
+        piece = np.minimum((PARTS * PARTS * passed).astype(int), PARTS * PARTS - 1)
+        parts.append((piece + piece // PARTS) % PARTS)
+    return tuple(parts)
+
+
+def cut(blocks: Sequence[np.ndarray], parts: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """(n, m) per part, of blocks (M, k, m) and the part (M,) of each sample, per recording."""
     return tuple(
-        np.concatenate([x.reshape(-1, x.shape[-1]) for own in pieces for x in own[b::PARTS]])
+        np.concatenate([
+            block[part == b].reshape(-1, block.shape[-1])
+            for block, part in zip(blocks, parts, strict=True)
+        ])
         for b in range(PARTS)
-    )
+    )  # fmt: skip

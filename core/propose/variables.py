@@ -95,7 +95,8 @@ def joint_variables(model: FittedModel, motions: Sequence[Trajectory], k: int) -
         variables += [
             Variable(f"theta{j + 1}", f"position of {of}", unit, places,
                      FINEST if j == k else COARSE, turns, True, j != k),
-            Variable(f"dtheta{j + 1}", f"speed of {of}", f"{unit}/s", rates),
+            Variable(f"dtheta{j + 1}", f"speed of {of}", f"{unit}/s", rates,
+                     FINE if j == k else COARSE),
             Variable(f"u{j + 1}", f"torque of drive {j + 1}", kind.effort_unit, torque),
         ]  # fmt: skip
     variables += [time_of(motions), *_deflections(model, motions), *_inputs(model)]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from flexgui.core.propose.carriers import ErrorParts, SmoothFunction, cut, hats
+from flexgui.core.propose.carriers import ErrorParts, SmoothFunction, cut, hats, parts_of
 from flexgui.core.propose.targets import force_targets
 from flexgui.core.propose.variables import Factor, Series, Variable
 from tests.helpers import PAPER
@@ -21,6 +21,8 @@ FILTERS = [((0.02,), (1.0, -0.98)), ((0.05, -0.05), (1.0, -1.9, 0.905))]
 """Numerators and denominators of the two outputs."""
 
 NUISANCE = 3
+BEGINNING = 12
+"""Samples."""
 JOINT_2 = force_targets(PAPER)[1]
 
 
@@ -35,6 +37,8 @@ class MadeUp:
     noise: float = 1.0
     """Of the errors, in noise floors."""
     seed: int = 0
+    begins: bool = False
+    """Whether the nuisance dies away, as the answer to a start does."""
 
     @cached_property
     def places(self) -> Series:
@@ -54,6 +58,8 @@ class MadeUp:
         errors, nuisance = [], []
         for x, f in zip(self.places, factor, strict=True):
             own = rng.normal(size=(len(x), len(FILTERS), NUISANCE))
+            if self.begins:
+                own *= np.exp(-np.arange(len(x)) / BEGINNING)[:, None, None]
             error = answer(self.torque(x) * f) + own @ np.array([0.5, -0.2, 0.1])
             errors.append(error + self.noise * rng.normal(size=error.shape))
             nuisance.append(own)
@@ -69,7 +75,8 @@ class MadeUp:
         blocks = [np.concatenate([a, b[..., None]], axis=-1)
                   for a, b in zip(nuisance, errors, strict=True)]  # fmt: skip
         count = sum(error.size for error in errors)
-        at = ErrorParts(cut(blocks), np.zeros((NUISANCE + 1, NUISANCE + 1)), count)
+        parts, prior = parts_of(errors), np.zeros((NUISANCE + 1, NUISANCE + 1))
+        at = ErrorParts(cut(blocks, parts), prior, parts, count)
         where = np.linspace(min(a.min() for a in x.along), max(a.max() for a in x.along), knots)
         columns = [tuple(answer(s) for s in signal) for signal in hats(x, factor, where)]
         return SmoothFunction(JOINT_2, x, factor, where, at.matrices(columns))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from flexgui.core.propose.carriers import PARTS, SmoothFunction, cut, hats
+from flexgui.core.propose.carriers import PARTS, SmoothFunction, cut, hats, parts_of
 from tests.propose.made_up import HIGH, LOW, NUISANCE, MadeUp, answer, place, torque
 
 SEEDS = range(6)
@@ -30,26 +30,30 @@ def plain_blocks(made: MadeUp, knots: int) -> list[np.ndarray]:
     errors, nuisance = made.errors(factor.along)
     signals = hats(place(made.places), factor, np.linspace(LOW, HIGH, knots))
     quarters: list[list[np.ndarray]] = [[] for _ in range(PARTS)]
+    parts = parts_of(errors)
     for r, (error, own) in enumerate(zip(errors, nuisance, strict=True)):
         columns = np.stack([answer(signal[r]) for signal in signals], axis=-1)
         whole = np.concatenate([own, columns, error[..., None]], axis=-1)
-        for k, part in enumerate(np.array_split(whole, PARTS)):
-            quarters[k].append(part.reshape(-1, whole.shape[-1]))
+        for k in range(PARTS):
+            quarters[k].append(whole[parts[r] == k].reshape(-1, whole.shape[-1]))
     return [np.concatenate(parts) for parts in quarters]
 
 
 def left_unseen(quarters: Sequence[np.ndarray], columns: int) -> float:
-    """Squared error of every quarter with the first columns as fitted to the other three."""
-    total = 0.0
+    """Squared error of every quarter with hats as fitted to the other three beside the nuisance,
+    and the nuisance then as fitted to all four."""
+    total, everything = 0.0, np.concatenate(quarters)
     for k, held in enumerate(quarters):
         seen = np.concatenate([q for i, q in enumerate(quarters) if i != k])
         x = np.linalg.lstsq(seen[:, :columns], seen[:, -1], rcond=None)[0]
+        left = everything[:, -1] - everything[:, NUISANCE:columns] @ x[NUISANCE:]
+        x[:NUISANCE] = np.linalg.lstsq(everything[:, :NUISANCE], left, rcond=None)[0]
         total += float(np.sum((held[:, -1] - held[:, :columns] @ x) ** 2))
     return total
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_share_is_that_of_least_squares_on_the_other_quarters(seed: int) -> None:
+def test_the_share_is_that_of_hats_fitted_to_the_other_quarters(seed: int) -> None:
     made = MadeUp(bent, seed=seed)
     quarters = plain_blocks(made, 9)
     count = sum(len(q) for q in quarters)
@@ -57,6 +61,12 @@ def test_the_share_is_that_of_least_squares_on_the_other_quarters(seed: int) -> 
     assert made.function(9).share == pytest.approx(
         (without - both) / (without - count), abs=SAME_SHARE
     )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_start_that_one_quarter_alone_shows_hides_no_law(seed: int) -> None:
+    starts, plain = (MadeUp(bent, seed=seed, begins=b).function().share for b in (True, False))
+    assert starts == pytest.approx(plain, abs=0.02)
 
 
 @pytest.mark.parametrize("knots", [7, 25, 61])
@@ -108,9 +118,36 @@ def test_a_straight_line_of_the_hats_is_the_place_itself() -> None:
         assert along == pytest.approx(x, abs=1e-12)
 
 
-def test_each_part_has_a_quarter_of_every_recording() -> None:
+def parts_in_turn(error: np.ndarray) -> list[list[int]]:
+    """The parts of the pieces of a recording whose error (N,) is given, four in a row."""
+    (parts,) = parts_of([error[:, None]])
+    starts = np.flatnonzero(np.diff(parts, prepend=-1))
+    return parts[starts].reshape(PARTS, PARTS).tolist()
+
+
+@pytest.mark.parametrize("decay", [0.0, 5.0])
+def test_each_part_has_the_same_error_of_every_recording(decay: float) -> None:
+    errors = [np.exp(-decay * np.linspace(0.0, 1.0, n))[:, None] for n in (1600, 4000)]
+    for e, parts in zip(errors, parts_of(errors), strict=True):
+        shares = [float(np.sum(e[parts == b] ** 2) / np.sum(e**2)) for b in range(PARTS)]
+        assert shares == pytest.approx([0.25] * PARTS, abs=0.02)
+
+
+def test_pieces_stand_in_a_latin_square() -> None:
+    rows = parts_in_turn(np.ones(1600))
+    everything = set(range(PARTS))
+    assert all(set(row) == everything for row in [*rows, *zip(*rows, strict=True)])
+
+
+def test_a_recording_without_any_error_has_parts_too() -> None:
+    (parts,) = parts_of([np.zeros((50, 2))])
+    assert parts.shape == (50,) and set(parts) <= set(range(PARTS))
+
+
+def test_a_part_holds_its_samples_of_all_recordings() -> None:
     blocks = [np.full((n, 2, 3), float(r)) for r, n in enumerate((8, 40))]
-    for part in cut(blocks):
+    parts = [np.arange(n) % PARTS for n in (8, 40)]
+    for part in cut(blocks, parts):
         assert part.shape == (2 * 2 + 10 * 2, 3)
         assert [np.sum(part[:, 0] == r) for r in (0.0, 1.0)] == [4, 20]
 

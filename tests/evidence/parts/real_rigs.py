@@ -158,24 +158,30 @@ SHARE = 2.0 / 3.0
 """Of a single recording, that is estimated."""
 
 
-def diagnose(name: str, folder: Path) -> dict[str, Any]:
-    """The verdict on one rig as plain values."""
+def write_scenario(name: str, folder: Path, work: Path, tables: str) -> Path:
+    """The scenario of a rig with more TOML tables and its recordings, in a folder `work`."""
     rig = RIGS[name]
     stated = f"[rig]\n{rig.rig}\n" if rig.rig else ""
-    text = f'title = "{rig.title}"\n{rig.text}\n{stated}[diagnose]\nmax_effects = 4\n'
+    text = f'title = "{rig.title}"\n{rig.text}\n{stated}{tables}\n'
+    for file, role in rig.recordings:
+        rows = rig.columns(pd.read_csv(folder / file))
+        part = round(SHARE * len(rows))
+        roles = {role: rows} if role else {"estimate": rows[:part], "validate": rows[part:]}
+        for each, some in roles.items():
+            path = f"{Path(file).stem}_{each}.csv"
+            some.to_csv(work / path, index=False)
+            text += f'\n[[recordings]]\nfile = "{path}"\nrole = "{each}"\n{rig.extra}\n'
+    (work / "scenario.toml").write_text(text, encoding="utf-8")
+    return work / "scenario.toml"
+
+
+def diagnose(name: str, folder: Path) -> dict[str, Any]:
+    """The verdict on one rig as plain values."""
     with TemporaryDirectory() as temporary:
         work = Path(temporary)
-        for file, role in rig.recordings:
-            rows = rig.columns(pd.read_csv(folder / file))
-            part = round(SHARE * len(rows))
-            roles = {role: rows} if role else {"estimate": rows[:part], "validate": rows[part:]}
-            for each, some in roles.items():
-                path = f"{Path(file).stem}_{each}.csv"
-                some.to_csv(work / path, index=False)
-                text += f'\n[[recordings]]\nfile = "{path}"\nrole = "{each}"\n{rig.extra}\n'
-        (work / "scenario.toml").write_text(text, encoding="utf-8")
+        path = write_scenario(name, folder, work, "[diagnose]\nmax_effects = 4\n")
         start = time.perf_counter()
-        found = run_scenario(read_scenario(work / "scenario.toml"), folder=work).diagnosis
+        found = run_scenario(read_scenario(path), folder=work).diagnosis
         seconds = time.perf_counter() - start
     assert found is not None
     return _plain(found) | {"seconds": seconds}
