@@ -89,10 +89,14 @@ def table(folder: Path, name: str) -> Table:
     return Table(*(d[c].to_numpy(float) for c in ("t", "q_ref", "q", "force")), pulse)
 
 
-def fitted(folder: Path, effects: Sequence[dict[str, Any]], diagnosed: bool = False) -> Outcome:
-    """The scenario with these effects, estimated on the first recording, judged on both."""
+def fitted(
+    folder: Path, effects: Sequence[dict[str, Any]], diagnosed: bool = False,
+    laws: Sequence[dict[str, Any]] = (),
+) -> Outcome:  # fmt: skip
+    """The scenario with these effects and own laws, estimated on the first recording, judged on
+    both."""
     document = copy.deepcopy(read_scenario(SCENARIO).model_dump(exclude_unset=True))
-    document["model"]["effects"] = list(effects)
+    document["model"] |= {"effects": list(effects), "own": list(laws)}
     if not diagnosed:
         del document["diagnose"]
     judged = {"name": "pulses", "file": JUDGED, "columns": COLUMNS, "role": "validate"}
