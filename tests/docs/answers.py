@@ -176,7 +176,8 @@ def _looked(rig: fg.Project) -> tuple[tuple[Estimate, ...], LadderStep, Diagnosi
     """The first fit, the model's step of the ladder before anything is added, and all else."""
     outcome = rig.diagnose().outcome
     assert outcome.diagnosis is not None
-    return outcome.fits[0].estimates, outcome.diagnosis.steps[0], outcome.diagnosis
+    shared = tuple(e for e in outcome.fits[0].estimates if e.recording is None)
+    return shared, outcome.diagnosis.steps[0], outcome.diagnosis
 
 
 def _pm(e: Estimate) -> str:
