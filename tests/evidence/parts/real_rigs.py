@@ -266,7 +266,8 @@ def _laws(found: Mapping[str, Any]) -> str:
     text = (
         "What no listed effect explains, and the law that is proposed for it (method.md, 3.9). "
         "Share: of the squared error above the noise, on quarters of the recordings that the "
-        "function was not fitted to."
+        "function was not fitted to. `no_carrier`: no variable carries the rest; `no_law`: each "
+        "law that was tried in the model failed a test, `small_share` since it explains too little."
     )
     return f"{text}\n\n{table(head, rows)}"
 
