@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .check.run_checks import check_scenario, explained_by
+from .check.run_checks import check_scenario
 from .diagnose.base_fit import BaseFit
 from .diagnose.diagnose import diagnose, fit_base_to_recordings
 from .diagnose.search_options import DEFAULT_EFFECTS, Options
@@ -97,7 +97,7 @@ def run_scenario(
             compared_variant(scenario, i, variant, recordings, progress)
             for i, variant in enumerate(scenario.compare)
         )
-    with _checked_beside(scenario, folder, data_folder, comparisons, progress) as findings:
+    with _checked_beside(scenario, folder, data_folder, fits, progress) as findings:
         diagnosis = None
         if diagnosis_wanted(scenario) and not progress.stopped():
             with clock.timed("diagnose"):
@@ -134,14 +134,14 @@ class _Beside(Silent):
 @contextmanager
 def _checked_beside(
     scenario: Scenario, folder: Folder | None, data_folder: Path | None,
-    comparisons: Sequence[RecordingComparison], progress: Progress,
+    fits: Sequence[Fitted], progress: Progress,
 ) -> Iterator[Callable[[], tuple[str, ...]]]:  # fmt: skip
     """The recordings are checked on a thread of their own while the block diagnoses; what it gets
     waits for the findings."""
     beside = _Beside(progress)
-    explained = explained_by(comparisons)
+    values = {**final_values([f.fit for f in fits]), **shared_by_fits(fits)}
     with ThreadPoolExecutor(1) as pool:
-        checked = pool.submit(_findings, scenario, folder, data_folder, explained, beside)
+        checked = pool.submit(_findings, scenario, folder, data_folder, values, beside)
         try:
             yield checked.result
         finally:
@@ -149,8 +149,8 @@ def _checked_beside(
 
 
 def _findings(
-    scenario: Scenario, folder: Folder | None, data_folder: Path | None, explained: set[str],
-    progress: Progress,
+    scenario: Scenario, folder: Folder | None, data_folder: Path | None,
+    values: Mapping[str, float], progress: Progress,
 ) -> tuple[str, ...]:  # fmt: skip
     """Faults of the recordings from files; simulated ones are not checked."""
     files = tuple(spec for spec in scenario.recordings if spec.file is not None)
@@ -158,7 +158,10 @@ def _findings(
         return ()
     from_files = scenario.model_copy(update={"recordings": files})
     try:
-        findings = check_scenario(from_files, folder or Path(), data_folder, progress, explained)
+        sized = not diagnosis_wanted(scenario)
+        findings = check_scenario(
+            from_files, folder or Path(), data_folder, progress, values, sized
+        )
     except InputError:
         if progress.stopped():  # while a file was read
             return ()

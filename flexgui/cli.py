@@ -298,6 +298,8 @@ def _lines(findings: Sequence[Finding], count: int) -> list[str]:
         lines.append(f"{finding.recording}, {finding.channel}: {finding.fault}. {finding.evidence}")
         if finding.fix:
             lines.append(f"    {finding.fix}")
+    if faults := [finding for finding in findings if finding.is_fault]:
+        lines.append(f'If that is right as it is, in its table: dismissed = ["{faults[0].key}"]')
     return lines
 
 

@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
+from ..check.signals import far_out
 from ..model import Model
-from ..recording.channels import channel_kind, joint_of
+from ..recording.channels import channel_kind, is_reference
+from ..recording.initial_motion import with_beginnings
+from ..recording.recording import Beginning, Recording
+from ..scenario.schema import IdentifySpec
 
 FEWEST = 50
 """Fewest samples for statistics of a channel."""
-ON_LATTICE = 0.1
-"""Largest rms distance from whole steps, in steps."""
-FEWEST_LEVELS = 3
-"""Levels needed to find a step."""
 
 
 @dataclass(frozen=True)
@@ -36,12 +35,9 @@ class MeasuredRecording:
     model: Model | None = None
     """None where a file is checked without a scenario."""
     values: Mapping[str, float] = field(default_factory=dict)
-    """Parameters known better than the scenario states."""
-    loop_responses: dict[object, tuple[Model, Mapping[str, np.ndarray] | None]] = field(
-        default_factory=dict, repr=False
-    )
-    """Simulated responses of the scenario's loop, by model and inputs; shared by copies with other
-    sensors."""
+    """Parameters as identified."""
+    identify: IdentifySpec | None = None
+    """How an identification compares it."""
 
     @cached_property
     def step(self) -> float:
@@ -68,11 +64,6 @@ class MeasuredRecording:
         count = min(int(round((good[-1] - good[0]) / self.step)) + 1, 4 * self.rows)
         return np.asarray(good[0] + self.step * np.arange(max(count, 2)))
 
-    @cached_property
-    def cache(self) -> dict[object, Any]:
-        """Expensive results of this recording, by their kind."""
-        return {}
-
     def counted(self, channel: str) -> np.ndarray:
         """(N,) values; NaN where masked, and where the last sample of a slow sensor is held."""
         held = self.held(channel)
@@ -94,6 +85,28 @@ class MeasuredRecording:
             cached = self._even[channel] = self._evened(self.counted(channel))
         return cached
 
+    def sampled(self, channel: str) -> np.ndarray:
+        """(M,) on the even clock, without outliers; of a sensor that may be slow NaN where it has
+        no sample near."""
+        values = self._evened(self._without_outliers(channel))
+        sparse = channel_kind(channel).sparse
+        return np.where(self.near(channel), values, np.nan) if sparse else values
+
+    def near(self, channel: str) -> np.ndarray:
+        """(M,) True where a sample that is no outlier is near on the even clock."""
+        good = np.isfinite(self._without_outliers(channel)) & np.isfinite(self.time)
+        near = np.zeros(len(self.grid), dtype=bool)
+        rows = np.round((self.time[good] - self.grid[0]) / self.step).astype(int)
+        near[rows[(rows >= 0) & (rows < len(near))]] = True
+        return near
+
+    def _without_outliers(self, channel: str) -> np.ndarray:
+        values = self.counted(channel).copy()
+        good = np.flatnonzero(np.isfinite(values))
+        if len(good) >= FEWEST and not is_reference(channel):
+            values[good[far_out(values[good])]] = np.nan
+        return values
+
     @cached_property
     def _even(self) -> dict[str, np.ndarray]:
         return {}
@@ -112,94 +125,19 @@ class MeasuredRecording:
             for name in names
         )
 
+    @cached_property
+    def begins_in_motion(self) -> bool:
+        """Whether its joints move before what drives them does."""
+        channels = {n: self.even(n) for n in self.channels if self.has(n)}
+        held, references = True, tuple(self.names("dtheta#_ref", "theta#_ref"))
+        if self.model is not None:
+            references = self.model.drive.reference_channels(self.model.arm)
+            law = self.model.drive.law(self.model.arm, self.model.numbers().p, {})
+            held = self.model.drive.holds_joints(law)
+        recording, joints = Recording(self.name, self.grid, channels), len(self.names("theta#"))
+        (known,) = with_beginnings([recording], joints, references, held)
+        return known.beginning is Beginning.MOTION
+
     def names(self, *patterns: str) -> list[str]:
         """Channels of the families with these patterns, such as `theta#`."""
         return [n for n in self.channels if channel_kind(n).pattern in patterns and self.has(n)]
-
-    def joint(self, channel: str) -> int:
-        """Joint of a channel from 0; 0 if none."""
-        return joint_of(channel) or 0
-
-
-def noise_of(x: np.ndarray) -> float:
-    """Standard deviation of white noise in a smooth signal (N,), by its third differences."""
-    if len(x) < 10:
-        return 0.0
-    # The variance of the third difference of white noise is 20 times its own.
-    return 1.4826 * float(np.median(np.abs(np.diff(x, 3)))) / np.sqrt(20.0)
-
-
-def lattice_step(x: np.ndarray) -> float:
-    """Quantisation step of values (N,) with many samples per level; 0: none."""
-    levels = np.unique(x[np.isfinite(x)])
-    if len(levels) < FEWEST_LEVELS or len(levels) > np.isfinite(x).sum() / 5:
-        return 0.0
-    gaps = np.diff(levels)
-    step = float(np.median(gaps[gaps > 1e-9 * np.ptp(levels)]))
-    whole = (levels - levels[0]) / step
-    off = float(np.sqrt(np.mean((whole - np.round(whole)) ** 2)))
-    return step if off < ON_LATTICE else 0.0
-
-
-SHARE_AT_LIMIT = 0.01
-"""Share of the samples; real recordings have 0.2 % at their largest value."""
-FEWEST_AT_LIMIT = 8
-"""Fewest samples at a limit."""
-LONGEST = 20
-"""Equal samples in a row: noise and motion never repeat a value so often."""
-FAR = 8.0
-"""Times what nearly all samples stand out by at most; white noise stays below four."""
-
-
-def jumps(x: np.ndarray) -> list[tuple[int, float]]:
-    """Samples from which on a position (N,) is shifted, and by how much: it moves there FAR beyond
-    what it does around. It does not come back as an outlier does, nor does it leave a frozen
-    stretch or a zero."""
-    moves = np.diff(x)
-    steps = np.abs(moves)
-    if not steps.any():
-        return []
-    usual = max(np.percentile(steps, 99), np.median(steps[steps > 0]))
-    found = []
-    for k in np.flatnonzero(steps > FAR * usual):
-        around = slice(max(k - 2, 0), k + 3)
-        alone = np.sum(steps[around] > steps[k] / FAR) == 1
-        if alone and steps[max(k - LONGEST, 0) : k].any() and x[k] * x[k + 1] != 0.0:
-            found.append((int(k) + 1, float(moves[k] - np.median(moves[around]))))
-    return found
-
-
-NEAR_LIMIT = 0.02
-"""Share of the range: a smooth turning point has more samples below its top than at it."""
-FAST = 0.25
-"""Share of the usual speed: a signal runs into a limit, an encoder at rest does not."""
-
-
-def limit_of(values: np.ndarray) -> tuple[float, float] | None:
-    """(the value at which a signal (N,) is cut off, share of its samples there), or None."""
-    x = values[np.isfinite(values)]
-    if len(x) < 5 * FEWEST_AT_LIMIT or np.ptp(x) == 0.0:
-        return None
-    limits = [each for each in (_at(x, x.max(), 1.0), _at(x, x.min(), -1.0)) if each is not None]
-    return max(limits, key=lambda limit: limit[1]) if limits else None
-
-
-def _at(x: np.ndarray, top: float, side: float) -> tuple[float, float] | None:
-    at = x == top
-    count = int(at.sum())
-    levels = np.unique(x)
-    step = float(np.median(np.diff(levels)))
-    below = side * (top - x)
-    near = int(np.sum((below > 0) & (below <= max(NEAR_LIMIT * float(np.ptp(x)), 3.0 * step))))
-    if count < max(FEWEST_AT_LIMIT, SHARE_AT_LIMIT * len(x)) or count <= near:
-        return None
-    edges = np.flatnonzero(np.diff(at.astype(int)) != 0)
-    if len(edges) == 0 or not np.any(at[1:] & at[:-1]):
-        return None
-    if lattice_step(x) > 0 and len(edges) <= 2:
-        return None  # where dry friction holds a joint once, an encoder repeats a value as well
-    speed = np.abs(np.diff(x))
-    usual = float(np.sqrt(np.mean(speed**2)))
-    # Two samples before the limit and two after it.
-    speeds = [speed[np.clip([k - 1, k, k + 1], 0, len(speed) - 1)].max() for k in edges]
-    return (float(top), count / len(x)) if np.median(speeds) > FAST * usual else None

@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from ..check.case import Case
-from ..check.column_faults import FAMILIES
 from ..check.finding import Check, Finding
-from ..check.late_channels import FINE
-from ..check.measured_recording import MeasuredRecording, noise_of
-from ..check.suspect_channels import MAINLY
+from ..check.measured_recording import MeasuredRecording
 from ..errors import InputError
 from ..loading import joint_units, simulated
 from ..model import Model
 from ..plugins import discover
 from ..progress import Progress, Silent
-from ..recording.channels import channel_kind, from_camera
+from ..recording.channels import from_camera
 from ..recording.clock import in_base_frame, shifted
-from ..recording.load import load_unchecked
+from ..recording.load import load_unchecked, outside
 from ..recording.spec import RecordingSpec
-from ..results import ChannelComparison, RecordingComparison
+from ..results.identification import values_in
 from ..scenario.data_folder import Folder, resolve_file
 from ..scenario.schema import Scenario
 from ..scenario.stated_effects import base_model
 from ..sentences import did_you_mean
 
-CLOCK_CHECKS = ("time_unit", "sample_time")
+CLOCK_CHECKS = ("time_unit",)
 """Faults of the clock, corrected first: every speed depends on it."""
-
 
 SENSOR_PREFIXES = ("offset_", "gain_", "start_")
 """Prefixes of parameters of sensors and starts in [identify]."""
@@ -47,44 +44,25 @@ def check_scenario(
     folder: Folder,
     data: Path | None = None,
     progress: Progress | None = None,
-    explained: Container[str] = (),
+    values: Mapping[str, float] = MappingProxyType({}),
+    sized: bool = True,
 ) -> list[Finding]:
-    """What is wrong with a scenario's recordings, in their order. Channels of those `explained` are
-    not compared with one another, see `explained_by`. InputError without a recording, or for one
-    that is no table of measurements."""
+    """What is wrong with a scenario's recordings, in their order; InputError without a recording,
+    or for one that is no table of measurements.
+
+    Args:
+        values: Of parameters by label, as identified: where they leave noise, nothing is looked
+            for.
+        sized: Whether gains, offsets, delays and clocks are asked for. A diagnosis asks for them
+            itself: they are effects.
+    """
     progress = progress or Silent()
     recordings = measured_recordings(scenario, folder, data, progress)
-    findings = check_all(recordings, progress.stopped, explained)
-    return [*_unknown_parameters(scenario), *findings]
-
-
-FIRST_SAMPLE = 3.0
-"""Standard deviations of noise by which a whole channel may be shifted: an arm's posture is known
-from one sample."""
-
-
-def explained_by(comparisons: Sequence[RecordingComparison]) -> set[str]:
-    """The recordings in which a fitted model leaves no channel that could be wrong.
-
-    A wrong channel takes MAINLY of what is left unexplained. It cannot where more than that is
-    white noise, or where what is left is below FINE of the channel's spread.
-    """
-    measured = {c.recording: _measured_channels(c) for c in comparisons}
-    return {name for name, own in measured.items() if own and all(map(_is_explained, own))}
-
-
-def _measured_channels(comparison: RecordingComparison) -> list[ChannelComparison]:
-    """Those that a file holds; the others are computed from them."""
-    return [c for c in comparison.channels if channel_kind(c.channel).pattern in FAMILIES]
-
-
-def _is_explained(channel: ChannelComparison) -> bool:
-    left, y = (x[channel.counted] for x in (channel.residual, channel.measured))
-    if not left.size:
-        return True
-    noise, fine = noise_of(left), FINE * float(np.std(y))
-    shifted = abs(float(np.mean(left))) > max(FIRST_SAMPLE * noise, fine)
-    return not shifted and float(np.std(left)) < max(noise / np.sqrt(MAINLY), fine)
+    known = [replace(r, values=values_in(r.name, values)) for r in recordings]
+    findings = check_all(known, progress.stopped, sized)
+    dismissed = {(spec.name, key) for spec in scenario.recordings for key in spec.dismissed}
+    left = [f for f in findings if (f.recording, f.key) not in dismissed]
+    return [*_unknown_parameters(scenario), *left]
 
 
 def _unknown_parameters(scenario: Scenario) -> Iterator[Finding]:
@@ -122,33 +100,23 @@ def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
 def check_all(
     recordings: Sequence[MeasuredRecording],
     stopped: Callable[[], bool] = lambda: False,
-    explained: Container[str] = (),
+    sized: bool = True,
 ) -> list[Finding]:
-    """The findings of recordings of one rig, in order; those so far if stopped. Channels of
-    `explained` recordings are not compared with one another."""
-    clocked = [with_true_clock(r, r.name in explained) for r in recordings if not stopped()]
-    cases = [case for case, _ in clocked]
+    """The findings of recordings of one rig, in order; those so far if stopped."""
+    clocked = [with_true_clock(r) for r in recordings if not stopped()]
+    cases = [Case(c.recording, [], k, stopped, sized) for k, (c, _) in enumerate(clocked)]
+    for case in cases:
+        case.others.extend(o for o in cases if o is not case)
     all_findings: list[Finding] = []
-    for case, findings in clocked:
-        whole = Case(case.recording, [o for o in cases if o is not case])
-        kinds = _kinds(case.recording.name in explained)
-        all_findings += [*findings, *check_case(whole, stopped, kinds)]
+    for case, (_, findings) in zip(cases, clocked, strict=True):
+        all_findings += [*findings, *check_case(case, stopped)]
     return all_findings
 
 
-def _kinds(explained: bool) -> dict[str, Check]:
-    """The checks of a recording; those that compare channels only where it is not `explained`."""
-    return {k: c for k, c in checks().items() if not (explained and c.compares_channels)}
-
-
-def check_case(
-    case: Case,
-    stopped: Callable[[], bool] = lambda: False,
-    kinds: Mapping[str, Check] | None = None,
-) -> list[Finding]:
-    """The findings of one recording with a correct clock; `kinds`: of these checks only."""
+def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[Finding]:
+    """The findings of one recording with a correct clock."""
     findings: list[Finding] = []
-    for kind, check in (checks() if kinds is None else kinds).items():
+    for kind, check in checks().items():
         if stopped():
             break
         if kind not in CLOCK_CHECKS:
@@ -156,15 +124,12 @@ def check_case(
     return findings
 
 
-def with_true_clock(
-    recording: MeasuredRecording, explained: bool = False
-) -> tuple[Case, list[Finding]]:
+def with_true_clock(recording: MeasuredRecording) -> tuple[Case, list[Finding]]:
     """The recording on its true clock, and the findings of the clock."""
     findings: list[Finding] = []
     case = Case(recording)
-    kinds = _kinds(explained)
-    for kind in (k for k in CLOCK_CHECKS if k in kinds):
-        for finding in kinds[kind].find(case):
+    for kind in CLOCK_CHECKS:
+        for finding in checks()[kind].find(case):
             findings.append(finding)
             case = Case(replace(case.recording, time=case.recording.time / finding.size))
     return case, findings
@@ -176,11 +141,12 @@ def _measured(
 ) -> MeasuredRecording:  # fmt: skip
     if spec.simulate is None:
         assert spec.file is not None
-        return _read(resolve_file(spec.file, folder, data), spec, model, progress)
+        read = _read(resolve_file(spec.file, folder, data), spec, model, progress)
+        return replace(read, identify=scenario.identify)
     recording = simulated(spec, scenario.sensors, model)
     return MeasuredRecording(
         spec.name, spec.role, recording.time, recording.channels, masks=recording.counted,
-        model=model,
+        model=model, identify=scenario.identify,
     )  # fmt: skip
 
 
@@ -203,9 +169,5 @@ def _read(
     if spec.time_shift:
         for name in [n for n in channels if from_camera(n)]:
             channels[name] = shifted(channels[name], spec.time_shift / recording.step)
-    masks = {
-        name: ~np.any([(raw.time >= a) & (raw.time <= b) for a, b in stretches], axis=0)
-        for name, stretches in spec.mask.items()
-        if name in channels and stretches
-    }
+    masks = {n: outside(raw.time, parts) for n, parts in spec.mask.items() if n in channels}
     return replace(recording, channels=channels, masks=masks)

@@ -40,14 +40,18 @@ class Prepared:
     """(M, k), processed; NaN where there is no sample."""
     counted: np.ndarray
     """(M, k) bool"""
-    standstill: tuple[np.ndarray, ...]
-    """Per output (M, d) orthonormal: what unknown friction at standstill adds to it."""
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
         """(name, unit) of the k outputs."""
         arm = self.model.arm
         return tuple((c.name, c.unit) for s in self.outputs for c in s.channels(arm))
+
+    @cached_property
+    def standstill(self) -> tuple[np.ndarray, ...]:
+        """Per output (M, d) orthonormal: what unknown friction at standstill adds to it."""
+        kinds, counted = self.kinds, self.counted
+        return standstill_basis(self.model, self.recording, self.processing, kinds, counted)
 
     @cached_property
     def kinds(self) -> tuple[str, ...]:
@@ -256,8 +260,7 @@ def prepare(
             f"Recording {recording.name}: no sample of its outputs counts; check mask, window "
             f"and [identify] filter."
         )
-    unknown = standstill_basis(model, recording, processing, kinds, counts)
-    return Prepared(model, recording, tuple(outputs), processing, task, processed, counts, unknown)
+    return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:

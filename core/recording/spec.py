@@ -208,6 +208,8 @@ class RecordingSpec(Settings):
     """s, intervals of a channel that are excluded from the fit."""
     logger_filter: dict[Channel, LoggerFilterSpec] = Field(default_factory=dict)
     """Channel -> the low-pass that the rig applied; the model's output passes the same filter."""
+    dismissed: tuple[Words, ...] = ()
+    """Findings of the check that are right as they are, such as "z1: delay"."""
     theta2: Real | None = None
     """rad, the working point, if the recording was made at one."""
     played: Words | None = None

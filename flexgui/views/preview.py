@@ -167,7 +167,7 @@ def finding_html(finding: Finding) -> Markup:
     """Title, picture and evidence of a finding."""
     title, symbol = title_of(finding.fault), channel_symbol(finding.channel)
     head = Markup("<p><b>{}</b> {}</p>").format(title, symbol)
-    evidence = Markup("<p class='soft'>{}</p>").format(_with_symbols(finding.evidence))
+    evidence = Markup("<p class='soft'>{}</p>").format(with_symbols(finding.evidence))
     return head + _picture(finding) + evidence
 
 
@@ -196,7 +196,7 @@ def _apart(shown: np.ndarray, expected: np.ndarray | None) -> tuple[np.ndarray, 
     return shown - np.median(both[0]), expected - np.median(both[1])
 
 
-def _with_symbols(sentence: str) -> str:
+def with_symbols(sentence: str) -> str:
     """The text with symbols instead of channel names: θ₁ for theta1."""
 
     def symbol(word: re.Match[str]) -> str:

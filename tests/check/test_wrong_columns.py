@@ -77,10 +77,11 @@ def test_an_arm_with_stated_elastic_joints_and_base_is_checked_too() -> None:
     assert alone(replace(found, model=soft)) == []
 
 
-def test_degrees_come_before_gears_where_friction_shifts_the_factor(rigs: list[Rig]) -> None:
-    found = rigs[0].cases[0].recording
-    heavy = {"theta1": 0.9 * 180 / np.pi * found.channels["theta1"]}
-    said = alone(replace(found, channels={**found.channels, **heavy}))
+def test_degrees_come_before_gears_where_joints_rub() -> None:
+    found = checked_rig(25).cases[1].recording
+    said = alone(replace(found, channels={
+        **found.channels, "theta1": 180 / np.pi * found.channels["theta1"]
+    }))  # fmt: skip
     assert [(one.fault, one.channel) for one in said] == [("degrees", "theta1")]
 
 

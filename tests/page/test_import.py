@@ -75,7 +75,7 @@ def test_a_foreign_file_is_fitted_right(page: Any, session: Session, foreign: Pa
     hand = Clicks(page)
     hand.upload(foreign, "Open my recordings")
     sees(page, "All required signals are assigned.")
-    sees(page, "Swapped; only this matches.")
+    sees(page, "fit the other channels if they are swapped")
     sees(page, "Empty cells: 6 in enc_1; the longest gap lasts 0.006 s.")
     shot(page, "table")
     hand.press("Read the file")

@@ -86,6 +86,16 @@ def test_a_second_factor_comes_on_top_of_the_first(stated: Session) -> None:
         assert (entry.sign, entry.gain) == (sign, gain)
 
 
+def test_what_is_dismissed_is_gone_from_the_page_and_stays_in_the_scenario(
+    stated: Session,
+) -> None:
+    finding = Finding("outliers", "rig", "z1", 3.0, "samples", "Said.")
+    assert stated.check.dismiss(finding)
+    assert stated.document.scenario.recordings[-1].dismissed == ("z1: outliers",)
+    assert "z1: outliers" in scenario_toml(stated.document.scenario)
+    assert not stated.check.dismiss(Finding("outliers", "gone", "z1", 3.0, "", "Said."))
+
+
 def test_what_cannot_be_mended_changes_nothing(stated: Session) -> None:
     before = stated.document.scenario
     assert not stated.check.mend(Finding("delay", "rig", "z1", 0.1, "s", "Said."))

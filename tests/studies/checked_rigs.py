@@ -36,9 +36,9 @@ def checked_rig(seed: int) -> Rig:
     machine = _rubbing(bench, seed) if seed % 2 else bench.healthy
     motions = [bench.roughly(machine, i) for i in range(len(bench.postures))]
     clean = [bench.recording(machine, i, m) for i, m in enumerate(motions)]
-    stated = base_model(Scenario.model_validate(bench.document()))
+    scenario = Scenario.model_validate(bench.document())
     recordings = bench.measured(clean, seed)
-    return Rig(f"rig {seed}", [Case(_as_measured(r, stated)) for r in recordings])
+    return Rig(f"rig {seed}", [Case(_as_measured(r, scenario)) for r in recordings])
 
 
 def _rubbing(bench: Bench, seed: int) -> Model:
@@ -51,8 +51,9 @@ def _rubbing(bench: Bench, seed: int) -> Model:
     return bench.healthy.with_effects([effect("coulomb_friction")], values, sizes)
 
 
-def _as_measured(r: Recording, stated: Model) -> MeasuredRecording:
-    return MeasuredRecording(r.name, r.role, r.time, r.channels, model=stated)
+def _as_measured(r: Recording, scenario: Scenario) -> MeasuredRecording:
+    model, spec = base_model(scenario), scenario.identify
+    return MeasuredRecording(r.name, r.role, r.time, r.channels, model=model, identify=spec)
 
 
 def coarse(found: MeasuredRecording, channel: str, seed: int) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
-from ...check.measured_recording import limit_of
+from ...check.signals import limit_of
 from ...recording.channels import DRIVES, is_reference, role_of
 
 

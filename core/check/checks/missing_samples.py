@@ -8,7 +8,8 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import RESAMPLE_LINE, Check, Finding
-from ...check.measured_recording import LONGEST, ON_LATTICE
+from ...check.signals import LONGEST
+from ...noise.sensor_noise import common_quantisation_step
 from ...recording.channels import is_reference
 from ...recording.resampling import GAP
 from ...recording.spec import GapsSpec
@@ -125,23 +126,11 @@ def _released_from_friction(x: np.ndarray, after: int) -> bool:
     """Whether an encoder leaves a stretch of equal samples at sample `after` as a joint does that
     dry friction held: by a count, or faster and faster. A channel that froze jumps to where the
     joint is by then, and goes on at its usual speed."""
-    step = _counting_step(x)
+    step = common_quantisation_step([x])
     if step == 0.0 or after + 1 >= len(x):
         return False
     jump, next_ = abs(x[after] - x[after - 1]), abs(x[after + 1] - x[after])
     return bool(jump < max(1.5 * step, next_))
-
-
-def _counting_step(x: np.ndarray) -> float:
-    """What all changes of x (N,) are whole multiples of, but for rounding; 0: nothing is."""
-    changes = np.abs(np.diff(x))
-    changes = changes[changes > 1e-9 * np.ptp(x)]
-    if not len(changes):
-        return 0.0
-    step = float(changes.min())
-    whole = changes / step
-    off = float(np.sqrt(np.mean((whole - np.round(whole)) ** 2)))
-    return step if off < ON_LATTICE else 0.0
 
 
 def _clipped(x: np.ndarray, value: float) -> bool:

@@ -5,20 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import scipy
 
 from ...check.case import Case
-from ...check.checks.outliers import far_out
 from ...check.finding import Check, Finding
-from ...check.measured_recording import lattice_step, noise_of
+from ...check.signals import far_out, lattice_step, quiet_noise
+from ...noise.sensor_noise import noise_of
 from ...recording.channels import is_reference
 
 FEWEST = 10.0
 """Times its noise must a joint move: with less, 10 % of what is estimated is noise."""
-
-
-BANDS, LOWEST = 8, 0.2
-"""Bands of frequency, from this share of the sample rate upwards."""
 
 
 class WeakExcitation(Check):
@@ -39,18 +34,6 @@ class WeakExcitation(Check):
             if noise > 0 and moved < FEWEST * noise:
                 sentence = f"{name} moves by {moved:.3g} rms, {moved / noise:.2g} times its noise"
                 yield case.finding(self.kind, name, moved / noise, "", sentence)
-
-
-def quiet_noise(x: np.ndarray) -> float:
-    """Standard deviation of white noise in x (N,), by the band of frequencies with the least in it:
-    a lively motion reaches up to half the sample rate, but not evenly."""
-    if len(x) < 8 * BANDS:
-        return noise_of(x)
-    frequencies, power = scipy.signal.welch(np.diff(x), nperseg=min(len(x) - 1, 256))
-    white = power / (2.0 * np.sin(np.pi * np.maximum(frequencies, 1e-9))) ** 2
-    high = white[frequencies > LOWEST]
-    least = min(float(np.mean(band)) for band in np.array_split(high, BANDS))
-    return float(np.sqrt(least / 2.0))  # one-sided over a bandwidth of one half
 
 
 COARSE = 0.05

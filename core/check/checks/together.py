@@ -54,37 +54,35 @@ class SameData(Check):
                 yield case.finding(self.kind, shared[0], 1.0, "", sentence)
 
 
-APART = 0.15
-"""|ln| by which gains of two or more relations differ; one alone is a fault of its channel."""
-FEWEST = 2
-"""Recordings, of which one can differ."""
+LEAST = 0.01
+"""Of a channel's variance: what friction at another working point changes is less."""
 
 
 class DifferentRig(Check):
-    """A validation recording whose channels relate to each other in another way."""
+    """A validation recording that the model fitted to the others does not explain."""
 
     kind = "different_rig"
-    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
-        if case.recording.role != "validate" or case.suspects or case.causes:
+        if case.recording.role != "validate" or case.search is None or case.wrong_columns:
             return
-        judged = [o for o in case.others if o.recording.role == "estimate"]
-        if not judged:
+        fit = case.search.fit
+        fits = [o.search.fit for o in case.others if o.recording.role == "estimate" and o.search]
+        known = [f for f in fits if len(f.x) == len(fit.x)]
+        if not known:
             return
-        changes: dict[str, float] = {}
-        for relation in case.dynamics.relations:
-            usual = [
-                np.log(abs(r.gain)) for o in judged for r in o.dynamics.relations
-                if r.key == relation.key and r.explained > 0.9
-            ]  # fmt: skip
-            if len(usual) and relation.explained > 0.7:
-                spread = float(np.ptp(usual)) if len(usual) > 1 else 0.0
-                change = float(np.log(abs(relation.gain)) - np.median(usual))
-                if abs(change) > APART + spread:
-                    changes[relation.output] = change
-        if len(changes) >= FEWEST:
-            size = max(np.exp(abs(c)) for c in changes.values())
-            names = ", ".join(sorted(changes))
-            sentence = f"{names} respond up to {size:.3g} times as strongly as for estimation"
-            yield case.finding(self.kind, names.split(",")[0], size, "", sentence)
+        usual = np.median([f.x for f in known], axis=0)
+        (own,) = fit.of.answers([(fit.recording, usual)])
+        others = [f.of.answers([(f.recording, usual)])[0] for f in known]
+        apart = {
+            e.channel: e for e in own.equations
+            if e.excess > LEAST and not any(e.is_like(o) for a in others for o in a.of(e.channel))
+        }  # fmt: skip
+        if len(apart) > 1:  # one alone is a fault of its own
+            share = max(e.excess for e in apart.values())
+            names = ", ".join(sorted(apart))
+            sentence = (
+                f"the model of the recordings for estimation leaves {share:.0%} of {names} "
+                f"unexplained"
+            )
+            yield case.finding(self.kind, names.split(",")[0], share, "", sentence)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...check.case import Case
-from ...check.column_faults import ColumnFault, unit_of
+from ...check.column_fault import TIME, ColumnFault, unit_of
 from ...check.finding import Check, Finding
+from ...recording.channels import from_camera
 
 SENTENCES = {
     "degrees": "{0} {fit} the other channels if divided by 57.3: degrees",
@@ -19,7 +21,9 @@ SENTENCES = {
     "gear_ratio": "{0} turns {1:.0f} times as far as the other channels say: a gear",
     "scale": "{0} is {1:.4g} times what the other channels imply",
     "offset": "{0} fits the other channels if {2:.4g} smaller",
-    "delay": "{0} fits the other channels if {3:.4g} s earlier",
+    "delay": "{0} {fit} the other channels if {3:.4g} s earlier",
+    "clock_drift": "{0} {lag} ever further behind the other channels: {4:.3g} ms per second",
+    "sample_time": "the motion fits the references with {5:.4g} s per row instead of {6:.4g} s",
     "stated_stiffness": "{0} {fit} the recording if divided by {1:.4g}",
 }
 UNITS = {"degrees": ("rad", "deg"), "millimetres": ("m", "mm")}
@@ -29,27 +33,37 @@ class WrongColumns(Check):
     """What mends the contradictions of a recording's channels once it is taken back."""
 
     kind = "wrong_columns"
-    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
-        for fault in case.causes:
-            fit = "fit" if len(fault.channels) > 1 else "fits"
-            names = _listed(fault.channels, "and")
-            sentence = SENTENCES[fault.fault].format(
-                names, fault.factor, fault.shift, fault.lag, fit=fit
-            )
-            if fault.alternatives:
-                sentence += f"; so would {_listed(fault.alternatives, 'or')}"
-            sentence += f" from {fault.since:.4g} s on" if np.isfinite(fault.since) else ""
+        for fault in case.wrong_columns:
+            sentence = _sentence(case, fault)
+            question = case.search is not None and case.search.is_question(fault)
+            if question:
+                sentence += ". A missing effect or a wrong mass may explain it as well"
             fix = None if fault.alternatives else _fix_line(case, fault)
-            size = fault.shift or fault.lag or fault.factor
-            unit = "SI" if fault.shift else "s" if fault.lag else ""
-            yield case.finding(fault.fault, fault.channels[0], size, unit, sentence, fix)
-        tip = case.tip_off
-        if tip:
-            sentence = f"camera and encoders disagree by {tip[0]:.3g} m on the tip"
-            sentence += f"; the arm's reach is {tip[1]:.3g} m"
-            yield case.finding("tip", "z1", tip[0], "m", sentence)
+            unit = "s/s" if fault.drift else "s" if fault.lag else "SI" if fault.shift else ""
+            for channel in fault.channels if fault.lag or fault.drift else fault.channels[:1]:
+                finding = case.finding(fault.fault, channel, fault.size, unit, sentence, fix, True)
+                yield replace(finding, is_fault=not question)
+
+
+def _sentence(case: Case, fault: ColumnFault) -> str:
+    many, step = len(fault.channels) > 1, case.recording.step
+    sentence = SENTENCES[fault.fault].format(
+        _listed(fault.channels, "and"), fault.factor, fault.shift, fault.lag, 1e3 * fault.drift,
+        step / fault.factor, step, fit="fit" if many else "fits", lag="lag" if many else "lags",
+    )  # fmt: skip
+    if fault.alternatives:
+        sentence += f"; so would {_listed(fault.alternatives, 'or')}"
+    sentence += f" from {fault.since:.4g} s on" if np.isfinite(fault.since) else ""
+    if fault.deviation:
+        deviation = fault.deviation * (1e3 if fault.drift else 1.0)
+        sentence += f" (standard deviation {deviation:.1g})"
+    if fault.explains is None:
+        return sentence
+    channel, before, after = fault.explains
+    fall = f"from {100.0 * before:.3g}% to {100.0 * after:.3g}%"
+    return f"{sentence}. Taken back, the unexplained variance of {channel} falls {fall}"
 
 
 def _listed(names: tuple[str, ...], last: str) -> str:
@@ -59,8 +73,12 @@ def _listed(names: tuple[str, ...], last: str) -> str:
 
 def _fix_line(case: Case, fault: ColumnFault) -> str | None:
     """The line that takes a cause back; None where none can."""
-    if fault.shift or fault.lag:
+    if fault.lag and all(from_camera(n) for n in fault.channels):
+        return f"time_shift = {fault.lag:.6g}"  # the camera has a clock of its own
+    if fault.shift or fault.lag or fault.drift:
         return None
+    if TIME in fault.channels:
+        return case.columns({TIME: (TIME, {"gain": f"{1.0 / fault.factor:.6g}"})})
     other = str.maketrans(fault.swapped, fault.swapped[::-1])
     return case.columns(
         {n: (n.translate(other), _settings(case, fault, n)) for n in fault.channels}
@@ -69,7 +87,7 @@ def _fix_line(case: Case, fault: ColumnFault) -> str | None:
 
 def _settings(case: Case, fault: ColumnFault, name: str) -> Mapping[str, Any]:
     if fault.fault in UNITS:
-        return {"unit": unit_of(case.recording, name).replace(*UNITS[fault.fault])}
+        return {"unit": unit_of(case.recording.model, name).replace(*UNITS[fault.fault])}
     if fault.fault == "sign":
         return {"sign": -1}
     return {} if fault.swapped else {"gain": f"{1.0 / fault.factor:.9g}"}
@@ -83,11 +101,10 @@ class Offset(Check):
     """A shift that a reference contradicts."""
 
     kind = "offset"
-    compares_channels = True
 
     def find(self, case: Case) -> Iterable[Finding]:
         recording = case.recording
-        wrong = {name for fault in case.causes for name in fault.channels}
+        wrong = {name for fault in case.wrong_columns for name in fault.channels}
         for name in recording.names("i#", "theta#"):
             reference = f"{name}_ref"
             if not recording.has(reference) or name in wrong or reference in wrong:

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flexgui.core.check.finding import Finding, fixed_columns
+from flexgui.core.check.finding import Finding
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.schema import Scenario
@@ -15,6 +15,7 @@ from flexgui.jobs.messages import Task
 from flexgui.session.scenario_edits import Edit, ScenarioDict
 from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import PagePart, Topic
+from flexgui.stages.data.fixes import fixed_columns
 
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
@@ -79,6 +80,25 @@ class Check:
             mends = self.mended.get(finding.recording, ())
             self.mended = {**self.mended, finding.recording: (*mends, finding.fix)}
         self.start()
+        return True
+
+    def dismiss(self, finding: Finding) -> bool:
+        """States in the scenario that what was found is right as it is."""
+        names = [spec.name for spec in self._session.document.scenario.recordings]
+        if finding.recording not in names:
+            return False
+        index, checked = names.index(finding.recording), self.is_checked
+
+        def edit(document: ScenarioDict) -> None:
+            table = document["recordings"][index]
+            table["dismissed"] = [*table.get("dismissed", ()), finding.key]
+
+        if not self._session.document.change(edit):
+            return False
+        if checked:  # nothing else has changed
+            with self._session.changing(Topic.RECORDINGS):
+                self._findings = tuple(f for f in self._findings if f is not finding)
+                self._checked = self._session.document.scenario
         return True
 
     def close(self) -> None:

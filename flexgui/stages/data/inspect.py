@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexgui.core.arm.build import build_arm
-from flexgui.core.check.finding import Finding, fixed_columns
+from flexgui.core.check.finding import Finding
 from flexgui.core.errors import InputError
 from flexgui.core.recording.load import load_recording
 from flexgui.core.recording.read_table import read_table
@@ -21,6 +21,7 @@ from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.units import parse_header
+from flexgui.stages.data.fixes import fixed_columns
 from flexgui.stages.data.rows import Rows, headers_of, parted, rows, settings, unit_of
 from flexgui.views.layout import trace
 
@@ -31,9 +32,10 @@ if TYPE_CHECKING:
 
 POINTS = 600
 """Of a picture; a plot is about as many pixels wide."""
-ROUNDS = 4
-"""Faults hide one another: a unit, a sign, a swap and one more are found one after the other."""
-TAKEN_IN = ("degrees", "millimetres", "sign", "swapped_joints")
+ROUNDS = 3
+"""Faults hide one another."""
+SWAPPED = "swapped_joints"
+TAKEN_IN = ("degrees", "millimetres", "sign", SWAPPED)
 """Faults that are nothing but a wrong guess of a column, its unit or its sign."""
 CONTRADICT = (*TAKEN_IN, "gear_ratio", "scale", "offset", "delay", "clock_drift", "weak_excitation")
 """Faults by which the channels of a file contradict one another."""
@@ -94,7 +96,9 @@ class _File:
         try:
             specs = tuple(RecordingSpec.model_validate(part) for part in parted(entry))
             alone = self.scenario.model_copy(update={"recordings": specs})
-            return tuple(check_scenario(alone, ConfinedFolder(self.folder), None, self.progress))
+            folder = ConfinedFolder(self.folder)
+            # What a column is shows without sizes; these are asked for with all recordings.
+            return tuple(check_scenario(alone, folder, None, self.progress, sized=False))
         except InputError:
             return ()
 
@@ -221,18 +225,21 @@ def _checked(
 ) -> tuple[dict[str, Any], dict[str, tuple[str, str]], dict[str, str]]:
     """Guessed columns corrected by the check, remaining findings, and the reasons."""
     columns, taken_in = _in_plausible_units(file, columns, numbers)
-    columns, findings = _least_contradicted(file, columns, taken_in)
+    findings = file.findings(columns)
     for _ in range(ROUNDS):
-        finding = next((f for f in findings if f.fault in TAKEN_IN and f.fix is not None), None)
-        if finding is None:
-            break
-        line = tomllib.loads(finding.fix or "").get("columns", {})
-        tried = fixed_columns(columns, line)
-        after = file.findings(tried)
+        mended = [f for f in findings if f.fault in TAKEN_IN and f.fix is not None]
+        if any(f.fault == SWAPPED for f in mended):
+            mended = mended[:1]  # what comes after it is said of the swapped columns
+        tried, reasons = columns, dict[str, str]()
+        for finding in mended:
+            line = tomllib.loads(finding.fix or "").get("columns", {})
+            tried = fixed_columns(tried, line)
+            reasons |= dict.fromkeys(line, finding.evidence)
+        after = file.findings(tried) if mended else findings
         if _contradictions(after) >= _contradictions(findings):
-            break  # it mends one and breaks another: the fault lies elsewhere
+            break  # nothing to mend, or it breaks another: the fault lies elsewhere
         columns, findings = tried, after
-        taken_in |= dict.fromkeys(line, finding.evidence)
+        taken_in |= reasons
     return columns, {f.channel: (f.fault, f.evidence) for f in findings}, taken_in
 
 
@@ -262,28 +269,6 @@ def _in_plausible_units(
             changed[c] = {**columns.get(c, {}), "name": f"{name} [{unit}]"}
             findings[c] = f"Taken as {unit}: up to {max(sizes):.3g}."
     return changed, findings
-
-
-PAIRS = (("theta1", "theta2"), ("dtheta1_ref", "dtheta2_ref"), ("z1", "z2"))
-
-
-def _least_contradicted(
-    file: _File, columns: dict[str, Any], taken_in: dict[str, str]
-) -> tuple[dict[str, Any], tuple[Finding, ...]]:
-    """The guessed columns, or two of them swapped if the channels then agree better."""
-    best, findings = columns, file.findings(columns)
-    fewest = _contradictions(findings)
-    for a, b in PAIRS if fewest else ():
-        if fewest == 0 or a not in columns or b not in columns:
-            continue
-        tried = {**columns, a: columns[b], b: columns[a]}
-        after = file.findings(tried)
-        if _contradictions(after) < fewest:
-            best, findings, fewest = tried, after, _contradictions(after)
-            changed = dict.fromkeys((a, b), "Swapped; only this matches.")
-    if best is not columns:
-        taken_in |= changed
-    return best, findings
 
 
 def _contradictions(findings: Iterable[Finding]) -> int:

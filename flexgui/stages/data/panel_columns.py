@@ -13,7 +13,7 @@ from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, set_op
 from flexgui.stages.data.panel_own import TOP, WORDS, rig_choices
 from flexgui.stages.data.rows import SPLIT
 from flexgui.stages.data.waiting_file import POINT, WaitingFile
-from flexgui.views.preview import title_of
+from flexgui.views.preview import title_of, with_symbols
 from flexgui.views.sketch import sparkline
 
 PICTURE = (96, 26)
@@ -171,7 +171,7 @@ def _judged(waiting: WaitingFile, channel: str) -> tuple[str, str, str]:
         return "alarm", wording[1], title_of(wording[0])
     changed = None if inspection is None else inspection.taken_in.get(channel)
     if changed is not None:
-        return "soft", "", changed
+        return "soft", "", with_symbols(changed)
     return "", "", "✓" if inspection is not None else ""
 
 

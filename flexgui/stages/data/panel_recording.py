@@ -166,7 +166,11 @@ class FindingList(PageElement):
         with self._folder:
             self._lead = HtmlBlock(self.gui)
             self._places = [
-                (HtmlBlock(self.gui), button(context, "Mend", partial(self._mend, k)))
+                (
+                    HtmlBlock(self.gui),
+                    button(context, "Mend", partial(self._mend, k)),
+                    button(context, "Dismiss", partial(self._dismiss, k)),
+                )
                 for k in range(MOST)
             ]
             self._applied = HtmlBlock(self.gui)
@@ -179,6 +183,10 @@ class FindingList(PageElement):
         if k < len(self._found):
             self.session.check.mend(self._found[k])
 
+    def _dismiss(self, k: int) -> None:
+        if k < len(self._found):
+            self.session.check.dismiss(self._found[k])
+
     def refresh(self, recording: str) -> None:
         """Shows the findings about the current recording."""
         check = self.session.check
@@ -186,12 +194,14 @@ class FindingList(PageElement):
         self._folder.visible = bool(self.session.document.scenario.recordings)
         looked_at = check.was_checked(recording)
         self._lead.show(WORDS.check(check, looked_at, len(self._found)))
-        for k, (words, mend) in enumerate(self._places):
+        for k, (words, mend, dismiss) in enumerate(self._places):
             finding = self._found[k] if k < len(self._found) else None
             words.show(finding_html(finding) if finding is not None else "")
             mend.visible = finding is not None and finding.fix is not None
+            dismiss.visible = finding is not None
             if finding is not None:
                 mend.label = f"Mend {finding.channel}"
+                dismiss.label = f"Dismiss {finding.channel}: {finding.fault}"
         lines = lines_applied(check.mended.get(recording, ()))
         self._applied.show(WORDS.more(len(self._found) - MOST), lines)
         self._look.visible = not (check.running or check.is_checked)

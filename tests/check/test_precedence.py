@@ -1,0 +1,102 @@
+"""What a finding says of its weight, and what is no fault where something else explains as much."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from flexgui.core.check import comparison
+from flexgui.core.check.comparison import Comparison
+from flexgui.core.check.finding import Finding
+from flexgui.core.check.measured_recording import MeasuredRecording
+from flexgui.core.check.run_checks import check_all, check_scenario, measured_recordings
+from flexgui.core.scenario.read import parse_scenario, read_scenario, scenario_toml
+from tests.check.rigs import SCENARIOS
+from tests.check.test_unknown_stiffness import shifted
+from tests.sample.cases import cases
+from tests.studies.checked_rigs import checked_rig
+
+rig_of = cache(checked_rig)
+
+
+@pytest.fixture
+def late() -> MeasuredRecording:
+    return shifted(rig_of(4).cases[1].recording, "z2", 0.009)
+
+
+def test_a_finding_says_what_it_explains_and_how_sure_it_is(late: MeasuredRecording) -> None:
+    (one,) = check_all([late])
+    assert one.is_fault and one.fault == "delay"
+    assert "standard deviation" in one.evidence
+    assert "the unexplained variance of z2 falls from" in one.evidence
+    assert one.picture is not None and one.picture.expected is not None
+    apart = one.picture.shown - one.picture.expected
+    assert 0.0 < np.nanstd(apart) < np.nanstd(one.picture.shown)
+
+
+def test_sizes_are_left_to_a_diagnosis(late: MeasuredRecording) -> None:
+    assert check_all([late], sized=False) == []
+
+
+def test_what_is_wrong_with_one_recording_is_named_in_all_that_share_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And is searched for once."""
+    recordings = [case.recording for case in rig_of(2).cases]
+    wrong = [replace(r, channels={**r.channels, "z1": -r.channels["z1"]}) for r in recordings]
+    asked: list[int] = []
+    plain = Comparison.answers
+
+    def counted(self: Comparison, of: list[tuple[object, np.ndarray]]) -> list[object]:
+        asked.append(len(of))
+        return plain(self, of)  # type: ignore[arg-type,return-value]
+
+    monkeypatch.setattr(comparison.Comparison, "answers", counted)
+    first = check_all(wrong[:1])
+    alone = sum(asked)
+    said = check_all(wrong)
+    assert [(f.recording, f.fault) for f in said] == [(r.name, "sign") for r in wrong]
+    assert [f.fault for f in first] == ["sign"]
+    assert sum(asked) - alone < 1.2 * alone
+
+
+def test_a_fault_of_one_recording_is_not_laid_on_another() -> None:
+    one, two, *_ = (case.recording for case in rig_of(4).cases)
+    wrong = replace(one, channels={**one.channels, "z1": -one.channels["z1"]})
+    assert [f.recording for f in check_all([wrong, two])] == [one.name]
+    assert [f.recording for f in check_all([two, wrong])] == [one.name]
+
+
+@cache
+def _loaded() -> tuple[Finding, ...]:
+    """Of an arm with a payload that the scenario does not state."""
+    case = cases()["engine/one/tip_payload=0.2"]
+    with TemporaryDirectory() as folder:
+        path = case.write(Path(folder))
+        return tuple(check_scenario(read_scenario(path), path.parent))
+
+
+def test_a_missing_effect_makes_a_question_and_no_fault() -> None:
+    """A payload makes the camera seem late."""
+    assert not any(finding.is_fault for finding in _loaded())
+    assert all("missing effect" in finding.evidence for finding in _loaded())
+
+
+def test_what_is_dismissed_is_not_said_again(tmp_path: Path) -> None:
+    scenario = read_scenario(SCENARIOS / "hidden_friction.toml")
+    found = measured_recordings(scenario, SCENARIOS)[0]
+    table = pd.DataFrame({"t": found.time, **found.channels})
+    table["z1"] *= -1.0
+    table.to_csv(tmp_path / "rig.csv", index=False)
+    alone = scenario.model_copy(update={"recordings": ()})
+    text = scenario_toml(alone) + '\n[[recordings]]\nname = "rig"\nfile = "rig.csv"\n'
+    (one,) = check_scenario(parse_scenario(text, "rig"), tmp_path)
+    assert one.key == "z1: sign"
+    dismissed = parse_scenario(text + f'dismissed = ["{one.key}"]\n', "rig")
+    assert check_scenario(dismissed, tmp_path) == []
