@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from ..check.column_fault import ColumnFault
 from ..check.column_search import Search, search
 from ..check.comparison import Comparison
@@ -93,10 +95,10 @@ class Case:
         equations = () if self.search is None else self.search.fit.answer.of(channel)
         if self.comparison is None or not equations:
             return self._picture(channel)
-        shown, unit = self.comparison.recording, channel_kind(channel).units[0]
-        thin = slice(None, None, max(len(shown.time) // MOST_POINTS, 1))
-        modelled = equations[-1].modelled[thin]
-        return Picture(shown.time[thin], shown[channel][thin], modelled, unit)
+        recorded, last = self.comparison.recording, equations[-1]
+        good = np.isfinite(recorded[channel])
+        shown = np.interp(last.time, recorded.time[good], recorded[channel][good])
+        return Picture(last.time, shown, last.modelled, channel_kind(channel).units[0])
 
 
 def _jumps(recording: MeasuredRecording) -> Iterator[ColumnFault]:

@@ -32,10 +32,13 @@ class Search:
 
     def is_question(self, fault: ColumnFault) -> bool:
         """Whether an effect that the model lacks, or another mass, may explain as much: more is
-        left than it explains, or it is the factor of a torque."""
+        left than it explains, or it is the factor of a torque, or only torques show it, and not
+        grossly, as they show a spring."""
         _, before, after = fault.explains or ("", 1.0, 0.0)
+        fall, answer = before - after, self.fit.answer
         heavier = fault.fault == "scale" and all(role_of(n) in DRIVES for n in fault.channels)
-        return not fault.is_usual and (heavier or self.fit.answer.worst > before - after)
+        forces = all(role_of(e.channel) in DRIVES for e in answer.equations) and fall < GROSS
+        return not fault.is_usual and (heavier or forces or answer.worst > fall)
 
     def repeated(self, of: Comparison) -> Search | None:
         """The same faults in another recording of the rig, where they leave no more of it."""
@@ -98,7 +101,12 @@ def stated_stiffness(fit: Fitted) -> list[ColumnFault]:
     names = fit.of.unknowns.labels[: fit.of.main]
     factors = fit.of.start[: fit.of.main] / fit.centre[: fit.of.main]
     unit = next((u for u in (MILLI, 1.0 / MILLI) if np.allclose(factors, u)), None)
-    return [] if unit is None else [ColumnFault("stated_stiffness", names, unit)]
+    if unit is None:
+        return []
+    (answer,) = fit.of.answers([(fit.recording, fit.of.start)])
+    stated = Fitted(fit.of, fit.recording, fit.of.start, fit.of.start, answer).descended()
+    needed = stated.score > fit.score + CLEAR
+    return [ColumnFault("stated_stiffness", names, unit)] if needed else []
 
 
 def usual_fault(fit: Fitted) -> Step | None:
@@ -107,13 +115,18 @@ def usual_fault(fit: Fitted) -> Step | None:
     recordings = [c.corrected(fit.recording) for c in candidates]
     asked = [(r, x) for r in recordings for x in (fit.x, fit.of.start)]
     answers = fit.of.answers(asked)
-    scores = [min(a.score for a in answers[2 * k : 2 * k + 2]) for k in range(len(recordings))]
+    pairs = [answers[2 * k : 2 * k + 2] for k in range(len(recordings))]
+    scores = [min(a.score for a in pair) for pair in pairs]
     steps: list[Step] = []
     closest: dict[tuple[str, tuple[str, ...]], int] = {}
     for k in np.argsort(scores):  # of several factors of a channel the best
         closest.setdefault((candidates[k].fault, candidates[k].channels), int(k))
     for k in list(closest.values())[:CLOSEST]:
-        after = fitted(fit.of, recordings[k])
+        near, stated = pairs[k]
+        if near.score < stated.score:  # the nuisance is known from the other channels
+            after = replace(fit, recording=recordings[k], answer=near, kept=None).descended()
+        else:
+            after = fitted(fit.of, recordings[k])
         step: Step | None = (candidates[k], after)
         if not candidates[k].is_usual:
             size = float(np.log(candidates[k].factor))

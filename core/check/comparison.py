@@ -34,6 +34,8 @@ LEAD = 40
 """Samples before the motion that are compared too."""
 STEP = 1e-3
 """s, of a simulation, and at least between samples: a motion within a per cent."""
+MOST_ROWS = 500
+"""Samples of a channel that are compared."""
 FRICTION = ("viscous_friction", "coulomb_friction")
 SPREAD = 0.3
 """Of a stiffness or mass, and of the torques that friction takes: what is likely."""
@@ -149,19 +151,35 @@ class Comparison:
                 for key, (r, _) in zip(keys, asked, strict=True)
             ]
 
+    @cached_property
+    def rows(self) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """Of each output the samples that are compared, and those of the tip."""
+        r = self.recording
+        e = prepare(self.model, r, self.setup.outputs, self.setup.processing)
+        pairs = zip(e.channels, e.counted.T, strict=True)
+        tips = r.mask("z1") & r.mask("z2") if r.has("z1", "z2") else np.zeros(0, dtype=bool)
+        return {name: _some(counted) for (name, _), counted in pairs}, _some(tips)
+
     def _answer(self, e: Prepared, motion: Motion, levels: np.ndarray | None) -> Answer:
-        y = e.processed(e.readings(*motion))
+        y, (rows, tips) = e.processed(e.readings(*motion)), self.rows
         measured = np.where(e.counted, e.measured, np.nan)
         loose = self.model.steering is None
         drifts = [s.drifts and loose for s in e.outputs for _ in s.channels(e.model.arm)]
         shown = {} if levels is None else self.noise
         noise = {n: float(np.linalg.norm(gains * levels)) for n, gains in shown.items()}
-        compared = [
-            Equation(name, measured[:, i], y[:, i], drifts[i], noise.get(name, 0.0))
-            for i, (name, _) in enumerate(e.channels)
-            if _moves(measured[:, i])
-        ]
-        return Answer((*compared, *tip_equations(motion[0], e.recording)))
+        compared = []
+        for i, (name, _) in enumerate(e.channels):
+            at = rows[name]
+            if _moves(measured[at, i]):
+                time, both = e.time[at], (measured[at, i], y[at, i])
+                compared.append(Equation(name, time, *both, drifts[i], noise.get(name, 0.0)))
+        return Answer((*compared, *tip_equations(motion[0], e.recording, tips)))
+
+
+def _some(counted: np.ndarray) -> np.ndarray:
+    """Of the samples that count (N,) no more than needed: neighbours are alike."""
+    rows = np.flatnonzero(counted)
+    return rows[:: max(len(rows) // MOST_ROWS, 1)]
 
 
 def _moves(x: np.ndarray) -> bool:

@@ -25,12 +25,15 @@ BENDING = 0.01
 
 @dataclass(frozen=True)
 class Equation:
-    """One channel: what is measured (M,), and what a model makes of it."""
+    """One channel at M of its samples: what is measured, and what a model makes of it."""
 
     channel: str
+    time: np.ndarray
+    """(M,), s"""
     measured: np.ndarray
-    """NaN where nothing counts."""
+    """(M,), NaN where nothing counts."""
     modelled: np.ndarray
+    """(M,)"""
     drifts: bool
     """Whether only its speed is controlled: its mean and slope say nothing."""
     tolerance: float = 0.0
@@ -44,7 +47,8 @@ class Equation:
     @cached_property
     def size(self) -> float:
         """Standard deviation of what is measured, and no less than what no model explains."""
-        return max(float(np.std(self._left(self.measured))), self.tolerance) or 1.0
+        y = self._left(self.measured)[np.isfinite(self.measured)]
+        return max(float(np.std(y)) if len(y) else 0.0, self.tolerance) or 1.0
 
     @cached_property
     def share(self) -> float:
@@ -87,7 +91,7 @@ class Equation:
         if not np.isfinite(found.sum()):
             return np.full(len(x), np.inf)
         if self.drifts:
-            line = counted * np.array([np.ones(len(x)), np.linspace(-1.0, 1.0, len(x))])
+            line = counted * np.array([np.ones(len(x)), self.time - self.time.mean()])
             found -= np.linalg.solve(line @ line.T, line @ found) @ line
         return found
 
@@ -141,20 +145,22 @@ class Answer:
         return np.concatenate(each)
 
 
-def tip_equations(motion: Trajectory, recording: Recording) -> tuple[Equation, ...]:
-    """The camera's channels beside the tip at the measured joints, of links that bend as in a
-    simulated motion or are stiff, whichever fits better: right within what links bend, also where
-    the motion is not. None without a camera or encoders."""
+def tip_equations(
+    motion: Trajectory, recording: Recording, rows: np.ndarray
+) -> tuple[Equation, ...]:
+    """The camera's channels at some rows beside the tip at the measured joints, of links that bend
+    as in a simulated motion or are stiff, whichever fits better: right within what links bend, also
+    where the motion is not. None without a camera or encoders."""
     joints, reach = motion.arm.joints, sum(s.length for s in motion.arm.segments)
     names = [f"theta{k + 1}" for k in range(joints)]
-    if not recording.has("z1", "z2", *names):
+    if not recording.has("z1", "z2", *names) or not len(rows):
         return ()
-    z = np.column_stack([recording["z1"], recording["z2"]])
-    measured, tips = np.column_stack([recording[n] for n in names]), []
-    for bent in (motion.q[:, joints:], np.zeros_like(motion.q[:, joints:])):
-        tips.append(replace(motion, q=np.hstack([measured, bent])).tip()[0])
+    z, measured = (np.column_stack([recording[n][rows] for n in c]) for c in (("z1", "z2"), names))
+    bending, v, tips = motion.q[rows, joints:], motion.v[rows], []
+    for bent in (bending, np.zeros_like(bending)):
+        tips.append(replace(motion, q=np.hstack([measured, bent]), v=v).tip()[0])
     seen = np.isfinite(z)
     tip = min(tips, key=lambda x: float(np.nan_to_num(np.mean((z - x)[seen] ** 2), nan=np.inf)))
     # The whole place counts: a tip that hardly moves may be somewhere else.
-    pairs = zip(("z1", "z2"), z.T, tip.T, strict=True)
-    return tuple(Equation(name, y, x, False, BENDING * reach) for name, y, x in pairs)
+    pairs, time = zip(("z1", "z2"), z.T, tip.T, strict=True), recording.time[rows]
+    return tuple(Equation(name, time, y, x, False, BENDING * reach) for name, y, x in pairs)

@@ -139,22 +139,33 @@ def fitted(of: Comparison, recording: Recording | None = None) -> Fitted:
     if answer.is_noise:
         return Fitted(of, recording, of.known, of.known, answer)
     x, answer = _begin(of, recording)
-    return Fitted(of, recording, x, x, answer).descended()
+    centre = np.where(of.start == 0.0, of.start, x)
+    return Fitted(of, recording, x, centre, answer).descended()
 
 
 def _begin(of: Comparison, recording: Recording) -> tuple[np.ndarray, Answer]:
-    """The stated vector (P,), or the best of other stiffnesses: all alike, then one by one."""
-    begin, P = of.start, len(of.start)
-    (answer,) = of.answers([(recording, begin)])
+    """The stated vector (P,), without friction or with what is usual of it; or the best of other
+    stiffnesses: all alike, then one by one."""
+    P = len(of.start)
+    inner = np.arange(P) < P - of.begins
+    rubbing = np.where(inner & (of.start == 0.0), of.spread, of.start)
+    begin, answer = _best(of, recording, [of.start, rubbing])
     each = [[k] for k in range(of.main)] if of.main > 1 else []
     for which in (list(range(of.main)), *each):
         if answer.worst < GROSS:
             break
         tried = [np.where(np.isin(range(P), which), f * begin, begin) for f in STIFFNESS]
-        answers = [answer, *of.answers([(recording, x) for x in tried])]
-        best = int(np.argmin([a.score for a in answers]))
-        begin, answer = [begin, *tried][best], answers[best]
+        other, moved = _best(of, recording, tried)
+        begin, answer = min((begin, answer), (other, moved), key=lambda pair: pair[1].score)
     return begin, answer
+
+
+def _best(
+    of: Comparison, recording: Recording, tried: Sequence[np.ndarray]
+) -> tuple[np.ndarray, Answer]:
+    answers = of.answers([(recording, x) for x in tried])
+    best = int(np.argmin([a.score for a in answers]))
+    return tried[best], answers[best]
 
 
 def with_change(fit: Fitted, answers: Sequence[Answer], recording: Recording) -> Fitted:

@@ -107,16 +107,11 @@ def sized_fault(fit: Fitted) -> Step | None:
         _, kind, group, size = each
         best.setdefault((kind.make(group, size).fault, group), each)
     steps = [
-        (kind, refined(fit, kind, group, size))
+        refined(fit, kind, group, size)
         for score, kind, group, size in list(best.values())[:CLOSEST]
         if score < fit.score - CLEAR
     ]
-    found = [(kind, step) for kind, step in steps if step is not None]
-    if not found:
-        return None
-    kind, (fault, after) = min(found, key=lambda each: each[1][1].score)
-    size = float(np.log(fault.factor)) if kind is SCALE else fault.size
-    return refined(fit, kind, fault.channels, size, replace(after, kept=None)) or (fault, after)
+    return min((s for s in steps if s is not None), key=lambda s: s[1].score, default=None)
 
 
 def _predicted(
@@ -138,17 +133,22 @@ def refined(
     """The fault at its size, with the nuisance beside, which begins as in another fit; None where
     it is none."""
     begin = begin or fit
-    best, deviation, x = None, np.inf, begin.x
+    best, deviation, x, fresh = None, np.inf, begin.x, False
     for _ in range(ITERATIONS):
         both = (size, size + kind.trial)
         at, moved = (kind.make(group, s).corrected(fit.recording) for s in both)
         after = with_change(begin, begin.of.answers([(at, x), (moved, x)]), at)
-        if best is not None and after.score > best[1].score:
-            break
-        best = size, replace(after, x=x)
-        step, change, deviation = best[1].solved
-        if best[1].score - best[1].left < GAINED:
-            break
+        worse = best is not None and after.score > best[1].score
+        if not worse:
+            best = size, replace(after, x=x)
+            _, change, deviation = best[1].solved
+        assert best is not None
+        if worse or best[1].score - best[1].left < GAINED:
+            if fresh:
+                break
+            begin, fresh = replace(best[1], kept=None, change=None), True
+            size, x = best[0], best[1].x
+            continue
         size, x = size + kind.trial * change, best[1].moved()
     assert best is not None
     size, after = best
