@@ -115,14 +115,47 @@ def number(
     put: Callable[[float], object],
     hint: str = "",
 ) -> Any:
-    """A number field; values outside its limits are ignored. An integer step: integers only."""
+    """A number field. An entry outside its limits stays as it is typed, with a sentence below that
+    says what is allowed, and the model keeps its value. An integer step: integers only."""
+    step = limits[2]
+    # The browser would change an entry outside given ends without a word.
+    handle: Any = context.gui.add_number(label, get(), step=step, hint=hint or None)
+    complaint = HtmlBlock(context.gui)
+    refused: list[float] = []
+    """The value that the model keeps while an entry is refused."""
+
+    def enter() -> None:
+        before, words = get(), _complaint(handle.value, limits)
+        refused[:] = [before] if words else []
+        complaint.show(paragraph(words and f"{words}; still {before:.6g}.", "alarm"))
+        whole = isinstance(step, int)
+        if not words and put(int(handle.value) if whole else float(handle.value)) is False:
+            handle.value = before
+
+    def sync() -> None:
+        value = get()
+        if refused and refused[0] == value:
+            return
+        refused.clear()
+        complaint.show("")
+        free = context.read_only or time.time() - handle.update_timestamp > USER_PRIORITY
+        if free and handle.value != value:
+            handle.value = value
+
+    context.syncs.append(sync)
+    return on_user_input(context, handle, enter)
+
+
+def _complaint(value: Any, limits: tuple[float, float, float | None]) -> str:
+    """What is allowed instead of an entry; empty where it is."""
     low, high, step = limits
-    kind = int if isinstance(step, int) else float
-    least, most = (end if math.isfinite(end) else None for end in (low, high))
-    handle = context.gui.add_number(label, get(), min=least, max=most, step=step, hint=hint or None)
-    return bind(
-        context, handle, get, lambda v: _is_number(v) and low <= v <= high and put(kind(v))
-    )  # fmt: skip
+    whole = isinstance(step, int)
+    if _is_number(value) and low <= value <= high and not (whole and value != int(value)):
+        return ""
+    kind = "a whole number" if whole else "a number"
+    ends = [(word, end) for word, end in (("from", low), ("to", high)) if math.isfinite(end)]
+    shown = f"{value:.6g} is not" if _is_number(value) else "That is not"
+    return " ".join([shown, kind, *(f"{word} {end:.6g}" for word, end in ends)])
 
 
 def choice(
