@@ -160,4 +160,5 @@ def _repeats(repeated: tuple[Repeated, ...]) -> tuple[str, ...]:
 
 
 def _percent(deviation: float, value: float) -> str:
-    return f"{100.0 * deviation / abs(value):.2g} %" if value else f"{deviation:.2g}"
+    percent = 100.0 * deviation / abs(value) if value else 0.0
+    return f"{format_number(percent, 2)} %" if value else format_number(deviation, 2)

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexgui.core.results import Fit
 from flexgui.sentences.identifiability import invariant
-from flexgui.sentences.written import shown_unit
+from flexgui.sentences.written import format_number, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, dots, figure, heat, line, named_axis
 from flexgui.views.names import is_of_a_start, plain_symbol
@@ -53,7 +53,8 @@ def valley(fits: Sequence[Fit]) -> Figure | None:
         style = {"size": 9, "symbol": "x-thin", "line": {"width": 2, "color": colours.START}}
         traces.append(dots(x, y, "start", colours.START, f"start {plain}", **style))
     rise = 100.0 * (float(np.nanmax(curve.cost_ratio)) - 1.0)
-    change = f"rises by {rise:.2g} % at most" if rise >= VISIBLE else "does not change"
+    most = f"rises by {format_number(rise, 2)} % at most"
+    change = most if rise >= VISIBLE else "does not change"
     text = (
         f"Along the curve {invariant(curve)} is constant and the cost {change}. The data cannot "
         f"distinguish its points."

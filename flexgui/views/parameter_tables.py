@@ -196,7 +196,7 @@ def _repeated_row(repeated: Repeated) -> Row:
         for value, digits in ((repeated.mean, 4), (repeated.between, 2), (repeated.within, 2))
     )
     shares = [
-        f" ({100.0 * deviation / abs(repeated.mean):.2g} %)" if repeated.mean else ""
+        f" ({format_number(100.0 * deviation / abs(repeated.mean), 2)} %)" if repeated.mean else ""
         for deviation in (repeated.between, repeated.within)
     ]
     return Row(

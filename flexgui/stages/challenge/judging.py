@@ -193,9 +193,10 @@ def _compared(p: Parameter, value: float, unit: str, true: float) -> tuple[str, 
 def _comparison_text(off: float, side: str) -> str:
     if off <= RIGHT:
         return "right"
-    if off <= NEAR:
-        return f"near: {off:.2g} times too {side}"
-    return f"far off: {off:.2g} times too {side}" if math.isfinite(off) else "the wrong sign"
+    if not math.isfinite(off):
+        return "the wrong sign"
+    distance = "near" if off <= NEAR else "far off"
+    return f"{distance}: {format_number(off, 2)} times too {side}"
 
 
 @dataclass(frozen=True)

@@ -91,7 +91,8 @@ class Glimpse:
     @property
     def caption(self) -> str:
         """'θ₂ in recording th3, 0.17 s'"""
-        return f"{channel_symbol(self.channel)} in recording {self.recording}, {self.seconds:.2g} s"
+        at = format_number(self.seconds, 2)
+        return f"{channel_symbol(self.channel)} in recording {self.recording}, {at} s"
 
 
 def glimpse(
@@ -198,7 +199,8 @@ def residual_caption(channel: str, unit: str, residual: np.ndarray, first: np.nd
 
 def _changed(was: float, now: float) -> str:
     """'2 → 0.1', or '2' where it is the same."""
-    return f"{was:.2g} → {now:.2g}" if abs(now - was) > 0.01 * was else f"{now:.2g}"
+    before, after = format_number(was, 2), format_number(now, 2)
+    return f"{before} → {after}" if abs(now - was) > 0.01 * was else after
 
 
 def rms(torque: MissingTorque) -> float:
