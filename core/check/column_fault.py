@@ -55,11 +55,15 @@ class ColumnFault:
     def corrected(self, recording: Recording) -> Recording:
         """The recording with the fault taken back."""
         other = str.maketrans(self.swapped, self.swapped[::-1])
-        channels, t = dict(recording.channels), recording.time
+        channels, counted = dict(recording.channels), dict(recording.counted)
+        t = recording.time
         for name in self.channels:
             if name not in channels:
                 continue  # the clock, or a parameter
-            x = recording[name.translate(other)]
+            source = name.translate(other)
+            x = recording[source]
+            if source in recording.counted:
+                counted[name] = recording.counted[source]
             if self.lag or self.drift:
                 good = np.isfinite(x)
                 late = t + self.lag + self.drift * (t - t[0])
@@ -67,7 +71,7 @@ class ColumnFault:
                 x = np.where(good, moved, np.nan)
             channels[name] = (x - self.shift * (t >= self.since)) / self.factor
         time = t / (self.factor if TIME in self.channels else 1.0)
-        return replace(recording, time=time, channels=channels)
+        return replace(recording, time=time, channels=channels, counted=counted)
 
 
 def columns(recording: Recording) -> list[str]:

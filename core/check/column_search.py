@@ -98,8 +98,8 @@ def stated_stiffness(fit: Fitted) -> list[ColumnFault]:
     """The unit of the stiffness, where another one explains the recording."""
     if fit.answer.worst > GROSS:
         return []
-    names = fit.of.unknowns.labels[: fit.of.main]
-    factors = fit.of.start[: fit.of.main] / fit.centre[: fit.of.main]
+    names = fit.of.unknowns.labels[: fit.of.stiffnesses]
+    factors = fit.of.start[: fit.of.stiffnesses] / fit.centre[: fit.of.stiffnesses]
     unit = next((u for u in (MILLI, 1.0 / MILLI) if np.allclose(factors, u)), None)
     if unit is None:
         return []
@@ -133,7 +133,7 @@ def usual_fault(fit: Fitted) -> Step | None:
             step = refined(fit, SCALE, candidates[k].channels, size, after)
         if step is not None and fit.score - step[1].score > CLEAR and _is_gross(fit, step[1]):
             steps.append(step)
-    return _first(fit, steps) if steps else None
+    return _most_usual(fit, steps) if steps else None
 
 
 def _is_gross(before: Fitted, after: Fitted) -> bool:
@@ -141,7 +141,7 @@ def _is_gross(before: Fitted, after: Fitted) -> bool:
     return unexplained - left > GROSS
 
 
-def _first(fit: Fitted, steps: list[Step]) -> Step:
+def _most_usual(fit: Fitted, steps: list[Step]) -> Step:
     """Of equal corrections the usual one, with the others that would do."""
     # A free factor explains as much as a usual one, and a little more.
     falls = [fit.score - s[1].score - CLEAR * (not s[0].is_usual) for s in steps]

@@ -51,16 +51,16 @@ class Comparison:
     model: Model
     setup: Setup
     unknowns: Unknowns
-    main: int
-    """How many of the unknowns, the first, are stiffnesses or masses."""
+    stiffnesses: int
+    """How many of the unknowns, the first, are stiffnesses, or else masses."""
     start: np.ndarray
     """(P,)"""
     spread: np.ndarray
     """(P,) of all but these."""
     known: np.ndarray
     """(P,) the start with what is identified."""
-    begins: int = 0
-    """How many of the unknowns, the last, are of the first state."""
+    states: int = 0
+    """How many of the unknowns, the last, are of the state at the first sample."""
     noise: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Channel -> (joints,) rms of its error per noise of each encoder, where these are followed."""
 
@@ -80,7 +80,7 @@ class Comparison:
             return None
         sizes = typical(model.arm)
         rubbing = setup.model.with_effects([effect(kind) for kind in FRICTION], {}, sizes)
-        names, own = _main_parameters(model), rubbing.effect_values
+        names, own = _stiffnesses(model), rubbing.effect_values
         damping = [f"tau{k + 1}" for k, modes in enumerate(model.arm.modes) if modes]
         stated = {n: p.value for n, p in model.parameters.items()}
         items = [Unknown(rubbing.parameters[n]) for n in (*names, *damping, *own)]
@@ -122,8 +122,8 @@ class Comparison:
 
     def spread_at(self, centre: np.ndarray) -> np.ndarray:
         """(P,) by which the unknowns are likely to differ from a centre (P,)."""
-        main = np.arange(len(centre)) < self.main
-        return np.where(main, SPREAD * centre, self.spread)
+        stiff = np.arange(len(centre)) < self.stiffnesses
+        return np.where(stiff, SPREAD * centre, self.spread)
 
     @cached_property
     def lowest(self) -> np.ndarray:
@@ -158,7 +158,7 @@ class Comparison:
         e = prepare(self.model, r, self.setup.outputs, self.setup.processing)
         pairs = zip(e.channels, e.counted.T, strict=True)
         tips = r.mask("z1") & r.mask("z2") if r.has("z1", "z2") else np.zeros(0, dtype=bool)
-        return {name: _some(counted) for (name, _), counted in pairs}, _some(tips)
+        return {name: _thinned(counted) for (name, _), counted in pairs}, _thinned(tips)
 
     def _answer(self, e: Prepared, motion: Motion, levels: np.ndarray | None) -> Answer:
         y, (rows, tips) = e.processed(e.readings(*motion)), self.rows
@@ -176,7 +176,7 @@ class Comparison:
         return Answer((*compared, *tip_equations(motion[0], e.recording, tips)))
 
 
-def _some(counted: np.ndarray) -> np.ndarray:
+def _thinned(counted: np.ndarray) -> np.ndarray:
     """Of the samples that count (N,) no more than needed: neighbours are alike."""
     rows = np.flatnonzero(counted)
     return rows[:: max(len(rows) // MOST_ROWS, 1)]
@@ -209,7 +209,7 @@ def _setup(model: Model, spec: IdentifySpec, recording: Recording) -> Setup:
     return make_setup(model, direct, [recording])
 
 
-def _main_parameters(model: Model) -> list[str]:
+def _stiffnesses(model: Model) -> list[str]:
     """The stiffness of each segment that bends, or else the masses."""
     stiff = [f"EI{k + 1}" for k, modes in enumerate(model.arm.modes) if modes]
     return stiff or [f"m{k + 1}" for k in range(model.arm.joints)]

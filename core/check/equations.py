@@ -125,7 +125,7 @@ class Answer:
         """The channel of which more is explained than before, and what was and is unexplained."""
         pairs = zip(before.equations, self.equations, strict=True)
         each = [(a.channel, min(a.excess, 1.0), min(b.excess, 1.0)) for a, b in pairs]
-        return max(each, key=lambda one: one[1] - one[2])
+        return max(each, key=lambda shares: shares[1] - shares[2], default=("", 0.0, 0.0))
 
     def is_like(self, other: Answer) -> bool:
         """Whether no more is left of any channel than in another recording of the same rig."""

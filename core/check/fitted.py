@@ -147,11 +147,11 @@ def _begin(of: Comparison, recording: Recording) -> tuple[np.ndarray, Answer]:
     """The stated vector (P,), without friction or with what is usual of it; or the best of other
     stiffnesses: all alike, then one by one."""
     P = len(of.start)
-    inner = np.arange(P) < P - of.begins
+    inner = np.arange(P) < P - of.states
     rubbing = np.where(inner & (of.start == 0.0), of.spread, of.start)
     begin, answer = _best(of, recording, [of.start, rubbing])
-    each = [[k] for k in range(of.main)] if of.main > 1 else []
-    for which in (list(range(of.main)), *each):
+    each = [[k] for k in range(of.stiffnesses)] if of.stiffnesses > 1 else []
+    for which in (list(range(of.stiffnesses)), *each):
         if answer.worst < GROSS:
             break
         tried = [np.where(np.isin(range(P), which), f * begin, begin) for f in STIFFNESS]

@@ -1,4 +1,4 @@
-"""Steps, jumps, limits and outliers of one signal, by its values alone."""
+"""Steps, jumps, limits, outliers and noise of one signal, by its values alone."""
 
 from __future__ import annotations
 

@@ -69,12 +69,12 @@ def _named(fault: ColumnFault) -> ColumnFault:
     return fault
 
 
-def _of(fault: str, number: str, group: Group, size: float) -> ColumnFault:
+def _sized(fault: str, number: str, group: Group, size: float) -> ColumnFault:
     return ColumnFault(fault, group, is_usual=False, **{number: size})  # type: ignore[arg-type]
 
 
 OFFSET, DELAY, DRIFTING = (
-    partial(_of, *names)
+    partial(_sized, *names)
     for names in (("offset", "shift"), ("delay", "lag"), ("clock_drift", "drift"))
 )
 SCALE = Kind(_scaled, 0.01, FACTOR)
@@ -123,8 +123,8 @@ def _predicted(
         asked += [kind.make(group, s).corrected(fit.recording) for s in (size, size + kind.trial)]
     answers = fit.of.answers([(r, fit.x) for r in asked])
     for k, (kind, group, size) in enumerate(trials):
-        one = with_change(fit, answers[2 * k : 2 * k + 2], fit.recording)
-        yield one.left, kind, group, size + kind.trial * one.solved[1]
+        changed = with_change(fit, answers[2 * k : 2 * k + 2], fit.recording)
+        yield changed.left, kind, group, size + kind.trial * changed.solved[1]
 
 
 def refined(

@@ -124,26 +124,19 @@ def number(
     refused: list[float] = []
     """The value that the model keeps while an entry is refused."""
 
-    def enter() -> None:
-        before, words = get(), _complaint(handle.value, limits)
+    def shown() -> float | None:
+        if refused and refused[0] != get():
+            refused.clear()
+            complaint.show("")
+        return None if refused else get()
+
+    def enter(value: Any) -> object:
+        before, words = get(), _complaint(value, limits)
         refused[:] = [before] if words else []
         complaint.show(paragraph(words and f"{words}; still {before:.6g}.", "alarm"))
-        whole = isinstance(step, int)
-        if not words and put(int(handle.value) if whole else float(handle.value)) is False:
-            handle.value = before
+        return words or put(int(value) if isinstance(step, int) else float(value))
 
-    def sync() -> None:
-        value = get()
-        if refused and refused[0] == value:
-            return
-        refused.clear()
-        complaint.show("")
-        free = context.read_only or time.time() - handle.update_timestamp > USER_PRIORITY
-        if free and handle.value != value:
-            handle.value = value
-
-    context.syncs.append(sync)
-    return on_user_input(context, handle, enter)
+    return bind(context, handle, shown, enter)
 
 
 def _complaint(value: Any, limits: tuple[float, float, float | None]) -> str:

@@ -50,7 +50,7 @@ def _is_from_rest(case: Case) -> bool:
     if case.search is None or case.search.fit.of.model.steering is not None:
         return False
     fit = case.search.fit
-    x = np.where(np.arange(len(fit.x)) < len(fit.x) - fit.of.begins, fit.x, 0.0)
+    x = np.where(np.arange(len(fit.x)) < len(fit.x) - fit.of.states, fit.x, 0.0)
     (at_rest,) = fit.of.answers([(fit.recording, x)])
     return at_rest.score < fit.score + CLEAR
 

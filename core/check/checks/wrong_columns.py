@@ -20,9 +20,9 @@ SENTENCES = {
     "swapped_joints": "{0} fit the other channels if they are swapped",
     "gear_ratio": "{0} turns {1:.0f} times as far as the other channels say: a gear",
     "scale": "{0} is {1:.4g} times what the other channels imply",
-    "offset": "{0} fits the other channels if {2:.4g} smaller",
+    "offset": "{0} fits the other channels if {2:.4g} {smaller}",
     "delay": "{0} {fit} the other channels if {3:.4g} s earlier",
-    "clock_drift": "{0} {lag} ever further behind the other channels: {4:.3g} ms per second",
+    "clock_drift": "{0} gets ever further {behind} the other channels: {4:.3g} ms per second",
     "sample_time": "the motion fits the references with {5:.4g} s per row instead of {6:.4g} s",
     "stated_stiffness": "{0} {fit} the recording if divided by {1:.4g}",
 }
@@ -50,20 +50,25 @@ class WrongColumns(Check):
 def _sentence(case: Case, fault: ColumnFault) -> str:
     many, step = len(fault.channels) > 1, case.recording.step
     sentence = SENTENCES[fault.fault].format(
-        _listed(fault.channels, "and"), fault.factor, fault.shift, fault.lag, 1e3 * fault.drift,
-        step / fault.factor, step, fit="fit" if many else "fits", lag="lag" if many else "lags",
+        _listed(fault.channels, "and"), fault.factor, abs(fault.shift), fault.lag,
+        1e3 * abs(fault.drift), step / fault.factor, step, fit="fit" if many else "fits",
+        smaller="smaller" if fault.shift > 0.0 else "larger",
+        behind="behind" if fault.drift > 0.0 else "ahead of",
     )  # fmt: skip
     if fault.alternatives:
         sentence += f"; so would {_listed(fault.alternatives, 'or')}"
     sentence += f" from {fault.since:.4g} s on" if np.isfinite(fault.since) else ""
     if fault.deviation:
-        deviation = fault.deviation * (1e3 if fault.drift else 1.0)
-        sentence += f" (standard deviation {deviation:.1g})"
+        sentence += f" (standard deviation {_percent(fault.deviation / abs(fault.size))})"
     if fault.explains is None:
         return sentence
     channel, before, after = fault.explains
-    fall = f"from {100.0 * before:.3g}% to {100.0 * after:.3g}%"
+    fall = f"from {_percent(before)} to {_percent(after)}"
     return f"{sentence}. Taken back, the unexplained variance of {channel} falls {fall}"
+
+
+def _percent(share: float) -> str:
+    return "below 0.01%" if share < 1e-4 else f"{100.0 * share:.3g}%"
 
 
 def _listed(names: tuple[str, ...], last: str) -> str:

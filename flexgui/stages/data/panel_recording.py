@@ -201,7 +201,6 @@ class FindingList(PageElement):
             dismiss.visible = finding is not None
             if finding is not None:
                 mend.label = f"Mend {finding.channel}"
-                dismiss.label = f"Dismiss {finding.channel}: {finding.fault}"
         lines = lines_applied(check.mended.get(recording, ()))
         self._applied.show(WORDS.more(len(self._found) - MOST), lines)
         self._look.visible = not (check.running or check.is_checked)
