@@ -206,13 +206,14 @@ def check(
     from flexgui.progress import shown_progress
 
     with shown_progress(quiet) as bars:
-        findings, listed, count = _checked(what, data, bars)
+        findings, listed, names = _checked(what, data, bars)
     if as_json:
         from flexgui.export.folder import dumps
 
         typer.echo(dumps({"findings": [finding.as_json() for finding in findings]}), nl=False)
     else:
-        typer.echo("\n".join([*listed, *_lines(findings, count)]))
+        lines = [*listed, *_lines(findings, len(names) or 1), *_dismissal(findings, names)]
+        typer.echo("\n".join(lines))
     raise typer.Exit(int(any(finding.is_fault for finding in findings)))
 
 
@@ -249,19 +250,20 @@ def _print_note(text: str) -> None:
 
 def _checked(
     what: Path, data: Path | None, progress: Progress
-) -> tuple[Sequence[Finding], list[str], int]:
+) -> tuple[Sequence[Finding], list[str], tuple[str, ...]]:
+    """The findings, what a file contains, and the recordings of a scenario."""
     if what.suffix.lower() in ("", ".toml"):
         path, scenario = _read(what, data)
         from flexgui.core.check.run_checks import check_scenario
 
         findings = check_scenario(scenario, path.parent, data, progress)
-        return findings, [], len(scenario.recordings)
+        return findings, [], tuple(spec.name for spec in scenario.recordings)
     from flexgui.core.check.run_checks import check_file
     from flexgui.core.recording.read_table import read_table
     from flexgui.core.scenario.data_folder import refuse_special
 
     refuse_special(what)
-    return check_file(what, progress), _contents(read_table(what)), 1
+    return check_file(what, progress), _contents(read_table(what)), ()
 
 
 def _read(name: Path, data: Path | None) -> tuple[Path, Scenario]:
@@ -298,9 +300,14 @@ def _lines(findings: Sequence[Finding], count: int) -> list[str]:
         lines.append(f"{finding.recording}, {finding.channel}: {finding.fault}. {finding.evidence}")
         if finding.fix:
             lines.append(f"    {finding.fix}")
-    if faults := [finding for finding in findings if finding.is_fault]:
-        lines.append(f'If that is right as it is, in its table: dismissed = ["{faults[0].key}"]')
     return lines
+
+
+def _dismissal(findings: Sequence[Finding], names: Sequence[str]) -> list[str]:
+    """How a finding of a scenario's recordings is dismissed; nothing where there is none."""
+    keys = [finding.key for finding in findings if finding.is_fault and finding.recording in names]
+    line = "A finding is dismissed by a line in its recording's table"
+    return [f'{line}: dismissed = ["{keys[0]}"]'] if keys else []
 
 
 def _names(text: str) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -59,7 +59,7 @@ def check_scenario(
     progress = progress or Silent()
     recordings = measured_recordings(scenario, folder, data, progress)
     known = [replace(r, values=values_in(r.name, values)) for r in recordings]
-    findings = check_all(known, progress.stopped, sized)
+    findings = check_all(known, progress, sized)
     dismissed = {(spec.name, key) for spec in scenario.recordings for key in spec.dismissed}
     left = [f for f in findings if (f.recording, f.key) not in dismissed]
     return [*_unknown_parameters(scenario), *left]
@@ -82,7 +82,7 @@ def measured_recordings(
         raise InputError("The scenario has no [[recordings]]; add at least one.")
     model = base_model(scenario)
     progress = progress or Silent()
-    progress.stage("Checking the recordings", len(scenario.recordings))
+    progress.stage("Reading the recordings", len(scenario.recordings))
     recordings = []
     for spec in scenario.recordings:
         recordings.append(_measured(spec, scenario, model, folder, data, progress))
@@ -93,46 +93,51 @@ def measured_recordings(
 def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
     """Faults of a single file; without an arm, no channel is compared with another's dynamics."""
     spec = RecordingSpec(file=path.name, name=path.name)
-    progress = progress or Silent()
-    return check_all([_read(path, spec, None, progress)], progress.stopped)
+    return check_all([_read(path, spec, None, progress)], progress)
 
 
 def check_all(
     recordings: Sequence[MeasuredRecording],
-    stopped: Callable[[], bool] = lambda: False,
+    progress: Progress | None = None,
     sized: bool = True,
 ) -> list[Finding]:
     """The findings of recordings of one rig, in order; those so far if stopped."""
-    clocked = [with_true_clock(r) for r in recordings if not stopped()]
-    cases = [Case(c.recording, [], k, stopped, sized) for k, (c, _) in enumerate(clocked)]
+    progress = progress or Silent()
+    progress.stage("Checking the recordings", len(recordings))
+    clocked = [with_true_clock(r) for r in recordings]
+    cases = [Case(r, [], k, progress.stopped, sized) for k, (r, _) in enumerate(clocked)]
     for case in cases:
         case.others.extend(o for o in cases if o is not case)
     all_findings: list[Finding] = []
     for case, (_, findings) in zip(cases, clocked, strict=True):
-        all_findings += [*findings, *check_case(case, stopped)]
+        if progress.stopped():
+            break
+        all_findings += [*findings, *check_case(case)]
+        progress.advance(text=case.recording.name)
     return all_findings
 
 
-def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[Finding]:
+def check_case(case: Case) -> list[Finding]:
     """The findings of one recording with a correct clock."""
     findings: list[Finding] = []
     for kind, check in checks().items():
-        if stopped():
+        if case.stopped():
             break
         if kind not in CLOCK_CHECKS:
             findings += check.find(case)
     return findings
 
 
-def with_true_clock(recording: MeasuredRecording) -> tuple[Case, list[Finding]]:
+def with_true_clock(
+    recording: MeasuredRecording,
+) -> tuple[MeasuredRecording, list[Finding]]:
     """The recording on its true clock, and the findings of the clock."""
     findings: list[Finding] = []
-    case = Case(recording)
     for kind in CLOCK_CHECKS:
-        for finding in checks()[kind].find(case):
+        for finding in checks()[kind].find(Case(recording)):
             findings.append(finding)
-            case = Case(replace(case.recording, time=case.recording.time / finding.size))
-    return case, findings
+            recording = replace(recording, time=recording.time / finding.size)
+    return recording, findings
 
 
 def _measured(

@@ -25,8 +25,8 @@ class Rig(NamedTuple):
     def findings(self, spoilt: MeasuredRecording, instead: int) -> list[Finding]:
         """Of a recording that stands instead of the rig's own."""
         others = [case for k, case in enumerate(self.cases) if k != instead]
-        case, said = with_true_clock(spoilt)
-        return [*said, *check_case(Case(case.recording, others))]
+        recording, said = with_true_clock(spoilt)
+        return [*said, *check_case(Case(recording, others))]
 
     def untouched(self, k: int) -> list[Finding]:
         """Of the rig's own recording."""

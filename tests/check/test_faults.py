@@ -14,9 +14,18 @@ from flexgui.core.check.checks.wrong_columns import SENTENCES
 from flexgui.core.check.finding import Finding
 from flexgui.core.check.measured_recording import MeasuredRecording
 from flexgui.core.check.run_checks import check_all, checks
+from flexgui.core.progress import Silent
 from tests.check.faults import FAULTS, Seeded
 from tests.check.rigs import SCENARIOS, Rig, independent, real, rig, simulated
 from tests.marks import long_except
+
+
+class Stopped(Silent):
+    """At once."""
+
+    def stopped(self) -> bool:
+        return True
+
 
 SIZE = 0.1
 """Share by which a size may be wrong: what a person needs to know it by."""
@@ -79,7 +88,7 @@ def test_another_rig_is_named_in_the_validation(rigs: list[Rig]) -> None:
     together = [*(case.recording for case in rigs[1].cases), other]
     said = check_all(together)
     assert "different_rig" in {f.fault for f in said if f.recording == other.name}
-    assert check_all(together, stopped=lambda: True) == []
+    assert check_all(together, Stopped()) == []
 
 
 @pytest.mark.long
