@@ -83,11 +83,16 @@ def search(
 
 
 def _next_step(fit: Fitted, stopped: Callable[[], bool], sized: bool) -> Step | None:
-    steps = [usual_fault(fit)] if fit.answer.worst > GROSS else []
-    known = any(step and step[0].is_usual for step in steps)
-    if sized and not known and not fit.answer.is_noise and not stopped():
-        steps.append(sized_fault(fit))
-    best = min((s for s in steps if s), key=lambda step: step[1].score, default=None)
+    usual = usual_fault(fit) if fit.answer.worst > GROSS else None
+    first = usual is not None and usual[0].is_usual
+    steps = [] if usual is None else [usual]
+    complete = first and steps[0][1].answer.worst < GROSS
+    if sized and not complete and not fit.answer.is_noise and not stopped():
+        other = sized_fault(fit)
+        # Before a usual fault that leaves a gross contradiction comes what leaves none.
+        if other is not None and (not first or other[1].answer.worst < GROSS):
+            steps.append(other)
+    best = min(steps, key=lambda step: step[1].score, default=None)
     if best is None or best[1].answer.worst < GROSS:
         return best
     again = fitted(fit.of, best[1].recording)  # from other stiffnesses
