@@ -24,7 +24,8 @@ class Press(msgspec.Struct, array_like=True):
     number: Annotated[int, Meta(ge=0)]
     """Increases with each press, so that a second press of the same button changes the field."""
     action: Text
-    value: Text = ""
+    value: Annotated[str, Meta(max_length=5000)] = ""
+    """Of a sheet: all its fields as JSON."""
 
 
 Action = Callable[[str], object]

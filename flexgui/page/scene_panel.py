@@ -53,8 +53,9 @@ class ScenePanel(PageElement):
         super().__init__(context)
         self._stage: ArmScene | None = None
         self._shown: object = None
-        self._error_factor = 0.0
-        """Factor of the drawn distance between measured arm and model, as shown."""
+        self._drawn_measured: tuple[float, bool] | None = None
+        """Factor of the drawn distance between measured arm and model, and whether the arm is only
+        an example."""
         self._errors = ErrorsInScene(context)
         self._reach = 1.0
         self._window, self._side = Window(), HOME
@@ -150,14 +151,15 @@ class ScenePanel(PageElement):
         fresh = self._shown is not motion
         aims = fresh and self._is_aimed()
         if fresh:
-            self._shown, self._error_factor = motion, 0.0
+            self._shown, self._drawn_measured = motion, None
             self._rebuild(stage, motion.arm, motion.motion.p, motion.motion.q[0])
-        if self._error_factor != cursor.error:
-            self._error_factor = cursor.error
-            stage.show_paths(motion.motion.q, motion.exaggerated_ghost(cursor.error))
+        drawn = (cursor.error, self.session.recordings.rig.is_asked)
+        if self._drawn_measured != drawn:
+            self._drawn_measured = drawn
+            stage.show_paths(motion.motion.q, measured_arm(self.session, motion))
         if aims:
             self._aim(stage)
-        k, ghost = motion.frame(cursor.time), motion.exaggerated_ghost(cursor.error)
+        k, ghost = motion.frame(cursor.time), measured_arm(self.session, motion)
         stage.show(motion.motion.q[k], None if ghost is None else ghost[k])
 
     def set_dark(self, dark: bool) -> None:
@@ -269,9 +271,19 @@ def plays(session: Session) -> bool:
 def exaggeration(session: Session) -> float:
     """The factor by which bending is drawn larger now."""
     chosen, motion = session.document.live.exaggeration, session.playback.motion
+    if session.recordings.rig.is_asked and plays(session):
+        return 1.0  # by the lengths of an example a bending means nothing
     if motion is None or not plays(session) or chosen != BEFORE:
         return chosen
     return motion.exaggeration
+
+
+def measured_arm(session: Session, motion: RecordedMotion) -> np.ndarray | None:
+    """(K, n) the measured postures as they are drawn; None where the arm is only an example, whose
+    lengths the measured tip does not fit."""
+    if session.recordings.rig.is_asked:
+        return None
+    return motion.exaggerated_ghost(session.playback.cursor.error)
 
 
 def has_camera(session: Session) -> bool:
@@ -287,6 +299,8 @@ def legend(session: Session) -> str:
     motion = session.playback.motion
     if motion is None or not plays(session):
         return ""
+    if session.recordings.rig.is_asked:
+        return "Your arm is drawn once you have stated your rig."
     arms = () if motion.ghost is None else ("solid: model", "translucent: measured")
     factor, apart = exaggeration(session), session.playback.cursor.error
     bending = (f"bending ×{factor:g}",) if motion.arm.coordinates > motion.arm.joints else ()

@@ -84,6 +84,8 @@ class TimeLine(PageElement):
         error_text = "" if signal is None else error_words(signal.at(cursor.time), signal.units)
         worst = 0.0 if signal is None else greatest(session.comparison.worst_error)
         scale = colours.RISING_ON_DARK if self.context.theme.dark else colours.RISING
+        if session.recordings.rig.is_asked:
+            who = "an example arm at the recorded angles"
         first = f"{motion.recording}: {who}."
         return {
             **always, "plays": True, "playing": cursor.playing, "seconds": motion.seconds,

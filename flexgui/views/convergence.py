@@ -47,18 +47,29 @@ def live_convergence(history: History) -> Figure:
 
 def live_descent(costs: Mapping[str, Sequence[float]]) -> Figure | None:
     """Costs of fits without a population, in the order of their steps; None where there are none.
-    A line ends where the next start begins, or more of the recordings is taken in."""
+
+    A cost that rises is of another start, or of more of the recordings: it begins a line of its
+    own at the left. A lone first step that was not the best is left out.
+    """
     traces = []
     for k, (label, reported) in enumerate(costs.items()):
         values = np.array(reported[-LIVE_POINTS:])
-        new = np.flatnonzero(np.diff(values) > 0.0) + 1
-        steps = np.insert(np.arange(1.0, len(values) + 1.0), new, np.nan)
-        values = np.insert(values, new, np.nan)
+        descents = np.split(values, np.flatnonzero(np.diff(values) > 0.0) + 1)
+        best = min(descents, key=lambda part: part[-1])
+        shown = [part for part in descents if len(part) > 1 or part is best]
+        steps = _joined([np.arange(1.0, len(part) + 1.0) for part in shown])
         style = {"mode": "lines+markers", "marker": {"size": 5}}
-        traces.append(line(steps, values, label, colours.series(k), "%{y:.4g}", **style))
+        drawn = line(steps, _joined(shown), label, colours.series(k), "%{y:.4g}", **style)
+        traces.append(drawn)
     cost = axis("mean square error [–]", type="log", exponentformat="power")
     title = headline("Cost")
     return figure(traces, axis("step [–]"), cost, title=title) if traces else None
+
+
+def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """One after the other, with a gap between them."""
+    gap = np.array([np.nan])
+    return np.concatenate([x for part in parts for x in (part, gap)][:-1])
 
 
 def _costs(history: History, caption: str = "", height: int = 260, **layout: Figure) -> Figure:

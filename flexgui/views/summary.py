@@ -82,7 +82,7 @@ ALMOST_NOTHING = 10.0
 
 def alarms(outcome: Outcome) -> tuple[str, ...]:
     """Warnings to read first: implausible results, values at a bound, findings of the check."""
-    return (*_implausible(outcome), *outcome.findings)
+    return (*implausible(outcome), *outcome.findings)
 
 
 def plain(sentences: Iterable[str]) -> tuple[str, ...]:
@@ -90,7 +90,8 @@ def plain(sentences: Iterable[str]) -> tuple[str, ...]:
     return tuple(s.striptags() if isinstance(s, Markup) else s for s in sentences)
 
 
-def _implausible(outcome: Outcome) -> list[str]:
+def implausible(outcome: Outcome) -> list[str]:
+    """Warnings about the fit itself."""
     fitted = with_role(final_comparisons(outcome), ESTIMATE) if outcome.fits else ()
     warnings, distance = list[str](), tip_rms(fitted)
     reach = sum(link.length for link in outcome.mechanism.links) if outcome.mechanism else np.inf
@@ -188,7 +189,7 @@ def _determined(outcome: Outcome) -> str:
         return ""
     free = _symbols(e for e in _estimated(outcome) if not e.identifiable)
     if not free:
-        return "" if _implausible(outcome) else "All parameters are identifiable."
+        return "" if implausible(outcome) else "All parameters are identifiable."
     valleys = (fit.identifiability.valley for fit in outcome.fits)
     valley = next((found for found in valleys if found), None)
     separately = " separately" if len(free) > 1 else ""

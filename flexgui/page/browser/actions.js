@@ -32,7 +32,31 @@
   // A row may be redrawn between press and release: compare the buttons' keys, not the elements.
   const buttonAt = target => target?.closest?.("button[data-action]:not([disabled])");
   const key = button => button && `${button.dataset.action}\n${button.dataset.value ?? ""}`;
-  const act = button => window.fxAct(button.dataset.action, button.dataset.value);
+  // A button in a sheet sends all fields of the sheet. What is typed there survives that it is redrawn.
+  const typedFields = new Map();
+  const fieldsOf = sheet => Object.fromEntries(
+    [...sheet.querySelectorAll("input[name]")].map(input => [input.name, input.value]));
+  const act = button => {
+    const sheet = button.closest(".sheet");
+    window.fxAct(button.dataset.action, sheet ? JSON.stringify(fieldsOf(sheet)) : button.dataset.value);
+    if (sheet) typedFields.clear();
+  };
+  document.addEventListener("input", ({target}) => {
+    if (target.matches?.(".sheet input[name]")) typedFields.set(target.name, target.value);
+  });
+  document.addEventListener("keydown", event => {
+    if (event.key !== "Enter" || !event.target.matches?.(".sheet input[name]")) return;
+    event.preventDefault();
+    act(event.target.closest(".sheet").querySelector("button[data-action]"));
+  });
+  let edited = null;
+  const restoreFields = () => {
+    for (const input of document.querySelectorAll(".sheet input[name]"))
+      if (typedFields.has(input.name) && input.value !== typedFields.get(input.name))
+        input.value = typedFields.get(input.name);
+    if (!edited || document.activeElement !== document.body) return;
+    document.querySelector(`.sheet input[name="${CSS.escape(edited)}"]`)?.focus({preventScroll: true});
+  };
   let down = null, focused = null;
   document.addEventListener("pointerdown", event => { down = key(buttonAt(event.target)); }, true);
   document.addEventListener("pointerup", event => {
@@ -50,6 +74,7 @@
   }, true);
   document.addEventListener("focusin", ({target}) => {  // a mouse leaves the keys to the time-line
     focused = target.matches(":focus-visible") ? key(buttonAt(target)) : null;
+    edited = target.matches(".sheet input[name]") ? target.name : null;
   });
   const refocus = () => {
     if (!focused || document.activeElement !== document.body) return;
@@ -90,7 +115,7 @@
 
   let scheduled = 0;
   const schedule = () => {
-    scheduled ||= setTimeout(() => { scheduled = 0; refocus(); unfold(); follow(); }, 30);
+    scheduled ||= setTimeout(() => { scheduled = 0; refocus(); restoreFields(); unfold(); follow(); }, 30);
   };
   new MutationObserver(schedule).observe(document.body, {childList: true, subtree: true});
   schedule();

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from flexgui.library.shipped import is_as_begun
 from flexgui.session.scenario_edits import ScenarioDict, set_value, with_lists
 from flexgui.session.state import Topic
-from flexgui.stages.data.rigs import measured_edit
+from flexgui.stages.data.rigs import measured_edit, titled_edit
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -58,7 +58,8 @@ class Imports:
         entries = [arrival.entry for arrival in pending]
         alone = alone or not before
         edits = [set_value(("recordings",), entries if alone else [*before, *entries])]
-        edits += [measured_edit(self._session.document.scenario)] if alone else []
+        scenario = self._session.document.scenario
+        edits += [titled_edit(scenario), *([measured_edit(scenario)] if alone else [])]
         if not pending or not self._session.document.change(*edits):
             return False
         with self._session.lock:

@@ -28,8 +28,9 @@ from flexgui.page.widgets import (
 )
 from flexgui.session.state import Topic
 from flexgui.stages.data.panel_columns import ColumnChoice
-from flexgui.stages.data.panel_own import WORDS, Arrivals, RigChoice, upload_button
+from flexgui.stages.data.panel_own import WORDS, Arrivals, upload_button
 from flexgui.stages.data.panel_recording import FindingList, RecordingSettings, wording_of
+from flexgui.stages.data.panel_rig import RigForm
 from flexgui.stages.data.rigs import Experiments, has_working_points
 from flexgui.views.preview import as_in_file, preview
 from flexgui.views.table import Column, Row, Table, html_table
@@ -59,7 +60,7 @@ class DataPanel(Panel):
         )
         # At the top, where what a file asks for will stand.
         with gui.add_folder("Use your own files"):
-            self._rig = RigChoice(context)
+            self._rig = RigForm(context)
             upload_button(context, "Upload a recording or a scenario")
             self._pick = gui.add_dropdown("Scenario", tuple(scenario_choices()))
             button(

@@ -10,7 +10,8 @@ from markupsafe import Markup
 
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, set_options
-from flexgui.stages.data.panel_own import TOP, WORDS, rig_choices
+from flexgui.stages.data.panel_own import TOP, WORDS
+from flexgui.stages.data.panel_rig import rig_choices
 from flexgui.stages.data.rows import SPLIT
 from flexgui.stages.data.waiting_file import POINT, WaitingFile
 from flexgui.views.preview import title_of, with_symbols

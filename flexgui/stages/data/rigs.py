@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from os.path import commonprefix
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -54,11 +56,11 @@ RIGS = (
 )  # fmt: skip
 
 CONSTANTS = {
-    "torque_constants": "Torque constants [N m/A]",
-    "resistances": "Resistances [Ω]",
-    "gears": "Gears [1]",
+    "torque_constants": ("Torque constant", "N m/A"),
+    "resistances": ("Resistance", "Ω"),
+    "gears": ("Gear ratio", ""),
 }
-"""Settings with one number per joint that a data sheet states, and how the page calls them."""
+"""Settings with one number per joint that a motor's data sheet states: their names and units."""
 
 
 def rig_of(scenario: Scenario) -> RigKind | None:
@@ -122,13 +124,34 @@ def _begin_again(document: ScenarioDict) -> None:
 
 def _put_arm(document: ScenarioDict, preset: str) -> None:
     document["arm"] = {"preset": preset}
-    document["identify"] = {"parameters": _to_estimate(presets()[preset])}
+    document["identify"] = {"parameters": to_estimate(presets()[preset])}
 
 
-def _to_estimate(arm: Arm) -> list[str]:
+def to_estimate(arm: Arm) -> list[str]:
     """Bending parameters to estimate; of a rigid arm its first mass."""
     bends = [f"EI{k + 1}" for k, modes in enumerate(arm.modes) if modes]
     return bends or ["m1"]
+
+
+def title_of(names: Sequence[str]) -> str:
+    """What recordings are called together: 'posture', or the first one and how many more."""
+    common = commonprefix(names).strip(" _-.") if len(names) > 1 else names[0]
+    common = common.rstrip("0123456789").strip(" _-.") if len(names) > 1 else common
+    return common or f"{names[0]} and {len(names) - 1} more"
+
+
+def titled_edit(scenario: Scenario) -> Edit:
+    """Edit that names the scenario after its files, unless a person has given it a title."""
+    shipped = {made().title for made in EMBEDDED.values()}
+    before = [spec.name for spec in scenario.recordings if spec.file is not None]
+
+    def edit(document: ScenarioDict) -> None:
+        names = [str(entry.get("name") or Path(entry["file"]).stem)
+                 for entry in document["recordings"] if "file" in entry]  # fmt: skip
+        if names and scenario.title in shipped | ({title_of(before)} if before else set()):
+            document["title"] = title_of(names)
+
+    return edit
 
 
 def measured_edit(scenario: Scenario) -> Edit:
@@ -145,7 +168,7 @@ def measured_edit(scenario: Scenario) -> Edit:
                 for k, value in now.items()
                 if all(getattr(scenario.identify, k) != getattr(one, k) for one in before)
             }
-            document["identify"] = own | {"parameters": _to_estimate(build_arm(scenario.arm))}
+            document["identify"] = own | {"parameters": to_estimate(build_arm(scenario.arm))}
         if scenario.model.level in levels:
             document.setdefault("model", {})["level"] = "nonlinear"
         if any(scenario.sensors == one.sensors for one in shipped):

@@ -30,6 +30,7 @@ from flexgui.session.scenario_edits import (
 from flexgui.session.state import INTERNAL_FAULT, Topic
 from flexgui.stages.data.imports import Import, Imports
 from flexgui.stages.data.inspect import Inspection, headers, inspect_file, read_file
+from flexgui.stages.data.rig_statement import RigStatement
 from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
 from flexgui.stages.data.rows import parted, settings
 from flexgui.stages.data.uploads import keep_upload, unpack, unpacking_folder
@@ -56,7 +57,7 @@ class Recordings:
     def __init__(self, session: Session) -> None:
         self._session = session
         self.waiting: WaitingFile | None = None
-        self.imports = Imports(session)
+        self.imports, self.rig = Imports(session), RigStatement(session)
         self._queued: tuple[str, ...] = ()
         """Files with other columns, which are asked about once the one that waits is read."""
         self._bringing = threading.Lock()
@@ -300,6 +301,7 @@ class Recordings:
             self.imports.drop(file)
         self._forget_file()
         self.imports.clear()
+        self.rig.reset()
 
     def choose_rig(self, title: str) -> bool:
         """Changes the kind of rig and inspects a waiting file again."""
@@ -318,9 +320,17 @@ class Recordings:
     def _become(self, edit: Edit) -> bool:
         changed = self._session.document.change(edit)
         if changed:
-            self._file_jobs.start(self._inspect_again())
-            self._session.notify(Topic.RECORDINGS)
+            self.rig.reset()
+            self.rig_changed()
         return changed
+
+    def rig_changed(self) -> None:
+        """Looks at a waiting file again, and at the recordings, by another rig."""
+        if self.waiting is not None:
+            self._file_jobs.start(self._inspect_again())
+        self._session.notify(Topic.RECORDINGS)
+        if any(spec.file for spec in self._session.document.scenario.recordings):
+            self._session.check.start()
 
     def _inspect_again(self) -> TaskSteps:
         waiting = self.waiting

@@ -51,7 +51,7 @@ from flexgui.views.parameter_tables import (
     short_between_runs,
     short_parameters,
 )
-from flexgui.views.summary import alarms, lead_sentences, summary
+from flexgui.views.summary import implausible, lead_sentences, summary
 from flexgui.views.table import html_table
 
 WORDS = stage_macros("identify")
@@ -165,7 +165,7 @@ class IdentifyPanel(Panel):
         old = self.session.identification.current is None
         self._summary.show(
             WORDS.converged(outcome.fits),
-            WORDS.summary(alarms(whole), biased, lead_sentences(whole), old),
+            WORDS.summary(implausible(whole), whole.findings, biased, lead_sentences(whole), old),
             folded("Full summary", joined(*map(paragraph, summary(whole)))),
         )
         self._paper.show(paper_comparison(outcome, self._fitted_scenario))
