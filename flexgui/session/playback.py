@@ -143,7 +143,7 @@ class Playback:
         self, scenario: Scenario, name: str, fitted: Outcome | None, cached: Recording | None
     ) -> tuple[Recording, recorded_motion.RecordedMotion]:
         """The recording (`cached` if given) and its motion; long ones are made in a worker."""
-        values = fitted_values(fitted, name)
+        values = fitted_values(fitted, name) or self._session.diagnosis.values_of(name)
         if not _short(scenario, name):
             arguments = {"recording": name, "folder": str(self._session.folder), "values": values}
             task = Task.of(load_motion, f"Recording {name}", scenario=scenario, **arguments)

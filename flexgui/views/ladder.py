@@ -48,8 +48,8 @@ UNSEEN = "no validation"
 
 
 def ladder(steps: Sequence[LadderStep]) -> Figure | None:
-    """A row per step: name, two bars from the noise floor on, reduction factor; None without
-    steps."""
+    """A row per step: name, two bars past the noise floor, reduction factor; None without steps.
+    On the page a new bar falls from the error before."""
     if not steps:
         return None
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
@@ -69,7 +69,7 @@ def ladder(steps: Sequence[LadderStep]) -> Figure | None:
         "overlaying": "y", "side": "right", "showline": False, "tickfont": {"size": 19},
     }  # fmt: skip
     height = {"yref": "paper", "y0": 0, "y1": 1}
-    return figure(
+    drawn = figure(
         [
             _bars(estimation, "estimation", steps), _bars(validation, "validation", steps),
             # An axis without anything on it would not be drawn.
@@ -93,6 +93,8 @@ def ladder(steps: Sequence[LadderStep]) -> Figure | None:
             },
         ],
     )  # fmt: skip
+    drawn["layout"]["meta"]["morph"] = "x"
+    return drawn
 
 
 def reductions(errors: Sequence[float]) -> list[str]:
@@ -119,9 +121,9 @@ def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep]) -> Fi
     hatch = HATCHES[role]
     finite = [bool(np.isfinite(v)) for v in values]
     return {
-        "type": "bar", "orientation": "h", "name": role, "y": list(range(len(values))), "base": 1.0,
-        # Noise that is a little smaller than its estimate does not hang below the floor.
-        "x": [max(v - 1.0, 0.0) if k else 0.0 for v, k in zip(values, finite, strict=True)],
+        "type": "bar", "orientation": "h", "name": role, "y": list(range(len(values))),
+        "base": BAND,  # so that an error at the floor has a bar too
+        "x": [max(v - BAND, 0.0) if k else 0.0 for v, k in zip(values, finite, strict=True)],
         "marker": {
             "color": colours.faded(colours.RESIDUAL, 0.55) if hatch else colours.RESIDUAL,
             "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colours.RESIDUAL},

@@ -202,13 +202,14 @@ def test_without_a_diagnosis_nothing_is_said_of_it(glocal: Outcome, tmp_path: Pa
     assert not (tmp_path / "tables" / "ladder.csv").exists()
 
 
-def test_bars_begin_at_the_floor_and_end_at_the_error() -> None:
+def test_bars_end_at_the_error_and_one_at_the_floor_is_seen() -> None:
     figure = ladder(FOUND.steps)
     assert figure is not None
     estimation, validation = figure["data"][:2]
-    assert [1.0 + x for x in estimation["x"]] == pytest.approx([9.0, 1.0])
-    assert estimation["base"] == validation["base"] == 1.0
-    assert [1.0 + x for x in validation["x"]] == pytest.approx([9.5, 1.1])
+    begin = estimation["base"]
+    assert begin == validation["base"] == 10.0 ** figure["layout"]["xaxis"]["range"][0] < 1.0
+    assert [begin + x for x in estimation["x"]] == pytest.approx([9.0, 1.0])
+    assert [begin + x for x in validation["x"]] == pytest.approx([9.5, 1.1])
     assert figure["layout"]["xaxis"]["type"] == "log"
 
 

@@ -16,7 +16,7 @@ DRAW = """async level => {
   await window.Plotly.react(node, data, layout, {});
   return node._fullData[0].y[1];
 }"""
-LASTS = 1600.0
+LASTS = 500.0
 """ms from what it was to what it is."""
 HAND = """() => {
   let now = 0, frames = [];

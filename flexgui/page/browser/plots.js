@@ -1,9 +1,9 @@
 // For all Plotly figures of the page: copy and save, one common time axis with its cursor, two marks to
-// measure between, and a transition from the old to the new curves if the layout has meta.morph.
+// measure between, and a transition from the old to the new curves or bars if the layout has meta.morph.
 (() => {
   if (window.fxPlots) return;
   window.fxPlots = true;
-  const MORPH = 1600;  // ms
+  const MORPH = 500;  // ms
   const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
 
   // Exported figures have a white background.
@@ -201,7 +201,8 @@
     const drawn = plotly.react;
     plotly.react = (node, data, layout, config) => {
       const moves = layout?.meta?.morph && !reducedMotion.matches && node._fullData?.length;
-      const was = moves ? node._fullData.map(trace => Array.from(trace.y ?? [])) : [];
+      const along = layout?.meta?.morph === "x" ? "x" : "y";
+      const was = moves ? node._fullData.map(trace => Array.from(trace[along] ?? [])) : [];
       const names = moves ? node._fullData.map(trace => trace.name) : [];
       const shared = {...config, displaylogo: false, displayModeBar: "hover", modeBarButtons: BUTTONS};
       const keep = () => {
@@ -221,11 +222,14 @@
         overlay(node);
       };
       cancelAnimationFrame(node.fxFrame);
-      const is = moves ? data.map(trace => numbers(trace.y) ?? []) : [];
-      // Only curves that existed before move; a new curve appears at once.
-      const pairs = is.map((y, k) => {
+      const is = moves ? data.map(trace => numbers(trace[along]) ?? []) : [];
+      // Only curves that existed before move; a new curve appears at once, a new bar falls from the
+      // last one of before.
+      const pairs = is.map((values, k) => {
         const at = names[k] === data[k].name ? k : names.indexOf(data[k].name);
-        return at >= 0 && was[at].length === y.length ? was[at] : null;
+        const old = at >= 0 ? was[at] : [];
+        if (along === "x" && old.length === values.length - 1 && old.length) return [...old, old.at(-1)];
+        return old.length === values.length && old.length ? old : null;
       });
       const changes = pairs.some((old, k) => old && old.some((v, i) => v !== is[k][i]));
       if (!moves || !changes) {
@@ -238,7 +242,7 @@
         const share = Math.min((now - began) / MORPH, 1);
         const eased = share * share * (3 - 2 * share);
         const between = data.map((trace, k) => !pairs[k] || share === 1 ? trace : {
-          ...trace, y: pairs[k].map((y, i) => y + eased * (is[k][i] - y)),
+          ...trace, [along]: pairs[k].map((from, i) => from + eased * (is[k][i] - from)),
         });
         drawn(node, between, layout, shared);
         if (share < 1 && node.isConnected) node.fxFrame = requestAnimationFrame(frame);

@@ -29,7 +29,7 @@ class Comparison:
     def shown(self) -> tuple[RecordingComparison, ...]:
         """Comparisons by the diagnosis fit of the newest version, else by the identification."""
         diagnosis, fitted = self._session.diagnosis, self._session.identification
-        version, outcome = diagnosis.newest, fitted.outcome
+        version, outcome = next(reversed(diagnosis.compared_versions), None), fitted.outcome
         by_fit = () if outcome is None else outcome.comparisons
         if version is None or not version.comparisons:
             return by_fit
@@ -43,7 +43,7 @@ class Comparison:
     @property
     def floors(self) -> dict[str, float] | None:
         """channel -> noise floor, as in the ladder; None before a diagnosis."""
-        steps = ladder_steps(self._session.diagnosis.shown_versions)
+        steps = ladder_steps(self._session.diagnosis.compared_versions)
         return {e.channel: e.floor for e in steps[-1].errors} if steps else None
 
     @property

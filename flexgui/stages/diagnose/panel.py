@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.core.effects import catalogue
-from flexgui.core.results import MISSING, NOTHING, RankedEffect
+from flexgui.core.results import MISSING, NOTHING, LadderStep, RankedEffect
 from flexgui.jobs.job import RUNNING
 from flexgui.page.job_status import JobStatus
 from flexgui.page.panel import PageContext, PageElement, Panel
@@ -80,6 +80,7 @@ class DiagnosePanel(Panel):
         of = gui.add_dropdown("Predicted by", (BEST,), visible=False)
         self._of: Any = on_user_input(context, of, self._show_residual)
         self._drawn: object = None
+        self._steps: list[LadderStep] = []
         self._residual_of = ""
 
     def refresh(self) -> None:
@@ -184,10 +185,13 @@ class DiagnosePanel(Panel):
         return version is not None and version.scenario != self.session.document.scenario
 
     def _show_plots(self, findings: ModelFindings | None) -> None:
+        versions = self.session.diagnosis.compared_versions
+        steps = [version.found.step for version in versions if version.found is not None]
+        if [id(step) for step in steps] != [id(step) for step in self._steps]:
+            self._steps = steps
+            self._ladder.show_whole(ladder(ladder_steps(versions)))
         if findings is not self._drawn:
             self._drawn = findings
-            steps = ladder_steps(self.session.diagnosis.shown_versions)
-            self._ladder.show_whole(ladder(steps))
             pictured = [r.title for r in _predicting(findings)]
             set_options(self._of, (BEST, *pictured), self._of.value)
             self._of.visible = bool(pictured)

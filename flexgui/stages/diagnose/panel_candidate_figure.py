@@ -73,12 +73,9 @@ class CandidateFigure(PageElement):
         return cursor.time if cursor.recording == self._over_time else None
 
     def _newest(self) -> ModelVersion | None:
-        """The newest version with a residual."""
-        versions = self.session.diagnosis.shown_versions
+        """The newest compared version with a residual."""
+        versions = self.session.diagnosis.compared_versions
         complete = [k for k in versions if k.found is not None and k.found.recordings]
-        # Straight after an effect was added its torque is still to come: the picture waits for it.
-        if len(complete) > 1 and not complete[-1].comparisons and complete[-2].comparisons:
-            return complete[-2]
         return complete[-1] if complete else None
 
     def _is_after_a_law(self, version: ModelVersion, findings: ModelFindings) -> bool:

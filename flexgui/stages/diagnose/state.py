@@ -79,6 +79,23 @@ class Diagnosis:
         return (*versions_before(self.versions, self.pending), self.pending)
 
     @property
+    def compared_versions(self) -> tuple[ModelVersion, ...]:
+        """The same without one that was just fitted and whose comparison is still to come: its bar,
+        its torque and the arm's colours change in one moment."""
+        versions = self.shown_versions
+        waits = len(versions) > 1 and not versions[-1].comparisons and versions[-2].comparisons
+        return versions[:-1] if waits else versions
+
+    def values_of(self, recording: str) -> dict[str, float]:
+        """name -> value for a recording by the diagnosis' own fit of the present model; empty
+        without one."""
+        version, scenario = self.newest, self._session.document.scenario
+        if version is None or version.found is None or version.scenario != scenario:
+            return {}
+        return {e.name: e.value for e in version.found.step.parameters
+                if e.recording in (None, recording)}  # fmt: skip
+
+    @property
     def newest(self) -> ModelVersion | None:
         """The newest of them."""
         return next(reversed(self.shown_versions), None)
@@ -298,6 +315,7 @@ class Diagnosis:
                 self.pending = replace(self.pending, comparisons=comparisons)
         _ = self._session.comparison.failing  # worked out here: whoever draws has others waiting
         self._session.notify(Topic.DIAGNOSIS)
+        self._session.playback.refresh()
 
     def _over(
         self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]
