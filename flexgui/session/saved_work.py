@@ -23,6 +23,7 @@ from flexgui.session.serialization import deserialize, serialize
 from flexgui.session.state import STAGES, Cursor, LiveSettings, Topic
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data.state import check_suits
+from flexgui.stages.diagnose.fitted_models import FittedModel
 from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.state import StudyChoice
 
@@ -67,7 +68,7 @@ class WorkStore:
         self._writing = threading.Lock()
         """Held while files are written; the session's own lock is not held then."""
         self._saved: tuple[Any, ...] = ((), ())
-        self._pending_versions: tuple[ModelVersion, tuple[ModelVersion, ...]] | None = None
+        self._pending_versions: tuple[tuple[object, ...], tuple[ModelVersion, ...]] | None = None
 
     def begin(self) -> None:
         """Finds earlier work; from now on every change is saved into the session's folder."""
@@ -114,7 +115,7 @@ class WorkStore:
             try:
                 self._session.recordings.leave_waiting()  # its files lie in the folder that goes
                 self._swap_folders(earlier.folder)
-                self._session.start_with(work.scenario)
+                self._session.start_with(_with_fitted_model(work.scenario, results.versions))
                 self._session.document.live = work.live
                 self._apply(work, results)
                 self._saved = (self._work_fields(), self._result_fields())
@@ -148,6 +149,7 @@ class WorkStore:
         session.identification.take(results.outcome, results.outcome_of)
         session.diagnosis.formulas = dict(work.formulas)
         session.diagnosis.versions = _with_shared_outcome(results)
+        session.diagnosis.models.all = results.models
         session.study.choice = work.study
         if work.studied_scenario is not None:
             session.study.recall(work.studied_scenario)
@@ -198,16 +200,19 @@ class WorkStore:
 
     def _result_fields(self) -> tuple[Any, ...]:
         fitted = self._session.identification
-        return (fitted.outcome, fitted.outcome_of, self._finished_versions())
+        models = self._session.diagnosis.models.all
+        return (fitted.outcome, fitted.outcome_of, self._finished_versions(), models)
 
     def _finished_versions(self) -> tuple[ModelVersion, ...]:
-        """The ended versions, and a pending one whose verdict is shown while its last fit runs."""
-        version = self._session.diagnosis.pending
-        if version is None or version.diagnosis is None:
+        """The ended versions, and a pending one once it is fitted and compared: what is shown of it
+        must survive. It is written again only with its verdict, not with each ranking."""
+        version, known = self._session.diagnosis.pending, self._pending_versions
+        if version is None or version.found is None or not version.comparisons:
             return self._session.diagnosis.versions
-        if self._pending_versions is None or self._pending_versions[0] is not version:
-            self._pending_versions = (version, self._session.diagnosis.shown_versions)
-        return self._pending_versions[1]
+        key = (version.comparisons, version.diagnosis)
+        if known is None or any(a is not b for a, b in zip(known[0], key, strict=True)):
+            known = self._pending_versions = (key, self._session.diagnosis.shown_versions)
+        return known[1]
 
     def _saved_work(self) -> SavedWork:
         session = self._session
@@ -262,9 +267,18 @@ class SavedResults(msgspec.Struct, frozen=True, rename={"versions": "looks"}):
     outcome: Outcome | None = None
     outcome_of: Scenario | None = None
     versions: tuple[ModelVersion, ...] = ()
+    models: tuple[FittedModel, ...] = ()
 
 
 UNREADABLE = (InputError, OSError)
+
+
+def _with_fitted_model(scenario: Scenario, versions: Sequence[ModelVersion]) -> Scenario:
+    """The scenario with the effects of the last fitted version: one that was being added when the
+    program ended is not in the results."""
+    last = versions[-1].scenario if versions else scenario
+    restored = scenario.model_copy(update={"model": last.model})
+    return restored if restored == last else scenario
 
 
 def _with_shared_outcome(results: SavedResults) -> tuple[ModelVersion, ...]:

@@ -28,17 +28,21 @@ def comparison(
     before: RecordingComparison | None = None,
     points: int = POINTS,
     floors: Mapping[str, float] | None = None,
+    beside: tuple[str, RecordingComparison] | None = None,
 ) -> Figure:
     """Two rows per output (signal and residual) over a shared time axis in s; `before`: what the
     model as given left, pale beside the residual; `points`: of each line at the most; `floors`: of
-    the noise, a band around the zero of the residual."""
+    the noise, a band around the zero of the residual; `beside`: title and comparison of another
+    model."""
     shown = recording.channels if channels is None else tuple(channels)
-    channels_as_given = {} if before is None else {c.channel: c for c in before.channels}
     bands = floors or {}
+    title, other = ("", None) if beside is None else beside
     parts = [
         part
         for c in shown
-        for part in _parts(c, channels_as_given.get(c.channel), points, bands.get(c.channel, 0.0))
+        for part in _parts(
+            c, _of(before, c), points, bands.get(c.channel, 0.0), title, _of(other, c)
+        )
     ]
     text = "Residual: measured minus model, in the samples that are compared."
     if any(channel.time.size > points for channel in shown):
@@ -51,10 +55,25 @@ def comparison(
     return panes(parts, axis("time [s]"), text, height, gap, hovermode="x unified")
 
 
+def _of(
+    recording: RecordingComparison | None, channel: ChannelComparison
+) -> ChannelComparison | None:
+    """The same channel by another model, where it has the same samples."""
+    channels = () if recording is None else recording.channels
+    found = next((c for c in channels if c.channel == channel.channel), None)
+    same = found is not None and found.time.shape == channel.time.shape
+    return found if same else None
+
+
 def _parts(
-    channel: ChannelComparison, before: ChannelComparison | None, points: int, floor: float
+    channel: ChannelComparison,
+    before: ChannelComparison | None,
+    points: int,
+    floor: float,
+    title: str,
+    other: ChannelComparison | None,
 ) -> Iterator[Pane]:
-    """The signal, and the residual."""
+    """The signal, and the residual; `other`: the same by a model of that title."""
     symbol = channel_symbol(channel.channel, channel.unit)
     signal = shown_unit(np.concatenate([channel.measured, channel.model]), channel.unit)
     counted = np.where(channel.counted, channel.residual, np.nan)
@@ -67,13 +86,18 @@ def _parts(
     measured = drawn("measured", channel.measured, colours.MEASURED)
     model = drawn("model", channel.model, colours.MODEL, width=1.4, dash="dash")
     residual = [drawn("residual", counted, colours.RESIDUAL, small, width=1.0)]
-    if before is not None and before.time.shape == channel.time.shape:
+    signals = [measured, model]
+    if other is not None:
+        left = np.where(other.counted, other.residual, np.nan)
+        signals.append(drawn(title, other.model, colours.BESIDE, width=1.4, dash="dot"))
+        residual.append(drawn(title, left, colours.BESIDE, small, width=1.0, dash="dot"))
+    if before is not None:
         was = np.where(before.counted, before.residual, np.nan)
         residual.insert(0, drawn("residual as given", was, GIVEN, small, width=1.0))
     if floor > 0.0:
         residual.insert(0, _band(channel.time, floor * small.factor))
     first, second = signal.label(symbol), small.label(f"Δ{symbol}")
-    yield Pane([measured, model], axis(first, nticks=TICKS[0]), share=SIGNAL_SHARE)
+    yield Pane(signals, axis(first, nticks=TICKS[0]), share=SIGNAL_SHARE)
     yield Pane(residual, axis(second, nticks=TICKS[1]), share=RESIDUAL_SHARE)
 
 
@@ -106,7 +130,8 @@ def live_comparison(
     recording: RecordingComparison,
     names: Sequence[str],
     floors: Mapping[str, float] | None = None,
+    beside: tuple[str, RecordingComparison] | None = None,
 ) -> Figure:
-    """The same with fewer points, for a panel."""
+    """The same with fewer points, for a panel; `beside`: title and comparison of another model."""
     shown = [c for c in recording.channels if c.channel in names]
-    return comparison(recording, shown, points=SMALL_POINTS, floors=floors)
+    return comparison(recording, shown, points=SMALL_POINTS, floors=floors, beside=beside)

@@ -47,11 +47,18 @@ MANY = 300.0
 UNSEEN = "no validation"
 
 
-def ladder(steps: Sequence[LadderStep]) -> Figure | None:
+def ladder(
+    steps: Sequence[LadderStep], beside: tuple[str, LadderStep] | None = None
+) -> Figure | None:
     """A row per step: name, two bars past the noise floor, reduction factor; None without steps.
-    On the page a new bar falls from the error before."""
+    On the page a new bar falls from the error before. `beside`: title and step of another model,
+    in a row of another colour at the end."""
     if not steps:
         return None
+    labels = [folded(label) for label in step_labels(steps)]
+    if beside is not None:
+        steps, labels = [*steps, beside[1]], [*labels, folded(f"beside: {beside[0]}")]
+    other = len(steps) - 1 if beside is not None else len(steps)
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
     validation = [validation_rms(step.errors) for step in steps]
     highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
@@ -71,7 +78,8 @@ def ladder(steps: Sequence[LadderStep]) -> Figure | None:
     height = {"yref": "paper", "y0": 0, "y1": 1}
     drawn = figure(
         [
-            _bars(estimation, "estimation", steps), _bars(validation, "validation", steps),
+            _bars(estimation, "estimation", steps, other),
+            _bars(validation, "validation", steps, other),
             # An axis without anything on it would not be drawn.
             {"type": "scatter", "x": [1.0], "y": [0], "yaxis": "y2", "opacity": 0,
              "showlegend": False, "hoverinfo": "skip"},
@@ -80,9 +88,9 @@ def ladder(steps: Sequence[LadderStep]) -> Figure | None:
             "error [× noise floor, shaded]", type="log", range=[low, low + length],
             tickangle=0, automargin=True, **_ticks(10 ** (low + length)),
         ),
-        named_axis([folded(label) for label in step_labels(steps)], **rows),
+        named_axis(labels, **rows),
         text, AROUND + ROW * len(steps), barmode="group", bargap=0.25, bargroupgap=0.1,
-        yaxis2=named_axis(reductions(estimation), **rows, **factors),
+        yaxis2=named_axis(reductions(estimation[:other]), **rows, **factors),
         shapes=[
             height | {
                 "type": "rect", "x0": BAND, "x1": 1.0, "line": {"width": 0}, "layer": "below",
@@ -117,17 +125,19 @@ def _ticks(end: float) -> dict[str, list[float] | list[str]]:
 HATCHES = {"estimation": "", "validation": "/"}
 
 
-def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep]) -> Figure:
+def _bars(values: Sequence[float], role: str, steps: Sequence[LadderStep], other: int) -> Figure:
+    """From row `other` on they are of another model."""
     hatch = HATCHES[role]
+    colour = [colours.RESIDUAL if k < other else colours.BESIDE for k in range(len(values))]
     finite = [bool(np.isfinite(v)) for v in values]
     return {
         "type": "bar", "orientation": "h", "name": role, "y": list(range(len(values))),
         "base": BAND,  # so that an error at the floor has a bar too
         "x": [max(v - BAND, 0.0) if k else 0.0 for v, k in zip(values, finite, strict=True)],
         "marker": {
-            "color": colours.faded(colours.RESIDUAL, 0.55) if hatch else colours.RESIDUAL,
-            "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colours.RESIDUAL},
-            "line": {"width": 1, "color": colours.RESIDUAL},  # or Plotly draws none of no length
+            "color": [colours.faded(c, 0.55) if hatch else c for c in colour],
+            "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colour},
+            "line": {"width": 1, "color": colour},  # or Plotly draws none of no length
         },
         "text": [
             f"{format_number(v, 2, keep_zeros=True)} ×" if k else UNSEEN

@@ -23,7 +23,9 @@ from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import diagnosed_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
+from flexgui.stages.diagnose.fitted_models import errors_of
 from flexgui.stages.diagnose.model_versions import ModelFindings, combined_diagnosis, ladder_steps
+from flexgui.views.comparison import live_comparison
 from flexgui.views.headline import current_verdict, final_estimates
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered
@@ -83,6 +85,28 @@ def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
     assert mean == pytest.approx(np.sqrt(found.step.cost_per_sample), rel=1e-3)
 
 
+def every_model_is_kept(session: Session) -> None:
+    """The model as given stands, that with friction was undone: it can be drawn and come back."""
+    diagnosis, models = session.diagnosis, session.diagnosis.models
+    assert [m.title for m in models.comparable] == ["As given", "Coulomb friction"]
+    given, grown = models.comparable
+    assert models.present is given and grown.seconds > 0.0 and (grown.evidence or 0.0) > 10.0
+    errors = [errors_of(m, given.version) for m in models.comparable]
+    assert errors[0].fitted > FLOOR > errors[1].fitted and errors[1].unseen < FLOOR
+    models.show_beside(grown.number)
+    name = session.comparison.shown[0].recording
+    title, drawn = session.comparison.beside(name) or ("", None)
+    assert title == "Coulomb friction" and drawn is not None and drawn.recording == name
+    figure = live_comparison(session.comparison.shown[0], ["z1"], None, (title, drawn))
+    assert sum(trace["name"] == title for trace in figure["data"]) == 2, "signal and residual"
+    assert diagnosis.return_to(grown.number)
+    assert models.present is grown and models.beside is None
+    assert [kind for kind, _ in present(session.document.scenario)] == ["coulomb_friction"]
+    assert session.identification.outcome is grown.version.outcome
+    assert models.rename("with friction") and models.comparable[1].title == "with friction"
+    assert not diagnosis.return_to(99)
+
+
 def one_fit(session: Session) -> None:
     """Ladder, words, table of parameters and report's headline after a diagnosis."""
     version, whole = session.diagnosis.versions[-1], session.diagnosis.whole
@@ -134,6 +158,7 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(friction: Session, tmp_
     assert friction.comparison.shown is friction.diagnosis.versions[0].comparisons
     assert friction.document.scenario == given and friction.identification.outcome is outcome
     assert len(friction.diagnosis.versions) == 1 and not present(friction.document.scenario)
+    every_model_is_kept(friction)
 
 
 def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
@@ -152,7 +177,7 @@ def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
     again = parse_scenario(content.decode(), name)
     fitted = {e.name: e.value for e in whole.diagnosis.parameters}
     assert base_model(again).effect_values["fc1"] == pytest.approx(fitted["fc1"])
-    assert again.identification.start.start["EI"] == pytest.approx(fitted["EI"])
+    assert again.identify.start["EI"] == pytest.approx(fitted["EI"])
 
 
 def every_channel_agrees(session: Session) -> None:

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -27,11 +28,13 @@ from flexgui.server import sessions
 from flexgui.server.sessions import SavedWorkFolders
 from flexgui.session import saved_work
 from flexgui.session.saved_work import SavedResults, SavedWork
-from flexgui.session.scenario_edits import set_value
+from flexgui.session.scenario_edits import apply_edits, set_value
 from flexgui.session.serialization import SCHEMA_VERSION, Envelope, deserialize, serialize
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES, Topic
 from flexgui.stages.challenge.state import Challenge, Guess
+from flexgui.stages.diagnose.effects import with_effect
+from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.state import DONE, STOPPED
 from tests.paper_study.helpers import short
 from tests.session.conftest import SOON, Offered
@@ -214,6 +217,54 @@ def test_a_verdict_is_kept_while_the_last_fit_goes_on(
         same(made.diagnosis.versions, (found.diagnosis.versions[-1],))
         and made.diagnosis.pending is None
     )
+    made.close()
+
+
+def test_an_effect_that_was_fitted_when_the_program_ended_is_there_again(
+    session: Session, work: SavedWorkFolders, found: Session
+) -> None:
+    """Its fit was on the screen, its ranking was still computed."""
+    given = found.diagnosis.versions[-1]
+    assert given.found is not None and given.comparisons
+    edit = with_effect("coulomb_friction", None)
+    grown = apply_edits(found.document.scenario, edit)
+    fitted = replace(given.found, ranking=(), diagnosis=None)
+    added = replace(given, scenario=grown, added="coulomb_friction", found=fitted, title="Coulomb")
+    session.document.scenario, session.diagnosis.versions = grown, (given,)
+    session.diagnosis.pending = added
+    session.notify(Topic.DIAGNOSIS)
+    dead(session)
+    made = revived(work)
+    assert [v.added for v in made.diagnosis.versions] == [None, "coulomb_friction"]
+    assert made.document.scenario == grown
+    made.close()
+
+
+def test_an_effect_that_was_not_fitted_when_the_program_ended_is_not_in_the_model(
+    session: Session, work: SavedWorkFolders, found: Session
+) -> None:
+    given = found.diagnosis.versions[-1]
+    grown = apply_edits(found.document.scenario, with_effect("coulomb_friction", None))
+    session.document.scenario, session.diagnosis.versions = grown, (given,)
+    session.diagnosis.pending = ModelVersion(grown, "Coulomb", "coulomb_friction")
+    session.notify(Topic.DIAGNOSIS)
+    dead(session)
+    made = revived(work)
+    assert made.document.scenario == given.scenario == made.diagnosis.versions[-1].scenario
+    made.close()
+
+
+def test_all_models_of_the_session_are_there_again(
+    session: Session, work: SavedWorkFolders, found: Session
+) -> None:
+    session.document.scenario = found.document.scenario
+    session.diagnosis.versions = found.diagnosis.versions
+    session.diagnosis.models.all = found.diagnosis.models.all
+    session.notify(Topic.OUTCOME)
+    dead(session)
+    made = revived(work)
+    (model,) = made.diagnosis.models.comparable
+    assert model is made.diagnosis.models.present and model.title == "As given"
     made.close()
 
 

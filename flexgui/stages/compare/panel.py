@@ -39,6 +39,7 @@ from flexgui.views.summary import which_fit
 from flexgui.views.table import Table, html_table
 
 NONE = "nothing to compare yet"
+NO_MODEL = "no other model"
 SIGNALS, TORQUE = "signals", "missing joint torque"
 """All others are found in flexgui/views/of_recording."""
 
@@ -72,6 +73,10 @@ class ComparePanel(Panel):
             context, "Show", shown_titles(), lambda: self._wanted, self._choose,
             "The maps show where the error is above the noise floor.",
         )  # fmt: skip
+        self._beside = choice(
+            context, "Beside", (NO_MODEL,), self._beside_name, self._choose_beside,
+            "Another model of this session, drawn beside the present one.",
+        )  # fmt: skip
         self._worst, self._table = HtmlBlock(self.gui), HtmlBlock(self.gui)
         context.actions.register("worst place", self._go_to)
         context.actions.register("map cell", self._go_to_cell)
@@ -104,6 +109,9 @@ class ComparePanel(Panel):
         current, failing = self._current(), self.session.comparison.failing
         self._back.visible = current is None
         self._next.visible = current is not None
+        others = tuple(self._others())
+        self._beside.visible = len(others) > 1
+        set_options(self._beside, others, self._beside_name())
         names = tuple(dict.fromkeys(c.recording for c in self._comparisons)) or (NONE,)
         set_options(self._choice, names, self._name())
         worst = () if failing is None else failing.maps.worst
@@ -158,6 +166,20 @@ class ComparePanel(Panel):
     def _choose_output(self, name: str) -> None:
         self._wanted_output = self._outputs.get(name, WORST)
         self.refresh()
+
+    def _others(self) -> dict[str, int | None]:
+        """What can be drawn beside: title -> number of the model."""
+        models = self.session.diagnosis.models
+        others = (m for m in models.comparable if m is not models.present)
+        return {NO_MODEL: None} | {f"{m.number}. {m.title}": m.number for m in others}
+
+    def _beside_name(self) -> str:
+        beside = self.session.diagnosis.models.beside
+        chosen = None if beside is None else beside.number
+        return next((name for name, n in self._others().items() if n == chosen), NO_MODEL)
+
+    def _choose_beside(self, name: str) -> None:
+        self.session.diagnosis.models.show_beside(self._others().get(name))
 
     def _choose(self, title: str) -> None:
         self._wanted = self._show.value = title

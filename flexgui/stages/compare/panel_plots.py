@@ -71,7 +71,8 @@ class Signals(PageElement):
         self._about.show(paragraph(f"Recording {name}, {role}: {output}", "lead"))
         height = max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown))
         floors = {} if failing is None else failing.floors
-        self._curves.show(live_comparison(current, shown, floors), height=height)
+        other = self.session.comparison.beside(current.recording)
+        self._curves.show(live_comparison(current, shown, floors, other), height=height)
         self._map.show_whole(None if failing is None else self._map_of(failing.maps, shown))
         self._fit.show_whole(fit_dots(self.session.comparison.shown))
         self.move_cursor()

@@ -40,6 +40,13 @@ class Comparison:
             version.comparisons if version.scenario == of and outcome is version.outcome else by_fit
         )
 
+    def beside(self, recording: str) -> tuple[str, RecordingComparison] | None:
+        """Title and comparison of the model that is drawn beside, for a recording."""
+        model = self._session.diagnosis.models.beside
+        compared = () if model is None else model.version.comparisons
+        found = next((c for c in compared if c.recording == recording), None)
+        return None if model is None or found is None else (model.title, found)
+
     @property
     def floors(self) -> dict[str, float] | None:
         """channel -> noise floor, as in the ladder; None before a diagnosis."""

@@ -82,10 +82,10 @@ def ladder_steps(versions: Sequence[ModelVersion]) -> tuple[LadderStep, ...]:
         replace(step, added=version.added, title=version.title) if k else step
         for k, (version, step) in enumerate(with_step)
     ]
-    return (*(_over(step, floors) for step in steps[:-1]), *steps[-1:])
+    return (*(step_in_floors(step, floors) for step in steps[:-1]), *steps[-1:])
 
 
-def _over(step: LadderStep, floors: dict[str, float]) -> LadderStep:
+def step_in_floors(step: LadderStep, floors: dict[str, float]) -> LadderStep:
     """The step in other noise floors, as the estimated noise differs a little each time."""
     errors = tuple(replace(e, floor=floors.get(e.channel, e.floor)) for e in step.errors)
     factor = _square(errors) / _square(step.errors) if step.errors else 1.0

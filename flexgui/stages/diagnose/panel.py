@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.core.effects import catalogue
-from flexgui.core.results import MISSING, NOTHING, LadderStep, RankedEffect
+from flexgui.core.results import MISSING, NOTHING, RankedEffect
 from flexgui.jobs.job import RUNNING
 from flexgui.page.job_status import JobStatus
 from flexgui.page.panel import PageContext, PageElement, Panel
@@ -18,6 +18,7 @@ from flexgui.session.scenario_edits import cached_model
 from flexgui.session.state import Topic
 from flexgui.session.tour import card_has_button
 from flexgui.stages.diagnose.effects import own_place, present
+from flexgui.stages.diagnose.fitted_models import step_like
 from flexgui.stages.diagnose.model_versions import (
     ModelFindings,
     ModelVersion,
@@ -29,6 +30,7 @@ from flexgui.stages.diagnose.model_versions import (
 from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
 from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, may_explain
 from flexgui.stages.diagnose.panel_laws import LawFigure, ProposedLaws
+from flexgui.stages.diagnose.panel_models import ModelTable
 from flexgui.stages.diagnose.panel_rig import KnownRig
 from flexgui.stages.diagnose.plots import demonstration, demonstration_summary, live_prediction
 from flexgui.views.headline import AS_GIVEN, BIASED
@@ -64,6 +66,7 @@ class DiagnosePanel(Panel):
         context.actions.register("repeat diagnosis", lambda _: session.diagnosis.search())
         context.actions.register("undo step", lambda _: session.diagnosis.undo())
         self._laws = ProposedLaws(context)
+        self._models = ModelTable(context)
         self._so_far = HtmlBlock(gui)
         KnownRig(context)
         self._candidates = Candidates(context)
@@ -80,7 +83,7 @@ class DiagnosePanel(Panel):
         of = gui.add_dropdown("Predicted by", (BEST,), visible=False)
         self._of: Any = on_user_input(context, of, self._show_residual)
         self._drawn: object = None
-        self._steps: list[LadderStep] = []
+        self._steps: list[object] = []
         self._residual_of = ""
 
     def refresh(self) -> None:
@@ -95,6 +98,7 @@ class DiagnosePanel(Panel):
         self._verdict.show(self._verdict_words(version, titles, free, way_on))
         self._model.show(self._model_words(free, way_on))
         self._by_hand.refresh(free)
+        self._models.refresh(free)
         self._so_far.show(WORDS.so_far(findings))
         run = session.run.state
         streams = run.kind == "diagnose" and run.phase == RUNNING
@@ -185,11 +189,7 @@ class DiagnosePanel(Panel):
         return version is not None and version.scenario != self.session.document.scenario
 
     def _show_plots(self, findings: ModelFindings | None) -> None:
-        versions = self.session.diagnosis.compared_versions
-        steps = [version.found.step for version in versions if version.found is not None]
-        if [id(step) for step in steps] != [id(step) for step in self._steps]:
-            self._steps = steps
-            self._ladder.show_whole(ladder(ladder_steps(versions)))
+        self._show_ladder()
         if findings is not self._drawn:
             self._drawn = findings
             pictured = [r.title for r in _predicting(findings)]
@@ -198,6 +198,20 @@ class DiagnosePanel(Panel):
         self._law_figure.refresh()
         self._candidate_figure.refresh()
         self._show_residual()
+
+    def _show_ladder(self) -> None:
+        """The way to the present model, and the model beside it."""
+        diagnosis = self.session.diagnosis
+        versions, beside = diagnosis.compared_versions, diagnosis.models.beside
+        drawn: list[object] = [*(each.found for each in versions), beside]
+        if [id(each) for each in drawn] == [id(each) for each in self._steps]:
+            return
+        self._steps = drawn
+        other = None
+        if beside is not None and beside.version.found is not None:
+            step = step_like(beside.version.found.step, versions[-1] if versions else None)
+            other = (beside.title, step)
+        self._ladder.show_whole(ladder(ladder_steps(versions), other))
 
     def _show_residual(self) -> None:
         version = self.session.diagnosis.newest

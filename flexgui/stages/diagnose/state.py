@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -32,6 +33,7 @@ from flexgui.stages.diagnose.effects import (
     with_own,
     without_effect,
 )
+from flexgui.stages.diagnose.fitted_models import FittedModels
 from flexgui.stages.diagnose.model_versions import (
     ModelFindings,
     ModelVersion,
@@ -62,6 +64,7 @@ class Diagnosis:
         """Title of the effect that is added once a ranking has been ended for it."""
         self.formulas: dict[str, tuple[str, str, str]] = {}
         """Own effects that were tried, by their id: target, formula, parameters."""
+        self.models = FittedModels(session)
         self.reset()
 
     def reset(self) -> None:
@@ -70,6 +73,9 @@ class Diagnosis:
         """The way so far, each step complete or stopped by the person."""
         self.pending: ModelVersion | None = None
         """The version that the worker diagnoses now."""
+        self.models.reset()
+        self._started = 0.0
+        """When the running diagnosis was started, s (Unix time)."""
 
     @property
     def shown_versions(self) -> tuple[ModelVersion, ...]:
@@ -225,20 +231,30 @@ class Diagnosis:
 
     def undo(self) -> bool:
         """One step back on the way; nothing is computed."""
+        if len(self.versions) < 2 and not self._session.run.busy:
+            return self._session.refuse("There is no step to undo.")
+        undone = self.versions[-1]
+        return self._stand_at(self.versions[:-1], f"Undone: {undone.title}.")
+
+    def return_to(self, number: int) -> bool:
+        """Makes another of the session's models the present one; nothing is computed."""
+        model = next((m for m in self.models.comparable if m.number == number), None)
+        return model is not None and self._stand_at(model.way, f"Back to: {model.title}.")
+
+    def _stand_at(self, way: tuple[ModelVersion, ...], message: str) -> bool:
+        """Makes the last of a way's versions the present model."""
         with self._session.run.start_lock:
-            busy = self._session.run.busy
-            if busy or len(self.versions) < 2:
-                return self._session.refuse(BUSY if busy else "There is no step to undo.")
-            back = self.versions[-2]
-            model = with_lists(back.scenario.model_dump(exclude_defaults=True)).get("model")
+            if self._session.run.busy:
+                return self._session.refuse(BUSY)
+            model = with_lists(way[-1].scenario.model_dump(exclude_defaults=True)).get("model")
         if not self._session.document.change(set_value(("model",), model)):
             return False
         with self._session.changing(Topic.DIAGNOSIS, Topic.OUTCOME):
-            undone, self.versions = self.versions[-1], self.versions[:-1]
+            self.versions, back = way, way[-1]
             if back.outcome is not None and back.scenario == self._session.document.scenario:
                 self._session.identification.take(back.outcome, back.scenario)
         self._session.playback.refresh()
-        self._session.show_message(f"Undone: {undone.title}.")
+        self._session.show_message(message)
         return True
 
     def _go_on(self, edit: Edit, title: str, added: str | None) -> bool:
@@ -287,7 +303,7 @@ class Diagnosis:
         ):  # or a second call at the same moment replaces this version
             if self._session.run.busy:
                 return self._session.refuse(BUSY)
-            self.pending, self._then = version, None
+            self.pending, self._then, self._started = version, None, time.time()
             done = self._session.run.submit("diagnose", task, on_event)
             if not done:
                 self.pending = None
@@ -355,6 +371,7 @@ class Diagnosis:
             if before and version.added in self.formulas:
                 before = (*before[:-1], ranked_with_own(before[-1], version))
             self.versions = (*before, replace(version, outcome=outcome))
+            self.models.add(self.versions, time.time() - self._started)
 
     def _restore(
         self, scenario: Scenario, outcome: Outcome | None, outcome_of: Scenario | None
