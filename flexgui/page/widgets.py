@@ -189,12 +189,19 @@ def button(
     prominent: bool = False,
     hint: str = "",
 ) -> Any:
-    """A button; the `prominent` one is the next sensible step."""
+    """A button; the `prominent` one is the next sensible step. Pressed it ends the message of what
+    was done before."""
+
+    def pressed() -> None:
+        if context.session.message.text:
+            context.session.show_message("")
+        action()
+
     handle: Any = context.gui.add_button(
         label, color=color(prominent), hint=hint or None, disabled=context.read_only
     )
     if not context.read_only:
-        handle.on_click(lambda _: action())
+        handle.on_click(lambda _: pressed())
     return handle
 
 

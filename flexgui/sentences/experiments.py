@@ -63,13 +63,15 @@ def plan_paragraphs(design: Design) -> tuple[str, ...]:
 
 def _references(number: int, candidate: Candidate, design: Design) -> str:
     trial, model = candidate.trial, design.fitted.model
+    units = ["m" if s.joint == "prismatic" else "rad" for s in model.arm.segments]
     starts = listed(
-        [f"θ{chr(0x2081 + k)} = {format_number(x, 4)}" for k, x in enumerate(trial.start)]
-    )
+        [f"θ{chr(0x2081 + k)} = {format_number(x, 4)} {units[k]}"
+         for k, x in enumerate(trial.start)]
+    )  # fmt: skip
     unit = channel_kind(model.drive.reference_channels(model.arm)[0]).units[0]
     sizes = " and ".join(f"±{format_number(a, 2)}" for a in trial.amplitudes)
     return (
-        f"{number}. Start at rest at {starts} (rad, m on a slide). "
+        f"{number}. Start at rest at {starts}. "
         f"{_long_at(trial.seconds, trial.start[1] if len(trial.start) > 1 else None)} with {sizes} "
         f"{unit}, {trial.form}."
     )

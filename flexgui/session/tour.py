@@ -167,11 +167,11 @@ def _looking(pending: ModelVersion) -> Card:
     """While effects are tried: the first of the list can be added before the end."""
     if not pending.ranking:
         return SEARCHING
-    first = pending.ranking[0].title
     return Card(
         DIAGNOSE,
-        f"{first} explains most of the error so far; the line through the residual is what it "
-        f"predicts. Press Add beside {first}, or wait until every effect was tried.",
+        "The list is in the order of what each effect explains so far; the line through the "
+        "residual is what the first one predicts. Wait until every effect was tried, or press Add "
+        "beside one of them.",
     )
 
 

@@ -16,7 +16,7 @@ HEIGHT_PER_CHANNEL, HEIGHT_OF_FRAME = 330, 100
 SIGNAL_SHARE, RESIDUAL_SHARE = 0.64, 0.36
 GAP = 0.05
 """Below each pane, as a share of an output's height."""
-TICKS = (5, 3)
+TICKS = (5, 5)
 """Numbers on the axes of a signal and of its error, at most: more overlap in a low row."""
 
 GIVEN = colours.faded(colours.START, 0.45)

@@ -18,7 +18,7 @@ ONE = RankedEffect("tip_payload", "Tip payload", 50.0, 1e-9, 70.0, 46.0, 900.0)
 
 def shown(*ranked: RankedEffect, rest: tuple[RankedEffect, ...] = (), over: bool = False) -> str:
     rows = [(one, "", "") for one in ranked]
-    return str(WORDS.candidates(rows, rest, over, {}, True, True, ""))
+    return str(WORDS.candidates(rows, rest, over, {}, True, ""))
 
 
 def test_only_a_refitted_share_stands_in_bold() -> None:

@@ -25,6 +25,7 @@ from flexgui.page.widgets import (
     joined,
     noise_slider,
     paragraph,
+    set_options,
     slider,
 )
 from flexgui.session.scenario_edits import set_arm, set_value
@@ -35,7 +36,7 @@ from flexgui.views.dynamics import frequency_response, mode_table, noisy_step, p
 from flexgui.views.layout import Figure
 from flexgui.views.table import affine, html_equations, html_matrices, html_table, matrices
 
-MODES: dict[str, int | None] = {"none": None} | {f"mode {k + 1}": k for k in range(6)}
+NO_MODE = "none"
 ABOUT = "Move a slider: the arm, its poles and its responses follow at once."
 
 
@@ -59,10 +60,9 @@ class ArmPanel(Panel):
         self._next = button(
             context, "Next: take measurements", lambda: self.session.show("Data"), prominent=True
         )
-        choice(
-            context, "Vibration", tuple(MODES),
-            lambda: next((k for k, mode in MODES.items() if mode == document.live.mode), ""),
-            lambda name: document.set_live(mode=MODES[name]),
+        self._vibration = choice(
+            context, "Vibration", tuple(self._modes_by_name()), self._mode_name,
+            lambda name: document.set_live(mode=self._modes_by_name().get(name)),
             "Plays a mode of this posture, slowly.",
         )  # fmt: skip
         self._modes = HtmlBlock(gui)
@@ -73,6 +73,16 @@ class ArmPanel(Panel):
             self._equations = HtmlBlock(gui)
         with gui.add_folder("Matrices E0, E1, A, B", expand_by_default=False):
             self._matrices = HtmlBlock(gui)
+
+    def _modes_by_name(self) -> dict[str, int | None]:
+        """The bending modes that the arm has, and none."""
+        view = self.session.document.live_model
+        count = 0 if view is None else len(view.modes)
+        return {NO_MODE: None} | {f"mode {k + 1}": k for k in range(count)}
+
+    def _mode_name(self) -> str:
+        playing = self.session.document.live.mode
+        return next((name for name, k in self._modes_by_name().items() if k == playing), NO_MODE)
 
     def build_plots(self) -> None:
         HtmlBlock(self.gui, paragraph(ABOUT, "soft"))
@@ -88,6 +98,7 @@ class ArmPanel(Panel):
         self._next.color = color(not card_has_button(self.session))
         if view is None:
             return
+        set_options(self._vibration, tuple(self._modes_by_name()), self._mode_name())
         self._step.show(noisy_step(view.step, view.noise))
         self._response.show(frequency_response(view.frequency))
         self._poles.show(poles(view.at.poles, view.modes, view.clamped))

@@ -11,7 +11,7 @@ from flexgui.core.arm.build import build_arm
 from flexgui.core.excitation.excitation import Excitation
 from flexgui.core.plugins import classes_of
 from flexgui.core.scenario.schema import Scenario
-from flexgui.library.shipped import scenario_choices
+from flexgui.library.shipped import is_as_begun, scenario_choices
 from flexgui.page.panel import Panel
 from flexgui.page.plot import Plot
 from flexgui.page.tour import to_identification
@@ -49,7 +49,10 @@ class DataPanel(Panel):
 
     @property
     def done(self) -> bool:
-        return bool(self.session.document.scenario.recordings)
+        """Whether recordings stand that a person has brought, made, opened or used."""
+        scenario, fitted = self.session.document.scenario, self.session.identification
+        used = fitted.outcome is not None or not is_as_begun(scenario)
+        return bool(scenario.recordings) and used
 
     def build_controls(self) -> None:
         context, gui = self.context, self.gui

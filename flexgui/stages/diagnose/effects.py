@@ -55,6 +55,11 @@ def with_own(target: str, formula: str, parameters: str) -> Edit:
     return edit
 
 
+def of_formula(sentence: str) -> str:
+    """A sentence on an own effect of a scenario, said of the formula that was entered."""
+    return re.sub(r"^.*\[\[model\.own\]\](?: \d+)? formula", "The formula", sentence)
+
+
 def with_law(law: ProposedLaw) -> Edit:
     """Adds a proposed law, which is an own effect from then on."""
 

@@ -9,6 +9,7 @@ from markupsafe import Markup
 from flexgui.core.effects import catalogue
 from flexgui.core.results import MISSING, NOTHING, RankedEffect
 from flexgui.jobs.job import RUNNING
+from flexgui.page.actions import press
 from flexgui.page.job_status import JobStatus
 from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.plot import Plot
@@ -32,7 +33,12 @@ from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, 
 from flexgui.stages.diagnose.panel_laws import LawFigure, ProposedLaws
 from flexgui.stages.diagnose.panel_models import ModelTable
 from flexgui.stages.diagnose.panel_rig import KnownRig
-from flexgui.stages.diagnose.plots import demonstration, demonstration_summary, live_prediction
+from flexgui.stages.diagnose.plots import (
+    ROW_HEIGHT,
+    demonstration,
+    demonstration_summary,
+    live_prediction,
+)
 from flexgui.views.headline import AS_GIVEN, BIASED
 from flexgui.views.ladder import ladder
 from flexgui.views.missing_torque import missing_cloud
@@ -104,7 +110,7 @@ class DiagnosePanel(Panel):
         streams = run.kind == "diagnose" and run.phase == RUNNING
         able = free or (streams and session.diagnosis.pending is not None)
         self._laws.show(None if old else version, able, way_on == ADD_LAW)
-        self._candidates.show(findings, titles, way_on == ADD, able and not old)
+        self._candidates.show(findings, titles, able and not self._is_of_another_model(version))
         self._at_work.refresh()
         self._about.show(WORDS.nothing_yet() if findings is None else "")
         self._show_plots(findings)
@@ -150,16 +156,26 @@ class DiagnosePanel(Panel):
             WORDS.verdict(
                 version.diagnosis, version.error, diagnosis.versions[-1].title if against else "",
                 "" if cost is None else linear_sentence(cost), titles,
-                "main" if way_on == GO_ON else "", self.done, free,
+                self._way_on(version, way_on, free), self.done, free,
             )
         )  # fmt: skip
+
+    def _way_on(self, version: ModelVersion, way_on: str, free: bool) -> Markup:
+        """The card's button: the next sensible step."""
+        if way_on == ADD and version.ranking:
+            first = version.ranking[0]
+            return press(f"Add {first.title}", "add effect", first.effect, "main", able=free)
+        if way_on == UNDO:
+            return press("Undo the last step", "undo step", kind="main", able=free)
+        kind = "main" if way_on == GO_ON else ""
+        return press("Next: export", "stage", "Export", kind)
 
     def _model_words(self, free: bool, way_on: str) -> Markup:
         """Effects of the model with their sizes, by the diagnosis fit and the first fit."""
         diagnosis = self.session.diagnosis
         versions, first_fit = diagnosis.shown_versions, diagnosis.first_fit
         titles = [title for _, title in present(self.session.document.scenario)]
-        undo = ("invites" if way_on == UNDO else "offered") if len(diagnosis.versions) > 1 else ""
+        undo = len(diagnosis.versions) > 1 and way_on != UNDO  # then the card above has it
         steps = [version.found.step for version in versions if version.found is not None]
         if not steps:
             return Markup(WORDS.model(titles, (), 0.0, (), "", "", undo, free))
@@ -187,6 +203,12 @@ class DiagnosePanel(Panel):
 
     def _old(self, version: ModelVersion | None) -> bool:
         return version is not None and version.scenario != self.session.document.scenario
+
+    def _is_of_another_model(self, version: ModelVersion | None) -> bool:
+        """Whether more has changed since than what is stated of the rig: an effect of the list can
+        be added whatever is known of the others."""
+        now = self.session.document.scenario
+        return version is not None and version.scenario.model_copy(update={"rig": now.rig}) != now
 
     def _show_plots(self, findings: ModelFindings | None) -> None:
         self._show_ladder()
@@ -229,7 +251,8 @@ class DiagnosePanel(Panel):
             chosen.predicted[k], chosen.title,
             f"Residual, {findings.recordings[k]} [× noise floor]",
         )  # fmt: skip
-        self._residual.show(figure, self._cursor(findings))
+        height = ROW_HEIGHT * (1.0 + len(findings.channels[k]))
+        self._residual.show(figure, self._cursor(findings), height)
 
     def _cursor(self, findings: ModelFindings) -> float | None:
         cursor = self.session.playback.cursor

@@ -71,13 +71,11 @@ class Candidates(PageElement):
         elif kind in catalogue():
             demonstration.start(kind)
 
-    def show(
-        self, findings: ModelFindings | None, titles: dict[str, str], best: bool, able: bool
-    ) -> None:
+    def show(self, findings: ModelFindings | None, titles: dict[str, str], able: bool) -> None:
         """Show the best of a ranking.
 
-        `titles`: of what each cannot be distinguished from; `best`: whether to suggest the first;
-        `able`: whether anything can be added now.
+        `titles`: of what each cannot be distinguished from; `able`: whether anything can be added
+        now.
         """
         if findings is None:
             self._words.show()
@@ -90,8 +88,7 @@ class Candidates(PageElement):
         small = [ranked for ranked in findings.ranking if ranked not in worth]
         self._words.show(
             WORDS.candidates(
-                self._rows, small, over, titles, best and may_explain(findings), able,
-                self.session.demonstration.kind,
+                self._rows, small, over, titles, able, self.session.demonstration.kind,
             )
         )  # fmt: skip
 

@@ -140,8 +140,8 @@ MARGIN = 0.08
 """Of the span of a residual, above and below it."""
 BESIDE, TICKS = 2, 5
 """Joints side by side, and ticks of their axes: more do not fit a panel of 320 px."""
-ALL_TICKS = 18
-"""Of the rows of one figure together: more overlap in low rows."""
+ROW_HEIGHT = 84.0
+"""px of an output's row: so many ticks need it; with fewer an axis may be left with its zero."""
 LEAST_SPAN = 2.0
 """Times the noise floor that an axis shows at least, on either side."""
 
@@ -232,8 +232,7 @@ def live_prediction(
             shown = f"{effect} {hover}"
             drawn = trace(time, predicted[:, k])
             lines.append(line(*drawn, effect, colours.ADDED, shown, dash="dash"))
-        ticks = min(TICKS, ALL_TICKS // len(channels))
-        parts.append(Pane(lines, axis(f"Δ{channel_symbol(name)}", nticks=ticks)))
+        parts.append(Pane(lines, axis(f"Δ{channel_symbol(name)}", nticks=TICKS)))
         bands.append(
             {
                 "type": "rect", "xref": "paper", "yref": f"y{number(k)}", "x0": 0, "x1": 1,

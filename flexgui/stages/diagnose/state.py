@@ -25,6 +25,7 @@ from flexgui.session.running_job import AfterEnd
 from flexgui.session.scenario_edits import Edit, apply_edits, cached_model, set_value, with_lists
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import (
+    of_formula,
     present,
     ranked_with_own,
     titled,
@@ -188,7 +189,7 @@ class Diagnosis:
             kind, title = present(apply_edits(self._session.document.scenario, edit))[-1]
             return kind if self._go_on(edit, title, kind) else ""
         except InputError as error:
-            self._session.refuse(error)
+            self._session.refuse(of_formula(str(error)))
             return ""
 
     def add_law(self, number: int) -> bool:
@@ -266,6 +267,7 @@ class Diagnosis:
             cached_model(apply_edits(before, edit))
             if not self._session.document.change(edit):
                 return False
+            self._session.show_message("")
             version = ModelVersion(self._session.document.scenario, title, added)
             if self._diagnose(version, BEFORE, before):
                 return True
