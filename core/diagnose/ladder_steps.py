@@ -64,11 +64,12 @@ def _floors(
 
 
 def _sizes(listed: Sequence[Estimate], model: Model, names: Sequence[str]) -> tuple[Estimate, ...]:
-    """Current sizes of all effects, as later effects change earlier ones."""
+    """Current sizes of all effects, as later effects change earlier ones, then the arm's."""
     if not names:
         return tuple(listed)
-    sizes = [e for e in listed if e.name in model.effect_parameters]
-    return tuple(sorted(sizes, key=lambda e: e.name not in names))
+    own = model.effect_parameters
+    shared = [e for e in listed if e.name in own or e.recording is None]
+    return tuple(sorted(shared, key=lambda e: (e.name not in own, e.name not in names)))
 
 
 def _tip_rms(errors: Mapping[str, tuple[str, float, float]]) -> float | None:

@@ -138,8 +138,11 @@ def _lagged_difference(x: np.ndarray) -> np.ndarray:
     one."""
     N, k = x.shape
     size = 1 << (2 * N - 1).bit_length()
-    F = np.fft.rfft(x, size, axis=0)
-    together = np.fft.irfft(np.sum(np.abs(F) ** 2, axis=1), size)[:N]
+    spectrum = np.zeros(size // 2 + 1)
+    for column in x.T:  # one after the other: a long recording's take hundreds of MB together
+        F = np.fft.rfft(column, size)
+        spectrum += F.real**2 + F.imag**2
+    together = np.fft.irfft(spectrum, size)[:N]
     power = np.concatenate([[0.0], np.cumsum(np.sum(x**2, axis=1))])
     lags = np.arange(N)
     both = power[N - lags] + (power[N] - power[lags])

@@ -83,8 +83,8 @@ class LadderStep:
     added: str | None
     title: str
     parameters: tuple[Estimate, ...]
-    """Sizes of the added effect first, then of the others as they stand after the step; all
-    unknowns for the first step."""
+    """Sizes of the added effect first, then of the others as they stand after the step, then of the
+    arm; all unknowns for the first step."""
     errors: tuple[ChannelError, ...]
     tip_rms: float | None
     """m, over the estimation recordings; None without a camera."""

@@ -37,7 +37,7 @@ from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
 from flexgui.views.parameter_tables import between_runs, final_parameters, first_parameters
 from flexgui.views.summary import alarms, lead_sentences, which_fit_in_report
-from flexgui.views.table import Column, Row, Table, affine, mathml, matrices
+from flexgui.views.table import PAPER, Column, Row, Table, affine, mathml_lines, matrices
 
 SIGNALS = 130_000
 """Points of all signals: 3 bytes each keep a report with its scripts (1.6 MB) near 2 MB."""
@@ -93,7 +93,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "views": _views(outcome, shown),
         "convergence": convergence(outcome.fits),
         "correlations": [drawn for fit in outcome.fits if (drawn := correlation(fit))],
-        "equations": [(e.title, mathml(e.latex), e.note) for e in outcome.equations],
+        "equations": [(e.title, mathml_lines(e.latex, PAPER), e.note) for e in outcome.equations],
         "matrices": matrices(model),
         "statements": (affine("E", model.basis), affine("A", model.A_basis)),
         "arm": _arm(outcome),

@@ -30,7 +30,7 @@ from flexgui.views.of_recording.errors import patterns
 from flexgui.views.proposal import carrier_shares, law_over_variable, laws_table
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.summary import provisional_warning
-from flexgui.views.table import Column, Row, Table, mathml
+from flexgui.views.table import PAPER, Column, Row, Table, mathml_lines
 
 
 def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:
@@ -63,7 +63,7 @@ def _proposal(proposal: Proposal | None) -> dict[str, Any] | None:
         "shares": carrier_shares(proposal),
         "laws": [law_over_variable(t.carrier, t) for law in proposal.laws for t in law.terms]
         or [law_over_variable(proposal.carriers[0])],
-        "formulas": [(law.title, mathml(law.latex)) for law in proposal.laws],
+        "formulas": [(law.title, mathml_lines(law.latex, PAPER)) for law in proposal.laws],
         "table": laws_table(proposal),
         "planned": _planned(proposal.experiments),
         "settings": "\n".join(document_toml({"model": {"own": [law.settings]}})
@@ -81,7 +81,7 @@ def _formulas(diagnosis: Diagnosis) -> tuple[tuple[str, Markup], ...]:
     effects = catalogue()
     kinds = dict.fromkeys(str(entry["id"]) for entry in diagnosis.effects)
     shown = [effects[kind] for kind in kinds if kind in effects and effects[kind].formula]
-    return tuple((effect.title, mathml(effect.formula)) for effect in shown)
+    return tuple((effect.title, mathml_lines(effect.formula, PAPER)) for effect in shown)
 
 
 def _round(number: int, searched: DiagnosisRound) -> dict[str, Any]:

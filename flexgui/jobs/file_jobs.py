@@ -6,6 +6,7 @@ upload waits behind an identification.
 
 from __future__ import annotations
 
+import os
 import threading
 from collections import deque
 from collections.abc import Callable, Generator
@@ -28,9 +29,9 @@ from flexgui.jobs.messages import (
 from flexgui.jobs.pool import JobPool
 from flexgui.jobs.worker import TOO_LARGE
 
-MEMORY = 700_000_000
+MEMORY = 1_500_000_000
 """Bytes: the largest table that is read (160 MB of numbers), its columns in SI units, and room to
-put the pieces of both together."""
+put the pieces of both together and to check them."""
 SECONDS = 60.0
 """For one file: the largest file, or the longest simulation, takes 20 s on a free machine."""
 WORKERS = 2
@@ -47,6 +48,8 @@ SETTINGS = PoolSettings(
 
 def warm_file_worker() -> None:
     """Imports the libraries that reading needs, so that the first file is not slow."""
+    # Arrow's own allocator reserves a gigabyte at its first table, which counts as used.
+    os.environ["ARROW_DEFAULT_MEMORY_POOL"] = "system"
     import pyarrow.csv
     import pyarrow.parquet  # noqa: F401
 

@@ -14,6 +14,7 @@ from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.scene_panel import COLOURED, legend, plays
 from flexgui.scene.error_board import greatest
 from flexgui.scene.paint import DIRECTIONS
+from flexgui.scene.recorded_motion import MOST_PLAYED
 from flexgui.stages.diagnose.effects import places
 from flexgui.views import colours
 from flexgui.views.error_map import error_text as error_words
@@ -86,7 +87,9 @@ class TimeLine(PageElement):
         scale = colours.RISING_ON_DARK if self.context.theme.dark else colours.RISING
         if session.recordings.rig.is_asked:
             who = "an example arm at the recorded angles"
-        first = f"{motion.recording}: {who}."
+        part = session.playback.recording
+        is_part = part is not None and len(part.time) > MOST_PLAYED
+        first = f"{motion.recording}{', its beginning' if is_part else ''}: {who}."
         return {
             **always, "plays": True, "playing": cursor.playing, "seconds": motion.seconds,
             "time": round(cursor.time, 2), "speed": cursor.speed, "speeds": SPEEDS,

@@ -125,7 +125,11 @@ def load_motion(
     """A recording and its motion, in a worker: a file of `folder` only; `values` are the fitted
     parameters, none where there is no fit."""
     read = read_recording(scenario, recording, ConfinedFolder(Path(folder)), progress=progress)
-    return read, simulated_motion(scenario, values, read)
+    return read, simulated_motion(scenario, values, read.rows(slice(0, MOST_PLAYED)))
+
+
+MOST_PLAYED = 100_000
+"""Samples of a recording that are simulated to be played: its beginning; all of it is fitted."""
 
 
 def simulated_motion(

@@ -19,6 +19,7 @@ from markupsafe import Markup, escape
 
 from flexgui.core.results import DescriptorModel, Equation
 from flexgui.sentences.written import format_number
+from flexgui.views.equation_lines import in_lines
 
 
 def html_table(table: Table) -> Markup:
@@ -75,9 +76,18 @@ def html_equations(equations: Sequence[Equation]) -> Markup:
     frame = Markup("<h4>{}</h4><div class='formula'>{}</div>{}")
     note = Markup("<p class='soft'>{}</p>")
     return Markup("").join(
-        frame.format(e.title, mathml(e.latex), note.format(e.note) if e.note else "")
+        frame.format(e.title, mathml_lines(e.latex), note.format(e.note) if e.note else "")
         for e in equations
     )
+
+
+PANEL, PAPER = 48, 84
+"""Characters of an equation's line in a panel of the page, and in a report on paper."""
+
+
+def mathml_lines(latex: str, width: int = PANEL) -> Markup:
+    """A formula as MathML, in lines of about `width` characters."""
+    return mathml(in_lines(latex, width))
 
 
 ALLOWED = frozenset(

@@ -3,6 +3,8 @@
 const config = { responsive: true, displaylogo: false, displayModeBar: false };
 const touch = matchMedia("(pointer: coarse)").matches;
 const PAPER = { width: 702, gap: 12, height: 350, flatter: 0.7 }; // px of the text on A4, and of a figure at most
+const PRINTED = 0.85; // of the screen's size of text, in tables and equations
+const LEAST_ZOOM = 0.4;
 const drawn = new WeakSet();
 
 function draw(box) {
@@ -41,6 +43,12 @@ function fitPaper(layout, box) {
     if (!key.startsWith("yaxis") || !axis.title?.text) continue;
     axis.title = { ...axis.title, text: axis.title.text.replace(" [", "<br>["), font: { size: 10 } };
   }
+}
+
+// A table or equation wider than the paper is drawn smaller; a browser would shrink the whole page.
+function fitText(wide) {
+  const smaller = PRINTED * wide.scrollWidth;
+  wide.style.zoom = smaller > PAPER.width ? Math.max(PAPER.width / smaller, LEAST_ZOOM) : "";
 }
 
 // Figures and plotly.js travel packed; they are unpacked here, and nothing is loaded from anywhere.
@@ -97,9 +105,11 @@ Promise.all([unpack("figures"), unpack("plotly")]).then(([packed, plotly]) => {
     folded = [...document.querySelectorAll("details:not([open])")];
     folded.forEach((fold) => { fold.open = true; });
     boxes.forEach((box) => show(box, fitPaper));
+    document.querySelectorAll(".scroll > *").forEach(fitText);
   });
   addEventListener("afterprint", () => {
     boxes.forEach((box) => show(box));
+    document.querySelectorAll(".scroll > *").forEach((wide) => { wide.style.zoom = ""; });
     folded.forEach((fold) => { fold.open = false; });
   });
 });

@@ -52,11 +52,12 @@ class ArmPanel(Panel):
         self._shown_equations: object = None
         self._shown_matrices: object = None
         first = RebuiltFolder(context)
-        noise_slider(context, "Noise of the simulated experiments")
-        slider(
-            context, "Exaggerate", (1, 50, 1), lambda: document.live.exaggeration,
-            lambda v: document.set_live(exaggeration=v), "Enlarges the drawn deflection.",
-        )  # fmt: skip
+        with gui.add_folder(None):  # as wide as the sliders above
+            noise_slider(context, "Noise of the simulated experiments")
+            slider(
+                context, "Exaggerate", (1, 50, 1), lambda: document.live.exaggeration,
+                lambda v: document.set_live(exaggeration=v), "Enlarges the drawn deflection.",
+            )  # fmt: skip
         self._next = button(
             context, "Next: take measurements", lambda: self.session.show("Data"), prominent=True
         )

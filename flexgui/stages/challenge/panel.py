@@ -138,8 +138,8 @@ class ChallengePanel(Panel):
         if revealed is not self._shown:
             self._shown = revealed
             hidden = revealed.judgement.hidden if revealed else ()
-            if hidden and not self.context.read_only:
-                session.demonstration.start(hidden[0])
+            if revealed and hidden and not self.context.read_only:
+                session.demonstration.start(hidden[0], revealed.values)
 
     def _show_words(self, state: Challenge) -> None:
         session = self.session

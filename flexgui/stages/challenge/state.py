@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -40,6 +40,8 @@ class Revealed:
     judgement: Judgement
     asked: bool
     """Whether the tool had been asked before the truth was seen."""
+    values: Mapping[str, float] = field(default_factory=dict)
+    """Parameter of a hidden effect -> its true size."""
 
 
 @dataclass(frozen=True)
@@ -203,7 +205,8 @@ class Challenges:
             return self._session.refuse(error)
         judgement = judge(state.guesses, json.loads(text))
         asked = self.tool_used
-        revealed = Revealed(tuple(truth_text(text, names=False).splitlines()), judgement, asked)
+        lines = tuple(truth_text(text, names=False).splitlines())
+        revealed = Revealed(lines, judgement, asked, json.loads(text)["values"])
         with self._session.lock:
             self.state = replace(state, revealed=revealed)
         self._session.services.board.put(

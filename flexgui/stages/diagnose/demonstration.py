@@ -49,8 +49,9 @@ class Demonstrations:
         """Why there is nothing to show, a sentence."""
         self._shower: Job | None = None
 
-    def start(self, kind: str) -> bool:
-        """Simulates the recording under the cursor with and without the effect."""
+    def start(self, kind: str, sizes: Mapping[str, float] | None = None) -> bool:
+        """Simulates the recording under the cursor with and without the effect, of these `sizes`;
+        None: as they were refitted."""
         self.end()
         scenario = self._session.document.scenario
         names = [spec.name for spec in scenario.recordings]
@@ -61,7 +62,8 @@ class Demonstrations:
         fitted = self._session.identification.current
         task = Task.of(
             demonstrate, "The demonstration", scenario=scenario, kind=kind,
-            recording=name, values=fitted_values(fitted, name), sizes=self._sizes(kind),
+            recording=name, values=fitted_values(fitted, name),
+            sizes=self._sizes(kind) if sizes is None else dict(sizes),
             floors=self._session.comparison.floors or {}, folder=str(self._session.folder),
         )  # fmt: skip
         with self._session.lock:

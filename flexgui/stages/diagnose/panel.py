@@ -245,10 +245,12 @@ class DiagnosePanel(Panel):
             self._residual.show(None)
             return
         k = findings.recordings.index(name) if name in findings.recordings else 0
-        chosen = next((r for r in pictured if r.title == self._of.value), pictured[0])
+        # The first in the list may have none; that of another one would be taken for its own.
+        first = findings.ranking[0] if findings.ranking[0] in pictured else None
+        chosen = next((r for r in pictured if r.title == self._of.value), first)
         figure = live_prediction(
             findings.channels[k], findings.dt[k], findings.residual[k],
-            chosen.predicted[k], chosen.title,
+            None if chosen is None else chosen.predicted[k], "" if chosen is None else chosen.title,
             f"Residual, {findings.recordings[k]} [× noise floor]",
         )  # fmt: skip
         height = ROW_HEIGHT * (1.0 + len(findings.channels[k]))

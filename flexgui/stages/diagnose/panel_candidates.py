@@ -35,11 +35,12 @@ from flexgui.views.headline import COMPLETE
 from flexgui.views.parameter_tables import equation
 from flexgui.views.ranking import chance, typeset_sizes
 from flexgui.views.summary import DOUBTFUL
-from flexgui.views.table import mathml
+from flexgui.views.table import mathml_lines
 
 WORDS = stage_macros(
     "diagnose", percent=percent, short_percent=short_percent, number=format_number, chance=chance,
-    isfinite=math.isfinite, typeset_sizes=typeset_sizes, nesting=nesting, tie=tie, mathml=mathml,
+    isfinite=math.isfinite, typeset_sizes=typeset_sizes, nesting=nesting, tie=tie,
+    mathml=mathml_lines,
     equation=equation, verdict_paragraphs=verdict_paragraphs, card_words=card_words, press=press,
     round_sentence=round_sentence, complete=COMPLETE, doubtful=DOUBTFUL, catalogue=catalogue,
     residual=colours.RESIDUAL, added=colours.ADDED, carrier_words=carrier_words,

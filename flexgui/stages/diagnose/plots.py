@@ -170,10 +170,16 @@ def residual_figure(
     layout = figure["layout"]
     layout.pop("title")
     layout["meta"] = MORPH
-    most = max(float(np.nanmax(np.abs(first), initial=0.0)), LEAST_SPAN) * (1.0 + MARGIN)
+    most = _span(first)
     text = f"Δ{channel_symbol(channel, unit)} [× noise floor]"
     layout["yaxis"] |= {"range": [-most, most], "title": axis(text)["title"]}
     return figure
+
+
+def _span(residual: np.ndarray) -> float:
+    """Half the range of an axis for residuals (N,): of these alone, since a linear prediction may
+    leave any range."""
+    return max(float(np.nanmax(np.abs(residual), initial=0.0)), LEAST_SPAN) * (1.0 + MARGIN)
 
 
 def worst_channel(residual: np.ndarray) -> int:
@@ -232,7 +238,9 @@ def live_prediction(
             shown = f"{effect} {hover}"
             drawn = trace(time, predicted[:, k])
             lines.append(line(*drawn, effect, colours.ADDED, shown, dash="dash"))
-        parts.append(Pane(lines, axis(f"Δ{channel_symbol(name)}", nticks=TICKS)))
+        most = _span(residual[:, k])
+        label = f"Δ{channel_symbol(name)}"
+        parts.append(Pane(lines, axis(label, nticks=TICKS, range=[-most, most])))
         bands.append(
             {
                 "type": "rect", "xref": "paper", "yref": f"y{number(k)}", "x0": 0, "x1": 1,
