@@ -76,7 +76,9 @@ class Plot:
         if self._title:
             layout |= titled(self._title, layout)
         self._sent += 1
-        layout["meta"] = {**layout.get("meta", {}), "cursor": self._key, "at": cursor}
+        begins = None if cursor is None else cursor - self._context.session.playback.cursor.time
+        meta = {"cursor": self._key, "at": cursor, "begins": begins}
+        layout["meta"] = {**layout.get("meta", {}), **meta}
         drawn = {"data": figure["data"], "config": CONFIG, "layout": layout}
         self._handle._plotly_json_str = figure_json(drawn)
         self._handle.visible = True

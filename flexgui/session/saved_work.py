@@ -22,6 +22,7 @@ from flexgui.session.scenario_edits import ScenarioDict
 from flexgui.session.serialization import deserialize, serialize
 from flexgui.session.state import STAGES, Cursor, LiveSettings, Topic
 from flexgui.stages.challenge.state import Challenge
+from flexgui.stages.compare.state import SIGNALS
 from flexgui.stages.data.state import check_suits
 from flexgui.stages.diagnose.fitted_models import FittedModel
 from flexgui.stages.diagnose.model_versions import ModelVersion
@@ -151,6 +152,7 @@ class WorkStore:
         session.diagnosis.versions = _with_shared_outcome(results)
         session.diagnosis.models.all = results.models
         session.study.choice = work.study
+        session.comparison.picked, session.comparison.view = work.picked, work.view
         if work.studied_scenario is not None:
             session.study.recall(work.studied_scenario)
 
@@ -195,6 +197,7 @@ class WorkStore:
         return (
             session.document.scenario, session.challenge.state, imports.replaced, imports.own_files,
             " ".join(session.diagnosis.formulas), session.study.choice,
+            " ".join(session.comparison.picked), session.comparison.view,
             session.study.state.settings,
         )  # fmt: skip
 
@@ -230,6 +233,8 @@ class WorkStore:
             challenge_seconds=time.monotonic() - challenge.started if challenge else 0.0,
             formulas=dict(session.diagnosis.formulas),
             study=session.study.choice,
+            picked=session.comparison.picked,
+            view=session.comparison.view,
             studied_scenario=None if studied is None else studied.scenario,
         )
 
@@ -257,6 +262,8 @@ class SavedWork(msgspec.Struct, frozen=True, rename=ENCODED):
     """s since the challenge began."""
     formulas: dict[str, tuple[str, str, str]] = {}
     study: StudyChoice = StudyChoice()
+    picked: tuple[str, ...] = ()
+    view: str = SIGNALS
     studied_scenario: Scenario | None = None
     """The scenario whose study cases lie in the folder."""
 

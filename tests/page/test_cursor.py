@@ -12,7 +12,8 @@ from flexgui.core.errors import InputError
 from flexgui.library.shipped import demo_scenario
 from flexgui.session import playback
 from flexgui.session.session import Session
-from tests.page.helpers import LOOK, press, sees
+from flexgui.stages.compare.panel import OWN
+from tests.page.helpers import LOOK, pick, press, sees
 from tests.page.test_diagnose import few
 from tests.session.helpers import until
 
@@ -55,16 +56,29 @@ def test_the_line_moves_and_the_figure_stays(page: Any, session: Session) -> Non
     until(lambda: not page.evaluate(AT))  # beside what is seen
 
 
-def test_two_clicks_measure_between_two_times_and_escape_forgets_them(
+def test_a_click_moves_the_time_line_there(page: Any, session: Session) -> None:
+    press(page, "Data")
+    until(lambda: session.playback.motion is not None and page.evaluate(AT))
+    box = page.locator(".js-plotly-plot:visible .nsewdrag").first.bounding_box()
+    low, high = page.evaluate(RANGE)
+    page.mouse.click(box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"])
+    clicked = low + 0.4 * (high - low)
+    until(lambda: np.isclose(session.playback.cursor.time, clicked, atol=SEEN))
+    assert not page.evaluate("document.querySelectorAll('.fx-at:is(.A, .B)').length")
+
+
+def test_two_clicks_with_shift_measure_between_two_times_and_escape_forgets_them(
     page: Any, session: Session
 ) -> None:
     press(page, "Data")
     until(lambda: session.playback.motion is not None and page.evaluate(AT))
     box = page.locator(".js-plotly-plot:visible .nsewdrag").first.bounding_box()
     read = page.locator(".fx-measured")
+    page.keyboard.down("Shift")
     for share in (0.25, 0.5):
         page.mouse.click(box["x"] + share * box["width"], box["y"] + 0.5 * box["height"])
         page.wait_for_timeout(APART)
+    page.keyboard.up("Shift")
     first, last = (
         float(read.locator("tr").nth(1).locator("td").nth(k).inner_text()) for k in (1, 2)
     )
@@ -94,6 +108,24 @@ def test_a_recording_that_is_not_read_yet_is_told_and_read_at_the_next_stage(
         sees(page, "The recording is not read yet")
     press(page, "Data")
     sees(page, "model as stated")
+
+
+def test_picked_signals_stand_in_one_plot_and_stay_with_the_work(
+    page: Any, session: Session
+) -> None:
+    few(session)
+    assert session.identification.start()
+    until(lambda: not session.run.busy)
+    press(page, "Compare")
+    pick(page, "Show", OWN)
+    for title in ("θ₁ measured", "θ₁ model", "z₁ residual"):
+        page.get_by_role("checkbox", name=title).click()
+        page.locator(".tick[aria-checked=true]", has_text=title).wait_for()
+    assert session.comparison.picked == ("theta1/measured", "theta1/model", "z1/residual")
+    names = """[...document.querySelectorAll('.js-plotly-plot')].filter(n => n.offsetParent)
+      .flatMap(n => n.data.map(trace => trace.name)).join()"""
+    until(lambda: page.evaluate(names) == "θ₁ measured,θ₁ model,z₁ residual")
+    assert session.comparison.view == OWN
 
 
 CELL = """([row, column]) => {

@@ -14,8 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.core.errors import InputError
+from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.rig_spec import SensorsSpec
-from flexgui.session.scenario_edits import set_value
+from flexgui.session.scenario_edits import apply_edits, set_value
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
@@ -270,3 +271,22 @@ def test_a_name_never_leaves_the_folder(name: str) -> None:
     plain = safe_name(name)
     assert plain and "/" not in plain and "\\" not in plain and not plain.startswith(".")
     assert (Path("/room") / plain).parent == Path("/room")
+
+
+def test_a_scenario_waits_for_the_recordings_that_come_after_it(session: Session) -> None:
+    content = good_csv(session)
+    text = scenario_toml(
+        apply_edits(
+            session.document.scenario,
+            set_value(("recordings",), [{"file": "one.csv"}, {"file": "two.csv"}]),
+        )
+    )
+    assert session.recordings.upload("mine.toml", text.encode()).result()
+    assert not session.message.bad and "one.csv, two.csv" in session.message.text
+    assert session.wait_idle() and not session.message.bad
+    assert session.recordings.upload("two.csv", content).result()
+    assert session.recordings.missing == ("one.csv",)
+    assert session.recordings.upload("one.csv", content).result()
+    assert "all recordings are here" in session.message.text
+    assert len(session.document.scenario.recordings) == 2
+    assert session.wait_idle() and session.playback.recording is not None

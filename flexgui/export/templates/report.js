@@ -3,7 +3,7 @@
 const config = { responsive: true, displaylogo: false, displayModeBar: false };
 const touch = matchMedia("(pointer: coarse)").matches;
 const PAPER = { width: 702, gap: 12, height: 350, flatter: 0.7 }; // px of the text on A4, and of a figure at most
-const PRINTED = 0.85; // of the screen's size of text, in tables and equations
+const PRINTED = 0.95; // of the screen's size of text, in tables and equations
 const LEAST_ZOOM = 0.4;
 const drawn = new WeakSet();
 

@@ -1,5 +1,5 @@
 // For all Plotly figures of the page: copy and save, one common time axis with its cursor, two marks to
-// measure between, and a transition from the old to the new curves or bars if the layout has meta.morph.
+// measure between (shift and click), and a transition from the old to the new curves or bars if the layout has meta.morph.
 (() => {
   if (window.fxPlots) return;
   window.fxPlots = true;
@@ -173,14 +173,18 @@
     measured = node;
     for (const each of figures()) overlay(each);
   };
-  // The first click sets A, the second one (or any with shift) B, the third sets A again.
+  // A click moves the time-line there. With shift it sets A, then B, then A again.
   document.addEventListener("click", event => {
     const node = event.target.closest?.(".draglayer")?.closest(".js-plotly-plot");
     if (!node || !timed(node) || node.data.some(trace => trace.meta?.cells)) return;
     const axis = node._fullLayout.xaxis, unit = timed(node);
     const time = axis.p2l(event.clientX - node.getBoundingClientRect().left - axis._offset);
-    const hasFirst = marks.unit === unit && "A" in marks;
-    const second = hasFirst && (event.shiftKey || !("B" in marks));
+    if (!event.shiftKey) {
+      const begins = node.layout.meta?.begins;
+      if (begins != null && event.detail === 1) window.fxAct("seek", time - begins);
+      return;
+    }
+    const second = marks.unit === unit && "A" in marks && !("B" in marks);
     mark(second ? {...marks, B: time} : {unit, A: time}, node);
   });
   document.addEventListener("dblclick", event => {  // resets the zoom

@@ -28,10 +28,12 @@ from flexgui.stages.compare.panel_plots import (
     WORDS,
     WORST,
     ErrorView,
+    OwnPlot,
     Signals,
     Torque,
     worst_time,
 )
+from flexgui.stages.compare.state import SIGNALS
 from flexgui.views.fit_table import FIT_IS, fit_table
 from flexgui.views.names import output_title
 from flexgui.views.of_recording import recording_views
@@ -40,13 +42,13 @@ from flexgui.views.table import Table, html_table
 
 NONE = "nothing to compare yet"
 NO_MODEL = "no other model"
-SIGNALS, TORQUE = "signals", "missing joint torque"
+TORQUE, OWN = "missing joint torque", "signals of my choice"
 """All others are found in flexgui/views/of_recording."""
 
 
 def shown_titles() -> tuple[str, ...]:
     """Titles of the views that can be chosen."""
-    return (SIGNALS, *(view.title for view in recording_views().values()), TORQUE)
+    return (SIGNALS, OWN, *(view.title for view in recording_views().values()), TORQUE)
 
 
 class ComparePanel(Panel):
@@ -64,13 +66,13 @@ class ComparePanel(Panel):
         self._next = button(
             context, "Next: diagnose", lambda: to_diagnosis(context), prominent=True
         )
-        self._wanted, self._wanted_output = SIGNALS, WORST
+        self._wanted_output = WORST
         self._outputs = {WORST: WORST}
         """What is offered -> a channel, or several."""
         self._choice = choice(context, "Recording", (NONE,), self._name, self._chosen)
         self._output = choice(context, "Output", (WORST,), self._output_name, self._choose_output)
         self._show = choice(
-            context, "Show", shown_titles(), lambda: self._wanted, self._choose,
+            context, "Show", shown_titles(), self._view, self._choose,
             "The maps show where the error is above the noise floor.",
         )  # fmt: skip
         self._beside = choice(
@@ -86,8 +88,9 @@ class ComparePanel(Panel):
         self._signals = Signals(self.context)
         self.context.theme.callbacks.append(self._recolour)
         views = recording_views().values()
-        self._shown: dict[str, Signals | ErrorView | Torque] = {
+        self._shown: dict[str, Signals | OwnPlot | ErrorView | Torque] = {
             SIGNALS: self._signals,
+            OWN: OwnPlot(self.context),
             **{view.title: ErrorView(self.context, view) for view in views},
             TORQUE: Torque(self.context),
         }
@@ -141,7 +144,8 @@ class ComparePanel(Panel):
 
     def _draw(self) -> None:
         current = self._current()
-        shown = SIGNALS if self.session.comparison.failing is None else self._wanted
+        failing = self.session.comparison.failing
+        shown = SIGNALS if failing is None and self._view() != OWN else self._view()
         for title, each in self._shown.items():
             each.show(current if title == shown else None)
 
@@ -167,6 +171,10 @@ class ComparePanel(Panel):
         self._wanted_output = self._outputs.get(name, WORST)
         self.refresh()
 
+    def _view(self) -> str:
+        view = self.session.comparison.view
+        return view if view in shown_titles() else SIGNALS
+
     def _others(self) -> dict[str, int | None]:
         """What can be drawn beside: title -> number of the model."""
         models = self.session.diagnosis.models
@@ -182,7 +190,8 @@ class ComparePanel(Panel):
         self.session.diagnosis.models.show_beside(self._others().get(name))
 
     def _choose(self, title: str) -> None:
-        self._wanted = self._show.value = title
+        self._show.value = title
+        self.session.comparison.show_view(title)
         self.refresh()
 
     def _go_to(self, place: str) -> None:

@@ -29,6 +29,7 @@ from flexgui.views.layout import Figure
 from flexgui.views.missing_torque import missing_cloud, missing_curve
 from flexgui.views.names import output_title
 from flexgui.views.of_recording.view import RecordingView, Seen
+from flexgui.views.own_plot import own_plot, signals_of
 
 STANDS_OUT = 2.0
 """Times the noise floor, from which a place is worth a look."""
@@ -72,7 +73,9 @@ class Signals(PageElement):
         height = max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown))
         floors = {} if failing is None else failing.floors
         other = self.session.comparison.beside(current.recording)
-        self._curves.show(live_comparison(current, shown, floors, other), height=height)
+        begins = float(current.channels[0].time[0])
+        at = begins + self.session.playback.cursor.time
+        self._curves.show(live_comparison(current, shown, floors, other), at, height)
         self._map.show_whole(None if failing is None else self._map_of(failing.maps, shown))
         self._fit.show_whole(fit_dots(self.session.comparison.shown))
         self.move_cursor()
@@ -143,6 +146,47 @@ class ErrorView(PageElement):
         """The browser draws the cursor on a time axis."""
         if self._drawn:
             self._plot.move_cursor(self.session.playback.cursor.time)
+
+
+class OwnPlot(PageElement):
+    """Signals that a person picks; the choice is kept with the work."""
+
+    def __init__(self, context: PageContext) -> None:
+        super().__init__(context)
+        self._words = HtmlBlock(self.gui)
+        self._plot = Plot(context, 0.9, wide=True)
+        self._recording: str | None = None
+        context.actions.register("pick signal", self.session.comparison.pick)
+
+    def show(self, current: RecordingComparison | None) -> None:
+        """Shows the recording at the cursor; None hides it."""
+        comparison, recording = self.session.comparison, self.session.playback.recording
+        self._recording = None if current is None else current.recording
+        if current is None:
+            self._words.show()
+            self._plot.show(None)
+            return
+        same = recording is not None and recording.name == current.recording
+        signals = signals_of(current, recording if same else None)
+        self._words.show(WORDS.pick(signals, comparison.picked))
+        figure = own_plot(signals, comparison.picked)
+        rows = len({signals[key].unit for key in comparison.picked if key in signals})
+        self._plot.show(figure, self._cursor(current), OWN_ROW * (1.0 + rows))
+
+    def _cursor(self, current: RecordingComparison) -> float:
+        first = current.channels[0].time[0] if current.channels else 0.0
+        return float(first) + self.session.playback.cursor.time
+
+    def move_cursor(self) -> None:
+        """The time-line's cursor moved."""
+        shown = self.session.comparison.shown
+        current = next((c for c in shown if c.recording == self._recording), None)
+        if current is not None:
+            self._plot.move_cursor(self._cursor(current))
+
+
+OWN_ROW = 150.0
+"""px of a pane of chosen signals."""
 
 
 class Torque(PageElement):

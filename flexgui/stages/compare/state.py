@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexgui.core.results import ErrorMaps, RecordingComparison
+from flexgui.session.state import Topic
 from flexgui.stages.diagnose.model_versions import ladder_steps
 from flexgui.views.error_map import ErrorNow, error_now
 from flexgui.views.of_recording.view import believable_floors
@@ -17,13 +18,34 @@ if TYPE_CHECKING:
     from flexgui.session.session import Session
 
 
+SIGNALS = "signals"
+"""The view with which a person begins."""
+MOST_PICKED = 12
+"""Signals in one plot: more cannot be distinguished."""
+
+
 class Comparison:
     """Comparison by the diagnosis or the identification, computed when it is shown."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._failing: WhereItFails | None = None
+        self.picked: tuple[str, ...] = ()
+        """Keys of the signals in the person's own plot."""
+        self.view = SIGNALS
+        """Title of the view that is shown."""
         self._scale: tuple[object, float] = (None, 1.0)
+
+    def pick(self, key: str) -> None:
+        """Puts a signal into the person's own plot, or takes it out."""
+        with self._session.changing(Topic.DIAGNOSIS):
+            others = tuple(k for k in self.picked if k != key)
+            self.picked = others if key in self.picked else (*others[1 - MOST_PICKED :], key)
+
+    def show_view(self, title: str) -> None:
+        """Shows another view of the recording; kept with the work."""
+        with self._session.changing(Topic.DIAGNOSIS):
+            self.view = title
 
     @property
     def shown(self) -> tuple[RecordingComparison, ...]:

@@ -59,8 +59,10 @@ class Check:
         return recording in {spec.name for spec in looked}
 
     def start(self) -> None:
-        """Checks all recordings in a worker and notifies the page."""
-        self.running = bool(self._session.document.scenario.recordings)
+        """Checks all recordings in a worker and notifies the page; not by an arm that is only an
+        example, which they would contradict."""
+        is_example = self._session.recordings.rig.is_asked
+        self.running = bool(self._session.document.scenario.recordings) and not is_example
         self._session.notify(Topic.RECORDINGS)
         if self.running:
             self._worker.request(self._look)

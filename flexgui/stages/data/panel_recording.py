@@ -193,7 +193,8 @@ class FindingList(PageElement):
         self._found = check.findings_of(recording)
         self._folder.visible = bool(self.session.document.scenario.recordings)
         looked_at = check.was_checked(recording)
-        self._lead.show(WORDS.check(check, looked_at, len(self._found)))
+        asked = self.session.recordings.rig.is_asked
+        self._lead.show(WORDS.check(check, looked_at, len(self._found), asked))
         for k, (words, mend, dismiss) in enumerate(self._places):
             finding = self._found[k] if k < len(self._found) else None
             words.show(finding_html(finding) if finding is not None else "")
@@ -203,7 +204,7 @@ class FindingList(PageElement):
                 mend.label = f"Mend {finding.channel}"
         lines = lines_applied(check.mended.get(recording, ()))
         self._applied.show(WORDS.more(len(self._found) - MOST), lines)
-        self._look.visible = not (check.running or check.is_checked)
+        self._look.visible = not (check.running or check.is_checked or asked)
 
 
 def wording_of(session: Session, recording: str) -> str:

@@ -94,16 +94,41 @@ class Recordings:
             if self.waiting is not None and (self.waiting.recording or kind in (".zip", ".toml")):
                 self._forget_file()
                 yield from self._ask_next()
+            if path.name in self._awaited():
+                return self._completed(path.name)
             if kind not in (".zip", ".toml"):
                 return (yield from self._read_or_ask(path))
             scenario = path if kind == ".toml" else (yield from self._unpacked(path, limit))
             with scenario.open(encoding="utf-8", errors="replace") as file:
                 text = file.read(LONGEST + 1)
             self._session.start_with(parse_scenario(text, scenario.name))
+            if missing := self.missing:
+                self._session.show_message(f"Upload its recordings too: {', '.join(missing)}.")
             return True
         except (InputError, GeneratorExit):
             path.unlink(missing_ok=True)
             raise
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Files of the scenario that are not there yet."""
+        return tuple(f for f in self._awaited() if not (self._session.folder / f).exists())
+
+    def _awaited(self) -> tuple[str, ...]:
+        """Files that the scenario names and that nobody brought as a recording."""
+        files = [f for spec in self._session.document.scenario.recordings for f in spec.files]
+        return tuple(f for f in dict.fromkeys(files) if f not in self.imports.own_files)
+
+    def _completed(self, file: str) -> bool:
+        """A file that the scenario was waiting for has come."""
+        missing = self.missing
+        rest = f"still missing: {', '.join(missing)}." if missing else "all recordings are here."
+        self._session.show_message(f"{file} belongs to the scenario; {rest}")
+        self._session.playback.refresh()
+        self._session.notify(Topic.RECORDINGS)
+        if not missing:
+            self._session.check.start()
+        return True
 
     def _unpacked(self, path: Path, limit: int) -> TaskSteps:
         try:
