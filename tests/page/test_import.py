@@ -11,7 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from flexgui.core.arm.build import build_arm
 from flexgui.core.results import MISSING, NOTHING, Outcome
+from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from tests.page.conftest import Desktop
 from tests.page.helpers import press, sees
@@ -81,6 +83,9 @@ def test_a_foreign_file_is_fitted_right(page: Any, session: Session, foreign: Pa
     hand.press("Read the file")
     sees(page, "bench.csv: 3000 samples at 1000 Hz, 3.00 s.")
     sees(page, "1 to fit, 0 to validate.")
+    sees(page, "Now state your rig.")
+    shot(page, "rig")
+    hand.press("State this rig")
     until(lambda: session.check.is_checked and not session.check.running, PATIENT / 1000)
     shot(page, "check")
     (fit,) = hand.fit(session).fits
@@ -108,6 +113,7 @@ def test_a_file_leads_to_a_verdict_in_seven_clicks(
         hand.press("Slide, force recorded: use it")
     hand.press("Read the file")
     sees(page, "1 to fit, 0 to validate.")
+    hand.press("State this rig")
     hand.fit(session)
     hand.press("Diagnose")
     hand.press("Find what is missing")
@@ -130,6 +136,7 @@ def test_a_finding_is_shown_and_mended_with_one_click(
     hand = Clicks(page)
     hand.press("Data")
     hand.upload(spoilt)
+    hand.press("State this rig")
     sees(page, "Wrong sign")
     shot(page, "finding")
     hand.press("Mend z1")
@@ -171,7 +178,8 @@ def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None
     press(page, "Data")
     page.locator('select[data-action="rig"]').select_option("Voltage recorded")
     until(lambda: session.document.scenario.drive.kind == "voltage")
-    sees(page, "Resistances [Ω]")
+    page.get_by_text("Data sheet of the rig").click()
+    page.locator('.sheet input[name="drive.resistances.0"]').wait_for()
     shot(page, "voltage")
     assert session.document.scenario.recordings == ()
 
@@ -226,3 +234,43 @@ def test_files_that_are_dropped_on_the_page_are_brought(
         ),
         PATIENT / 1000,
     )
+
+
+SHEET = {"segments.length": "0,7", "segments.mass": "6", "drive.gains": "80"}
+
+
+def test_a_rig_is_stated_in_the_sheet_and_a_wrong_entry_stays(
+    page: Any, session: Session, foreign: Path
+) -> None:
+    hand = Clicks(page)
+    hand.upload(foreign, "Open my recordings")
+    hand.press("Read the file")
+    sees(page, "Now state your rig.")
+    for name, text in SHEET.items():
+        page.locator(f'.sheet input[name="{name}.0"]').fill(text)
+    page.locator('.sheet input[name="segments.mass.1"]').fill("heavy")
+    hand.press("State this rig")
+    sees(page, "Mass of link 2: 'heavy' is not a number.")
+    assert page.locator('.sheet input[name="segments.length.0"]').input_value() == "0,7"
+    page.locator('.sheet input[name="segments.mass.1"]').fill("2.5")
+    page.keyboard.press("Enter")
+    sees(page, "The rig is stated: 0.7 m, 0.5 m.")
+    arm = build_arm(session.document.scenario.arm)
+    assert [s.mass for s in arm.segments] == [6.0, 2.5]
+    assert session.document.scenario.title == "bench"
+
+
+def test_what_is_typed_in_the_sheet_survives_another_file(
+    page: Any, session: Session, foreign: Path
+) -> None:
+    hand = Clicks(page)
+    hand.upload(foreign, "Open my recordings")
+    hand.press("Read the file")
+    field = page.locator('.sheet input[name="segments.length.0"]')
+    field.fill("0.7")
+    assert session.document.change(set_value(("identify", "seed"), 5)), "it is redrawn"
+    assert session.document.change(set_value(("sensors", "camera_noise"), 1e-4))
+    page.wait_for_function(
+        """document.querySelector('.sheet input[name="sensors.camera_noise.0"]').value === "0.1" """
+    )
+    assert field.input_value() == "0.7"
