@@ -113,7 +113,6 @@ def design(base_fit: BaseFit, request: ExperimentRequest, progress: Progress) ->
         )
     limits = rig_limits(request.limits, fitted.motions)
     competing = _pair(fitted, request.between, progress)
-    progress.stage("Simulating the experiments that the limits allow")
     candidates = _candidates(fitted, limits, request, competing, progress)
     chosen = _chosen(fitted, candidates, names, request, bool(competing))
     return Design(
@@ -195,6 +194,7 @@ def _candidates(
         return Candidate(strong, expected(parametrised_on(planned, fitted.h), fitted.errors), score)
 
     tried = trials(limits, round(seconds / dt) * dt, dt)
+    progress.stage("Simulating the experiments that the limits allow", len(tried))
     candidates = [c for c in on_all_cores(simulate, tried) if c is not None]
     if not candidates and not progress.stopped():
         raise InputError(

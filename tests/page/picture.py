@@ -30,11 +30,22 @@ SETTLED = 4000
 AT = 0.4
 """s of the recording, where the arm is bent and fails."""
 ADD = "Add Coulomb friction"
-STEP, HELD = 250, 2500
-"""ms between two pictures of the film, and for which its first and its last one stand."""
-LONGEST = 80
-"""Pictures, should the fit take long; those in which nothing changes are one."""
-WIDTH, SHADES = 960, 200
+HELD, WORKING, EACH = 2500, 250, 40
+"""ms for which the first and the last picture stand, one of the fit, and one of the fall."""
+FALL = 25
+"""Pictures of the fall."""
+SLOWER = 20.0
+"""Times that the fall is slowed down while it is filmed: a picture takes longer than it lasts."""
+SLOW = """slower => {
+  const real = performance.now.bind(performance), since = real();
+  performance.now = () => since + (real() - since) / slower;
+}"""
+FALLS = """[...document.querySelectorAll('.js-plotly-plot')]
+  .some(node => node.layout?.meta?.morph === 'x' && node.data[0].y.length > 1)"""
+"""The new bar stands on the ladder."""
+LONGEST = 300
+"""Pictures until the model is fitted."""
+WIDTH, SHADES = 960, 128
 """px and colours: a README's pictures are a few hundred KB."""
 
 
@@ -48,18 +59,25 @@ class Plain(Served):
 
 def film(page: Any) -> None:
     """Adds the effect and watches the error fall."""
+    page.evaluate(SLOW, SLOWER)
     shots, times = [page.screenshot()], [HELD]
     page.get_by_role("button", name=ADD, exact=True).click()
-    for _ in range(LONGEST):
-        page.wait_for_timeout(STEP)
-        shot = page.screenshot()
-        if shot == shots[-1]:
-            times[-1] += STEP
-        else:
-            shots.append(shot)
-            times.append(STEP)
-        if times[-1] > HELD:
+    for k in range(LONGEST):
+        if page.evaluate(FALLS):
             break
+        page.wait_for_timeout(WORKING)
+        if k % 8 == 2:  # of the fit a few are enough
+            shots.append(page.screenshot())
+            times.append(WORKING)
+    shots += [page.screenshot() for _ in range(FALL)]
+    times += [EACH] * FALL
+    page.get_by_text("Repeat diagnosis").wait_for()
+    page.wait_for_timeout(SETTLED)
+    save_film([*shots, page.screenshot()], [*times, HELD])
+
+
+def save_film(shots: list[bytes], times: list[int]) -> None:
+    """`times`: ms of each picture."""
     frames = [Image.open(io.BytesIO(shot)).convert("RGB") for shot in shots]
     size = (WIDTH, WIDTH * frames[0].height // frames[0].width)
     small = [frame.resize(size).quantize(SHADES) for frame in frames]
