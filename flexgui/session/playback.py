@@ -126,7 +126,7 @@ class Playback:
                 self.recording, self._recording_key, self.motion = None, None, None
             return
         name = name if name in names else names[0]
-        if self._session.recordings.missing:
+        if self._session.recordings.imports.missing:
             return  # the files of a scenario come after it
         try:
             key = (name, _data_part(scenario))

@@ -285,7 +285,7 @@ def test_a_scenario_waits_for_the_recordings_that_come_after_it(session: Session
     assert not session.message.bad and "one.csv, two.csv" in session.message.text
     assert session.wait_idle() and not session.message.bad
     assert session.recordings.upload("two.csv", content).result()
-    assert session.recordings.missing == ("one.csv",)
+    assert session.recordings.imports.missing == ("one.csv",)
     assert session.recordings.upload("one.csv", content).result()
     assert "all recordings are here" in session.message.text
     assert len(session.document.scenario.recordings) == 2

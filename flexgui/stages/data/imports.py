@@ -74,6 +74,28 @@ class Imports:
             self._session.challenge.suspend()
         return True
 
+    @property
+    def awaited(self) -> tuple[str, ...]:
+        """Files that the scenario names and that nobody brought as a recording."""
+        files = [f for spec in self._session.document.scenario.recordings for f in spec.files]
+        return tuple(f for f in dict.fromkeys(files) if f not in self.own_files)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Those of them that are not there yet."""
+        return tuple(f for f in self.awaited if not (self._session.folder / f).exists())
+
+    def complete(self, file: str) -> bool:
+        """A file that the scenario was waiting for has come."""
+        missing = self.missing
+        rest = f"still missing: {', '.join(missing)}." if missing else "all recordings are here."
+        self._session.show_message(f"{file} belongs to the scenario; {rest}")
+        self._session.playback.refresh()
+        self._session.notify(Topic.RECORDINGS)
+        if not missing:
+            self._session.check.start()
+        return True
+
     def restore(self) -> bool:
         """Restores the recordings that were set aside."""
         together = set_value(("recordings",), [*self.replaced, *self._entries()])

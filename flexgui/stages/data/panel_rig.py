@@ -45,11 +45,11 @@ class RigForm(PageElement):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        recordings = self.session.recordings
-        context.actions.register("rig", recordings.choose_rig)
-        context.actions.register("arm", recordings.choose_arm)
-        context.actions.register("rig links", recordings.rig.choose_links)
-        context.actions.register("state rig", recordings.rig.state)
+        rig = self.session.recordings.rig
+        context.actions.register("rig", rig.choose_kind)
+        context.actions.register("arm", rig.choose_arm)
+        context.actions.register("rig links", rig.choose_links)
+        context.actions.register("state rig", rig.state)
         self._form = HtmlBlock(self.gui)
 
     def refresh(self) -> None:

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from flexgui.core.arm.build import build_arm
+from flexgui.core.arm.presets import presets
 from flexgui.core.errors import InputError
-from flexgui.session.scenario_edits import apply_edits, cached_model
+from flexgui.session.scenario_edits import Edit, apply_edits, cached_model
 from flexgui.session.state import Topic
 from flexgui.stages.data.rig_sheet import is_stated, sheet_edit, with_links
+from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -55,22 +57,36 @@ class RigStatement:
             with session.changing(Topic.RECORDINGS):
                 self.refused, self.complaint = texts, str(error)
             return False
-        self.reset()
-        if not document.change(edit):
+        if not self._become(edit):
             return False
-        session.recordings.rig_changed()
         arm = build_arm(document.scenario.arm)
         lengths = ", ".join(f"{segment.length:g} m" for segment in arm.segments)
         session.show_message(f"The rig is stated: {lengths}.")
         return True
 
+    def choose_kind(self, title: str) -> bool:
+        """Changes the kind of rig."""
+        scenario = self._session.document.scenario
+        rig = next((r for r in RIGS if r.title == title), None)
+        is_other = rig is not None and rig != rig_of(scenario)
+        return rig is not None and is_other and self._become(rig_edit(scenario, rig))
+
+    def choose_arm(self, preset: str) -> bool:
+        """Uses a supplied arm."""
+        scenario = self._session.document.scenario
+        is_preset = preset in presets() and preset != scenario.arm.preset
+        return is_preset and self._become(arm_edit(scenario, preset))
+
     def choose_links(self, count: str) -> bool:
         """Gives the arm another number of links."""
         if count not in map(str, range(1, MOST_LINKS + 1)):
             return False
-        scenario = self._session.document.scenario
-        if not self._session.document.change(with_links(scenario, int(count))):
-            return False
-        self.reset()
-        self._session.recordings.rig_changed()
-        return True
+        return self._become(with_links(self._session.document.scenario, int(count)))
+
+    def _become(self, edit: Edit) -> bool:
+        """Another rig: what was typed for the one before does not count."""
+        changed = self._session.document.change(edit)
+        if changed:
+            self.reset()
+            self._session.recordings.rig_changed()
+        return changed

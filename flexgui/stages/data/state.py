@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flexgui.core.arm.arm import Arm
-from flexgui.core.arm.presets import presets
 from flexgui.core.errors import InputError
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.data_folder import check_plain
@@ -21,7 +20,6 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.file_jobs import FileJobs, TaskSteps
 from flexgui.jobs.messages import Task
 from flexgui.session.scenario_edits import (
-    Edit,
     ScenarioDict,
     cached_model,
     recording_path,
@@ -31,7 +29,6 @@ from flexgui.session.state import INTERNAL_FAULT, Topic
 from flexgui.stages.data.imports import Import, Imports
 from flexgui.stages.data.inspect import Inspection, headers, inspect_file, read_file
 from flexgui.stages.data.rig_statement import RigStatement
-from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
 from flexgui.stages.data.rows import parted, settings
 from flexgui.stages.data.uploads import keep_upload, unpack, unpacking_folder
 from flexgui.stages.data.waiting_file import (
@@ -94,41 +91,20 @@ class Recordings:
             if self.waiting is not None and (self.waiting.recording or kind in (".zip", ".toml")):
                 self._forget_file()
                 yield from self._ask_next()
-            if path.name in self._awaited():
-                return self._completed(path.name)
+            if path.name in self.imports.awaited:
+                return self.imports.complete(path.name)
             if kind not in (".zip", ".toml"):
                 return (yield from self._read_or_ask(path))
             scenario = path if kind == ".toml" else (yield from self._unpacked(path, limit))
             with scenario.open(encoding="utf-8", errors="replace") as file:
                 text = file.read(LONGEST + 1)
             self._session.start_with(parse_scenario(text, scenario.name))
-            if missing := self.missing:
+            if missing := self.imports.missing:
                 self._session.show_message(f"Upload its recordings too: {', '.join(missing)}.")
             return True
         except (InputError, GeneratorExit):
             path.unlink(missing_ok=True)
             raise
-
-    @property
-    def missing(self) -> tuple[str, ...]:
-        """Files of the scenario that are not there yet."""
-        return tuple(f for f in self._awaited() if not (self._session.folder / f).exists())
-
-    def _awaited(self) -> tuple[str, ...]:
-        """Files that the scenario names and that nobody brought as a recording."""
-        files = [f for spec in self._session.document.scenario.recordings for f in spec.files]
-        return tuple(f for f in dict.fromkeys(files) if f not in self.imports.own_files)
-
-    def _completed(self, file: str) -> bool:
-        """A file that the scenario was waiting for has come."""
-        missing = self.missing
-        rest = f"still missing: {', '.join(missing)}." if missing else "all recordings are here."
-        self._session.show_message(f"{file} belongs to the scenario; {rest}")
-        self._session.playback.refresh()
-        self._session.notify(Topic.RECORDINGS)
-        if not missing:
-            self._session.check.start()
-        return True
 
     def _unpacked(self, path: Path, limit: int) -> TaskSteps:
         try:
@@ -327,27 +303,6 @@ class Recordings:
         self._forget_file()
         self.imports.clear()
         self.rig.reset()
-
-    def choose_rig(self, title: str) -> bool:
-        """Changes the kind of rig and inspects a waiting file again."""
-        scenario = self._session.document.scenario
-        rig = next((r for r in RIGS if r.title == title), None)
-        if rig is None or rig == rig_of(scenario):
-            return False
-        return self._become(rig_edit(scenario, rig))
-
-    def choose_arm(self, preset: str) -> bool:
-        """Uses a supplied arm and inspects a waiting file again."""
-        scenario = self._session.document.scenario
-        is_preset = preset in presets() and preset != scenario.arm.preset
-        return is_preset and self._become(arm_edit(scenario, preset))
-
-    def _become(self, edit: Edit) -> bool:
-        changed = self._session.document.change(edit)
-        if changed:
-            self.rig.reset()
-            self.rig_changed()
-        return changed
 
     def rig_changed(self) -> None:
         """Looks at a waiting file again, and at the recordings, by another rig."""
