@@ -78,7 +78,7 @@ def compare_many(
             for k, (name, unit) in enumerate(e.channels)
         )
         error = predictor.errors.get(e.recording.name)
-        note = "" if error is None else f"Simulation error {error:.1e} m or rad rms."
+        note = "" if error is None else f"Simulation error {1e6 * error:.2g} µm or µrad rms."
         comparisons.append(
             RecordingComparison(
                 recording=e.recording.name,

@@ -45,6 +45,8 @@ MANY = 300.0
 """Times the floor, from which the axis names decades only."""
 
 UNSEEN = "no validation"
+"""Of a row alone; where all have none, there is no second bar."""
+NO_VALIDATION = " There is no recording for validation."
 
 
 def ladder(
@@ -61,12 +63,13 @@ def ladder(
     other = len(steps) - 1 if beside is not None else len(steps)
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
     validation = [validation_rms(step.errors) for step in steps]
+    any_unseen = bool(np.isfinite(validation).any())
     highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
     low = float(np.log10(BAND))
     length = (float(np.log10(max(highest, 1.5))) - low) / (1.0 - NUMBERS)
     text = (
         f"Rms error over all outputs, each in multiples of its noise floor. {FLOOR_IS} In the band "
-        "(1 and below) nothing remains to be explained."
+        f"(1 and below) nothing remains to be explained.{'' if any_unseen else NO_VALIDATION}"
     )
     rows: Figure = {
         "range": [len(steps) - 0.5, -0.5], "showgrid": False, "ticks": "", "automargin": True,
@@ -79,7 +82,7 @@ def ladder(
     drawn = figure(
         [
             _bars(estimation, "estimation", steps, other),
-            _bars(validation, "validation", steps, other),
+            *([_bars(validation, "validation", steps, other)] if any_unseen else []),
             # An axis without anything on it would not be drawn.
             {"type": "scatter", "x": [1.0], "y": [0], "yaxis": "y2", "opacity": 0,
              "showlegend": False, "hoverinfo": "skip"},

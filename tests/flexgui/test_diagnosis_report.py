@@ -27,7 +27,14 @@ from flexgui.core.results import (
 from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.export.export_files import export_outcome
 from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
-from flexgui.views.ladder import UNSEEN, ladder, ladder_table, sizes_table, step_labels
+from flexgui.views.ladder import (
+    NO_VALIDATION,
+    UNSEEN,
+    ladder,
+    ladder_table,
+    sizes_table,
+    step_labels,
+)
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.ranking import LEAST_SEEN, ranking, ranking_table
 from flexgui.views.summary import diagnosis_frees_starts, which_fit, which_fit_in_report
@@ -213,15 +220,17 @@ def test_bars_end_at_the_error_and_one_at_the_floor_is_seen() -> None:
     assert figure["layout"]["xaxis"]["type"] == "log"
 
 
-def test_without_validation_both_bars_stand_and_say_so() -> None:
+def test_without_validation_one_bar_stands_and_the_caption_says_so() -> None:
     alone = [
         replace(s, errors=tuple(replace(e, validation_rms=float("nan")) for e in s.errors))
         for s in FOUND.steps
     ]
     figure = ladder(alone)
     assert figure is not None
-    assert figure["data"][1]["text"] == [UNSEEN] * 2
-    assert figure["data"][1]["x"] == [0.0, 0.0]
+    assert [t["name"] for t in figure["data"] if t["type"] == "bar"] == ["estimation"]
+    assert NO_VALIDATION in figure["layout"]["meta"]["caption"]
+    some = ladder([alone[0], FOUND.steps[1]])
+    assert some is not None and some["data"][1]["text"][0] == UNSEEN
     assert ladder(()) is None
 
 

@@ -89,6 +89,21 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
     press(page, "Undo the last step")
     sees(page, "Something is missing.")
     until(lambda: len(bars(page)) == 1 and not present(session.document.scenario))
+    sees(page, "Models of this session")
+    press(page, "Return to Coulomb friction")
+    until(lambda: len(bars(page)) == 2 and bool(present(session.document.scenario)))
+    press(page, "Beside As given")
+    until(lambda: len(bars(page)) == 3 and "beside: As given" in ladder_names(page))
+
+
+LADDER_NAMES = """() => [...document.querySelectorAll('.js-plotly-plot')]
+  .filter(p => p.data.some(t => t.name === 'estimation')).map(p => p.layout.yaxis.ticktext.join())
+  .join()"""
+
+
+def ladder_names(page: Any) -> str:
+    """What its rows are called."""
+    return str(page.evaluate(LADDER_NAMES)).replace("<br>", " ")
 
 
 def on_screen(page: Any, camera: Any, place: np.ndarray) -> tuple[float, float]:

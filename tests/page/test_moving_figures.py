@@ -57,6 +57,23 @@ def test_the_dots_move_to_what_is_left(by_hand: Any) -> None:
     assert after(by_hand, 2.0 * LASTS) == 0.0
 
 
+BARS = """async errors => {
+  const node = window.fxTest ??= document.body.appendChild(document.createElement('div'));
+  const layout = {width: 300, height: 200, meta: {morph: 'x'}, xaxis: {range: [0, 10]}};
+  const rows = errors.map((_, k) => k);
+  const data = [{type: 'bar', orientation: 'h', name: 'estimation', x: errors, y: rows}];
+  await window.Plotly.react(node, data, layout, {});
+  return [...node._fullData[0].x];
+}"""
+
+
+def test_a_new_bar_falls_from_the_error_before(by_hand: Any) -> None:
+    assert by_hand.evaluate(BARS, [9.0]) == [9.0]
+    assert by_hand.evaluate(BARS, [9.0, 0.5]) == [9.0, 9.0], "it begins where the last one ends"
+    by_hand.evaluate("ms => window.fxAfter(ms)", 2.0 * LASTS)
+    assert by_hand.evaluate("[...window.fxTest._fullData[0].x]") == [9.0, 0.5]
+
+
 def test_who_asked_for_calm_gets_it(page: Any) -> None:
     page.emulate_media(reduced_motion="reduce")
     page.wait_for_function(READY)

@@ -144,6 +144,8 @@ def test_edits_files_and_a_challenge_are_there_again(
     assert session.document.change(set_value(("identify", "population"), 17))
     assert bring(session, "own.csv", good_csv(session))
     session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
+    session.comparison.pick("theta1/model")
+    session.comparison.show_view("signals of my choice")
     session.notify(Topic.CHALLENGE)
     scenario, content = session.document.scenario, (session.folder / "own.csv").read_bytes()
     dead(session)
@@ -153,6 +155,8 @@ def test_edits_files_and_a_challenge_are_there_again(
     assert made.wait_idle() and made.playback.recording is not None
     known = made.challenge.state
     assert known is not None and known.guesses == (Guess("rotor_inertia", "2"),)
+    assert made.comparison.picked == ("theta1/model",)
+    assert made.comparison.view == "signals of my choice"
     made.close()
 
 

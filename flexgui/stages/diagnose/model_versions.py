@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -83,6 +84,22 @@ def ladder_steps(versions: Sequence[ModelVersion]) -> tuple[LadderStep, ...]:
         for k, (version, step) in enumerate(with_step)
     ]
     return (*(step_in_floors(step, floors) for step in steps[:-1]), *steps[-1:])
+
+
+def restated(versions: Sequence[ModelVersion]) -> str:
+    """Why the first row of the ladder is not what it was; empty where it is."""
+    steps = ladder_steps(versions)
+    first = next((version.error for version in versions if version.found is not None), math.nan)
+    if len(steps) < 2 or abs(math.log(math.sqrt(steps[0].cost_per_sample) / first)) < UNCHANGED:
+        return ""
+    return (
+        "Each model has its own estimate of the noise floor; all rows are in that of the newest "
+        f"one. The error of the first was {times(first)} its own."
+    )
+
+
+UNCHANGED = 0.05
+"""Relative: a figure that moves by less is not seen to."""
 
 
 def step_in_floors(step: LadderStep, floors: dict[str, float]) -> LadderStep:

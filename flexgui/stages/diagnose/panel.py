@@ -27,6 +27,7 @@ from flexgui.stages.diagnose.model_versions import (
     error_stayed,
     ladder_steps,
     refitted_only,
+    restated,
 )
 from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
 from flexgui.stages.diagnose.panel_candidates import WORDS, ByHand, Candidates, may_explain
@@ -83,6 +84,7 @@ class DiagnosePanel(Panel):
         self._at_work = DemonstrationView(context)
         self._about = HtmlBlock(gui)
         self._ladder = Plot(context, 0.45, wide=True)
+        self._restated = HtmlBlock(gui)
         self._law_figure = LawFigure(context)
         self._candidate_figure = CandidateFigure(context)
         self._residual = Plot(context, 0.72)
@@ -234,6 +236,7 @@ class DiagnosePanel(Panel):
             step = step_like(beside.version.found.step, versions[-1] if versions else None)
             other = (beside.title, step)
         self._ladder.show_whole(ladder(ladder_steps(versions), other))
+        self._restated.show(paragraph(restated(versions), "soft"))
 
     def _show_residual(self) -> None:
         version = self.session.diagnosis.newest
