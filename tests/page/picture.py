@@ -61,7 +61,7 @@ def film(page: Any) -> None:
     """Adds the effect and watches the error fall."""
     page.evaluate(SLOW, SLOWER)
     shots, times = [page.screenshot()], [HELD]
-    page.get_by_role("button", name=ADD, exact=True).click()
+    page.get_by_role("button", name=ADD, exact=True).first.click()
     for k in range(LONGEST):
         if page.evaluate(FALLS):
             break
@@ -100,7 +100,7 @@ def main() -> None:
         with headless_browser() as browser:
             page = browser.new_page(viewport=SIZE)
             page.goto(desk.address)
-            page.get_by_role("button", name=ADD, exact=True).wait_for()
+            page.get_by_role("button", name=ADD, exact=True).first.wait_for()
             page.wait_for_timeout(SETTLED)
             page.screenshot(path=PICTURE)
             film(page)

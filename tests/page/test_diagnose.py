@@ -69,7 +69,9 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
     few(session)
     press(page, "Diagnose")
     press(page, "Find what is missing")
-    page.get_by_role("button", name="Add Coulomb friction", exact=True).wait_for(timeout=FOUND)
+    page.get_by_role("button", name="Add Coulomb friction", exact=True).first.wait_for(
+        timeout=FOUND
+    )
     page.get_by_text("Something is missing.").wait_for(timeout=FOUND)
     until(lambda: len(bars(page)) == 1 and "Coulomb friction" in plots(page))
     page.locator("svg.glimpse").nth(1).wait_for()  # pictures of the predictions
