@@ -39,6 +39,8 @@ SLOWER = 20.0
 SLOW = """slower => {
   const real = performance.now.bind(performance), since = real();
   performance.now = () => since + (real() - since) / slower;
+  const next = window.requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = draw => next(() => draw(performance.now()));
 }"""
 FALLS = """[...document.querySelectorAll('.js-plotly-plot')]
   .some(node => node.layout?.meta?.morph === 'x' && node.data[0].y.length > 1)"""

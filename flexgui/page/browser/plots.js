@@ -201,6 +201,7 @@
     const bytes = Uint8Array.from(atob(values.bdata), letter => letter.charCodeAt(0));
     return values.dtype === "i4" ? new Int32Array(bytes.buffer) : new Float32Array(bytes.buffer);
   };
+  const places = (names, name) => names.flatMap((each, k) => (each === name ? [k] : []));
   const wrap = plotly => {
     const drawn = plotly.react;
     plotly.react = (node, data, layout, config) => {
@@ -230,10 +231,14 @@
       // Only curves that existed before move; a new curve appears at once, a new bar falls from the
       // last one of before.
       const pairs = is.map((values, k) => {
-        const at = names[k] === data[k].name ? k : names.indexOf(data[k].name);
+        const before = data.slice(0, k).filter(trace => trace.name === data[k].name).length;
+        const at = places(names, data[k].name)[before] ?? -1;  // several panes have the same names
         const old = at >= 0 ? was[at] : [];
         if (along === "x" && old.length === values.length - 1 && old.length) return [...old, old.at(-1)];
-        return old.length === values.length && old.length ? old : null;
+        if (!old.length || old.length === values.length) return old.length ? old : null;
+        // A cloud of a few dots more or less begins at those of about the same time.
+        const share = (old.length - 1) / Math.max(values.length - 1, 1);
+        return data[k].mode === "markers" ? Array.from(values, (_, i) => old[Math.round(i * share)]) : null;
       });
       const changes = pairs.some((old, k) => old && old.some((v, i) => v !== is[k][i]));
       if (!moves || !changes) {

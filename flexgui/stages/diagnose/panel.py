@@ -151,6 +151,8 @@ class DiagnosePanel(Panel):
         diagnosis = self.session.diagnosis
         if version is None or (diagnosis.pending is not None and diagnosis.pending is not version):
             return Markup("")
+        if len(diagnosis.compared_versions) < len(diagnosis.shown_versions):
+            return Markup("")  # its figures come with its bar
         against = diagnosis.pending is None and error_rose(diagnosis.versions)
         # What the linear model costs belongs to the verdict on the first model.
         cost = diagnosis.linear_model if version is diagnosis.shown_versions[0] else None
@@ -179,7 +181,9 @@ class DiagnosePanel(Panel):
         titles = [title for _, title in present(self.session.document.scenario)]
         undo = len(diagnosis.versions) > 1 and way_on != UNDO  # then the card above has it
         steps = [version.found.step for version in versions if version.found is not None]
-        if not steps:
+        pending = diagnosis.pending
+        waits = pending is not None and bool(pending.title) and not pending.comparisons
+        if not steps or waits:
             return Markup(WORDS.model(titles, (), 0.0, (), "", "", undo, free))
         last, own = versions[-1], cached_model(versions[-1].scenario).effect_parameters
         estimates = steps[-1].parameters if last.diagnosis is None else last.diagnosis.parameters

@@ -94,10 +94,12 @@ class Diagnosis:
         return versions[:-1] if waits else versions
 
     def values_of(self, recording: str) -> dict[str, float]:
-        """name -> value for a recording by the diagnosis' own fit of the present model; empty
-        without one."""
+        """name -> value for a recording by the diagnosis' own fit of the present model, or of the
+        one before while an effect is added to it; empty without one."""
         version, scenario = self.newest, self._session.document.scenario
-        if version is None or version.found is None or version.scenario != scenario:
+        if version is None or version.found is None:
+            return {}
+        if version.scenario != scenario and self.pending is None:
             return {}
         return {e.name: e.value for e in version.found.step.parameters
                 if e.recording in (None, recording)}  # fmt: skip
@@ -270,6 +272,7 @@ class Diagnosis:
             self._session.show_message("")
             version = ModelVersion(self._session.document.scenario, title, added)
             if self._diagnose(version, BEFORE, before):
+                self._session.playback.refresh()  # by the last fit until there is another
                 return True
             fitted = self._session.identification
             self._restore(before, fitted.outcome, fitted.outcome_of)
