@@ -62,9 +62,9 @@ class Plot:
         context.plot_area.plots.append(self)
         self._sent = 0
 
-    def show(self, figure: Figure | None, cursor: float | None = None, height: float = 0.0) -> None:
-        """Draws a figure, with the time-line's cursor in s; None hides the plot. `height` in px,
-        0: as high as it was."""
+    def show(self, figure: Figure | None, begins: float | None = None, height: float = 0.0) -> None:
+        """Draws a figure; None hides the plot. `begins`: where on its axis the recording begins, s;
+        None: it has no cursor. `height` in px, 0: as high as it was."""
         if figure is None:
             self._handle.visible = False
             return
@@ -76,8 +76,7 @@ class Plot:
         if self._title:
             layout |= titled(self._title, layout)
         self._sent += 1
-        begins = None if cursor is None else cursor - self._context.session.playback.cursor.time
-        meta = {"cursor": self._key, "at": cursor, "begins": begins}
+        meta = {"cursor": self._key, "at": self._at(begins), "begins": begins}
         layout["meta"] = {**layout.get("meta", {}), **meta}
         drawn = {"data": figure["data"], "config": CONFIG, "layout": layout}
         self._handle._plotly_json_str = figure_json(drawn)
@@ -99,10 +98,14 @@ class Plot:
         """The key of the figure as it was drawn last, for the browser."""
         return f"{self._handle._impl.uuid}-{self._sent}"
 
-    def move_cursor(self, cursor: float | None) -> None:
-        """Moves the cursor to a time in s, in the browser only: sending the figure again would need
-        400 KB a second while a recording plays."""
-        key, at = json.dumps(self._key), json.dumps(cursor)
+    def _at(self, begins: float | None) -> float | None:
+        """Where the time-line's cursor stands on the axis, s."""
+        return None if begins is None else begins + self._context.session.playback.cursor.time
+
+    def move_cursor(self, begins: float | None) -> None:
+        """Moves the cursor to where the time-line stands, in the browser only: sending the figure
+        again would need 400 KB a second while a recording plays. `begins` as in `show`."""
+        key, at = json.dumps(self._key), json.dumps(self._at(begins))
         message = _messages.RunJavascriptMessage(f"window.fxCursor && window.fxCursor({key}, {at})")
         self._context.gui._websock_interface.queue_message(message)
 

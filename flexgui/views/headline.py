@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -86,12 +86,16 @@ def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
     """name -> value for a recording: its own fit's, else the mean over the fits."""
     fits = () if outcome is None else outcome.fits
     own = tuple(fit for fit in fits if recording in fit.recordings) or fits
-    estimates: dict[str, list[float]] = {}
-    for fit in own:
-        for e in fit.estimates:
-            if e.recording in (None, recording) and not e.name.startswith((OFFSET, GAIN)):
-                estimates.setdefault(e.name, []).append(e.value)
-    return {name: float(np.mean(values)) for name, values in estimates.items()}
+    return estimated_values([e for fit in own for e in fit.estimates], recording)
+
+
+def estimated_values(estimates: Iterable[Estimate], recording: str) -> dict[str, float]:
+    """name -> value of the model for a recording: of several estimates of a name the mean."""
+    values: dict[str, list[float]] = {}
+    for e in estimates:
+        if e.recording in (None, recording) and not e.name.startswith((OFFSET, GAIN)):
+            values.setdefault(e.name, []).append(e.value)
+    return {name: float(np.mean(found)) for name, found in values.items()}
 
 
 def first_estimates(outcome: Outcome) -> tuple[Estimate, ...]:

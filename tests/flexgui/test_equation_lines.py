@@ -27,7 +27,7 @@ def formulas() -> list[str]:
 
 
 @pytest.mark.parametrize("latex", formulas())
-def test_each_line_is_short_and_nothing_is_lost(latex: str) -> None:
+def test_nothing_of_a_formula_is_lost_in_its_lines(latex: str) -> None:
     broken = in_lines(latex, WIDTH)
     assert signs(broken) == signs(latex)
     assert "<code" not in str(mathml(broken)), "it can be shown"
@@ -39,6 +39,18 @@ def signs(latex: str) -> str:
     """What is seen, without what puts it into lines."""
     plain = re.sub(r"\\(begin|end)\{aligned\}|\\left|\\right|\\q?quad|&|,\s*$", "", latex)
     return re.sub(r"[\s\\,]", "", plain)
+
+
+def test_the_widest_equation_is_broken_into_lines_of_a_panel() -> None:
+    widest = max(formulas(), key=widest_row)
+    before, after = widest_row(widest), widest_row(in_lines(widest, WIDTH))
+    assert before > 5 * WIDTH > 2 * WIDTH >= after, "of a fraction both parts are counted here"
+
+
+def widest_row(latex: str) -> int:
+    """Characters that are seen, of a fraction those of both parts."""
+    rows = (re.sub(r"\\[A-Za-z]+", "x", row) for row in latex.split(ROW))
+    return max(len(re.sub(r"[{}_^]", "", signs(row))) for row in rows)
 
 
 def test_a_short_equation_stays_as_it_is() -> None:

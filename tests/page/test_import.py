@@ -236,16 +236,22 @@ def test_files_that_are_dropped_on_the_page_are_brought(
     )
 
 
+def asked_for_the_rig(page: Any, foreign: Path) -> Clicks:
+    """A person's file is read, and the sheet stands."""
+    hand = Clicks(page)
+    hand.upload(foreign, "Open my recordings")
+    hand.press("Read the file")
+    sees(page, "Now state your rig.")
+    return hand
+
+
 SHEET = {"segments.length": "0,7", "segments.mass": "6", "drive.gains": "80"}
 
 
 def test_a_rig_is_stated_in_the_sheet_and_a_wrong_entry_stays(
     page: Any, session: Session, foreign: Path
 ) -> None:
-    hand = Clicks(page)
-    hand.upload(foreign, "Open my recordings")
-    hand.press("Read the file")
-    sees(page, "Now state your rig.")
+    hand = asked_for_the_rig(page, foreign)
     for name, text in SHEET.items():
         page.locator(f'.sheet input[name="{name}.0"]').fill(text)
     page.locator('.sheet input[name="segments.mass.1"]').fill("heavy")
@@ -263,9 +269,7 @@ def test_a_rig_is_stated_in_the_sheet_and_a_wrong_entry_stays(
 def test_what_is_typed_in_the_sheet_survives_another_file(
     page: Any, session: Session, foreign: Path
 ) -> None:
-    hand = Clicks(page)
-    hand.upload(foreign, "Open my recordings")
-    hand.press("Read the file")
+    asked_for_the_rig(page, foreign)
     field = page.locator('.sheet input[name="segments.length.0"]')
     field.fill("0.7")
     assert session.document.change(set_value(("identify", "seed"), 5)), "it is redrawn"

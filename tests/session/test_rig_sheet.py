@@ -11,11 +11,11 @@ from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import demo_scenario
 from flexgui.page.scene_panel import exaggeration, measured_arm
-from flexgui.session.scenario_edits import apply_edits, cached_model
+from flexgui.session.scenario_edits import apply_edits, cached_model, set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.rig_sheet import is_stated, sheet_edit, sheet_rows, with_links
 from flexgui.stages.data.rigs import RIGS, rig_edit
-from tests.session.helpers import good_csv
+from tests.session.helpers import bring, good_csv
 
 MINE = {
     "segments.length.0": "0,7", "segments.EI.0": "630", "segments.EI.1": "195",
@@ -74,6 +74,7 @@ def test_another_number_of_links_is_a_rig_with_as_many_gains(count: int) -> None
     model = cached_model(made)
     assert model.arm.joints == count == len(made.drive.options["gains"])
     assert set(made.identify.parameters) <= set(model.parameters)
+    assert not made.recordings, "they were simulated with the other arm"
 
 
 @pytest.mark.parametrize(
@@ -103,6 +104,18 @@ def test_own_recordings_ask_for_the_rig_and_are_drawn_plainly_until_then(session
     assert session.recordings.rig.state(json.dumps(MINE))
     assert not session.recordings.rig.is_asked
     assert session.document.scenario.title == "bench3"
+
+
+def test_whoever_brings_a_scenario_has_stated_the_rig(session: Session) -> None:
+    """Also where the arm in it is one that comes with the program, and a file is added later."""
+    content = good_csv(session)
+    (session.folder / "first.csv").write_bytes(content)
+    mine = set_value(("recordings",), [{"file": "first.csv"}])
+    assert session.open(apply_edits(demo_scenario(), mine))
+    assert not is_stated(session.document.scenario) and not session.recordings.rig.is_asked
+    assert bring(session, "second.csv", content)
+    assert len(session.document.scenario.recordings) == 2
+    assert not session.recordings.rig.is_asked
 
 
 def test_refused_entries_stay_as_they_were_typed(session: Session) -> None:

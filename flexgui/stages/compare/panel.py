@@ -192,7 +192,6 @@ class ComparePanel(Panel):
     def _choose(self, title: str) -> None:
         self._show.value = title
         self.session.comparison.show_view(title)
-        self.refresh()
 
     def _go_to(self, place: str) -> None:
         """Moves arm, time-line and plots to one of the worst places."""

@@ -73,9 +73,8 @@ class Signals(PageElement):
         height = max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown))
         floors = {} if failing is None else failing.floors
         other = self.session.comparison.beside(current.recording)
-        begins = float(current.channels[0].time[0])
-        at = begins + self.session.playback.cursor.time
-        self._curves.show(live_comparison(current, shown, floors, other), at, height)
+        curves = live_comparison(current, shown, floors, other)
+        self._curves.show(curves, beginning(current), height)
         self._map.show_whole(None if failing is None else self._map_of(failing.maps, shown))
         self._fit.show_whole(fit_dots(self.session.comparison.shown))
         self.move_cursor()
@@ -96,11 +95,14 @@ class Signals(PageElement):
 
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
-        channels = () if self._drawn is None else self._drawn.channels
-        if channels:
-            time = self.session.playback.cursor.time
-            self._curves.move_cursor(float(channels[0].time[0]) + time)
-            self._map.move_cursor(time)
+        if self._drawn is not None:
+            self._curves.move_cursor(beginning(self._drawn))
+            self._map.move_cursor(0.0)
+
+
+def beginning(current: RecordingComparison) -> float:
+    """Time of the first sample that is compared, s."""
+    return float(current.channels[0].time[0]) if current.channels else 0.0
 
 
 def worst_output(c: RecordingComparison, floors: Mapping[str, float]) -> str:
@@ -145,7 +147,7 @@ class ErrorView(PageElement):
     def move_cursor(self) -> None:
         """The browser draws the cursor on a time axis."""
         if self._drawn:
-            self._plot.move_cursor(self.session.playback.cursor.time)
+            self._plot.move_cursor(0.0)
 
 
 class OwnPlot(PageElement):
@@ -155,13 +157,13 @@ class OwnPlot(PageElement):
         super().__init__(context)
         self._words = HtmlBlock(self.gui)
         self._plot = Plot(context, 0.9, wide=True)
-        self._recording: str | None = None
+        self._drawn: RecordingComparison | None = None
         context.actions.register("pick signal", self.session.comparison.pick)
 
     def show(self, current: RecordingComparison | None) -> None:
         """Shows the recording at the cursor; None hides it."""
         comparison, recording = self.session.comparison, self.session.playback.recording
-        self._recording = None if current is None else current.recording
+        self._drawn = current
         if current is None:
             self._words.show()
             self._plot.show(None)
@@ -171,18 +173,12 @@ class OwnPlot(PageElement):
         self._words.show(WORDS.pick(signals, comparison.picked))
         figure = own_plot(signals, comparison.picked)
         rows = len({signals[key].unit for key in comparison.picked if key in signals})
-        self._plot.show(figure, self._cursor(current), OWN_ROW * (1.0 + rows))
-
-    def _cursor(self, current: RecordingComparison) -> float:
-        first = current.channels[0].time[0] if current.channels else 0.0
-        return float(first) + self.session.playback.cursor.time
+        self._plot.show(figure, beginning(current), OWN_ROW * (1.0 + rows))
 
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
-        shown = self.session.comparison.shown
-        current = next((c for c in shown if c.recording == self._recording), None)
-        if current is not None:
-            self._plot.move_cursor(self._cursor(current))
+        if self._drawn is not None:
+            self._plot.move_cursor(beginning(self._drawn))
 
 
 OWN_ROW = 150.0
@@ -206,17 +202,14 @@ class Torque(PageElement):
             self._curve.show(None)
             self._cloud.show(None)
         elif torques is not self._drawn:
-            self._curve.show(missing_curve(torques), self._cursor(torques))
+            self._curve.show(missing_curve(torques), float(torques[0].time[0]))
             self._cloud.show(missing_cloud(torques))
         self._drawn = torques
-
-    def _cursor(self, torques: tuple[MissingTorque, ...]) -> float:
-        return float(torques[0].time[0]) + self.session.playback.cursor.time
 
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
         if self._drawn:
-            self._curve.move_cursor(self._cursor(self._drawn))
+            self._curve.move_cursor(float(self._drawn[0].time[0]))
 
 
 def worst_time(maps: ErrorMaps, cell: WorstCell) -> float:

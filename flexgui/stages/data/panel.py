@@ -179,17 +179,18 @@ class DataPanel(Panel):
         samples = f"{len(recording.time)} samples, {1.0 / recording.sample_time:.4g} Hz"
         self._about.show(paragraph(f"{recording.name}: {samples}.", "lead"))
         slides = [segment.joint == "prismatic" for segment in build_arm(scenario.arm).segments]
-        self._plot.show(preview(recording, slides), self._cursor())
+        self._plot.show(preview(recording, slides), self._begins())
         self._warnings.show(*(paragraph(text, "soft") for text in recording.warnings))
 
-    def _cursor(self) -> float | None:
-        playback = self.session.playback
-        if playback.recording is None or self.session.recordings.waiting is not None:
+    def _begins(self) -> float | None:
+        """Time of the shown recording's first sample, s; None where none is shown."""
+        recording = self.session.playback.recording
+        if recording is None or self.session.recordings.waiting is not None:
             return None
-        return float(playback.recording.time[0]) + playback.cursor.time
+        return float(recording.time[0])
 
     def move_cursor(self) -> None:
-        self._plot.move_cursor(self._cursor())
+        self._plot.move_cursor(self._begins())
 
 
 def listed(scenario: Scenario, checked: Mapping[str, str] | None = None) -> Table:

@@ -14,7 +14,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sensors import sensors
 from flexgui.session.scenario_edits import Edit, ScenarioDict, with_lists
-from flexgui.stages.data.rigs import CONSTANTS, to_estimate
+from flexgui.stages.data.rigs import CONSTANTS, begin_again, to_estimate
 
 Value = float | None
 """In the row's unit; None: not stated."""
@@ -30,18 +30,20 @@ class Quantity(NamedTuple):
     """SI per unit."""
     hint: str = ""
     whole: bool = False
+    required: bool = False
 
 
 LINK = (
-    Quantity("length", "Length", "m"),
-    Quantity("mass", "Mass", "kg", hint="Of the link alone, without its motor."),
+    Quantity("length", "Length", "m", required=True),
+    Quantity("mass", "Mass", "kg", hint="Of the link alone, without its motor.", required=True),
     Quantity("EI", "Stiffness EI", "N m²", hint="Young modulus times second moment of area. "
              "Empty: the link is rigid."),
-    Quantity("modes", "Bending modes", "", hint="0: rigid; 1 to 3.", whole=True),
-    Quantity("hub_inertia", "Motor with gear", "kg m²", hint="Inertia of rotor and gear, as the "
+    Quantity("modes", "Bending modes", "", hint="0: rigid; 1 to 3.", whole=True,
+             required=True),
+    Quantity("hub_inertia", "Inertia of geared motor", "kg m²", hint="Rotor and gear as the "
              "joint feels it (times the gear ratio squared)."),
-    Quantity("rotor_inertia", "Motor without gear", "kg m²", hint="Inertia of a direct drive's "
-             "rotor."),
+    Quantity("rotor_inertia", "Inertia of direct drive", "kg m²", hint="Of the rotor of a motor "
+             "without a gear."),
     Quantity("tip_mass", "Load at its end", "kg", hint="Next motor, flange or payload."),
 )  # fmt: skip
 GRAVITY = Quantity("gravity", "Gravity along x, y", "m/s²", hint="0, 0: the arm lies flat.")
@@ -140,7 +142,7 @@ def sheet_edit(scenario: Scenario, texts: Mapping[str, str]) -> Edit:
         for row, values in changes.items():
             if row.table != "segments" and values != row.values:
                 _put(document.setdefault(row.table, {}), row, values)
-        _choose_parameters(document, arm, links)
+        _choose_parameters(document, arm)
 
     return edit
 
@@ -171,7 +173,7 @@ def _changed(row: SheetRow, texts: Mapping[str, str]) -> tuple[Value, ...]:
 def _number(text: str, row: SheetRow, k: int) -> Value:
     quantity = row.quantity
     if not text:
-        if quantity.setting in REQUIRED:
+        if quantity.required:
             raise InputError(f"{_place(row, k)}: a number is needed.")
         return None
     try:
@@ -182,9 +184,6 @@ def _number(text: str, row: SheetRow, k: int) -> Value:
         kind = "a whole number" if quantity.whole else "a number"
         raise InputError(f"{_place(row, k)}: {text!r} is not {kind}.")
     return int(value) if quantity.whole else value
-
-
-REQUIRED = frozenset({"length", "mass", "modes"})
 
 
 def _place(row: SheetRow, k: int) -> str:
@@ -234,12 +233,8 @@ def _put(table: ScenarioDict, row: SheetRow, values: tuple[Value, ...]) -> None:
         table[setting] = stated[0] if row.table == "sensors" else stated
 
 
-def _choose_parameters(
-    document: ScenarioDict, before: Arm, links: Sequence[tuple[SheetRow, tuple[Value, ...]]]
-) -> None:
+def _choose_parameters(document: ScenarioDict, before: Arm) -> None:
     """Estimates what bends, where the sheet has changed what can be estimated."""
-    if not any(row.quantity.setting in ("EI", "modes") for row, _ in links):
-        return
     after = build_arm(ArmSpec.model_validate(document["arm"]))
     kinds = [(s.has_section, s.modes > 0) for s in before.segments]
     if kinds != [(s.has_section, s.modes > 0) for s in after.segments]:
@@ -256,6 +251,7 @@ def with_links(scenario: Scenario, count: int) -> Edit:
     tables = [*tables, *[dict(tables[-1])] * count][:count]
 
     def edit(document: ScenarioDict) -> None:
+        begin_again(document)
         document["arm"] = _with_segments(document.get("arm", {}), tables)
         document["arm"]["name"] = STATED
         for setting, values in document.get("drive", {}).items():

@@ -40,8 +40,9 @@ class RigStatement:
         """Whether a person's recordings stand beside an arm that is only an example."""
         scenario = self._session.document.scenario
         own = self._session.recordings.imports.own_files
-        files = {spec.file for spec in scenario.recordings}
-        return bool(files & own) and not is_stated(scenario)
+        files = {spec.file for spec in scenario.recordings if spec.file is not None}
+        # Whoever brought a scenario with recordings has stated the rig in it.
+        return bool(files) and files <= own and not is_stated(scenario)
 
     def state(self, entries: str) -> bool:
         """Takes a sheet's entries, JSON of field -> text; they are as long as a sheet at most."""

@@ -78,7 +78,7 @@ def rig_edit(scenario: Scenario, rig: RigKind) -> Edit:
     arm = "single_axis" if rig.slide else "paper" if was_slide else ""
 
     def edit(document: ScenarioDict) -> None:
-        _begin_again(document)
+        begin_again(document)
         if arm:
             _put_arm(document, arm)
         joints = presets()[arm].joints if arm else build_arm(scenario.arm).joints
@@ -100,7 +100,7 @@ def arm_edit(scenario: Scenario, preset: str) -> Edit:
     rig = RIGS[0] if rig is None or (rig.slide and not _is_slide(after)) else rig
 
     def edit(document: ScenarioDict) -> None:
-        _begin_again(document)
+        begin_again(document)
         _put_arm(document, preset)
         if is_other_kind:
             document["drive"] = {"kind": rig.kind, **rig.start(after.joints)}
@@ -112,7 +112,7 @@ def _is_slide(arm: Arm) -> bool:
     return arm.joints == 1 and arm.segments[0].joint == "prismatic"
 
 
-def _begin_again(document: ScenarioDict) -> None:
+def begin_again(document: ScenarioDict) -> None:
     """Removes simulated recordings and chooses the compared outputs again."""
     measured = [e for e in document.get("recordings", ()) if "simulate" not in e]
     document["recordings"] = with_lists(measured)

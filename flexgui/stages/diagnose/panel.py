@@ -261,11 +261,11 @@ class DiagnosePanel(Panel):
             f"Residual, {findings.recordings[k]} [× noise floor]",
         )  # fmt: skip
         height = ROW_HEIGHT * (1.0 + len(findings.channels[k]))
-        self._residual.show(figure, self._cursor(findings), height)
+        self._residual.show(figure, self._begins(findings), height)
 
-    def _cursor(self, findings: ModelFindings) -> float | None:
-        cursor = self.session.playback.cursor
-        return cursor.time if cursor.recording in findings.recordings else None
+    def _begins(self, findings: ModelFindings) -> float | None:
+        """The residual's axis begins with the recording; None where that was not fitted."""
+        return 0.0 if self.session.playback.cursor.recording in findings.recordings else None
 
     def move_cursor(self) -> None:
         version, name = self.session.diagnosis.newest, self.session.playback.cursor.recording
@@ -273,7 +273,7 @@ class DiagnosePanel(Panel):
             if name in version.found.recordings and name != self._residual_of:
                 self._show_residual()  # its times are of another axis
                 self._candidate_figure.refresh()
-            self._residual.move_cursor(self._cursor(version.found))
+            self._residual.move_cursor(self._begins(version.found))
         self._candidate_figure.move_cursor()
 
 

@@ -65,12 +65,11 @@ class CandidateFigure(PageElement):
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
         if self._over_time:
-            self._residual.move_cursor(self._cursor())
+            self._residual.move_cursor(self._begins())
 
-    def _cursor(self) -> float | None:
-        """Time of the cursor; None if it is in another recording."""
-        cursor = self.session.playback.cursor
-        return cursor.time if cursor.recording == self._over_time else None
+    def _begins(self) -> float | None:
+        """The residual's axis begins with the recording; None if the cursor is in another one."""
+        return 0.0 if self.session.playback.cursor.recording == self._over_time else None
 
     def _newest(self) -> ModelVersion | None:
         """The newest compared version with a residual."""
@@ -120,7 +119,7 @@ class CandidateFigure(PageElement):
         unit = next((e.unit for e in findings.step.errors if e.channel == channel), "")
         figure = residual_figure(channel, findings.dt[k], current, predicted, title, before, unit)
         self._over_time = name
-        self._residual.show(figure, self._cursor(), RESIDUAL)
+        self._residual.show(figure, self._begins(), RESIDUAL)
         self._cloud.show(None)
         caption = residual_caption(channel, unit, current, before)
         self._words.show(WORDS.over_time(name, title, caption))

@@ -47,6 +47,7 @@ from flexgui.stages.diagnose.model_versions import (
     with_versions,
 )
 from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose, propose_laws
+from flexgui.views.headline import estimated_values
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -101,8 +102,7 @@ class Diagnosis:
             return {}
         if version.scenario != scenario and self.pending is None:
             return {}
-        return {e.name: e.value for e in version.found.step.parameters
-                if e.recording in (None, recording)}  # fmt: skip
+        return estimated_values(version.found.step.parameters, recording)
 
     @property
     def newest(self) -> ModelVersion | None:
@@ -234,10 +234,10 @@ class Diagnosis:
 
     def undo(self) -> bool:
         """One step back on the way; nothing is computed."""
-        if len(self.versions) < 2 and not self._session.run.busy:
+        *before, undone = self.versions or (None,)
+        if not before or undone is None:
             return self._session.refuse("There is no step to undo.")
-        undone = self.versions[-1]
-        return self._stand_at(self.versions[:-1], f"Undone: {undone.title}.")
+        return self._stand_at(tuple(before), f"Undone: {undone.title}.")
 
     def return_to(self, number: int) -> bool:
         """Makes another of the session's models the present one; nothing is computed."""
