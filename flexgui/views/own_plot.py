@@ -70,5 +70,5 @@ def own_plot(signals: Mapping[str, Signal], chosen: Sequence[str]) -> Figure | N
             hover = f"{signal.title} %{{y:.4g}} {unit.name}<extra></extra>"
             colour = colours.series(drawn.index(signal))
             lines.append(line(x, y, signal.title, colour, hover, width=1.3, dash=signal.dash))
-        parts.append(Pane(lines, axis(unit.label(", ".join(s.title for s in alike[:2])))))
+        parts.append(Pane(lines, axis(f"[{unit.name or '–'}]")))
     return panes(parts, axis("time [s]"), gap=0.06, hovermode="x unified") if parts else None

@@ -153,7 +153,8 @@ class DataPanel(Panel):
         findings = {spec.name: wording_of(session, spec.name) for spec in scenario.recordings}
         self._list.show(html_table(listed(scenario, findings)))
         # Where nothing can be fitted yet, or a file waits for an answer, that comes first.
-        waits = session.recordings.waiting is not None or session.recordings.imports.pending
+        own = session.recordings
+        waits = own.waiting is not None or own.imports.pending or own.rig.is_asked
         self._next.color = color(bool(fitted and not waits))
         self._findings.refresh(self._name())
         for each in (self._one, self._arrived, self._columns, self._rig):
