@@ -125,9 +125,9 @@ def test_the_ladder_falls_into_the_band_with_the_factor_beside_it() -> None:
     assert (band["x0"], band["x1"]) == (BAND, 1.0)
 
 
-@pytest.mark.parametrize(("recording", "time"), [("th1", 1.25), ("a long one", None)])
+@pytest.mark.parametrize(("recording", "begins"), [("th1", 0.0), ("a long one", None)])
 def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
-    recording: str, time: float | None
+    recording: str, begins: float | None
 ) -> None:
     moment, seen = CandidateFigure.__new__(CandidateFigure), list[float | None]()
     session = SimpleNamespace(playback=SimpleNamespace(cursor=Cursor(recording, 1.25)))
@@ -135,7 +135,7 @@ def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
     moment._residual = cast(Any, SimpleNamespace(move_cursor=seen.append))
     moment._over_time = "th1"
     moment.move_cursor()
-    assert seen == [time]
+    assert seen == [begins]
 
 
 def test_a_cursor_that_goes_to_another_recording_takes_the_residual_along() -> None:
