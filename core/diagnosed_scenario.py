@@ -1,4 +1,4 @@
-"""The scenario with what a diagnosis found in it, to be run again."""
+"""The scenario with what was found in it, to be run again: estimated values, added effects."""
 
 from __future__ import annotations
 
@@ -6,54 +6,80 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .effects import catalogue, with_included
-from .results import Diagnosis
-from .results.identification import values_in
+from .results import Diagnosis, Outcome
+from .results.identification import final_values, values_in
 from .scenario.read import check_scenario, document_toml
 from .scenario.schema import Scenario
 from .scenario.stated_effects import base_model
 
-NAME = "diagnosed.toml"
+IDENTIFIED, DIAGNOSED = "identified.toml", "diagnosed.toml"
 
 Document = dict[str, Any]
 
 
-def diagnosed_toml(
-    scenario: Scenario, diagnosis: Diagnosis, locate: Callable[[str], str] = lambda file: file
-) -> str:
-    """The scenario as TOML, with the added effects and all estimated values.
+def found_texts(
+    scenario: Scenario, outcome: Outcome, locate: Callable[[str], str] = str
+) -> dict[str, str]:
+    """Name of a file -> the scenario as TOML with what was identified, and with what a diagnosis
+    found. Where that added effects, the values without them are biased and not written.
 
     `locate` gives the new path of a recording's file. InputError where the scenario is not valid.
     """
-    document = diagnosed(scenario, diagnosis)
+    found, diagnosis = {}, outcome.diagnosis
+    if any(fit.estimates for fit in outcome.fits) and not (diagnosis and diagnosis.added):
+        found[IDENTIFIED] = identified(scenario, outcome)
+    if diagnosis is not None:
+        found[DIAGNOSED] = diagnosed(scenario, diagnosis)
+    for name, document in found.items():
+        check_scenario(document, name)
+    return {name: document_toml(_moved(document, locate)) for name, document in found.items()}
+
+
+def _moved(document: Document, locate: Callable[[str], str]) -> Document:
     for recording in document.get("recordings", ()):
         for key in {"file", "played"} & recording.keys():
             recording[key] = locate(recording[key])
-    text = document_toml(document)
-    check_scenario(document, NAME)
-    return text
+    return document
+
+
+def identified_scenario(scenario: Scenario, outcome: Outcome) -> Scenario:
+    """The scenario with the estimated values, of local fits their means; InputError where it is
+    not valid."""
+    return check_scenario(identified(scenario, outcome), IDENTIFIED)
 
 
 def diagnosed_scenario(scenario: Scenario, diagnosis: Diagnosis) -> Scenario:
-    """The same as a checked scenario."""
-    return check_scenario(diagnosed(scenario, diagnosis), NAME)
+    """The scenario with the added effects and the estimated values; InputError where it is not
+    valid."""
+    return check_scenario(diagnosed(scenario, diagnosis), DIAGNOSED)
+
+
+def identified(scenario: Scenario, outcome: Outcome) -> Document:
+    """The scenario's tables with the estimated values."""
+    document = _for_refinement(scenario)
+    _put_values(document, _stated_values(scenario, final_values(outcome.fits)), outcome.origins)
+    return document
 
 
 def diagnosed(scenario: Scenario, diagnosis: Diagnosis) -> Document:
-    """The scenario's tables with the added effects and the estimated values, for a refinement only.
-
-    Compared models are left out, because their fixed values are their own.
-    """
-    document = _thawed(scenario.model_dump(exclude_defaults=True))
-    document.pop("compare", None)
+    """The scenario's tables with the added effects and the estimated values."""
+    document = _for_refinement(scenario)
     document.setdefault("diagnose", {})
-    identify = document.setdefault("identify", {})
-    identify["generations"] = 0
     model = document.setdefault("model", {})
     model["level"] = "nonlinear"
-    _keep_priors(scenario, document)
     _put_effects(model, diagnosis)
     _put_shapes(document, diagnosis)
-    _put_values(document, _stated_values(scenario, diagnosis), diagnosis.origins)
+    _put_values(document, _stated_values(scenario, diagnosis.values), diagnosis.origins)
+    return document
+
+
+def _for_refinement(scenario: Scenario) -> Document:
+    """The scenario's tables for a fit without a search. Compared models are left out, because their
+    fixed values are their own."""
+    document: Document = _thawed(scenario.model_dump(exclude_defaults=True))
+    document.pop("compare", None)
+    document.setdefault("identify", {})["generations"] = 0
+    _keep_priors(scenario, document)
     return document
 
 
@@ -88,11 +114,11 @@ def _states(entries: list[Document], name: str) -> bool:
     return name != "id" and any(name in entry for entry in entries)
 
 
-def _stated_values(scenario: Scenario, diagnosis: Diagnosis) -> dict[str, float]:
+def _stated_values(scenario: Scenario, values: Mapping[str, float]) -> dict[str, float]:
     """name -> value of what a scenario can state: what is shared, and what belongs to the only
     recording."""
     alone = scenario.recordings[0].name if len(scenario.recordings) == 1 else ""
-    return {name: float(x) for name, x in values_in(alone, diagnosis.values).items()}
+    return {name: float(x) for name, x in values_in(alone, values).items()}
 
 
 def _put_values(
@@ -101,7 +127,7 @@ def _put_values(
     starts = document["identify"].setdefault("start", {})
     bounds = document["identify"].get("bounds", {})
     for name, value in values.items():
-        table = _table_of(document["model"], name, origins.get(name, ""))
+        table = _table_of(document.get("model", {}), name, origins.get(name, ""))
         if table is None or name in starts:
             starts[name] = _clipped(value, *bounds.get(name, (None, None)))
         if table is not None:
@@ -146,8 +172,8 @@ def _keep_priors(scenario: Scenario, document: Document) -> None:
     for name, prior in priors.items():
         if prior.get("value") is None and name in parameters:
             prior["value"] = scenario.identify.start.get(name, parameters[name].value)
-    tables = [*document["model"].get("effects", ())]
-    tables += [item["parameters"] for item in document["model"].get("own", ())]
+    tables = [*document.get("model", {}).get("effects", ())]
+    tables += [item["parameters"] for item in document.get("model", {}).get("own", ())]
     for table in tables:
         for name, entry in table.items():
             prior = entry.get("prior") if isinstance(entry, dict) else None

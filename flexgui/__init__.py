@@ -8,7 +8,7 @@
     found.plot("convergence").show()
     rig.diagnose().export("reports/rig")
 
-Projects     load, project, scenarios, Project
+Projects     load, open, project, scenarios, Project
 Results      Identification, Diagnosis, Comparison, Simulation, Plan, LinearModel
 The rig      Arm, Segment, Drive, DriveLaw, Sensor, Channel, Excitation, Parameter, Recording
 Effects      Effect, EffectParameter, formula, static_law
@@ -30,6 +30,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "flexgui.library.building": "load project",
+    "flexgui.library.opening": "open",
     "flexgui.library.plan": "Plan",
     "flexgui.library.project": "Project",
     "flexgui.library.comparison": "Comparison Simulation",
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     from flexgui.library.comparison import Comparison as Comparison
     from flexgui.library.comparison import Simulation as Simulation
     from flexgui.library.linear_model import LinearModel as LinearModel
+    from flexgui.library.opening import open as open  # noqa: A001
     from flexgui.library.plan import Plan as Plan
     from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project

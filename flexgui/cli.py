@@ -121,7 +121,8 @@ def serve(
     port: Annotated[int, typer.Option(help="Port; if it is busy, the next free one.")] = 8080,
     data: Annotated[Path | None, typer.Option(help="Folder of the recordings.")] = None,
     scenario: Annotated[
-        Path | None, typer.Option(help="Scenario of a new session: a file or a supplied name.")
+        Path | None,
+        typer.Option(help="Of a new session: a scenario, or the folder of a saved result."),
     ] = None,
     demo: Annotated[
         bool, typer.Option("--demo", help="Others follow the teacher's stage.")

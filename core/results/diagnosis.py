@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -166,7 +167,7 @@ class Diagnosis:
     steps: tuple[LadderStep, ...]
     not_applicable: Mapping[str, str]
     """effect -> why this rig cannot show it, or why it cannot be"""
-    effects: tuple[Mapping[str, object], ...] = ()
+    effects: tuple[Mapping[str, Any], ...] = ()
     """What was accepted, as [model] effects of a scenario."""
     floors: Mapping[str, float] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)

@@ -83,7 +83,7 @@ def _link(model: Model, numbers: Numbers, k: int) -> Link:
         rotor_inertia=of(slots.ROTOR_INERTIA),
         joint_stiffness=of(slots.TWIST_STIFFNESS) or None,
         joint_damping=float(linear_matrices(elements, np.zeros(n))[1][k, k]),
-        dry_friction=sum(_level(e) for e in elements if is_dry(e)),
+        dry_friction=sum((_level(e) for e in elements if is_dry(e)), 0.0),
         gain=_velocity_gain(numbers, k),
         limit=float(numbers.law.limit[k]) if np.isfinite(numbers.law.limit[k]) else None,
     )

@@ -37,7 +37,7 @@ def main() -> None:
         print(f"{name} = {found[name].value:.3f} ± {found[name].std:.3f} {found[name].unit}")
 
     # The model as it now stands is a project again: a scenario that runs anywhere.
-    found.diagnosed_project().save("diagnosed.toml")
+    found.project().save("diagnosed.toml")
     found.plot("ladder").write_html("ladder.html")
 
 

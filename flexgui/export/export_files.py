@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from importlib.util import find_spec
@@ -15,19 +15,18 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv
 
-from flexgui.core.diagnosed_scenario import NAME as DIAGNOSED
-from flexgui.core.diagnosed_scenario import diagnosed_toml
+from flexgui.core.diagnosed_scenario import found_texts
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress
 from flexgui.core.results import Outcome
-from flexgui.core.scenario.data_folder import Folder, resolve_file
-from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.data_folder import ConfinedFolder, resolve_file
 from flexgui.export.figures import OURS, packed_plotly
 from flexgui.export.folder import INDEX, check_writable, dumps, swap_in, work_folder
 from flexgui.export.formats import model_formats
 from flexgui.export.report import report_html
 from flexgui.export.report_motion import Motion, report_motion
 from flexgui.export.result import result
+from flexgui.export.saved_run import FILE, SavedRun, Source, run_bytes
 from flexgui.export.tables import tables
 from flexgui.export.template import environment
 from flexgui.views.summary import result_lines, warning_lines
@@ -41,16 +40,29 @@ def export_outcome(
     scenario_text: str,
     out: Path,
     motion: Callable[[], Motion | None] = lambda: None,
-    diagnosed: str = "",
+    beside: Mapping[str, bytes] | None = None,
+    whole: bool = True,
 ) -> None:
     """Write the export into the folder `out`; where that fails an older one stays as it was.
 
-    `motion` makes the player while others write models and tables; `diagnosed` is the text of the
-    scenario with what was found; empty: there is none.
+    Args:
+        outcome: What was found.
+        scenario_text: The scenario's own text.
+        out: The folder; made where it is missing.
+        motion: Makes the player while others write models and tables.
+        beside: Further files, name -> content.
+        whole: Whether report, tables and models are written too.
     """
+    content = {"scenario.toml": scenario_text.encode(), **(beside or {})}
     try:
         with work_folder(out) as folder:
-            _write(outcome, scenario_text, folder, motion, diagnosed)
+            if whole:
+                _write_views(outcome, scenario_text, folder, motion)
+            for name, each in content.items():
+                (folder / name).write_bytes(each)
+            written = [path for path in folder.rglob("*") if path.is_file()]
+            files = sorted([path.relative_to(folder).as_posix() for path in written] + [INDEX])
+            _text(folder / INDEX, dumps(result(outcome, files)))
             swap_in(folder, out)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
@@ -80,21 +92,14 @@ def _rounded(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(usual, np.round(values * factor) / factor, values))
 
 
-def _write(
-    outcome: Outcome, scenario_text: str, folder: Path, motion: Callable[[], Motion | None],
-    diagnosed: str,
-) -> None:  # fmt: skip
+def _write_views(
+    outcome: Outcome, scenario_text: str, folder: Path, motion: Callable[[], Motion | None]
+) -> None:
     with ThreadPoolExecutor(2) as beside:  # a C compiler and Arrow work there
         jobs = [beside.submit(write, outcome, folder) for write in (_models, _tables)]
-        _text(folder / "scenario.toml", scenario_text)
-        if diagnosed:
-            _text(folder / DIAGNOSED, diagnosed)
         _text(folder / "report.html", report_html(outcome, scenario_text, motion()))
         for job in jobs:
             job.result()
-    written = [path for path in folder.rglob("*") if path.is_file()]
-    files = sorted([path.relative_to(folder).as_posix() for path in written] + [INDEX])
-    _text(folder / INDEX, dumps(result(outcome, files)))
 
 
 def _tables(outcome: Outcome, folder: Path) -> None:
@@ -146,8 +151,7 @@ def export_scenario(
     outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
 
     progress.stage("Writing the report")
-    locate = seen_by(out, path.parent, data)
-    export_run(outcome, scenario, text, out, path.parent, data, locate)
+    export_run(outcome, Source(scenario, text, path.parent, data), out)
     return (
         *warning_lines(outcome),
         *result_lines(outcome),
@@ -163,24 +167,22 @@ def _prepare() -> None:
         import flexgui.scene.motion_page  # noqa: F401
 
 
-def export_run(
-    outcome: Outcome,
-    scenario: Scenario,
-    text: str,
-    out: Path,
-    folder: Folder,
-    data: Path | None = None,
-    locate: Callable[[str], str] = str,
-) -> None:
-    """`export_outcome` with the motion of a recording and the scenario with the effects found.
-
-    `text` is the scenario's; `locate` says how that with the effects names the files that are
-    sought in the folders: as the scenario itself where nobody says.
-    """
-    diagnosis = outcome.diagnosis
-    diagnosed = "" if diagnosis is None else diagnosed_toml(scenario, diagnosis, locate)
+def export_run(outcome: Outcome, source: Source, out: Path, whole: bool = True) -> None:
+    """`export_outcome` with the motion of a recording, the scenarios with what was found, and the
+    run itself, to be opened again."""
+    scenario, folder, data, tables = source.scenario, source.folder, source.data, source.tables
+    if tables is not None or isinstance(folder, ConfinedFolder):  # its files go with the export
+        home: Path = out
+        locate: Callable[[str], str] = str
+    else:
+        home, locate = folder, seen_by(out, folder, data)
+    further = None if data is None else seen_from(data, out)
+    held = {p.name: p.read_bytes() for p in sorted(tables.iterdir())} if tables else {}
+    run = SavedRun(scenario, outcome, source.text, seen_from(home, out), further, tuple(held))
+    texts = found_texts(scenario, outcome, locate)
+    beside = {FILE: run_bytes(run), **held, **{name: t.encode() for name, t in texts.items()}}
     motion = partial(report_motion, scenario, outcome, folder, data)
-    export_outcome(outcome, text, out, motion, diagnosed)
+    export_outcome(outcome, source.text, out, motion, beside, whole)
 
 
 def seen_by(out: Path, folder: Path, data: Path | None) -> Callable[[str], str]:

@@ -160,4 +160,6 @@ def load(scenario: str | Path, data: str | Path | None = None) -> Project:
         InputError: Where the file or a setting is wrong.
     """
     path = scenario_path(scenario)
-    return Project(read_scenario(path), path.parent, None if data is None else Path(data))
+    stated, text = read_scenario(path), path.read_text(encoding="utf-8-sig")
+    where = None if data is None else Path(data)
+    return Project(stated, path.parent, where, _read=(stated, text))

@@ -35,6 +35,14 @@ if TYPE_CHECKING:
 SOURCE = "The project"
 
 
+def folder_of_tables(content: Mapping[str, bytes]) -> tempfile.TemporaryDirectory[str]:
+    """A folder for tables that came as objects, name -> content; it goes with the projects."""
+    folder: tempfile.TemporaryDirectory[str] = tempfile.TemporaryDirectory(prefix="flexgui-")
+    for name, each in content.items():
+        Path(folder.name, name).write_bytes(each)
+    return folder
+
+
 @dataclass(frozen=True, repr=False)
 class Project:
     """A scenario with the places of its recordings. Frozen: each change is a new project."""
@@ -46,6 +54,8 @@ class Project:
     """Another folder of recordings."""
     _kept: tempfile.TemporaryDirectory[str] | None = field(default=None, compare=False)
     """Tables that came as objects; removed with the last project that needs them."""
+    _read: tuple[Scenario, str] | None = field(default=None, compare=False)
+    """The scenario as it was read, with its text as a person wrote it."""
 
     @property
     def title(self) -> str:
@@ -322,10 +332,13 @@ class Project:
         from flexgui.export.folder import check_writable
 
         check_writable(Path(folder))
-        return self._write(self._run(progress), Path(folder))
+        self._write(self._run(progress), Path(folder))
+        return Path(folder) / "report.html"
 
     def to_toml(self) -> str:
-        """Write the scenario as TOML text."""
+        """Write the scenario as TOML text: as it was read where nothing has changed since."""
+        if self._read is not None and self._read[0] is self.scenario:
+            return self._read[1]
         return scenario_toml(self.scenario)
 
     def save(self, path: str | Path) -> Path:
@@ -339,7 +352,8 @@ class Project:
         """
         target = Path(path)
         target.parent.mkdir(parents=True, exist_ok=True)
-        self._copy_tables(target.parent)
+        for table in () if self._kept is None else Path(self._kept.name).iterdir():
+            shutil.copyfile(table, target.parent / table.name)
         write_scenario(self.scenario, target)
         return target
 
@@ -349,19 +363,26 @@ class Project:
 
             return run_scenario(self.scenario, **self._places, progress=heard)
 
-    def _write(self, outcome: Outcome, out: Path) -> Path:
-        """An export of what was computed before."""
-        from flexgui.export.export_files import export_run, seen_by
+    def _write(self, outcome: Outcome, out: Path, whole: bool = True) -> None:
+        """An export of what was computed before, or the result alone."""
+        from flexgui.export.export_files import export_run
+        from flexgui.export.saved_run import Source
 
-        locate = seen_by(out, self.folder, self.data) if self._kept is None else str
-        export_run(outcome, self.scenario, self.to_toml(), out, self.folder, self.data, locate)
-        self._copy_tables(out)
-        return out / "report.html"
+        tables = None if self._kept is None else Path(self._kept.name)
+        source = Source(self.scenario, self.to_toml(), self.folder, self.data, tables)
+        export_run(outcome, source, out, whole)
 
-    def _copy_tables(self, out: Path) -> None:
-        """So that the scenario runs again from there."""
-        for path in () if self._kept is None else Path(self._kept.name).iterdir():
-            shutil.copyfile(path, out / path.name)
+    def __getstate__(self) -> dict[str, Any]:
+        """With the tables themselves, since another process has no such folder."""
+        kept = None if self._kept is None else Path(self._kept.name)
+        tables = None if kept is None else {p.name: p.read_bytes() for p in kept.iterdir()}
+        return {**self.__dict__, "_kept": tables}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        self.__dict__.update(state)
+        if state["_kept"] is not None:
+            kept = folder_of_tables(state["_kept"])
+            self.__dict__.update(_kept=kept, folder=Path(kept.name))
 
     def _settings(self) -> dict[str, str]:
         """What it consists of, a line each."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexgui.core.diagnosed_scenario import diagnosed_scenario
+from flexgui.core.diagnosed_scenario import diagnosed_scenario, identified_scenario
 from flexgui.core.errors import InputError
 from flexgui.core.results import (
     Estimate,
@@ -53,7 +53,8 @@ if TYPE_CHECKING:
 class _Found:
     """What every result of a run has."""
 
-    project: Project
+    given: Project
+    """The project that was run."""
     outcome: Outcome
     """Everything that was computed, as the report shows it."""
 
@@ -111,7 +112,35 @@ class _Found:
         Raises:
             InputError: Where nothing can be written there.
         """
-        return self.project._write(self.outcome, Path(folder))
+        self.given._write(self.outcome, Path(folder))
+        return Path(folder) / "report.html"
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the result alone, without report and tables, for `open` in any later process.
+
+        Args:
+            folder: Made where it is missing. An export there is replaced.
+
+        Returns:
+            Its path. The recordings' files stay where they are; what came as a table lies in it.
+
+        Raises:
+            InputError: Where nothing can be written there.
+        """
+        self.given._write(self.outcome, Path(folder), whole=False)
+        return Path(folder)
+
+    def project(self) -> Project:
+        """Make the project with what was found: every value where it ended, of local fits their
+        means, and the effects that a diagnosis added.
+
+        Returns:
+            A new project, whose fit is a refinement alone.
+        """
+        diagnosis, scenario = self.outcome.diagnosis, self.given.scenario
+        if diagnosis is None:
+            return replace(self.given, scenario=identified_scenario(scenario, self.outcome))
+        return replace(self.given, scenario=diagnosed_scenario(scenario, diagnosis))
 
     def __repr__(self) -> str:
         warnings = len(tuple(alarms(self.outcome)))
@@ -171,13 +200,13 @@ class Identification(_Found):
                 `recording` nor `values` says its value.
         """
         values = self._values_in(recording, settings.pop("values", None))
-        return self.project.simulate(**{"noise": False, **settings, "values": values})
+        return self.given.simulate(**{"noise": False, **settings, "values": values})
 
     def _values_in(
         self, recording: str | None, stated: Mapping[str, float] | None
     ) -> dict[str, float]:
         """Of the model's own parameters: as stated, else as estimated for that recording."""
-        known, stated = self.project.model.parameters, stated or {}
+        known, stated = self.given.model.parameters, stated or {}
         fitted = [name for fit in self.outcome.fits for name in fit.recordings]
         estimated = self.values
         if recording is not None:
@@ -205,7 +234,7 @@ class Identification(_Found):
             InputError: As for `simulate`.
         """
         values = self._values_in(recording, where.pop("values", None))
-        return self.project.linear(values=values, **where)
+        return self.given.linear(values=values, **where)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Tabulate the parameters: value, std, unit, bounds, identifiable."""
@@ -287,17 +316,12 @@ class Diagnosis(_Found):
         if self._diagnosis.proposal is not None:
             found: Proposal = self._diagnosis.proposal
             return found
-        return self.diagnosed_project().propose(progress)
+        return self.project().propose(progress)
 
     def compare_as_given(self) -> Comparison:
         """Compare measurements and the model as it was given."""
         before = comparisons_as_given(self.outcome)
         return Comparison(before or self.outcome.comparisons, self._diagnosis.floors or None)
-
-    def diagnosed_project(self) -> Project:
-        """Make the project with what was found in its model, every value where it ended."""
-        scenario = diagnosed_scenario(self.project.scenario, self._diagnosis)
-        return replace(self.project, scenario=scenario)
 
     def to_dataframe(self, table: str = "ranking") -> pd.DataFrame:
         """Tabulate the diagnosis.

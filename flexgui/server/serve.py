@@ -129,27 +129,47 @@ def _return_memory() -> None:
 def _session_maker(
     scenario: Path | None, services: Services, print_line: Callable[[str], None]
 ) -> Callable[[str, Path], Session]:
-    """Reads the scenario at once, so that its errors end the command; returns a session's maker."""
-    loaded, scenario_folder, data = None, Path(), services.data_folder
-    if scenario is not None:
-        from flexgui.core.scenario.data_folder import outside
-        from flexgui.core.scenario.read import read_scenario
-
-        loaded, scenario_folder = read_scenario(scenario), scenario.resolve().parent
-        if warning := outside(loaded, scenario_folder, data):
-            print_line(warning)
+    """Reads the scenario, or a saved run, at once, so that its errors end the command; returns a
+    session's maker."""
+    begin = None if scenario is None else beginning(scenario, services.data_folder, print_line)
 
     def make(key: str, folder: Path) -> Session:
         from flexgui.session.session import Session
-        from flexgui.stages.data.uploads import fetch_files
 
         session = Session(key, folder, services)
-        if loaded is not None:
-            session.open(fetch_files(loaded, scenario_folder, data, folder))
+        if begin is not None:
+            begin(session)
         session.store.begin()
         return session
 
     return make
+
+
+def beginning(
+    path: Path, data: Path | None, print_line: Callable[[str], None]
+) -> Callable[[Session], None]:
+    """What puts a scenario, or a saved run, into a new session."""
+    from flexgui.core.scenario.data_folder import outside
+    from flexgui.core.scenario.read import read_scenario
+    from flexgui.export.saved_run import read_run
+    from flexgui.stages.data.uploads import fetch_files
+
+    run = read_run(path) if path.is_dir() else None
+    scenario = read_scenario(path) if run is None else run.scenario
+    home, further = (path.resolve().parent, None) if run is None else run.places(path)
+    if warning := outside(scenario, home, data or further):
+        print_line(warning)
+
+    def begin(session: Session) -> None:
+        fetched = fetch_files(scenario, home, data or further, session.folder)
+        if run is None:
+            session.open(fetched)
+        else:
+            from flexgui.stages.diagnose.saved_diagnosis import show_run
+
+            show_run(session, fetched, run.outcome)
+
+    return begin
 
 
 def _saved_folders() -> SavedWorkFolders | None:

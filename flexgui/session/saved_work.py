@@ -18,8 +18,8 @@ from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.schema import Scenario
+from flexgui.export.serialization import deserialize, serialize
 from flexgui.session.scenario_edits import ScenarioDict
-from flexgui.session.serialization import deserialize, serialize
 from flexgui.session.state import STAGES, Cursor, LiveSettings, Topic
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.compare.state import SIGNALS

@@ -1,5 +1,5 @@
 """Edits of a scenario as a dictionary, checked as a whole afterwards; and caches, shared by all
-sessions, of scenarios, models and TOML texts: in a class many have the same arm."""
+sessions, of scenarios and models: in a class many have the same arm."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import msgspec
 from flexgui.core.arm.build import build_arm
 from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.model import Model
-from flexgui.core.scenario.read import check_scenario, scenario_toml
+from flexgui.core.scenario.read import check_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
 
@@ -100,7 +100,6 @@ CACHE_SIZE = 64
 
 _SCENARIOS: BoundedCache[Scenario] = BoundedCache(CACHE_SIZE)
 _MODELS: BoundedCache[tuple[Scenario, Model]] = BoundedCache(CACHE_SIZE)
-_TEXTS: BoundedCache[tuple[Scenario, str]] = BoundedCache(CACHE_SIZE)
 """Keyed by the scenario's id, which stays unique while the entry holds the scenario."""
 
 
@@ -117,8 +116,3 @@ def cached_scenario(document: dict[str, Any], source: str) -> Scenario:
 def cached_model(scenario: Scenario) -> Model:
     """`base_model` of the scenario; InputError where it has no valid model."""
     return _MODELS.get(id(scenario), lambda: (scenario, base_model(scenario)))[1]
-
-
-def cached_text(scenario: Scenario) -> str:
-    """`scenario_toml` of the scenario."""
-    return _TEXTS.get(id(scenario), lambda: (scenario, scenario_toml(scenario)))[1]

@@ -58,7 +58,7 @@ def after(glocal: Outcome) -> Outcome:
 @pytest.fixture(scope="module")
 def out(after: Outcome, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("headline")
-    export_outcome(after, "title = 'x'", folder, diagnosed=DIAGNOSED)
+    export_outcome(after, "title = 'x'", folder, beside={"diagnosed.toml": DIAGNOSED.encode()})
     return folder
 
 

@@ -193,12 +193,12 @@ def test_a_value_that_cannot_be_is_one_sentence(
     found: fg.Identification,
 ) -> None:
     with pytest.raises(fg.InputError, match=sentence):
-        asked(found.project, values)
+        asked(found.given, values)
 
 
 def test_a_stated_value_that_cannot_be_is_refused(found: fg.Identification) -> None:
     with pytest.raises(fg.InputError, match="start: m1 is -1; it must be greater than 0"):
-        found.project.with_settings(identify={"start": {"m1": -1.0}}).identify()
+        found.given.with_settings(identify={"start": {"m1": -1.0}}).identify()
 
 
 @pytest.mark.parametrize("level", ["nonlinear", "lpv"])

@@ -29,7 +29,7 @@ def compared() -> fg.Identification:
 def test_each_view_of_the_folder_is_offered_and_drawn(page: Any, session: Session) -> None:
     found = compared()
     assert session.document.change(
-        lambda document: document.update(found.project.scenario.model_dump())
+        lambda document: document.update(found.given.scenario.model_dump())
     )
     session.identification.outcome, session.identification.outcome_of = (
         found.outcome,

@@ -4,16 +4,31 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from flexgui.core.diagnosed_scenario import diagnosed, diagnosed_scenario, diagnosed_toml
+from flexgui.core.diagnosed_scenario import (
+    diagnosed,
+    diagnosed_scenario,
+    found_texts,
+    identified_scenario,
+)
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.recording.save import save_recording
-from flexgui.core.results import Diagnosis
+from flexgui.core.results import (
+    DescriptorModel,
+    Diagnosis,
+    Estimate,
+    Fit,
+    Identifiability,
+    LadderStep,
+    Outcome,
+)
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
@@ -48,6 +63,20 @@ def found(**more: Any) -> Diagnosis:
     return Diagnosis("missing", "nothing_missing", (), (), {}, **given)
 
 
+def identified(diagnosis: Diagnosis | None) -> Outcome:
+    """A run that ended with VALUES."""
+    estimates = tuple(Estimate(name, value, 0.1, "", True) for name, value in VALUES.items())
+    known = Identifiability(tuple(VALUES), len(VALUES), np.ones(len(VALUES)), np.zeros((0, 3)))
+    fit = Fit("all", ("a",), estimates, np.eye(len(VALUES)), 1.0, 10, (), known, 0.0)
+    none = np.zeros((0, 0))
+    model = DescriptorModel(
+        (), np.zeros((0, 0, 0)), (), np.zeros((0, 0, 0)), none, (), none, none, (), ()
+    )
+    return Outcome(
+        "plain", "glocal", "lpv", (fit,), (), model, (), diagnosis=diagnosis, origins=ORIGINS
+    )
+
+
 def scenario(*parts: str) -> Scenario:
     return parse_scenario("\n".join((HEAD, *parts)), "case.toml")
 
@@ -61,9 +90,25 @@ def test_what_was_found_is_in_it_at_its_final_values_with_the_full_equations() -
 
 def test_the_text_reads_back_as_the_same_scenario_and_still_asks_for_a_diagnosis() -> None:
     stated = scenario(RECORDING, "[diagnose]\nmax_effects = 0")
-    read = parse_scenario(diagnosed_toml(stated, found()), "diagnosed.toml")
+    text = found_texts(stated, identified(found()))["diagnosed.toml"]
+    read = parse_scenario(text, "diagnosed.toml")
     assert read == diagnosed_scenario(stated, found())
     assert "diagnose" in read.model_fields_set
+
+
+def test_without_a_diagnosis_the_identified_values_are_where_the_next_fit_begins() -> None:
+    held = "[model]\neffects = [{id = 'coulomb_friction', fc1 = {start = 0.4}}]"
+    made = identified_scenario(scenario(RECORDING, held), identified(None))
+    assert made.identify.start == {"EI1": 519.0, "EI2": 522.0}
+    assert base_model(made).effect_values["fc1"] == 1.21
+    assert (made.model.level, made.identify.generations) == ("auto", 0)
+
+
+def test_values_that_an_added_effect_has_moved_are_not_written() -> None:
+    step = LadderStep("coulomb_friction", "Coulomb friction", (), (), None, 1.0)
+    grown, stated = replace(found(), steps=(step,)), scenario(RECORDING)
+    assert set(found_texts(stated, identified(grown))) == {"diagnosed.toml"}
+    assert set(found_texts(stated, identified(found()))) == {"identified.toml", "diagnosed.toml"}
 
 
 def test_starts_of_the_only_recording_are_stated_and_those_of_several_are_not() -> None:

@@ -21,7 +21,7 @@ from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
-from flexgui.stages.data.uploads import diagnosed_file
+from flexgui.stages.data.uploads import found_file
 from flexgui.stages.diagnose.effects import own_parameters, own_place, present
 from flexgui.stages.diagnose.fitted_models import errors_of
 from flexgui.stages.diagnose.model_versions import ModelFindings, combined_diagnosis, ladder_steps
@@ -172,7 +172,7 @@ def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
     assert "diagnosed.toml" in told["files"]
     whole, scenario = session.diagnosis.whole, session.identification.outcome_of
     assert whole is not None and whole.diagnosis is not None and scenario is not None
-    name, content = diagnosed_file(scenario, whole.diagnosis, session.folder)
+    name, content = found_file(scenario, whole, session.folder)
     assert name.endswith("_diagnosed.toml")
     again = parse_scenario(content.decode(), name)
     fitted = {e.name: e.value for e in whole.diagnosis.parameters}

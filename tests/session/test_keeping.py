@@ -22,6 +22,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
+from flexgui.export.serialization import SCHEMA_VERSION, Envelope, deserialize, serialize
 from flexgui.library.shipped import demo_scenario, hidden_scenario, shipped_folder
 from flexgui.places import OWNER, REPLACED_SUFFIX, RESULTS, WORK, earlier_folder, has_saved_work
 from flexgui.server import sessions
@@ -29,7 +30,6 @@ from flexgui.server.sessions import SavedWorkFolders
 from flexgui.session import saved_work
 from flexgui.session.saved_work import SavedResults, SavedWork
 from flexgui.session.scenario_edits import apply_edits, set_value
-from flexgui.session.serialization import SCHEMA_VERSION, Envelope, deserialize, serialize
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES, Topic
 from flexgui.stages.challenge.state import Challenge, Guess

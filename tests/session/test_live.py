@@ -11,12 +11,12 @@ import pytest
 
 from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.errors import InputError
+from flexgui.export.serialization import deserialize, serialize
 from flexgui.places import WORK, has_saved_work
 from flexgui.session import edited_scenario, playback
 from flexgui.session.saved_work import SavedWork
 from flexgui.session.scenario_edits import Edit, apply_edits, set_arm, set_value
 from flexgui.session.scheduling import COMPUTE_TURNS
-from flexgui.session.serialization import deserialize, serialize
 from flexgui.session.session import Session
 from flexgui.session.state import LiveSettings, PagePart, Topic
 from flexgui.stages.arm.live import LiveModel

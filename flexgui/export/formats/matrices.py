@@ -17,6 +17,10 @@ CONSTANT, NAMES = ("B", "C", "D"), ("states", "inputs", "outputs")
 """Of a model: matrices that no posture changes, and the names along their sides."""
 
 
+HEADER = b"MATLAB 5.0 MAT-file, written by FlexGUI".ljust(116)
+"""Without the date, so that the same model gives the same file."""
+
+
 class MatFile(ModelFormat):
     """E0, E1, ..., A0, ..., B, C, D with names; version 5, read by MATLAB, Octave and SciPy."""
 
@@ -28,7 +32,7 @@ class MatFile(ModelFormat):
         content["limits"] = "\n".join(linear_header(outcome, "the linear model"))
         file = io.BytesIO()
         scipy.io.savemat(file, content, oned_as="column")
-        return {"model.mat": file.getvalue()}
+        return {"model.mat": HEADER + file.getvalue()[len(HEADER) :]}
 
 
 class JsonFile(ModelFormat):

@@ -15,7 +15,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.progress import Progress
 from flexgui.core.recording.spec import RecordingSpec
-from flexgui.core.results import Diagnosis
+from flexgui.core.results import Outcome
 from flexgui.core.scenario.data_folder import ConfinedFolder, is_device, resolve_file
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.schema import Scenario
@@ -163,12 +163,13 @@ def scenario_file(scenario: Scenario, folder: Path) -> tuple[str, bytes]:
     return bundled(name, scenario_toml(scenario), scenario, folder)
 
 
-def diagnosed_file(scenario: Scenario, diagnosis: Diagnosis, folder: Path) -> tuple[str, bytes]:
-    """The same for the scenario with the effects that a diagnosis found."""
-    from flexgui.core.diagnosed_scenario import diagnosed_toml
+def found_file(scenario: Scenario, outcome: Outcome, folder: Path) -> tuple[str, bytes]:
+    """The same for the scenario with what was identified and diagnosed."""
+    from flexgui.core.diagnosed_scenario import found_texts
 
     name = safe_name(scenario.title).replace(" ", "_") or "scenario"
-    return bundled(f"{name}_diagnosed", diagnosed_toml(scenario, diagnosis), scenario, folder)
+    kind, text = list(found_texts(scenario, outcome).items())[-1]
+    return bundled(f"{name}_{Path(kind).stem}", text, scenario, folder)
 
 
 def bundled(name: str, text: str, scenario: Scenario, folder: Path) -> tuple[str, bytes]:

@@ -114,8 +114,8 @@ class Diagnosis:
         """The last result with what was found missing and added, as the report states it."""
         outcome, of = self._session.identification.outcome, self._session.identification.outcome_of
         last = self.versions[-1] if self.versions else None
-        if outcome is None or last is None or last.scenario != of:
-            return outcome
+        if outcome is None or last is None or last.scenario != of or outcome.diagnosis is not None:
+            return outcome  # that of a run that was opened is whole
         return with_versions(outcome, self._session.comparison.shown, self.versions)
 
     @property

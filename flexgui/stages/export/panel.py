@@ -19,7 +19,7 @@ from flexgui.page.widgets import HtmlBlock, button, number, paragraph, stage_mac
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import (
-    diagnosed_file,
+    found_file,
     recordings_of,
     safe_name,
     scenario_file,
@@ -63,7 +63,7 @@ class ExportPanel(Panel):
             "Scenario": (
                 Offer("Scenario file", "Runs with “flexgui export”.", self._save_scenario, False),
                 Offer("Scenario with what was found", "Reproduces this result.",
-                      self._save_diagnosed),
+                      self._save_found),
             ),
             "Data": (
                 Offer("All tables (zip)", "Every sample as CSV.",
@@ -103,14 +103,13 @@ class ExportPanel(Panel):
         except InputError as error:
             session.refuse(error)
 
-    def _save_diagnosed(self) -> None:
+    def _save_found(self) -> None:
         session = self.session
         outcome, scenario = session.diagnosis.whole, session.identification.outcome_of
-        if outcome is None or outcome.diagnosis is None or scenario is None:
-            session.refuse("There is no diagnosis yet; diagnose first.")
+        if outcome is None or scenario is None:
             return
         try:
-            self.send(*diagnosed_file(scenario, outcome.diagnosis, session.folder))
+            self.send(*found_file(scenario, outcome, session.folder))
         except InputError as error:
             session.refuse(error)
 

@@ -25,11 +25,12 @@ def export(
     `folder` holds the files that the scenario may read; its first motion is played in the report.
     """
     from flexgui.export.export_files import export_run
+    from flexgui.export.saved_run import Source
 
     progress.stage("Writing the report")
     check_writable(Path(out))
-    text = scenario_toml(scenario)
-    export_run(outcome, scenario, text, Path(out), ConfinedFolder(Path(folder)))
+    source = Source(scenario, scenario_toml(scenario), ConfinedFolder(Path(folder)))
+    export_run(outcome, source, Path(out))
     return out
 
 

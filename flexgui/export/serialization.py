@@ -9,15 +9,19 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
+from flexgui.core.bounded_cache import BoundedCache
 from flexgui.core.errors import InputError
-from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.read import parse_scenario, scenario_toml
 from flexgui.core.scenario.schema import Scenario
-from flexgui.session.scenario_edits import cached_text
 
 SCHEMA_VERSION = 2
 """Of the saved files. Within one version fields may be added or removed: they have defaults."""
 DAMAGED = "it is damaged, or an earlier version of FlexGUI wrote it."
 T = TypeVar("T")
+
+_TEXTS: BoundedCache[tuple[Scenario, str]] = BoundedCache(64)
+"""Keyed by the scenario's id, which stays unique while the entry holds the scenario: a session
+saves the same scenarios again and again."""
 
 
 class Envelope(msgspec.Struct):
@@ -25,28 +29,33 @@ class Envelope(msgspec.Struct):
 
     schema: int
     arrays: list[bytes]
-    """In NumPy's own format; an array that several records hold is written once."""
+    """In NumPy's own format; equal arrays are written once."""
     body: bytes
 
 
 def serialize(record: Any) -> bytes:
     """The bytes of a data class of records, arrays, scenarios, texts and numbers; TypeError for
     anything else."""
-    arrays: dict[int, np.ndarray] = {}
-    places: dict[int, int] = {}
+    held: dict[int, np.ndarray] = {}
+    """By their ids, which stay unique while they are held."""
+    places: dict[bytes, int] = {}
+    """Content of an array -> its number, in the order of the file."""
+    known: dict[int, int] = {}
 
     def encode_other(value: Any) -> Any:
         if isinstance(value, np.ndarray):
-            arrays.setdefault(id(value), value)
-            return places.setdefault(id(value), len(places))
+            if id(value) not in known:
+                held[id(value)] = value
+                known[id(value)] = places.setdefault(_bytes_of(value), len(places))
+            return known[id(value)]
         if isinstance(value, np.generic):
             return value.item()
         if isinstance(value, Scenario):
-            return cached_text(value)
+            return _TEXTS.get(id(value), lambda: (value, scenario_toml(value)))[1]
         raise TypeError(f"{type(value)} is no record that is kept")
 
     body = msgspec.msgpack.encode(record, enc_hook=encode_other)
-    content = Envelope(SCHEMA_VERSION, [_bytes_of(each) for each in arrays.values()], body)
+    content = Envelope(SCHEMA_VERSION, list(places), body)
     written = msgspec.msgpack.encode(content)
     return b"%08x" % zlib.crc32(written) + written
 
