@@ -9,7 +9,8 @@
     rig.diagnose().export("reports/rig")
 
 Projects     load, open, project, scenarios, Project
-Results      Identification, Diagnosis, Comparison, Simulation, Plan, LinearModel
+Results      Identification, Diagnosis, Comparison, ResidualAnalysis, Simulation, Plan,
+             LinearModel
 The rig      Arm, Segment, Drive, DriveLaw, Sensor, Channel, Excitation, Parameter, Recording
 Effects      Effect, EffectParameter, formula, static_law
 Catalogues   drives, effects, excitations, presets, sensors; register, unregister
@@ -34,6 +35,7 @@ _HOME = {
     "flexgui.library.plan": "Plan",
     "flexgui.library.project": "Project",
     "flexgui.library.comparison": "Comparison Simulation",
+    "flexgui.library.residuals": "ResidualAnalysis",
     "flexgui.library.results": "Diagnosis Identification StoppedError",
     "flexgui.library.linear_model": "LinearModel",
     "flexgui.library.progress_callback": "Update",
@@ -86,6 +88,7 @@ if TYPE_CHECKING:
     from flexgui.library.plan import Plan as Plan
     from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project
+    from flexgui.library.residuals import ResidualAnalysis as ResidualAnalysis
     from flexgui.library.results import Diagnosis as Diagnosis
     from flexgui.library.results import Identification as Identification
     from flexgui.library.results import StoppedError as StoppedError

@@ -44,6 +44,7 @@ RANKS = {
     "core.noise": 9.5,
     "core.check": 9.6,
     "core.error_maps": 9.8,
+    "core.residual_analysis": 9.8,
     "core.diagnose": 10,
     "core.linear_or_nonlinear": 10.3,
     "core.propose": 10.2,

@@ -13,10 +13,17 @@ from ..identify.predictor import Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import TORQUE, Processing
 from ..identify.unknowns import Unknowns
+from ..loading import joint_units
 from ..model import Model
-from ..recording.channels import Role, role_of
+from ..recording.channels import Role, channel_kind, role_of
 from ..recording.recording import Recording
-from ..results import ChannelComparison, JointMotion, MissingTorque, RecordingComparison
+from ..results import (
+    ChannelComparison,
+    InputSignal,
+    JointMotion,
+    MissingTorque,
+    RecordingComparison,
+)
 from ..sensors import sensors
 from ..sensors.sensor import Sensor
 from ..trajectory import Trajectory
@@ -90,9 +97,27 @@ def compare_many(
                 tip_rms=_tip_rms(channels),
                 theta2=e.recording.theta2,
                 motion=_motion(e, motion[0]),
+                inputs=_inputs(e),
             )  # fmt: skip
         )
     return comparisons
+
+
+def _inputs(experiment: Prepared) -> tuple[InputSignal, ...]:
+    """References of the drive; the measured speeds where a virtual servo prescribes the motion."""
+    model, recording = experiment.model, experiment.recording
+    arm, keep = model.arm, slice(None, None, experiment.processing.decimate)
+    if model.steering is not None:
+        units = [f"{joint(s.joint).coordinate_unit}/s" for s in arm.segments]
+        names = [f"dtheta{k + 1}" for k in range(arm.joints)]
+        signals = model.steering.motion(recording, arm).speed
+    else:
+        names = list(model.drive.reference_channels(arm))
+        known = joint_units(arm)
+        units = [known.get(name) or channel_kind(name).units[0] for name in names]
+        signals = model.drive.signals(recording, arm)
+    columns = signals[keep, : len(names)].T
+    return tuple(InputSignal(*each) for each in zip(names, units, columns, strict=True))
 
 
 def _motion(experiment: Prepared, trajectory: Trajectory) -> JointMotion:

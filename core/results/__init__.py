@@ -5,6 +5,7 @@ from ..results.comparison import (
     ErrorMap,
     ErrorMaps,
     ErrorOver,
+    InputSignal,
     JointMotion,
     MissingTorque,
     RecordingComparison,

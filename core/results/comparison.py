@@ -92,6 +92,17 @@ class JointMotion:
 
 
 @dataclass(frozen=True)
+class InputSignal:
+    """What moved the arm: a reference of its drive or, where the motion is prescribed, a joint's
+    speed."""
+
+    channel: str
+    unit: str
+    values: np.ndarray
+    """(N,) in `unit`, at the times of the outputs"""
+
+
+@dataclass(frozen=True)
 class RecordingComparison:
     """All outputs of one recording, with the fit that the model's values come from."""
 
@@ -106,6 +117,7 @@ class RecordingComparison:
     theta2: float | None = None
     """rad, the working point; None where the recording is not made at one."""
     motion: JointMotion | None = None
+    inputs: tuple[InputSignal, ...] = ()
 
 
 @dataclass(frozen=True)

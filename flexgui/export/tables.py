@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from flexgui.core.error_maps import error_maps
+from flexgui.core.residual_analysis import ResidualAnalysis, residual_analysis
 from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
 from flexgui.export.result import as_record, parameters
 from flexgui.views.fit_table import bar_label
@@ -144,6 +145,18 @@ def error_map_rows(outcome: Outcome) -> Rows:
             yield {**named, "recording": name, **cell}
 
 
+def residual_rows(found: ResidualAnalysis) -> Rows:
+    """A row per correlation: how many lags are outside its band, and the worst one in s."""
+    for c in found.correlations:
+        worst = c.worst
+        yield {
+            "recording": c.recording, "channel": c.channel, "with": c.input or "itself",
+            "outside": c.outside, "lag": c.lag[worst], "value": c.value[worst],
+            "band": c.band[worst],
+        }  # fmt: skip
+
+
+RESIDUALS = "recording channel with outside lag value band"
 ERRORS = "recording role fit channel unit fitted fit_percent rms normalised_error relative_error"
 PARAMETERS = (
     "fit parameter of value std unit start lower upper identifiable at_bound derived recording "
@@ -182,6 +195,11 @@ def error_table(comparisons: Sequence[RecordingComparison]) -> pd.DataFrame:
     return pd.DataFrame(list(error_rows(comparisons)), columns=ERRORS.split())
 
 
+def residual_table(found: ResidualAnalysis) -> pd.DataFrame:
+    """A row per recording, output and what its residual is correlated with."""
+    return pd.DataFrame(list(residual_rows(found)), columns=RESIDUALS.split())
+
+
 def tables(outcome: Outcome) -> dict[str, pd.DataFrame]:
     """File name (without '.csv') -> table."""
     names = ["parameters", "fit", "correlation"]
@@ -190,6 +208,7 @@ def tables(outcome: Outcome) -> dict[str, pd.DataFrame]:
     if outcome.repeated:
         names.append("repeatability")
     made = {name: table(outcome, name) for name in names}
+    made["residual_analysis"] = residual_table(residual_analysis(final_comparisons(outcome)))
     return {**made, "convergence": convergence_table(outcome), **recording_tables(outcome)}
 
 

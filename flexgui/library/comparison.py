@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
 
+    from flexgui.library.residuals import ResidualAnalysis
+
 
 @dataclass(frozen=True, repr=False)
 class Simulation:
@@ -169,6 +171,21 @@ class Comparison:
             for each in comparisons
         }
         return pd.concat(tables, names=["recording", "t"]).reset_index()
+
+    def residual_analysis(self, lags: int = 25, level: float = 0.99) -> ResidualAnalysis:
+        """Ask whether what the model leaves is white and no longer follows the inputs.
+
+        Args:
+            lags: Of each correlation, in samples of the output.
+            level: Probability of the bands, where the model is complete.
+
+        Returns:
+            Autocorrelations, correlations with the inputs, and frequency responses.
+        """
+        from flexgui.core.residual_analysis import residual_analysis
+        from flexgui.library.residuals import ResidualAnalysis
+
+        return ResidualAnalysis(residual_analysis(self.recordings, lags, level))
 
     def plot(self, view: str = "signals", recording: str | None = None) -> go.Figure:
         """Draw the comparison.

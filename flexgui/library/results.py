@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 
     from flexgui.library.linear_model import LinearModel
     from flexgui.library.project import Project
+    from flexgui.library.residuals import ResidualAnalysis
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,6 +100,10 @@ class _Found:
         found = self.outcome.diagnosis
         floors = None if found is None else found.floors
         return Comparison(final_comparisons(self.outcome), floors or None)
+
+    def residual_analysis(self, lags: int = 25, level: float = 0.99) -> ResidualAnalysis:
+        """Analyse what the model as it now stands leaves; as `Comparison.residual_analysis`."""
+        return self.compare().residual_analysis(lags, level)
 
     def export(self, folder: str | Path) -> Path:
         """Write report, tables and model; nothing is computed again.

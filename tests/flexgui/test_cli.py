@@ -18,6 +18,7 @@ from flexgui.cli import app
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Progress, Silent
 from flexgui.core.results import Generation, Outcome
+from flexgui.core.scenario.schema import Scenario
 from flexgui.progress import PlainProgress, TerminalProgress
 from tests.cli.helpers import FILE, TEXT, csv, table
 
@@ -31,7 +32,9 @@ def run(*arguments: str | Path) -> Result:
 @pytest.fixture
 def scenario(tmp_path: Path) -> Path:
     path = tmp_path / "case.toml"
-    path.write_text('title = "case"\n', encoding="utf-8")
+    recording = 'recordings = [{ name = "a", simulate = { theta2 = 1.0, seconds = 0.1 } }]'
+    rig = 'arm = { preset = "paper" }\ndrive = { kind = "velocity_loop", gains = [60.0, 30.0] }'
+    path.write_text(f'title = "case"\n{rig}\n{recording}\n', encoding="utf-8")
     return path
 
 
@@ -39,26 +42,21 @@ def scenario(tmp_path: Path) -> Path:
 def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     """A workbench that notes what it is given and answers at once; or raises what it holds."""
     calls: list[object] = []
-    reader, bench = ModuleType("flexgui.core.scenario.read"), ModuleType("flexgui.core.workbench")
+    bench = ModuleType("flexgui.core.workbench")
 
     def run_scenario(
-        given: object, *, folder: Path, data_folder: Path | None, progress: Progress
+        given: Scenario, *, folder: Path, data_folder: Path | None, progress: Progress
     ) -> Outcome:
         for call in calls:
             if isinstance(call, BaseException):
                 raise call
-        calls.append((given, data_folder, progress))
+        calls.append((given.title, data_folder, progress))
         return glocal
 
-    reader.read_scenario = lambda path: path.name
     bench.run_scenario = run_scenario
-    # A text for a scenario has no recordings that could lie anywhere.
-    monkeypatch.setattr("flexgui.core.scenario.data_folder.outside", lambda *given: "")
-    monkeypatch.setattr("flexgui.core.identify.unknowns.check_names", lambda given: None)
     monkeypatch.setattr("flexgui.core.scenario.stated_effects.arms_to_compile", lambda given: ())
     # The motion in 3-D would be simulated by the workbench that is not there.
     monkeypatch.setattr("flexgui.export.export_files.report_motion", lambda *given: None)
-    monkeypatch.setitem(sys.modules, "flexgui.core.scenario.read", reader)
     monkeypatch.setitem(sys.modules, "flexgui.core.workbench", bench)
     return calls
 
@@ -68,7 +66,7 @@ def test_export_writes_the_folder(scenario: Path, workbench: list, tmp_path: Pat
     assert result.exit_code == 0, result.output
     assert (tmp_path / "out" / "report.html").exists()
     (given, folder, progress) = workbench[0]
-    assert (given, folder) == ("case.toml", tmp_path)
+    assert (given, folder) == ("case", tmp_path)
     assert isinstance(progress, Silent)
 
 

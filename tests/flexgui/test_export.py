@@ -160,7 +160,7 @@ def test_the_report_has_all_sections_and_figures(exported: Path, bare: Outcome) 
     ids = "parameters identifiability fit variants recordings missing convergence correlations"
     for section in (*ids.split(), "model", "notes", "scenario"):
         assert f'<section id="{section}">' in text
-    assert parsed.figures == 1 + 1 + 2 * 7 + 2 + 1 + 1
+    assert parsed.figures == 1 + 1 + 2 * 7 + 2 + 1 + 1 + 1  # the last of residual analysis
     assert "<math" in text
 
 

@@ -221,3 +221,16 @@ def test_a_motion_begins_in_the_state_that_is_stated(level: str) -> None:
 def test_a_state_that_cannot_be_is_one_sentence(state: dict[str, float], sentence: str) -> None:
     with pytest.raises(fg.InputError, match=sentence):
         machine().simulate(theta2=1.1, seconds=0.1, state=state)
+
+
+def test_what_a_complete_model_leaves_follows_no_input(found: fg.Identification) -> None:
+    analysis = found.residual_analysis()
+    table = analysis.to_dataframe()
+    inputs = table[table["with"] != "itself"]
+    assert set(inputs["with"]) == {"dtheta1_ref", "dtheta2_ref"}
+    assert inputs["outside"].mean() < 0.1
+    assert "with the inputs" in repr(analysis)
+    for view in ("correlations", "responses"):
+        assert analysis.plot(view).data
+    with pytest.raises(fg.InputError, match="no recording 'x'"):
+        analysis.plot(recording="x")

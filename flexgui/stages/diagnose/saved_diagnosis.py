@@ -20,6 +20,7 @@ from flexgui.core.results import (
 )
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
+from flexgui.session.state import Topic
 from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 from flexgui.stages.diagnose.task import MOST_ROWS, laws_of
 
@@ -37,6 +38,8 @@ def show_run(session: Session, scenario: Scenario, outcome: Outcome) -> None:
     for k, version in enumerate(versions):
         if version.comparisons:
             session.diagnosis.models.add(versions[: k + 1], sum(outcome.seconds.values()))
+    session.notify(Topic.OUTCOME, Topic.DIAGNOSIS)
+    session.playback.refresh()
 
 
 def versions_of(scenario: Scenario, outcome: Outcome) -> tuple[ModelVersion, ...]:
