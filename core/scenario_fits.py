@@ -35,10 +35,10 @@ def fit_all(
     groups = [[r] for r in chosen] if spec.method == "local" else [chosen]
     stated = "generations" in spec.model_fields_set or setup.model.level == "lpv"
     progress.stage("Identifying", spec.generations * len(groups) if stated else None)
-    return [_fit_group(setup, group, spec, progress, len(groups) > 1) for group in groups]
+    return [fit_group(setup, group, spec, progress, len(groups) > 1) for group in groups]
 
 
-def _fit_group(
+def fit_group(
     setup: Setup,
     group: Sequence[Recording],
     spec: IdentifySpec,
@@ -47,6 +47,11 @@ def _fit_group(
     fixed: Mapping[str, float] | None = None,
     unknowns: Unknowns | None = None,
 ) -> Fitted:
+    """One fit over a group of recordings.
+
+    `fixed`: values that are held, else those that the scenario states; `unknowns`: what is
+    estimated, else what the scenario asks for; `named`: whether it has its first recording's name.
+    """
     model = setup.model
     if unknowns is None:
         unknowns = unknowns_with_starts(model, spec, group, setup.outputs)
@@ -107,7 +112,7 @@ def _values_for(
     extra = Unknowns(tuple(item for item in items if item.recording is not None))
     if not len(extra):
         return values, label, ""
-    alone = _fit_group(
+    alone = fit_group(
         setup, [recording], spec.model_copy(update={"generations": 0}), Silent(), True, values,
         extra,
     )  # fmt: skip

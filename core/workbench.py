@@ -27,6 +27,7 @@ from .model import Model
 from .noise.output_noise import stated_noise
 from .noise.repeated_motions import compare_repeated_runs
 from .processors import fast_thread_switching
+from .profile_likelihood import profile_likelihood
 from .progress import Progress, Silent
 from .propose.propose import propose, with_proposal
 from .recording.recording import Recording
@@ -37,6 +38,7 @@ from .results import (
     LevelChoice,
     LinearModel,
     Outcome,
+    Profile,
     Proposal,
     RecordingComparison,
 )
@@ -265,6 +267,29 @@ def propose_for(
     setup, spec, options = _options(scenario, make_setup(model, spec, recordings), recordings, spec)
     fitted = fit_base_to_recordings(setup, spec, recordings, options, progress)
     return propose(fitted, options, progress)
+
+
+@naming_scenario
+def profile_for(
+    scenario: Scenario, name: str, recording: str | None = None, *, level: float = 0.95,
+    folder: Folder | None = None, data_folder: Path | None = None,
+    progress: Progress | None = None,
+) -> Profile:  # fmt: skip
+    """Profile likelihood of a parameter over the estimation recordings, or of one of them, which a
+    local method needs."""
+    progress = progress or Silent()
+    progress.stage("Reading the recordings", len(scenario.recordings))
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+    model, _ = model_at_level(scenario, model, spec, recordings)
+    group = [r for r in recordings if r.role == "estimate" and recording in (None, r.name)]
+    if not group or (recording is None and spec.method == "local" and len(group) > 1):
+        names = [r.name for r in recordings if r.role == "estimate"]
+        raise InputError(f"A profile is of one fit; choose a recording of {listed(names)}.")
+    progress.stage(f"Holding {name} beside its estimate")
+    setup = make_setup(model, spec, recordings)
+    return profile_likelihood(setup, group, spec, name, progress, level)
 
 
 def linear_model(

@@ -9,8 +9,8 @@
     rig.diagnose().export("reports/rig")
 
 Projects     load, open, project, scenarios, Project
-Results      Identification, Diagnosis, Comparison, ResidualAnalysis, Simulation, Plan,
-             LinearModel
+Results      Identification, Diagnosis, Comparison, ResidualAnalysis, Simulation, Prediction,
+             Profile, Plan, LinearModel
 The rig      Arm, Segment, Drive, DriveLaw, Sensor, Channel, Excitation, Parameter, Recording
 Effects      Effect, EffectParameter, formula, static_law
 Catalogues   drives, effects, excitations, presets, sensors; register, unregister
@@ -35,6 +35,7 @@ _HOME = {
     "flexgui.library.plan": "Plan",
     "flexgui.library.project": "Project",
     "flexgui.library.comparison": "Comparison Simulation",
+    "flexgui.library.predictions": "Prediction Profile",
     "flexgui.library.residuals": "ResidualAnalysis",
     "flexgui.library.results": "Diagnosis Identification StoppedError",
     "flexgui.library.linear_model": "LinearModel",
@@ -86,6 +87,8 @@ if TYPE_CHECKING:
     from flexgui.library.linear_model import LinearModel as LinearModel
     from flexgui.library.opening import open as open  # noqa: A001
     from flexgui.library.plan import Plan as Plan
+    from flexgui.library.predictions import Prediction as Prediction
+    from flexgui.library.predictions import Profile as Profile
     from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project
     from flexgui.library.residuals import ResidualAnalysis as ResidualAnalysis

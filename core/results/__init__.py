@@ -26,7 +26,7 @@ from ..results.diagnosis import (
     RankedEffect,
     Remains,
 )
-from ..results.identification import Estimate, Fit, Generation, Identifiability, Valley
+from ..results.identification import Estimate, Fit, Generation, Identifiability, Profile, Valley
 from ..results.objection import Objection, PlannedExperiment, Reason
 from ..results.outcome import (
     DescriptorModel,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -119,6 +120,44 @@ class Fit:
     """Quantities that follow from the estimates, such as EI from epsilon and d."""
     contradicted: Mapping[str, float] = field(default_factory=dict)
     """Label -> deviations by which the recordings alone differ from what was known a priori."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """How much worse the best fit is with one parameter held beside its estimate."""
+
+    estimate: Estimate
+    level: float
+    """Probability of `interval`."""
+    threshold: float
+    """Of the deviance, at the ends of `interval`."""
+    values: np.ndarray
+    """(K,) at which the parameter was held, rising, in the estimate's unit; the estimate is one"""
+    deviance: np.ndarray
+    """(K,) twice the loss of the logarithmic likelihood, no unit: (distance / std)^2 near the
+    estimate"""
+    others: tuple[str, ...]
+    """Labels of the parameters that were fitted again."""
+    paths: np.ndarray
+    """(K, others) their values"""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Between which values the likelihood is not worse than the threshold; infinite towards a
+        side where it never was."""
+        k = int(np.argmin(np.abs(self.values - self.estimate.value)))
+        return self._crossing(range(k, -1, -1), -np.inf), self._crossing(
+            range(k, len(self.values)), np.inf
+        )
+
+    def _crossing(self, outwards: Iterable[int], without: float) -> float:
+        """Where the deviance reaches the threshold; its root is nearly straight."""
+        root, end = np.sqrt(np.maximum(self.deviance, 0.0)), np.sqrt(self.threshold)
+        for a, b in pairwise(outwards):
+            if root[b] >= end:
+                share = (end - root[a]) / (root[b] - root[a])
+                return float(self.values[a] + share * (self.values[b] - self.values[a]))
+        return without
 
 
 def final_values(fits: Sequence[Fit]) -> dict[str, float]:

@@ -35,6 +35,7 @@ from flexgui.sentences.ranked import round_sentence
 from flexgui.sentences.verdict import STOPPED, all_paragraphs
 from flexgui.views.headline import (
     comparisons_as_given,
+    criteria,
     final_comparisons,
     final_derived_names,
     final_estimates,
@@ -83,6 +84,7 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
         # What it costs; null where it was not the one identified.
         "linear_model": diagnosis and as_record(diagnosis.linear_model),
         "steps": as_record(diagnosis.steps) if diagnosis else [_as_given(outcome.comparisons)],
+        "criteria": criteria(outcome),
         "seconds": {"identify": None, "diagnose": 0.0, **outcome.seconds},
         "method": outcome.method,
         "level": outcome.level,

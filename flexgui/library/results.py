@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +11,8 @@ import numpy as np
 
 from flexgui.core.diagnosed_scenario import diagnosed_scenario, identified_scenario
 from flexgui.core.errors import InputError
+from flexgui.core.information_criteria import InformationCriteria
+from flexgui.core.recording.channels import channel_kind
 from flexgui.core.results import (
     Estimate,
     LadderStep,
@@ -21,7 +23,7 @@ from flexgui.core.results import (
 from flexgui.core.results.identification import labelled
 from flexgui.core.sentences import few, listed
 from flexgui.library.comparison import Comparison, Simulation
-from flexgui.library.progress_callback import Callback
+from flexgui.library.progress_callback import Callback, at_work
 from flexgui.library.shown import chosen, looked_up, paragraphs
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
@@ -29,6 +31,7 @@ from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import fit_dots
 from flexgui.views.headline import (
     comparisons_as_given,
+    criteria,
     final_comparisons,
     final_estimates,
     fitted_values,
@@ -37,6 +40,7 @@ from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder, ladder_table
 from flexgui.views.names import is_of_a_start
 from flexgui.views.parameter_tables import final_parameters
+from flexgui.views.pooled import ESTIMATE, channel_errors, with_role
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.summary import alarms, plain, result_lines, summary
 from flexgui.views.table import html_table
@@ -46,6 +50,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
     from flexgui.library.linear_model import LinearModel
+    from flexgui.library.predictions import Prediction, Profile
     from flexgui.library.project import Project
     from flexgui.library.residuals import ResidualAnalysis
 
@@ -100,6 +105,43 @@ class _Found:
         found = self.outcome.diagnosis
         floors = None if found is None else found.floors
         return Comparison(final_comparisons(self.outcome), floors or None)
+
+    @property
+    def criteria(self) -> InformationCriteria | None:
+        """AIC, BIC and FPE of the model as it now stands; None where nothing was compared."""
+        return criteria(self.outcome)
+
+    def profile(
+        self,
+        name: str,
+        *,
+        recording: str | None = None,
+        level: float = 0.95,
+        progress: Callback | None = None,
+    ) -> Profile:
+        """Compute the profile likelihood of a parameter: its interval where it is not symmetric,
+        or has no end. It takes a fit for each of some ten values.
+
+        Args:
+            name: Of the parameter; `name@recording` where each recording has its own.
+            recording: The one that was fitted; needed where each has a fit of its own.
+            level: Probability of the interval.
+            progress: Called after each fit; returning False stops with what there is.
+
+        Returns:
+            The deviance over the parameter, and how the others follow.
+
+        Raises:
+            InputError: Where it was not estimated.
+        """
+        with at_work(progress) as heard:
+            from flexgui.core.workbench import profile_for
+            from flexgui.library.predictions import Profile
+
+            where = self.given._places
+            scenario = self.project().scenario
+            found = profile_for(scenario, name, recording, level=level, **where, progress=heard)
+            return Profile(found)
 
     def residual_analysis(self, lags: int = 25, level: float = 0.99) -> ResidualAnalysis:
         """Analyse what the model as it now stands leaves; as `Comparison.residual_analysis`."""
@@ -206,6 +248,63 @@ class Identification(_Found):
         """
         values = self._values_in(recording, settings.pop("values", None))
         return self.given.simulate(**{"noise": False, **settings, "values": values})
+
+    def predict(
+        self, *, recording: str | None = None, level: float = 0.95, **settings: Any
+    ) -> Prediction:
+        """Predict an experiment with the bands in which its measurements will lie.
+
+        The uncertainty of the estimates, by their covariance, and the noise that was seen about
+        the model on the recordings to estimate go through to the outputs. The bands hold only if
+        the model is complete.
+
+        Args:
+            recording: As for `simulate`.
+            level: Probability of the bands.
+            **settings: As for `Project.simulate`: references, theta2, seconds, ...
+
+        Returns:
+            The predicted recording with its bands.
+
+        Raises:
+            InputError: As for `simulate`.
+        """
+        from flexgui.library.predictions import Prediction
+
+        middle = self.simulate(recording=recording, **settings)
+        values = self._values_in(recording, settings.pop("values", None))
+        moved = [
+            self.simulate(recording=recording, values={**values, **shift}, **settings).recording
+            for shift in self._deviations(values, recording)
+        ]
+        outputs = [name for name in middle.recording.channels if not channel_kind(name).reference]
+        spread = {name: np.zeros(len(middle.recording.time)) for name in outputs}
+        for below, above in zip(moved[::2], moved[1::2], strict=True):
+            for name in outputs:
+                spread[name] = np.hypot(spread[name], 0.5 * (above[name] - below[name]))
+        seen = with_role(self.outcome.comparisons, ESTIMATE)
+        noise = {e.channel: e.rms for e in channel_errors(seen)}
+        return Prediction(middle.recording, spread, noise, level, middle.units)
+
+    def _deviations(
+        self, values: Mapping[str, float], recording: str | None
+    ) -> Iterator[dict[str, float]]:
+        """Values one deviation below and above the estimates, along each principal axis of their
+        covariance; what the recordings leave free stays."""
+        estimates = {
+            e.label: e
+            for e in self.parameters
+            if e.name in values and e.recording in (None, recording) and np.isfinite(e.std)
+        }
+        table = self.covariance()
+        labels = [label for label in estimates if label in table.index]
+        sizes, axes = np.linalg.eigh(table.loc[labels, labels].to_numpy())
+        for axis in (axes * np.sqrt(np.maximum(sizes, 0.0))).T:
+            for sign in (-1.0, 1.0):
+                yield {
+                    e.name: float(np.clip(values[e.name] + sign * d, e.lower, e.upper))
+                    for e, d in zip((estimates[x] for x in labels), axis, strict=True)
+                }
 
     def _values_in(
         self, recording: str | None, stated: Mapping[str, float] | None

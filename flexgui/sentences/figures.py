@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from flexgui.core.information_criteria import InformationCriteria
 from flexgui.core.results import (
     ABOVE,
     ChannelError,
@@ -207,3 +208,10 @@ def linear_sentence(model: LinearModel) -> str:
 SAME = 1.05
 """Times the error of the full equations up to which the linear model is called as good: the two
 are fitted to different outputs, which changes the tip error by a few per cent."""
+
+
+def criteria_text(criteria: InformationCriteria | None) -> str:
+    """'AIC -18804, BIC -18793, FPE 0.004'; empty without any."""
+    if criteria is None:
+        return ""
+    return f"AIC {criteria.aic:.0f}, BIC {criteria.bic:.0f}, FPE {format_number(criteria.fpe, 3)}"

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexgui.core.effects import catalogue
 from flexgui.core.identify.unknowns import GAIN, OFFSET
+from flexgui.core.information_criteria import InformationCriteria, information_criteria
 from flexgui.core.results import (
     MISSING,
     NOTHING,
@@ -147,6 +148,11 @@ def final_comparisons(outcome: Outcome) -> tuple[RecordingComparison, ...]:
     if diagnosis is None:
         return outcome.comparisons
     return diagnosis.left or (() if diagnosis.added else diagnosis.given) or outcome.comparisons
+
+
+def criteria(outcome: Outcome) -> InformationCriteria | None:
+    """AIC, BIC and FPE of the model after the diagnosis."""
+    return information_criteria(final_comparisons(outcome), len(final_estimates(outcome)))
 
 
 def comparisons_as_given(outcome: Outcome) -> tuple[RecordingComparison, ...]:

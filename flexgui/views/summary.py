@@ -11,7 +11,7 @@ from flexgui.core.identify.unknowns import START
 from flexgui.core.results import Estimate, Fit, Outcome, RecordingComparison
 from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.core.sentences import listed
-from flexgui.sentences.figures import times
+from flexgui.sentences.figures import criteria_text, times
 from flexgui.sentences.identifiability import invariant
 from flexgui.sentences.proposal import proposed_line
 from flexgui.sentences.written import channel_symbol, format_number, quantity, split_name
@@ -20,6 +20,7 @@ from flexgui.views.headline import (
     BIASED,
     COMPLETE,
     comparisons_as_given,
+    criteria,
     current_verdict,
     final_comparisons,
     final_derived_names,
@@ -48,6 +49,8 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
             sentences.append(f"{words}: {text}{given_by}.")
     if any("FIT" in each for each in sentences):
         sentences.append(FIT_IS)
+    if found := criteria(outcome):
+        sentences.append(f"{criteria_text(found)}; the residuals are taken for white.")
     return (*(s for s in sentences if s), *_doubts(outcome))
 
 

@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from flexgui.core.information_criteria import InformationCriteria, information_criteria
 from flexgui.core.results import LadderStep
 from flexgui.core.scenario.schema import Scenario
 from flexgui.sentences.figures import validation_rms
@@ -59,6 +60,13 @@ class FittedModel:
         before = self.way[-2].ranking if len(self.way) > 1 else ()
         ranked = next((r for r in before if r.effect == self.version.added), None)
         return None if ranked is None else ranked.delta_bic
+
+    @property
+    def criteria(self) -> InformationCriteria | None:
+        """AIC, BIC and FPE; None where it was not compared."""
+        found = self.version.found
+        count = 0 if found is None else len(found.step.parameters)
+        return information_criteria(self.version.comparisons, count)
 
 
 class FittedModels:
