@@ -19,6 +19,7 @@ _ALLOWED = re.compile(r"[A-Za-zµμΩ°²³·%/*^()\-. 1-9]{1,40}")
 _SPELLINGS = (
     (re.compile(r"\b([mkMuµ]?N)\s*[.·]?\s*m\b"), r"\1*m"),  # pint reads 'Nm' as 'number metre'
     (re.compile(r"\brev\b"), "revolution"),
+    (re.compile(r"\bOhm\b"), "ohm"),
 )
 _TOWER = re.compile(r"[1-9]{2}|(\*\*|\^)[^*^/]*(\*\*|\^)")
 
@@ -56,6 +57,25 @@ def is_unit(text: str) -> bool:
         return bool(text) and bool(_root(text))
     except InputError:
         return False
+
+
+_BASE = {"gram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "radian": "rad"}
+
+
+def base_units(unit: str) -> tuple[float, dict[str, int]]:
+    """The factor to SI, and the exponents of kg, m, s, A, K and rad.
+
+    Raises:
+        InputError: Where the text is no unit, or one of anything else.
+    """
+    factor, root = _root(unit)
+    exponents: dict[str, int] = {}
+    for divides, name, power in re.findall(r"(/ )?\b([a-z_]+)(?: \*\* (\d+))?", root):
+        if name in _BASE and "." not in root:
+            exponents[_BASE[name]] = int(power or 1) * (-1 if divides else 1)
+        elif name != "dimensionless":
+            raise InputError(f"the unit [{unit}] is not one of mechanics")
+    return factor / 1000.0 ** exponents.get("kg", 0), exponents
 
 
 @cache

@@ -52,6 +52,7 @@ from .sentences import listed
 from .simulate.descriptor import descriptor, prepare_descriptor
 from .simulate.equations import equations, prepare_equations
 from .simulate.mechanism import mechanism
+from .simulate.state_equations import state_equations
 from .validation import naming_scenario
 
 AS_STATED = "the stated values"
@@ -120,6 +121,7 @@ def run_scenario(
         arm_table=_arm_table(model), diagnosis=diagnosis,
         repeated=compare_repeated_runs(fits),
         origins=_origins(setup.model, fits), mechanism=mechanism(standing, values),
+        state_equations=state_equations(standing, values),
     )  # fmt: skip
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 import threading
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -111,6 +113,16 @@ def compile_arm(structure: Structure) -> CompiledArm:
     with _LOADING:
         module = cached_module(_name(structure), partial(_module_text, structure))
     return CompiledArm(structure, module.dynamics, module.tip, module.linear)
+
+
+@cache
+def statements_of(structure: Structure, function: str) -> tuple[str, ...]:
+    """The assignments of `dynamics`, `tip` or `linear` as they are compiled."""
+    compile_arm(structure)
+    text = Path(sys.modules[f"flexgui_{_name(structure)}"].__file__ or "").read_text("utf-8")
+    head = f"def {function}_statements("
+    body = text.partition(head)[2].partition("\n\n")[0]
+    return tuple(line.strip() for line in body.splitlines()[1:])
 
 
 @dataclass(frozen=True)

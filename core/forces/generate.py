@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
@@ -151,6 +153,7 @@ def module_text(law: ForceLaw) -> str:
     return _text(law, _HEAD, _Printer(), "{}[{}]", "out[{}] = {}")
 
 
+@lru_cache(128)
 def plain_text(law: ForceLaw) -> str:
     """The module of one law that is not compiled."""
     return _text(law, _PLAIN_HEAD, _Printer(), "{}[{}]", "out[{}] = {}")

@@ -40,3 +40,4 @@ from ..results.outcome import (
     Repeated,
 )
 from ..results.proposal import Carrier, LawTerm, Proposal, ProposedLaw
+from ..results.state_equations import Quantity, StateEquations

@@ -10,6 +10,7 @@ import numpy as np
 from ..results.comparison import RecordingComparison, Variant
 from ..results.diagnosis import Diagnosis
 from ..results.identification import Estimate, Fit
+from ..results.state_equations import StateEquations
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,8 @@ class Outcome:
     """Parameters over the runs of one experiment, where each run has estimates of its own."""
     mechanism: Mechanism | None = None
     """The arm of `model` in plain numbers; None where nobody stated it."""
+    state_equations: StateEquations | None = None
+    """The non-linear model with its drive and forces; None where joints follow a recording."""
 
 
 @dataclass(frozen=True)

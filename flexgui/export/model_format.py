@@ -23,6 +23,14 @@ LINEAR_LIMITS = (
 )
 """Of every format that holds the matrices."""
 
+WHOLE_LIMITS = (
+    "The full equations of motion with the drive's loop closed. All estimated values are in it, "
+    "those of the linear model where that was identified.",
+    "Not in this file: noise, delays and filters of sensors, and the outputs y and ydot, which "
+    "follow from z1 and z2.",
+)
+"""Of every format that holds the state equations."""
+
 
 class ModelFormat(ABC):
     """One format; exports write its files, the page offers them as a download."""
@@ -47,6 +55,23 @@ def linear_header(outcome: Outcome, what: str) -> list[str]:
     effects = _effects(outcome)
     carried = [e for e in effects if e.linear and e.acts_on != "sensor"]
     return header(outcome, what, carried, LINEAR_LIMITS)
+
+
+def whole_header(outcome: Outcome, what: str) -> list[str]:
+    """The same about a file with the state equations."""
+    carried = [e for e in _effects(outcome) if e.acts_on != "sensor"]
+    return header(outcome, what, carried, WHOLE_LIMITS)
+
+
+def no_equations(outcome: Outcome) -> str:
+    """Why there are no state equations; empty where there are some."""
+    if outcome.state_equations is not None:
+        return ""
+    return (
+        "This result has no full equations with a drive: joints follow their recorded positions, "
+        "or an earlier version made it. State the rig's control loop in [drive], and identify "
+        "again."
+    )
 
 
 def header(
@@ -93,8 +118,7 @@ def plain(text: str) -> str:
 
 
 FUNCTIONS = frozenset({"cos", "sin"})
-
-_OPERATORS: dict[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+"""Of the posture, in the matrices."""
 
 
 def scheduled(bases: Sequence[str]) -> tuple[str, ...]:
@@ -106,31 +130,3 @@ def scheduled(bases: Sequence[str]) -> tuple[str, ...]:
         if isinstance(node, ast.Name) and node.id not in FUNCTIONS
     }
     return tuple(sorted(indices))
-
-
-def in_c(text: str, variables: Sequence[str]) -> str:
-    """A basis function as a C expression; `variables[i]` is written theta[i].
-
-    Raises:
-        ValueError: Where it holds anything but numbers, joint positions, cos, sin and + - * / **
-            with a whole exponent.
-    """
-    return _c(ast.parse(text, mode="eval").body, variables)
-
-
-def _c(node: ast.expr, variables: Sequence[str]) -> str:
-    match node:
-        case ast.Constant(value=int() | float() as number):
-            return repr(float(number))
-        case ast.Name(id=name) if name in variables:
-            return f"theta[{variables.index(name)}]"
-        case ast.UnaryOp(op=ast.USub(), operand=inner):
-            return f"(-{_c(inner, variables)})"
-        case ast.Call(func=ast.Name(id=name), args=[inner]) if name in FUNCTIONS:
-            return f"{name}({_c(inner, variables)})"
-        case ast.BinOp(left=left, op=ast.Pow(), right=ast.Constant(value=int() as power)):
-            return "(" + "*".join([_c(left, variables)] * max(power, 1)) + ")"
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            sign = _OPERATORS[type(op)]
-            return f"({_c(left, variables)} {sign} {_c(right, variables)})"
-    raise ValueError(f"no C for {ast.unparse(node)!r}")

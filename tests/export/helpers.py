@@ -13,6 +13,7 @@ from flexgui.core.model import Model
 from flexgui.core.results import Outcome
 from flexgui.core.simulate.descriptor import descriptor
 from flexgui.core.simulate.mechanism import mechanism
+from flexgui.core.simulate.state_equations import state_equations
 from tests.helpers import ARMS, loaded, looped
 
 
@@ -21,7 +22,7 @@ def outcome_of(model: Model, title: str = "A test") -> Outcome:
     values = dict(model.effect_values)
     return Outcome(
         title, "glocal", "lpv", (), (), descriptor(model, model.numbers(values)), (),
-        mechanism=mechanism(model, values),
+        mechanism=mechanism(model, values), state_equations=state_equations(model, values),
     )  # fmt: skip
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexgui.core.results import Outcome
-from flexgui.export.model_format import ModelFormat, in_c, linear_header, scheduled
+from flexgui.export.expressions import in_c
+from flexgui.export.model_format import ModelFormat, linear_header, scheduled
 from flexgui.export.template import program
 
 FOLDER = "model_c"
@@ -15,8 +16,8 @@ class CCode(ModelFormat):
     """Two C99 files that need only the mathematical library."""
 
     kind = "c_code"
-    label = "Model in C (.zip)"
-    hint = "Affine matrices and a step function, without allocation; C99."
+    label = "Linear C code (.zip)"
+    hint = "Affine matrices over the posture and an exact step of fixed cost; C99."
 
     def files(self, outcome: Outcome) -> dict[str, bytes]:
         return {f"{FOLDER}/{name}": text.encode() for name, text in c_sources(outcome).items()}
