@@ -1,4 +1,4 @@
-"""The exported FMU, run by FMPy, against the same model in SciPy."""
+"""The exported FMU, run by FMPy, against our own motions."""
 
 from __future__ import annotations
 
@@ -8,24 +8,32 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.signal
 
+from flexgui.core.recording.inputs import TIME
 from flexgui.export.formats import fmu as module
 from flexgui.export.formats.fmu import compiler, fmu, library_place, shared_library
-from flexgui.export.formats.python_control import ELBOW
-from tests.export.helpers import MODELS, inputs, outcome_of
-from tests.helpers import relative_to_largest
+from tests.export.helpers import MODELS, outcome_of
+from tests.export.whole import (
+    SAMPLES,
+    STEP,
+    WHOLE,
+    assert_same_motion,
+    motion,
+    random_point,
+    rates_by_hand,
+    whole_outcome,
+)
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install '.[test]'")
 
+SAME_MOTION = 1e-6
+"""Of a signal's rms; both integrators were asked for a hundredth of it or less."""
+
 SAME = 1e-9
-"""Relative: SciPy discretises without balancing the states."""
+"""Relative to one and the rate: two orders of the same sums."""
 
-STEP, SAMPLES = 1e-3, 300
-KICK = 0.01
-"""rad, of the first joint at the start."""
-
-NAMES = ["loop 2-2", "loop ground", "states of a drive", "torque"]
+HELD = [name for name in WHOLE if name != "recorded torque"]
+"""A unit holds its inputs over a step; recorded torques run straight in our simulation."""
 
 
 @pytest.fixture
@@ -33,88 +41,117 @@ def unit(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     if compiler() is None:
         pytest.skip("there is no C compiler (cc, gcc or clang) on this machine")
     path = tmp_path / "model.fmu"
-    path.write_bytes(fmu(outcome_of(MODELS[request.param])))
+    path.write_bytes(fmu(whole_outcome(request.param)))
     return path
 
 
-@pytest.mark.parametrize("unit", NAMES, indirect=True)
+def whole(names: list[str]) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize(("unit", "name"), [(n, n) for n in names], indirect=["unit"])
+
+
+@pytest.mark.parametrize("unit", WHOLE, indirect=True)
 def test_the_unit_is_valid(unit: Path) -> None:
     from fmpy.validation import validate_fmu
 
     assert validate_fmu(str(unit)) == []
 
 
-@pytest.mark.parametrize(("unit", "name"), [(n, n) for n in NAMES], indirect=["unit"])
-def test_fmpy_runs_it_as_scipy_does(unit: Path, name: str) -> None:
-    model = outcome_of(MODELS[name]).model
-    u = inputs(SAMPLES, len(model.inputs))
-    y = run(unit, model, u)
-    E, A = (summed(terms, basis) for terms, basis in
-            ((model.E_terms, model.basis), (model.A_terms, model.A_basis)))  # fmt: skip
-    rate = (np.linalg.solve(E, A), np.linalg.solve(E, model.B), model.C, model.D)
-    discrete = scipy.signal.StateSpace(*rate).to_discrete(STEP)
-    x = np.zeros(len(model.states))
-    x[0] = KICK
-    expected = []
-    for held in u:
-        expected.append(model.C @ x + model.D @ held)
-        x = discrete.A @ x + discrete.B @ held
-    for one, other in zip(y.T, np.array(expected).T, strict=True):
-        if other.any():
-            assert relative_to_largest(one, other) < SAME
-
-
-def summed(terms: np.ndarray, basis: tuple[str, ...]) -> np.ndarray:
-    """The affine sum with every scheduled joint at a right angle."""
-    import sympy as sp
-
-    def at_elbow(text: str) -> float:
-        found = sp.parse_expr(text)
-        return float(found.subs(dict.fromkeys(found.free_symbols, ELBOW)))
-
-    factors = [at_elbow(text) for text in basis]
-    return np.asarray(sum(f * term for f, term in zip(factors, terms, strict=True)))
-
-
-def run(unit: Path, model, u: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]
-    """(N, ny): the outputs before each step, step by step through FMPy's own calls."""
-    from fmpy.fmi3 import FMU3Slave
+def instance(unit: Path, kind: str, made: str):  # type: ignore[no-untyped-def]
+    """A running instance, and name -> value reference."""
+    from fmpy import fmi3
 
     description = fmpy.read_model_description(str(unit))
-    reference = {v.name: v.valueReference for v in description.modelVariables}
-    place = fmpy.extract(str(unit))
-    slave = FMU3Slave(
-        guid=description.guid, unzipDirectory=place, instanceName="one",
-        modelIdentifier=description.coSimulation.modelIdentifier,
+    one = getattr(fmi3, kind)(
+        guid=description.guid, unzipDirectory=fmpy.extract(str(unit)), instanceName="one",
+        modelIdentifier=getattr(description, made).modelIdentifier,
     )  # fmt: skip
-    slave.instantiate()
-    slave.enterInitializationMode()
-    slave.setFloat64([reference[f"x.{model.states[0]}"]], [KICK])
+    one.instantiate()
+    one.enterInitializationMode()
+    return one, {v.name: v.valueReference for v in description.modelVariables}
+
+
+@whole(HELD)
+def test_fmpy_steps_it_as_we_simulate(unit: Path, name: str) -> None:
+    model, (task, ours), outcome = WHOLE[name], motion(name), whole_outcome(name)
+    equations = outcome.state_equations
+    assert equations is not None
+    slave, reference = instance(unit, "FMU3Slave", "coSimulation")
+    x = [reference[f"x.{each.name}"] for each in equations.states]
+    y = [reference[f"y.{each.name}"] for each in equations.outputs]
+    given = [i for i, each in enumerate(equations.inputs) if each.name != TIME]
+    r = [reference[f"r.{equations.inputs[i].name}"] for i in given]
+    slave.setFloat64(x[: len(task.start)], list(task.start))
     slave.exitInitializationMode()
-    outputs = [reference[f"y.{name}"] for name in model.outputs]
-    y = []
-    for i, held in enumerate(u):
-        slave.setFloat64([reference[f"u.{name}"] for name in model.inputs], list(held))
-        y.append(slave.getFloat64(outputs))
-        slave.doStep(i * STEP, STEP)
+    states, outputs = [], []
+    for sample, signals in enumerate(task.signals):
+        slave.setFloat64(r, list(signals[given]))
+        states.append(slave.getFloat64(x))
+        outputs.append(slave.getFloat64(y))
+        if sample + 1 < SAMPLES:
+            slave.doStep(task.time[sample], STEP)
     slave.terminate()
     slave.freeInstance()
-    return np.array(y)
+    q = np.array(states)[:, : model.arm.coordinates]
+    assert_same_motion(model, q, np.array(outputs), ours.trajectory, outcome, SAME_MOTION)
 
 
-@pytest.mark.parametrize("unit", ["loop 1-1"], indirect=True)
-def test_simulate_fmu_needs_no_more_than_the_file(unit: Path) -> None:
+@whole(["formula", "dry friction"])
+def test_its_rates_for_a_solver_of_the_importer_are_ours(unit: Path, name: str) -> None:
+    model, outcome = WHOLE[name], whole_outcome(name)
+    equations = outcome.state_equations
+    assert equations is not None
+    one, reference = instance(unit, "FMU3Model", "modelExchange")
+    one.exitInitializationMode()
+    one.enterContinuousTimeMode()
+    x, r = random_point(outcome, 4)
+    for value, each in zip(r, equations.inputs, strict=True):
+        if each.name == TIME:
+            one.setTime(value)
+        else:
+            one.setFloat64([reference[f"r.{each.name}"]], [value])
+    one.setContinuousStates((fmpy.fmi3.fmi3Float64 * len(x))(*x), len(x))
+    found = (fmpy.fmi3.fmi3Float64 * len(x))()
+    one.getContinuousStateDerivatives(found, len(x))
+    asked = one.getFloat64([reference[f"der(x.{each.name})"] for each in equations.states])
+    one.terminate()
+    one.freeInstance()
+    expected = rates_by_hand(model, model.numbers(), x, r)
+    np.testing.assert_allclose(list(found), expected, rtol=SAME, atol=SAME)
+    np.testing.assert_array_equal(asked, list(found))
+
+
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+@pytest.mark.parametrize("unit", ["limited drive"], indirect=True)
+def test_simulate_fmu_needs_no_more_than_the_file(unit: Path, kind: str) -> None:
     result = fmpy.simulate_fmu(
-        str(unit), stop_time=0.1, output_interval=STEP,
-        start_values={"u.dtheta1_ref": 0.2}, output=["x.theta1"],
+        str(unit), fmi_type=kind, stop_time=0.05, output_interval=STEP,
+        start_values={"r.theta1_ref": 0.2}, output=["x.theta1", "y.u1"],
     )  # fmt: skip
     assert result["x.theta1"][-1] > 0.0
+    assert result["y.u1"].max() == pytest.approx(25.0 * 1.5, rel=1e-9)  # the limit of the current
+
+
+@pytest.mark.parametrize("unit", ["dry friction"], indirect=True)
+def test_parameters_and_units_are_those_that_were_found(unit: Path) -> None:
+    equations = whole_outcome("dry friction").state_equations
+    assert equations is not None
+    description = fmpy.read_model_description(str(unit))
+    variables = {v.name: v for v in description.modelVariables}
+    for each in equations.parameters:
+        assert float(variables[f"k.{each.name}"].start) == each.value
+    units = {name: v.unit for name, v in variables.items()}
+    assert units["x.v1_1"] == "1/m"
+    assert units["k.fc1"] == units["y.u1"] == "N m"
+    assert units["der(x.dtheta1)"] == "rad/(s s)"
+    base = {u.name: u.baseUnit for u in description.unitDefinitions}
+    assert (base["N m"].kg, base["N m"].m, base["N m"].s) == (1, 2, -2)
+    assert base["N m s/rad"].rad == -1
 
 
 def test_it_holds_sources_description_and_a_library_of_this_platform() -> None:
     content = fmu(outcome_of(MODELS["loop 1-1"]))
     names = zipfile.ZipFile(io.BytesIO(content)).namelist()
-    assert {"modelDescription.xml", "sources/fmi3.c", "sources/flexmodel.c", "sources/flexmodel.h",
+    assert {"modelDescription.xml", "sources/fmi3.c", "sources/flexarm.c", "sources/flexarm.h",
             "sources/buildDescription.xml"} <= set(names)  # fmt: skip
     assert (f"binaries/{library_place()}" in names) == (compiler() is not None)
 

@@ -18,7 +18,9 @@ from flexgui.core.results import (
     Identifiability,
     MissingTorque,
     Outcome,
+    Quantity,
     RecordingComparison,
+    StateEquations,
     Valley,
     Variant,
 )
@@ -136,6 +138,16 @@ EQUATIONS = (
 )
 
 
+ONE_JOINT = StateEquations(
+    states=(Quantity("theta1", "rad"), Quantity("dtheta1", "rad/s")),
+    coordinates=1,
+    inputs=(Quantity("dtheta1_ref", "rad/s"),),
+    outputs=(Quantity("theta1", "rad"),),
+    parameters=(Quantity("lambda1", "N m s/rad", 60.0),),
+    statements=("rates[0] = x[1]", "rates[1] = k[0]*(r[0] - x[1])", "y[0] = x[0]"),
+)
+
+
 def _outcome(fits: tuple[Fit, ...], comparisons: tuple[RecordingComparison, ...]) -> Outcome:
     return Outcome(
         title="Seven working points",
@@ -145,6 +157,7 @@ def _outcome(fits: tuple[Fit, ...], comparisons: tuple[RecordingComparison, ...]
         comparisons=comparisons,
         model=_model(),
         equations=EQUATIONS,
+        state_equations=ONE_JOINT,
         seconds={"identify": 12.34},
         notes=("Output ȳ from positions by central differences over 2 ms.",),
         arm_table=(("l1", "length of segment 1", 0.5, "m"), ("m1", "mass", 7.5, "kg")),

@@ -50,8 +50,8 @@ def test_all_files_are_there_and_listed(exported: Path) -> None:
     assert {"report.html", "result.json", "model.mat", "model.json", "scenario.toml",
             "tables/parameters.csv", "tables/fit.csv", "tables/correlation.csv",
             "tables/convergence.csv", "tables/recording_th1.csv"} <= set(there)  # fmt: skip
-    assert {"model_control.py", "model.fmu", "model_c/flexmodel.c",
-            "model_c/flexmodel.h"} <= set(there)  # fmt: skip
+    assert {"model_control.py", "model.fmu", "model_c/flexmodel.c", "model_c/flexmodel.h",
+            "arm_c/flexarm.c", "arm_c/flexarm.h"} <= set(there)  # fmt: skip
     assert there["scenario.toml"].decode() == SCENARIO
 
 

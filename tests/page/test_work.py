@@ -108,7 +108,8 @@ def test_every_kind_of_file_is_downloaded(page: Any, session: Session, tmp_path:
     press(page, "Export")
     download(page, tmp_path, (
         ("All tables (zip)", ".zip"), ("Model for MATLAB (.mat)", ".mat"),
-        ("Model in C (.zip)", ".zip"), ("Model as FMU 3.0 (.fmu)", ".fmu"),
+        ("Model in C (.zip)", ".zip"), ("Linear C code (.zip)", ".zip"),
+        ("Model as FMU 3.0 (.fmu)", ".fmu"),
         ("Arm for MuJoCo (.xml)", ".xml"), ("Model for python-control (.py)", ".py"),
         ("3-D playback (HTML)", ".html"),
     ))  # fmt: skip

@@ -1,36 +1,44 @@
-"""An FMU 3.0 for co-simulation: the C code, its description, and a library for this platform."""
+"""An FMU 3.0: C code of the non-linear model, its description, a library for this platform."""
 
 from __future__ import annotations
 
 import hashlib
+import math
 import platform
 import shutil
 import subprocess
 import sys
 import tempfile
 import uuid
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 from flexgui import __version__
-from flexgui.core.results import DescriptorModel, Outcome
+from flexgui.core.errors import InputError
+from flexgui.core.recording.inputs import TIME
+from flexgui.core.results import Outcome, Quantity, StateEquations
+from flexgui.core.results.state_equations import per_second
+from flexgui.core.units import base_units
 from flexgui.export.folder import zipped
-from flexgui.export.formats.c_code import c_sources
-from flexgui.export.formats.python_control import ELBOW
-from flexgui.export.model_format import ModelFormat, linear_header, plain, scheduled
+from flexgui.export.formats.arm_c import arm_sources
+from flexgui.export.model_format import ModelFormat, no_equations, plain, whole_header
 from flexgui.export.template import program, xml
 
-IDENTIFIER = "flexmodel"
+IDENTIFIER = "flexarm"
 NO_LIBRARY = "Sources only, because there was no C compiler. Tools that compile FMUs can use it."
 
 
 class Fmu(ModelFormat):
-    """Steps exactly over any communication step, with inputs and posture held."""
+    """The non-linear model; inputs are held over each communication step."""
 
     kind = "fmu"
     label = "Model as FMU 3.0 (.fmu)"
-    hint = "Co-simulation: C sources and, with a compiler, a library for this platform."
+    hint = "The non-linear model; C sources and, with a compiler, a library for this platform."
+
+    def unable(self, outcome: Outcome) -> str:
+        return no_equations(outcome)
 
     def files(self, outcome: Outcome) -> dict[str, bytes]:
         return {"model.fmu": fmu(outcome)}
@@ -38,18 +46,20 @@ class Fmu(ModelFormat):
 
 def fmu(outcome: Outcome) -> bytes:
     """The archive. The same outcome gives the same sources and description."""
-    sources = c_sources(outcome)
+    model = outcome.state_equations
+    assert model is not None
+    sources = arm_sources(outcome)
     token = _token(sources)
-    names = scheduled((*outcome.model.basis, *outcome.model.A_basis))
-    postures = ", ".join(repr(ELBOW) for _ in names) or "0.0"
-    sources["fmi3.c"] = program("fmi3.c", token=token, postures=postures)
+    names = [each.name for each in model.inputs]
+    clock = names.index(TIME) if TIME in names else -1
+    sources["fmi3.c"] = program("fmi3.c", token=token, clock=clock)
     library = shared_library(sources)
     inside = {f"sources/{name}": text.encode() for name, text in sources.items()}
     inside["sources/buildDescription.xml"] = xml(
         "buildDescription.xml", declared=True, identifier=IDENTIFIER,
         sources=sorted(name for name in sources if name.endswith(".c")),
     )  # fmt: skip
-    inside["modelDescription.xml"] = _description(outcome, token, library is not None)
+    inside["modelDescription.xml"] = _description(outcome, model, token, library is not None)
     if library is not None:
         inside[f"binaries/{library_place()}"] = library
     return zipped(dict(sorted(inside.items())))
@@ -61,27 +71,73 @@ def _token(sources: dict[str, str]) -> str:
     return "{" + str(uuid.UUID(bytes=digest[:16])) + "}"
 
 
-def _description(outcome: Outcome, token: str, compiled: bool) -> bytes:
-    header = linear_header(outcome, "an FMU of the linear model")
+def _description(outcome: Outcome, model: StateEquations, token: str, compiled: bool) -> bytes:
+    header = whole_header(outcome, "an FMU of the non-linear model")
+    units = _units(model)
     return xml(
         "modelDescription.xml", declared=True, name=plain(outcome.title) or IDENTIFIER,
-        identifier=IDENTIFIER, token=token, version=__version__,
+        identifier=IDENTIFIER, token=token, version=__version__, units=units,
         about=" ".join([*header, *([] if compiled else [NO_LIBRARY])]),
-        variables=_variables(outcome.model),
+        variables=_variables(model, units),
     )  # fmt: skip
 
 
-def _variables(model: DescriptorModel) -> list[dict[str, str]]:
-    """Attributes in the order of their value references; sources/fmi3.c counts the same way."""
-    postures = scheduled((*model.basis, *model.A_basis))
-    local = {"causality": "local", "initial": "exact", "start": "0"}
+Attributes = dict[str, str]
+
+
+def _units(model: StateEquations) -> dict[str, Attributes]:
+    """Unit -> what it consists of; without those that nobody knows."""
+    found: dict[str, Attributes] = {}
+    rates = [per_second(each.unit) for each in model.states]
+    groups = (model.states, model.inputs, model.outputs, model.parameters)
+    for unit in dict.fromkeys([*(each.unit for group in groups for each in group), *rates]):
+        try:
+            factor, exponents = base_units(unit)
+        except InputError:
+            continue
+        if unit:
+            found[unit] = {name: str(power) for name, power in exponents.items()}
+            found[unit] |= {} if math.isclose(factor, 1.0) else {"factor": repr(factor)}
+    return found
+
+
+def _variables(model: StateEquations, units: Mapping[str, Attributes]) -> list[Attributes]:
+    """In the order of their value references; sources/fmi3.c counts the same way."""
+
+    def all_of(letter: str, group: Iterable[Quantity], **more: str) -> list[Attributes]:
+        return [_variable(f"{letter}.{each.name}", each, units, more) for each in group]
+
+    held = {"causality": "local", "initial": "exact"}
+    inputs = all_of("r", model.inputs, causality="input")
+    for one, quantity in zip(inputs, model.inputs, strict=True):
+        if quantity.name == TIME:
+            one |= {"causality": "local"}
+            del one["start"]
+    first = 1 + sum(map(len, (model.inputs, model.parameters, model.outputs)))
+    rates = [
+        _variable(f"der(x.{each.name})", replace(each, unit=per_second(each.unit)), units,
+                  {"causality": "local", "derivative": str(first + i)})
+        for i, each in enumerate(model.states)
+    ]  # fmt: skip
+    outputs = all_of("y", model.outputs, causality="output")
+    for one in (*outputs, *rates):
+        del one["start"]
     return [
         {"name": "time", "causality": "independent", "variability": "continuous"},
-        *({"name": f"u.{n}", "causality": "input", "start": "0"} for n in model.inputs),
-        *({"name": f"posture.{n}", "causality": "input", "start": repr(ELBOW)} for n in postures),
-        *({"name": f"y.{n}", "causality": "output"} for n in model.outputs),
-        *({"name": f"x.{n}"} | local for n in model.states),
+        *inputs,
+        *all_of("k", model.parameters, causality="parameter", variability="tunable"),
+        *outputs,
+        *all_of("x", model.states, **held),
+        *rates,
     ]
+
+
+def _variable(
+    name: str, quantity: Quantity, units: Mapping[str, Attributes], more: Attributes
+) -> Attributes:
+    known = {"unit": quantity.unit} if quantity.unit in units else {}
+    about = {"description": plain(quantity.title)} if quantity.title else {}
+    return {"name": name, "start": repr(quantity.value), **known, **about, **more}
 
 
 NAMES = ("cc", "gcc", "clang")
@@ -105,7 +161,7 @@ def library_place() -> str:
     system = {"win32": "windows"}.get(sys.platform, sys.platform)
     machine = platform.machine().lower()
     names = {"amd64": "x86_64", "arm64": "aarch64"}
-    return f"{names.get(machine, machine)}-{system}/flexmodel{SUFFIXES.get(system, '.so')}"
+    return f"{names.get(machine, machine)}-{system}/{IDENTIFIER}{SUFFIXES.get(system, '.so')}"
 
 
 def shared_library(sources: Mapping[str, str]) -> bytes | None:
