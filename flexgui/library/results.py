@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,6 +46,7 @@ from flexgui.views.summary import alarms, plain, result_lines, summary
 from flexgui.views.table import html_table
 
 if TYPE_CHECKING:
+    import casadi
     import pandas as pd
     import plotly.graph_objects as go
 
@@ -188,6 +189,28 @@ class _Found:
         if diagnosis is None:
             return replace(self.given, scenario=identified_scenario(scenario, self.outcome))
         return replace(self.given, scenario=diagnosed_scenario(scenario, diagnosis))
+
+    def to_casadi(self, *, free: Sequence[str] = ()) -> casadi.Function:
+        """Convert the non-linear model, drive and forces included, into a CasADi function.
+
+        Args:
+            free: Parameters that stay symbols; of all others the value found is folded in.
+
+        Returns:
+            (x, r) -> (xdot, y) of states, inputs, rates and outputs, or (x, r, k) where some are
+            free. `outcome.state_equations` has their names and units.
+
+        Raises:
+            InputError: Where CasADi is not installed, the model has no drive that moves every
+                joint, or a parameter is not known or cannot be free.
+        """
+        from flexgui.export.model_format import no_equations
+        from flexgui.library.casadi_function import casadi_function
+
+        equations = self.outcome.state_equations
+        if equations is None:
+            raise InputError(no_equations(self.outcome))
+        return casadi_function(equations, free)
 
     def __repr__(self) -> str:
         warnings = len(tuple(alarms(self.outcome)))

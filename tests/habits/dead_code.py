@@ -48,7 +48,7 @@ READ_BY_NAME = {
 task that its worker finds by its name, what generated modules import, and fields of results that
 are written as they are."""
 
-PUBLIC = {"compare_as_given", "to_control", "to_dataframe", "to_scipy"}
+PUBLIC = {"compare_as_given", "to_casadi", "to_control", "to_dataframe", "to_scipy"}
 """Of the library's results: for scripts and notebooks."""
 
 FOR_TESTS = {

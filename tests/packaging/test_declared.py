@@ -24,7 +24,7 @@ PINNED = {
     for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     if (normal := re.match(r"[\w.-]+", line.lower().replace("_", "-")))
 }
-FOR_USERS = ("page", "cluster", "control", "lab")
+FOR_USERS = ("page", "cluster", "control", "casadi", "lab")
 """Extras whose packages the program imports; the others are for tests."""
 PAGE = ("page", "server", "scene", "session", "stages", "jobs", "classroom")
 """Folders of flexgui that may import what only the page needs."""
