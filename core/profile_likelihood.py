@@ -55,10 +55,11 @@ def profile_likelihood(
     for direction in (-1.0, 1.0):
         points += walk.outwards(direction, 2.0 * threshold, most)
     points.sort(key=lambda point: point.value)
+    shown = [i for i, item in enumerate(walk.rest.items) if item.searched]
     return Profile(
         base.fit.estimates[walk.index], level, threshold,
         np.array([p.value for p in points]), np.array([walk.deviance(p) for p in points]),
-        walk.rest.labels, np.array([p.vector for p in points]),
+        tuple(walk.rest.labels[i] for i in shown), np.array([p.vector[shown] for p in points]),
     )  # fmt: skip
 
 

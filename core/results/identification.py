@@ -137,7 +137,7 @@ class Profile:
     """(K,) twice the loss of the logarithmic likelihood, no unit: (distance / std)^2 near the
     estimate"""
     others: tuple[str, ...]
-    """Labels of the parameters that were fitted again."""
+    """Labels of the parameters that were fitted again, offsets and first states left out."""
     paths: np.ndarray
     """(K, others) their values"""
 

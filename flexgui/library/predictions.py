@@ -12,9 +12,8 @@ import numpy as np
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import Profile as Found
 from flexgui.library.shown import from_dict
-from flexgui.sentences.written import with_unit
 from flexgui.views.prediction import prediction
-from flexgui.views.profile import profile
+from flexgui.views.profile import interval_sentence, profile
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -101,10 +100,4 @@ class Profile:
         return from_dict(profile(self.found))
 
     def __repr__(self) -> str:
-        low, high = self.interval
-        e = self.found.estimate
-        ends = " to ".join(f"{x:.6g}" if np.isfinite(x) else "no end" for x in (low, high))
-        return (
-            f"Profile of {e.label} = {with_unit(f'{e.value:.6g}', e.unit)}: "
-            f"{100.0 * self.found.level:g} % interval {ends}."
-        )
+        return f"Profile of {interval_sentence(self.found)}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexgui.core.results import Profile
-from flexgui.sentences.written import shown_unit
+from flexgui.sentences.written import shown_unit, with_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, dots, line, panes
 
@@ -38,6 +38,14 @@ def profile(found: Profile) -> Figure:
     caption = "Deviance of the best fit with the parameter held there; below it the others."
     rows = [Pane(traces, axis("deviance", rangemode="tozero")), *_others(found, x)]
     return panes(rows, axis(label), caption, HEIGHT, gap=0.08)
+
+
+def interval_sentence(found: Profile) -> str:
+    """'EI1 = 517.5 N m²: 95 % interval 511.1 to 524.0.'"""
+    e, factor = found.estimate, shown_unit(found.estimate.value, found.estimate.unit)
+    ends = [f"{x * factor.factor:.5g}" if np.isfinite(x) else "no end" for x in found.interval]
+    value = with_unit(f"{e.value * factor.factor:.5g}", factor.name)
+    return f"{e.label} = {value}: {100.0 * found.level:g} % interval {' to '.join(ends)}."
 
 
 def _others(found: Profile, x: np.ndarray) -> list[Pane]:

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from flexgui.session.serialization import deserialize, serialize
 
 from flexgui.core.drives.known_joints import with_known_motion
 from flexgui.core.drives.torque import Torque
@@ -19,6 +18,7 @@ from flexgui.core.results.state_equations import StateEquations, parts_of, per_s
 from flexgui.core.simulate.state_equations import state_equations
 from flexgui.core.units import base_units
 from flexgui.export.expressions import COMMON, Language, translated
+from flexgui.export.serialization import deserialize, serialize
 from tests.export.whole import FORMULA, rates_by_hand
 from tests.helpers import ARMS, PAPER, loaded, looped
 

@@ -31,6 +31,7 @@ from flexgui.page.widgets import (
 from flexgui.session.scenario_edits import cached_model, set_value
 from flexgui.session.state import Topic
 from flexgui.stages.identify.panel_parameters import ChosenParameters, parameter_text
+from flexgui.stages.identify.panel_profile import ProfileChoice, ProfileFigure
 from flexgui.stages.identify.state import noisy, paper_points, stated
 from flexgui.views.comparison import live_worst
 from flexgui.views.convergence import (
@@ -111,6 +112,7 @@ class IdentifyPanel(Panel):
                 context, "Refine", partial(self._get, "refine"), partial(self._put, "refine"),
                 "Refine the result of the search by least squares.",
             )  # fmt: skip
+        self._profile = ProfileChoice(context)
 
     def _outputs(self) -> dict[str, list[str] | None]:
         """Words -> what [identify] says: each output by itself, and those that stand together."""
@@ -135,10 +137,13 @@ class IdentifyPanel(Panel):
         self._plane = Plot(context, 0.42)
         self._table, self._repeated = HtmlBlock(gui), HtmlBlock(gui)
         self._fit = Plot(context, 0.30, wide=True)
+        self._profile_figure = ProfileFigure(context)
         self._paper = HtmlBlock(gui)
 
     def refresh(self) -> None:
         self._chosen.refresh()
+        self._profile.refresh()
+        self._profile_figure.refresh()
         set_options(self._output, tuple(self._outputs()), self._output_shown())
         self._show_state()
         outcome = None if self._running else self.session.identification.outcome

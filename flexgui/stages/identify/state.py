@@ -7,15 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from flexgui.core.diagnosed_scenario import identified_scenario
 from flexgui.core.identify.unknowns import GAIN, OFFSET, START
 from flexgui.core.model import Model
 from flexgui.core.parameters import Parameter
-from flexgui.core.results import Outcome, RecordingComparison
+from flexgui.core.results import Outcome, Profile, RecordingComparison
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Partial, Stopped, Task
 from flexgui.session.running_job import AfterEnd
 from flexgui.session.state import Topic
-from flexgui.stages.identify.task import identify
+from flexgui.stages.identify.task import identify, profile
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -49,6 +50,8 @@ class Identification:
         self.outcome_of: Scenario | None = None
         self.so_far = SoFar()
         """Of the fit that runs, or ran last."""
+        self.profile: Profile | None = None
+        """Of the last result, of the parameter that was asked for last."""
 
     @property
     def current(self) -> Outcome | None:
@@ -58,6 +61,8 @@ class Identification:
     def take(self, outcome: Outcome | None, of: Scenario | None) -> None:
         """Another result, of the scenario `of`; the caller lets the subscribers know."""
         with self._session.lock:
+            if outcome is not self.outcome:
+                self.profile = None
             self.outcome, self.outcome_of = outcome, of
 
     def start(self, then: AfterEnd = None) -> bool:
@@ -72,6 +77,23 @@ class Identification:
             return then
 
         return self._session.run.submit("identify", task, on_event)
+
+    def find_profile(self, name: str, recording: str | None) -> bool:
+        """Holds a parameter of the last result beside its estimate, in the pool; `recording`: the
+        one that was fitted alone."""
+        outcome, scenario = self.outcome, self.outcome_of
+        if outcome is None or scenario is None:
+            return False
+        task = Task.of(
+            profile, f"The profile of {name}", scenario=identified_scenario(scenario, outcome),
+            name=name, recording=recording, folder=str(self._session.folder),
+        )  # fmt: skip
+
+        def show(found: Profile) -> None:
+            with self._session.changing(Topic.OUTCOME):
+                self.profile = found if self.outcome is outcome else None
+
+        return self._session.run.start_export(task, show, "profile")
 
     def _identified(self, event: Event, scenario: Scenario) -> None:
         if isinstance(event, Partial):

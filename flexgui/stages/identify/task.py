@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
-    from flexgui.core.results import Fit, Outcome
+    from flexgui.core.results import Fit, Outcome, Profile
     from flexgui.core.scenario.schema import Scenario
 
 
@@ -26,6 +26,17 @@ def identify(
     where = ConfinedFolder(Path(folder or "."))
     outcome = run_scenario(without_diagnosis(scenario), folder=where, progress=progress)
     return replace(outcome, fits=tuple(_light(fit) for fit in outcome.fits))
+
+
+def profile(
+    scenario: Scenario, name: str, recording: str | None, folder: str, *, progress: Progress
+) -> Profile:
+    """The profile likelihood of a parameter, from where the scenario's parameters start."""
+    from flexgui.core.scenario.data_folder import ConfinedFolder
+    from flexgui.core.workbench import profile_for
+
+    where = ConfinedFolder(Path(folder))
+    return profile_for(scenario, name, recording, folder=where, progress=progress)
 
 
 def _light(fit: Fit) -> Fit:
