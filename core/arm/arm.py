@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from ..arm.segment import Segment
 from ..validation import Bounded, Positive, Stated
+
+MOST_SEGMENTS = 3
 
 
 class Pedestal(Stated):
@@ -28,13 +30,24 @@ class Arm(Stated):
     pedestal].
     """
 
-    segments: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=3)]
+    segments: Annotated[tuple[Segment, ...], Field(min_length=1)]
     gravity: tuple[Bounded, Bounded] = (0.0, 0.0)
     base_compliance: Positive | None = None
     """m/N, the same in both directions; None: the base does not move."""
     pedestal: Pedestal | None = None
     """None: the base does not turn."""
     name: str = "arm"
+
+    @field_validator("segments")
+    @classmethod
+    def _check_count(cls, segments: tuple[Segment, ...]) -> tuple[Segment, ...]:
+        if len(segments) > MOST_SEGMENTS:
+            raise ValueError(
+                f"has {len(segments)} entries; an arm has one to {MOST_SEGMENTS} segments, as "
+                f"recordings have signals of joints 1 to {MOST_SEGMENTS}. State links that do not "
+                "move relative to each other as one."
+            )
+        return segments
 
     @property
     def joints(self) -> int:

@@ -21,7 +21,7 @@ import sympy as sp
 from ..arm import shapes
 from ..arm.kinematics import Kinematics, components
 from ..arm.printing import Statements, code
-from ..arm.slots import LENGTH, MASS, TIP_MASS
+from ..arm.slots import CENTRE_ACROSS, CENTRE_ALONG, LENGTH, MASS, TIP_MASS
 from ..arm.symbols import Symbols
 
 Polynomial = dict[int, sp.Expr]
@@ -104,8 +104,29 @@ def times(a: Polynomial, weighted: Polynomial) -> sp.Expr:
     return sp.Add(*[c * weighted[k] for k, c in a.items()])
 
 
+def rigid_integrals(symbols: Symbols, segment: int, statements: Statements) -> Integrals:
+    """Writes the statements of a rigid segment's integrals: a mass in its centre and one at its
+    tip. The inertia about the centre is among the constants of M."""
+    let, zero = statements.let, sp.Integer(0)
+    mass, tip, length, along, across = (
+        symbols.slot(segment, which)
+        for which in (MASS, TIP_MASS, LENGTH, CENTRE_ALONG, CENTRE_ACROSS)
+    )
+    first, second = let(mass * along), let(mass * across)
+    return Integrals(
+        mass=let(mass + tip),
+        place=(let(first + tip * length), second),
+        rate=(zero, zero),
+        acceleration=zero,
+        inertia=let(first * along + second * across + tip * length**2),
+        inertia_rate=zero,
+        moment=zero,
+        modes=(), turning=(), stretching=(), coriolis=(), bending=(), products={},
+    )  # fmt: skip
+
+
 def segment_integrals(symbols: Symbols, segment: int, statements: Statements) -> Integrals:
-    """Writes the statements that compute a segment's integrals."""
+    """Writes the statements that compute a bending segment's integrals."""
     let, mu = statements.let, Moments(symbols, segment, statements)
     v = symbols.modal[segment]
     rate = dict(zip(symbols.q, symbols.dq, strict=True))
@@ -200,7 +221,8 @@ def add_segment(kinematics: Kinematics, segment: int, sums: Sums) -> None:
     s = kinematics.symbols
     statements = Statements(f"s{segment + 1}_", sums.lines)
     root = _Root.of(kinematics, segment, statements)
-    own = segment_integrals(s, segment, statements)
+    integrals = segment_integrals if s.modal[segment] else rigid_integrals
+    own = integrals(s, segment, statements)
     modes = [s.q.index(v) for v in s.modal[segment]]
     _add_root(root, own, sums, statements)
     _add_modes(root, own, modes, sums, statements)

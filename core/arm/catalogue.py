@@ -90,14 +90,26 @@ class ArmCatalogue:
         return {name: entry.parameter for name, entry in self.entries.items()}
 
     def vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
-        """p (S, 10 N + 5) for S value vectors (S, len(names)); the rest as in the arm."""
+        """p (S, 13 N + 5) for S value vectors (S, len(names)); the rest as in the arm."""
         p = np.tile(self.base, (len(values), 1))
         moduli = [s.young_modulus or np.nan for s in self.arm.segments]
         widths = [s.width or np.nan for s in self.arm.segments]
         section = np.tile(np.array([moduli, widths]), (len(values), 1, 1))
         for i, name in enumerate(names):
             self.entries[name].write(p, section, values[:, i])
+        self._spread_evenly(p, names)
         return p
+
+    def _spread_evenly(self, p: np.ndarray, names: Sequence[str]) -> None:
+        """Lets centres and inertias that are neither stated nor among the names follow length and
+        mass."""
+        for k, s in enumerate(self.arm.segments):
+            row = p[:, slots.PER_SEGMENT * k : slots.PER_SEGMENT * (k + 1)]
+            length = row[:, slots.LENGTH]
+            if s.centre_of_mass is None and f"xc{k + 1}" not in names:
+                row[:, slots.CENTRE_ALONG] = length / 2.0
+            if s.inertia is None and f"Jc{k + 1}" not in names:
+                row[:, slots.INERTIA] = row[:, slots.MASS] * length**2 / 12.0
 
     def _add_segment(self, k: int, s: Segment) -> None:
         n = k + 1
@@ -113,6 +125,8 @@ class ArmCatalogue:
             self._add_positive(f"EI{n}", s.bending_stiffness, "N m²", title, write)
             title, write = f"damping time of segment {n}", into(slots.DAMPING_TIME)
             self._add_nonnegative(f"tau{n}", s.damping_time, "s", title, write, 1e-3)
+        else:
+            self._add_distribution(n, s, into)
         if s.has_section:
             self._add_section(str(n), (k,), f"Young modulus {n}", f"section width {n}")
         title, write = f"mass at the tip of {n}", into(slots.TIP_MASS)
@@ -130,6 +144,24 @@ class ArmCatalogue:
         if self.arm.carries_motor(k):  # at the first joint it counts as the hub does
             title, write = f"rotor inertia of joint {n}, without a gear", into(slots.ROTOR_INERTIA)
             self._add_nonnegative(f"Jr{n}", s.rotor_inertia, "kg m²", title, write, 0.01)
+
+    def _add_distribution(self, n: int, s: Segment, into: Callable[[int], _Write]) -> None:
+        """Centre of mass and inertia of a rigid segment."""
+        ways = ("x", "along", slots.CENTRE_ALONG), ("y", "across", slots.CENTRE_ACROSS)
+        for (letter, way, which), value in zip(ways, s.centre, strict=True):
+            most = max(s.length, 2.0 * abs(value))
+            title = f"centre of mass of segment {n}, {way}"
+            self._add(
+                f"{letter}c{n}",
+                value,
+                "m",
+                title,
+                into(which),
+                (-most, most),
+                abs(value) or s.length,
+            )
+        title, write = f"inertia of segment {n} about its centre of mass", into(slots.INERTIA)
+        self._add_positive(f"Jc{n}", s.central_inertia, "kg m²", title, write)
 
     def _add_compliances(self) -> None:
         """Of elastic joints, an elastic base and a pedestal; a rigid one has none to estimate."""

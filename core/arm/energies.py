@@ -9,6 +9,7 @@ from ..arm.kinematics import Kinematics
 from ..arm.slots import (
     DAMPING_TIME,
     HUB_INERTIA,
+    INERTIA,
     LENGTH,
     ROTOR_INERTIA,
     STIFFNESS,
@@ -62,7 +63,7 @@ def damping_matrix(kinematics: Kinematics) -> sp.Matrix:
 def lumped_inertia(kinematics: Kinematics) -> sp.Matrix:
     """(n, n) constant part of M: hubs 1/2 Jh theta'^2, rotors without a gear 1/2 Jr (omega +
     theta')^2 with the rate omega of the segment's end that carries them, tip inertias
-    1/2 Jt phi_tip'^2, and that of a pedestal."""
+    1/2 Jt phi_tip'^2, rigid segments about their centres of mass, and that of a pedestal."""
     s = kinematics.symbols
     n = kinematics.structure.coordinates
     turned = sp.Matrix([s.pedestal]).jacobian(s.q)
@@ -70,7 +71,10 @@ def lumped_inertia(kinematics: Kinematics) -> sp.Matrix:
     for k in range(kinematics.structure.segments):
         total[k, k] += s.slot(k, HUB_INERTIA)
         slope = sp.Matrix([kinematics.tip_angle(k)]).jacobian(s.q)
-        total += s.slot(k, TIP_INERTIA) * slope.T * slope
+        turning = s.slot(k, TIP_INERTIA)
+        if not s.modal[k]:
+            turning += s.slot(k, INERTIA)
+        total += turning * slope.T * slope
         rotor = sp.Matrix([kinematics.rotor_angle(k)]).jacobian(s.q)
         total += s.slot(k, ROTOR_INERTIA) * rotor.T * rotor
     return total

@@ -14,7 +14,7 @@ import sympy as sp
 from ..arm import shapes
 from ..arm.arm import Structure
 from ..arm.joints import joint
-from ..arm.slots import AXIS_ANGLE, LENGTH
+from ..arm.slots import AXIS_ANGLE, CENTRE_ACROSS, CENTRE_ALONG, LENGTH
 from ..arm.symbols import Symbols
 
 
@@ -89,6 +89,12 @@ class Kinematics:
         """The place at distance x from the root of a segment."""
         base, angle = self._bases[segment]
         return (*base, self._along(segment, x, angle))
+
+    def centre(self, segment: int) -> Place:
+        """The centre of mass of a rigid segment, m."""
+        base, angle = self._bases[segment]
+        along, across = (self.symbols.slot(segment, w) for w in (CENTRE_ALONG, CENTRE_ACROSS))
+        return (*base, Phasor(angle, along, across))
 
     def segment_tip(self, segment: int) -> Place:
         """Place of a segment's end (from 0), m."""

@@ -9,13 +9,15 @@ from pydantic import Field, model_validator
 from ..validation import Bounded, NonNegative, Positive, Stated
 
 MAX_MODES = 3
+_OF_RIGID = ("centre_of_mass", "centre_of_mass_across", "inertia")
 
 
 class Segment(Stated):
     """A uniform beam, rigid (`modes = 0`) or bending in `modes` assumed shapes x^2, x^3, x^4.
 
-    Bending stiffness is given as `EI` or as the square section's `width` d and `young_modulus`
-    epsilon, EI = epsilon d^4 / 12. All values are SI.
+    A rigid one may have another centre of mass and inertia. Bending stiffness is given as `EI` or
+    as the square section's `width` d and `young_modulus` epsilon, EI = epsilon d^4 / 12. All values
+    are SI.
     """
 
     length: Positive
@@ -32,6 +34,12 @@ class Segment(Stated):
     """Bending modes, 0 (rigid) to 3."""
     damping_time: NonNegative = 0.0
     """Kelvin-Voigt retardation time in s: the bending damping is this times the stiffness."""
+    centre_of_mass: Bounded | None = None
+    """m, of a rigid segment, from its joint along it; None: its middle."""
+    centre_of_mass_across: Bounded = 0.0
+    """m, of a rigid segment, to its left."""
+    inertia: Positive | None = None
+    """kg m², of a rigid segment about its centre of mass; None: m l² / 12."""
     tip_mass: NonNegative = 0.0
     """kg, at the end of the segment."""
     tip_inertia: NonNegative = 0.0
@@ -50,6 +58,20 @@ class Segment(Stated):
     """Direction of a prismatic joint's slide in rad, from the end of the segment before."""
     mount: Literal["previous", "ground"] = "previous"
     """`ground` uncouples a segment from the one before it: its base does not move."""
+
+    @model_validator(mode="after")
+    def _check_distribution(self) -> Segment:
+        stated = [
+            name
+            for name in _OF_RIGID
+            if getattr(self, name) != type(self).model_fields[name].default
+        ]
+        if self.modes and stated:
+            raise ValueError(
+                f"{stated[0]} is for a rigid segment (modes = 0); the mass of a bending one is "
+                "spread evenly, and what sits at its end is its tip_mass and tip_inertia"
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_section(self) -> Segment:
@@ -81,3 +103,14 @@ class Segment(Stated):
         if self.width is not None and self.young_modulus is not None:
             return self.young_modulus * self.width**4 / 12.0
         return 0.0
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Where the centre of mass lies, along and across, in m from the joint."""
+        along = self.length / 2.0 if self.centre_of_mass is None else self.centre_of_mass
+        return along, self.centre_of_mass_across
+
+    @property
+    def central_inertia(self) -> float:
+        """kg m^2 about the centre of mass."""
+        return self.mass * self.length**2 / 12.0 if self.inertia is None else self.inertia

@@ -1,6 +1,6 @@
 """The numeric vector p that the compiled equations of an arm take.
 
-Ten slots per segment, then the two components of gravity, the stiffness of the base, and the
+Thirteen slots per segment, then the two components of gravity, the stiffness of the base, and the
 stiffness and inertia of a pedestal. Structure (joints, modes, mounts) is compiled in; everything
 here may change without a new compilation.
 """
@@ -16,9 +16,15 @@ TWIST_STIFFNESS = 8
 """N m/rad (N/m) of an elastic joint; zero where the joint is rigid."""
 ROTOR_INERTIA = 9
 """kg m^2 of a rotor that turns with the segment that carries it as well."""
-PER_SEGMENT = 10
+CENTRE_ALONG, CENTRE_ACROSS, INERTIA = 10, 11, 12
+"""m, m and kg m^2: centre of mass and inertia about it; the equations of a bending segment, whose
+mass is spread evenly, have none of them."""
+PER_SEGMENT = 13
 
-WEIGHING = [LENGTH, MASS, TIP_MASS, TIP_INERTIA, HUB_INERTIA, AXIS_ANGLE, ROTOR_INERTIA]
+WEIGHING = [
+    LENGTH, MASS, TIP_MASS, TIP_INERTIA, HUB_INERTIA, AXIS_ANGLE, ROTOR_INERTIA,
+    CENTRE_ALONG, CENTRE_ACROSS, INERTIA,
+]  # fmt: skip
 """Of a segment's slots, those that the mass matrix depends on."""
 
 
@@ -54,11 +60,12 @@ def _stiffness(compliance: float | None) -> float:
 
 
 def arm_vector(arm: Arm) -> np.ndarray:
-    """p (10 N + 5,) in SI units for an arm as described."""
+    """p (13 N + 5,) in SI units for an arm as described."""
     rows = (
         (
             s.length, s.mass, s.bending_stiffness, s.damping_time, s.tip_mass, s.tip_inertia,
             s.hub_inertia, s.axis_angle, _stiffness(s.joint_compliance), s.rotor_inertia,
+            *s.centre, s.central_inertia,
         )
         for s in arm.segments
     )  # fmt: skip

@@ -37,10 +37,18 @@ class StraightArm:
         terms[sp.Integer(1)] += lumped_inertia(self.kinematics)
         s = self.symbols
         for k in range(self.kinematics.structure.segments):
-            length = s.slot(k, LENGTH)
-            self._add_mass(terms, self.kinematics.point(k, s.x), s.slot(k, MASS) / length, length)
+            self._add_mass(terms, *self._spread(k))
             self._add_mass(terms, self.kinematics.segment_tip(k), s.slot(k, TIP_MASS), None)
         return {basis: matrix for basis, matrix in terms.items() if matrix != sp.zeros(n, n)}
+
+    def _spread(self, segment: int) -> tuple[Place, sp.Expr, sp.Expr | None]:
+        """Where a segment's mass is, how much per length, and the length it is spread along: a
+        rigid segment moves as a mass in its centre."""
+        s, mass = self.symbols, self.symbols.slot(segment, MASS)
+        if not s.modal[segment]:
+            return self.kinematics.centre(segment), mass, None
+        length = s.slot(segment, LENGTH)
+        return self.kinematics.point(segment, s.x), mass / length, length
 
     def _slopes(self, place: Place) -> list[tuple[sp.Expr, list[tuple[sp.Expr, sp.Expr]]]]:
         """Per phasor: angle at rest, and (real, imaginary) coefficient of each coordinate."""
@@ -112,9 +120,7 @@ class StraightArm:
         total = sp.zeros(n, n)
         s = self.symbols
         for k in range(self.kinematics.structure.segments):
-            length = s.slot(k, LENGTH)
-            density = s.slot(k, MASS) / length
-            total -= self._pull_hessian(self.kinematics.point(k, s.x), density, length)
+            total -= self._pull_hessian(*self._spread(k))
             total -= self._pull_hessian(self.kinematics.segment_tip(k), s.slot(k, TIP_MASS), None)
         return total
 

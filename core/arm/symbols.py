@@ -11,9 +11,10 @@ from ..arm.arm import Structure
 from ..arm.slots import PER_SEGMENT
 
 _LATEX_SLOTS = (
-    "l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha", "k_{j}", r"J_{r}"
+    "l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha", "k_{j}", r"J_{r}",
+    "x_{c}", "y_{c}", "J_{c}",
 )  # fmt: skip
-_NAMES = ("l", "m", "EI", "tau", "mt", "Jt", "Jh", "axis", "kj", "Jr")
+_NAMES = ("l", "m", "EI", "tau", "mt", "Jt", "Jh", "axis", "kj", "Jr", "xc", "yc", "Jc")
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,9 @@ def joint_load(arm: Arm, k: int) -> float:
     for i, s in enumerate(arm.segments[k:]):
         if i and s.mount == "ground":
             break
-        middle, end = reach + s.length / 2.0, reach + s.length
-        spun = s.mass * (middle**2 + s.length**2 / 12.0) + s.tip_mass * end**2 + s.tip_inertia
+        (along, across), end = s.centre, reach + s.length
+        spun = s.mass * ((reach + along) ** 2 + across**2) + s.central_inertia
+        spun += s.tip_mass * end**2 + s.tip_inertia
         total += spun if turns else s.mass + s.tip_mass
         reach = end
     return total

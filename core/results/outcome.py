@@ -144,6 +144,10 @@ class Link:
 
     length: float
     mass: float
+    centre: tuple[float, float]
+    """m, of the mass, along and across; of a bending link its middle."""
+    inertia: float
+    """kg m^2 about the centre."""
     EI: float
     """N m^2; without a meaning where `modes` is 0 (rigid)."""
     modes: int

@@ -34,9 +34,8 @@ def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     A_terms = {"1": here.A}
     if np.any(p[weight]):
         for name, part in _evaluated(straight, _gravity, p).items():
-            if np.any(part):
-                term = A_terms.setdefault(name, np.zeros_like(A_terms["1"]))
-                term[n : 2 * n, :n] -= part
+            term = A_terms.setdefault(name, np.zeros_like(A_terms["1"]))
+            term[n : 2 * n, :n] -= part
     outputs, C, direct = _outputs(model, numbers)
     names = model.arm.coordinate_names
     return DescriptorModel(
@@ -94,7 +93,7 @@ def _prepared(
 def _evaluated(
     straight: StraightArm, which: Callable[[StraightArm], Terms], p: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Basis function as text -> (n, n); '1' stands first."""
+    """Basis function as text -> (n, n), where it is not zero; '1' stands first."""
     bases, evaluate = _prepared(straight, which)
     numbers = dict(zip(straight.symbols.p, (float(x) for x in p), strict=True))
     n = straight.kinematics.structure.coordinates
@@ -104,7 +103,8 @@ def _evaluated(
         shown = basis.subs({s: x for s, x in numbers.items() if s in basis.free_symbols})
         text, factor = (str(shown), 1.0) if shown.free_symbols else ("1", float(shown))
         matrices[text] = matrices[text] + factor * np.array(flat, dtype=float).reshape(n, n)
-    return {"1": matrices.pop("1", np.zeros((n, n))), **matrices}
+    constant = matrices.pop("1", np.zeros((n, n)))
+    return {"1": constant, **{name: matrix for name, matrix in matrices.items() if matrix.any()}}
 
 
 def _split(matrix: sp.Matrix) -> Terms:

@@ -12,8 +12,11 @@ from ..arm.energies import bending, dissipation, springs, stiffness_matrix
 from ..arm.kinematics import Kinematics, Phasor, components
 from ..arm.slots import (
     AXIS_ANGLE,
+    CENTRE_ACROSS,
+    CENTRE_ALONG,
     DAMPING_TIME,
     HUB_INERTIA,
+    INERTIA,
     LENGTH,
     MASS,
     ROTOR_INERTIA,
@@ -22,6 +25,7 @@ from ..arm.slots import (
     slot,
 )
 from ..arm.straight import straight_arm
+from ..arm.symbols import Symbols
 from ..model import Model
 from ..results import Equation
 from ..sensors.rigid_rates import rigid_angle_matrix
@@ -51,29 +55,38 @@ def prepare_equations(model: Model) -> None:
     _straight(kinematics, model, _absent(model, kinematics))
 
 
-def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, int]:
-    """Symbols whose value is exactly zero in this arm."""
+def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, sp.Expr]:
+    """Symbols whose value is exactly zero in this arm, and those that follow from others: centre
+    and inertia of a uniform beam."""
     p = model.numbers().p
-    optional = (TIP_MASS, TIP_INERTIA, HUB_INERTIA, ROTOR_INERTIA, DAMPING_TIME, AXIS_ANGLE)
+    optional = (
+        TIP_MASS, TIP_INERTIA, HUB_INERTIA, ROTOR_INERTIA, DAMPING_TIME, AXIS_ANGLE, CENTRE_ACROSS
+    )  # fmt: skip
     symbols = kinematics.symbols
-    zero = {
-        symbols.slot(k, which): 0
+    absent = {
+        symbols.slot(k, which): sp.Integer(0)
         for k in range(model.arm.joints)
         for which in optional
         if p[slot(k, which)] == 0.0
     }
+    for k, segment in enumerate(model.arm.segments):
+        length = symbols.slot(k, LENGTH)
+        if segment.centre_of_mass is None:
+            absent[symbols.slot(k, CENTRE_ALONG)] = length / 2
+        if segment.inertia is None:
+            absent[symbols.slot(k, INERTIA)] = symbols.slot(k, MASS) * length**2 / 12
     pairs = zip(symbols.gravity, model.arm.gravity, strict=True)
-    return zero | {g: 0 for g, value in pairs if value == 0.0}
+    return absent | {g: sp.Integer(0) for g, value in pairs if value == 0.0}
 
 
-def _shown(place: tuple[Phasor, ...], absent: dict[sp.Symbol, int]) -> tuple[Phasor, ...]:
+def _shown(place: tuple[Phasor, ...], absent: dict[sp.Symbol, sp.Expr]) -> tuple[Phasor, ...]:
     """The phasors with what the arm does not have left out."""
     return tuple(
         Phasor(f.angle.subs(absent), f.along.subs(absent), f.across.subs(absent)) for f in place
     )
 
 
-def _kinematics(kinematics: Kinematics, absent: dict[sp.Symbol, int]) -> list[Equation]:
+def _kinematics(kinematics: Kinematics, absent: dict[sp.Symbol, sp.Expr]) -> list[Equation]:
     s = kinematics.symbols
     equations = []
     for k, v in enumerate(s.modal):
@@ -111,15 +124,14 @@ def _named_angles(place: tuple[Phasor, ...]) -> dict[sp.Expr, sp.Symbol]:
     return symbols
 
 
-def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]) -> list[Equation]:
+def _energies(
+    kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, sp.Expr]
+) -> list[Equation]:
     s = kinematics.symbols
     parts = []
     for k in range(model.arm.joints):
-        m, length = s.latex(s.slot(k, MASS)), s.latex(s.slot(k, LENGTH))
-        parts.append(
-            rf"\frac{{{m}}}{{2 {length}}} \int_0^{{{length}}} "
-            rf"\| \dot{{p}}_{{{k + 1}}}(x) \|^2 \, dx"
-        )
+        length = s.latex(s.slot(k, LENGTH))
+        parts += _own_energy(s, k, absent)
         if s.slot(k, TIP_MASS) not in absent:
             tip = s.latex(s.slot(k, TIP_MASS))
             parts.append(rf"\tfrac{{1}}{{2}} {tip} \| \dot{{p}}_{{{k + 1}}}({length}) \|^2")
@@ -134,7 +146,7 @@ def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]
             tip = s.latex(s.slot(k, TIP_INERTIA))
             parts.append(rf"\tfrac{{1}}{{2}} {tip} \dot{{\varphi}}_{{t,{k + 1}}}^2")
     rates = any(r"\omega" in part for part in parts)
-    note = "ω is the rate of the end of the segment that carries a motor." if rates else ""
+    note = "ω is the rate at which the end of a segment turns." if rates else ""
     equations = [Equation("Kinetic energy", "T = " + " + ".join(parts), note)]
     energy = bending(kinematics)
     if energy != 0:
@@ -146,6 +158,21 @@ def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]
     if loss != 0:
         equations.append(Equation("Dissipation", rf"R = {s.latex(loss)}", "Kelvin-Voigt beams."))
     return equations
+
+
+def _own_energy(s: Symbols, k: int, absent: dict[sp.Symbol, sp.Expr]) -> list[str]:
+    """Of a segment's own mass, spread evenly or as stated."""
+    m, length = s.latex(s.slot(k, MASS)), s.latex(s.slot(k, LENGTH))
+    symbols = [s.slot(k, which) for which in (CENTRE_ALONG, CENTRE_ACROSS, INERTIA)]
+    if s.modal[k] or all(symbol in absent for symbol in symbols):
+        speed = rf"\| \dot{{p}}_{{{k + 1}}}(x) \|^2"
+        return [rf"\frac{{{m}}}{{2 {length}}} \int_0^{{{length}}} {speed} \, dx"]
+    along, across, inertia = (absent.get(symbol, symbol) for symbol in symbols)
+    centre = ", ".join(s.latex(e) for e in (along, across) if e != 0) or "0"
+    return [
+        rf"\tfrac{{1}}{{2}} {m} \| \dot{{p}}_{{{k + 1}}}({centre}) \|^2",
+        rf"\tfrac{{1}}{{2}} {s.latex(inertia)} \omega_{{{k + 1}}}^2",
+    ]
 
 
 def _dynamics(model: Model) -> list[Equation]:
@@ -171,20 +198,24 @@ def _effects(model: Model) -> list[Equation]:
     ]
 
 
-def _straight(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]) -> list[Equation]:
-    equations = list(_lpv_form(kinematics.structure, frozenset(absent)))
+def _straight(
+    kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, sp.Expr]
+) -> list[Equation]:
+    equations = list(_lpv_form(kinematics.structure, frozenset(absent.items())))
     return [*equations, _rigid(model)] if model.arm.two_revolute else equations
 
 
 @cache
-def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equation, ...]:
+def _lpv_form(
+    structure: Structure, absent: frozenset[tuple[sp.Symbol, sp.Expr]]
+) -> tuple[Equation, ...]:
     """Made once for a structure and what it lacks: it takes long."""
-    straight, zero = straight_arm(structure), dict.fromkeys(absent, 0)
+    straight, instead = straight_arm(structure), dict(absent)
     s = straight.symbols
     terms = {
-        b.subs(zero): m
+        b.subs(instead): m
         for b, m in straight.mass_terms.items()
-        if any(entry.subs(zero) != 0 for entry in m)
+        if any(entry.subs(instead) != 0 for entry in m)
     }
     pieces = [rf"M_{{{i}}}" + ("" if b == 1 else rf"\, {s.latex(b)}") for i, b in enumerate(terms)]
     equations = [
@@ -199,7 +230,7 @@ def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equat
     ]
     if len(s.q) <= LARGEST_MATRIX:
         for i, (basis, matrix) in enumerate(terms.items()):
-            shown = matrix.subs(zero).applyfunc(sp.factor)
+            shown = matrix.subs(instead).applyfunc(sp.factor)
             role = "constant part" if basis == 1 else f"multiplies {basis}"
             equations.append(Equation(f"M{i}, {role}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
         stiffness = stiffness_matrix(straight.kinematics)

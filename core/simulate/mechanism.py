@@ -71,6 +71,8 @@ def _link(model: Model, numbers: Numbers, k: int) -> Link:
     return Link(
         length=of(slots.LENGTH),
         mass=of(slots.MASS),
+        centre=(of(slots.CENTRE_ALONG), of(slots.CENTRE_ACROSS)),
+        inertia=of(slots.INERTIA),
         EI=of(slots.STIFFNESS),
         modes=segment.modes,
         damping_time=of(slots.DAMPING_TIME),

@@ -45,7 +45,10 @@ def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
     # Initial states are dozens of numbers: a reader does not want a line for each.
     own = np.array([not name.startswith(START) for name in result.names])
     determined = identified(null, len(labels))
-    lines = [_undetermined(d, labels) for d in null if np.any((np.abs(d) >= INVOLVED) & own)]
+    signed = np.array([e.lower > 0.0 for e in fit.estimates])
+    lines = [
+        _undetermined(d, labels, signed) for d in null if np.any((np.abs(d) >= INVOLVED) & own)
+    ]
     poorly = []
     together = np.tril(np.abs(fit.correlation) > POORLY_DISTINGUISHABLE, -1)
     together &= np.outer(determined, determined) & (own[:, None] | own[None, :])
@@ -73,12 +76,13 @@ def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
     return (*lines, *poorly)
 
 
-def _undetermined(direction: np.ndarray, labels: Sequence[str]) -> str:
+def _undetermined(direction: np.ndarray, labels: Sequence[str], signed: np.ndarray) -> str:
+    """`signed` (P,): whose sign is fixed, so that a power of it has a meaning."""
     involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
     names, relative = [labels[int(i)] for i in involved], direction[involved]
     if len(names) == 1:
         return f"The data say nothing about {names[0]}."
-    if len(names) == 2:
+    if len(names) == 2 and signed[involved].all():
         return (
             f"The data determine {product(relative, names)}, not {names[0]} and {names[1]} "
             "separately. Fix one of them to get the other."

@@ -10,7 +10,7 @@ from flexgui.core.arm.arm import Arm, Structure
 from flexgui.core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from flexgui.core.arm.kinematics import Kinematics, components
 from flexgui.core.arm.segment import Segment
-from flexgui.core.arm.slots import arm_vector, weighing
+from flexgui.core.arm.slots import INERTIA, arm_vector, weighing
 from flexgui.core.arm.straight import StraightArm
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, jacobian, loaded, random_state, straight
 
@@ -147,6 +147,7 @@ def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> N
     kinematics = Kinematics(Structure.of(arm))
     s = kinematics.symbols
     here = dict(zip([*s.q, *s.dq, *s.p], map(sp.Float, [*q, *v, *p]), strict=True))
+    here |= {s.slot(k, INERTIA): sp.Float(0) for k in range(arm.joints)}  # summed over points
     constant, stiff, damping = (
         np.array(f(kinematics).xreplace(here), dtype=float)
         for f in (lumped_inertia, stiffness_matrix, damping_matrix)

@@ -213,3 +213,16 @@ def test_a_title_cannot_leave_its_comment() -> None:
     outcome = outcome_of(MODELS["torque"], title="evil --> <worldbody/> --")
     root = ElementTree.fromstring(Mjcf().files(outcome)["model.xml"])
     assert [child.tag for child in root][-4:] == ["worldbody", "tendon", "actuator", "sensor"]
+
+
+def test_rigid_links_have_the_mass_matrix_and_weight_of_the_model() -> None:
+    stated = {"centre_of_mass": 0.11, "centre_of_mass_across": -0.04, "inertia": 0.2}
+    pair = loaded(ARMS["rigid pair"], GRAVITY)
+    links = tuple(s.model_copy(update=stated) for s in pair.segments)
+    model = looped(pair.model_copy(update={"segments": links}))
+    outcome = outcome_of(model)
+    engine, data = built(outcome)
+    here = at(model, outcome)
+    M, F = model.compiled.mass_and_force(here.q, np.zeros(2), here.numbers.p)
+    assert matrices(engine, data)[0] == pytest.approx(M, rel=TORQUE)
+    assert -data.qfrc_bias == pytest.approx(F, rel=TORQUE)

@@ -68,7 +68,12 @@ def test_a_base_is_changed_and_a_preset_of_its_own_replaces_it():
         ({"preset": "paper", "EI": 1.0, "width": 0.1, "young_modulus": 1e9}, "either EI or width"),
         ({"preset": "paper", "segments": ({"lenght": 1.0}, {})}, "did you mean 'length'?"),
         ({"segments": ({"length": 1.0, "EI": 1.0},)}, "mass of segment 1 is missing"),
-        ({"segments": ({"length": 1.0, "mass": 1.0, "EI": 1.0},) * 4}, "segments"),
+        (
+            {"segments": ({"length": 1.0, "mass": 1.0, "EI": 1.0},) * 4},
+            "[arm] segments has 4 entries; an arm",
+        ),
+        ({"preset": "paper", "inertia": 0.1}, "segment 1: inertia is for a rigid segment"),
+        ({"preset": "paper", "centre_of_mass": 0.0}, "what sits at its end is its tip_mass"),
     ],
 )
 def test_bad_arm_is_told_in_one_line(settings, words):

@@ -28,7 +28,10 @@ def sentences(
 ) -> tuple[str, ...]:
     directions = np.array(null).reshape(-1, len(labels))
     found = Identifiability(tuple(labels), 0, np.ones(len(labels)), directions, unsure)
-    fit: Any = SimpleNamespace(identifiability=found, correlation=correlation, contradicted={})
+    estimates = [SimpleNamespace(lower=0.1)] * len(labels)
+    fit: Any = SimpleNamespace(
+        identifiability=found, correlation=correlation, contradicted={}, estimates=estimates
+    )
     return identifiability_sentences(fit)
 
 

@@ -60,6 +60,16 @@ def test_an_empty_stiffness_makes_a_link_rigid() -> None:
     assert made.modes == (0, 1)
 
 
+def test_a_rigid_link_is_stated_as_a_data_sheet_has_it() -> None:
+    rigid = stated(demo_scenario(), **{"segments.EI.0": ""})
+    sheet = {"segments.centre_of_mass.0": "0.3", "segments.inertia.0": "0.08"}
+    assert not set(sheet) & {r.key(0) for r in sheet_rows(demo_scenario())}
+    first = build_arm(apply_edits(rigid, sheet_edit(rigid, sheet)).arm).segments[0]
+    assert first.centre == (0.3, 0.0) and first.central_inertia == 0.08
+    with pytest.raises(InputError, match="segment 2: inertia is for a rigid segment"):
+        apply_edits(rigid, sheet_edit(rigid, {"segments.inertia.1": "0.08"}))
+
+
 @pytest.mark.parametrize("rig", [rig.title for rig in RIGS])
 def test_every_rig_has_a_sheet_that_can_be_stated(rig: str) -> None:
     kind = next(r for r in RIGS if r.title == rig)

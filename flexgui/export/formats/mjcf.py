@@ -121,28 +121,33 @@ WEIGHTS[[1, -2]] -= 1.0 / 24.0
 
 @dataclass(frozen=True)
 class Piece:
-    """A rigid slender body, and the hinge at its root (the joint's where it is the first)."""
+    """A rigid body, and the hinge at its root (the joint's where it is the first)."""
 
     length: float
     mass: float
     stiffness: float
     """N m/rad of the hinge; 0 for the first piece."""
+    centre: tuple[float, float]
+    """m from its root, along and across."""
+    inertia: float
+    """kg m², across it about its centre."""
 
-    @property
-    def inertia(self) -> float:
-        """kg m², across it about its centre."""
-        return self.mass * self.length**2 / 12.0
+    @classmethod
+    def slender(cls, length: float, mass: float, stiffness: float) -> Piece:
+        """Of a uniform beam."""
+        return cls(length, mass, stiffness, (length / 2.0, 0.0), mass * length**2 / 12.0)
 
 
 def pieces(link: Link) -> tuple[Piece, ...]:
     """From the root; one where the segment does not bend."""
     if not link.modes:
-        return (Piece(link.length, link.mass, 0.0),)
+        return (Piece(link.length, link.mass, 0.0, link.centre, link.inertia),)
     length = link.length / HINGES
     lengths = (length / 2.0, *([length] * (HINGES - 1)), length / 2.0)
     stiffness = (0.0, *(float(k) for k in link.EI / (length * WEIGHTS)))
     return tuple(
-        Piece(x, link.mass * x / link.length, k) for x, k in zip(lengths, stiffness, strict=True)
+        Piece.slender(x, link.mass * x / link.length, k)
+        for x, k in zip(lengths, stiffness, strict=True)
     )
 
 
@@ -207,7 +212,7 @@ class _Chain:
         for piece in pieces(link):
             if piece.stiffness:
                 hanging = (*hanging, self._spring(piece.stiffness, root, 0j, True))
-            centre = root + along * piece.length / 2.0
+            centre = root + along * complex(*piece.centre)
             self._bodies.append((centre, piece.mass, piece.inertia, hanging))
             root = root + along * piece.length
         self._bodies.append((root, link.tip_mass, link.tip_inertia, hanging))

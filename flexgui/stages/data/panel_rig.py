@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
+from flexgui.core.arm.arm import MOST_SEGMENTS
 from flexgui.core.arm.build import build_arm
 from flexgui.core.scenario.schema import Scenario
 from flexgui.page.actions import press, selection
@@ -11,7 +12,6 @@ from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, joined
 from flexgui.stages.data.panel_own import WORDS
 from flexgui.stages.data.rig_sheet import SheetRow, is_stated, sheet_rows
-from flexgui.stages.data.rig_statement import MOST_LINKS
 from flexgui.stages.data.rigs import RIGS, arm_choices, rig_of
 from flexgui.views.rig_drawing import rig_drawing
 
@@ -30,7 +30,7 @@ def rig_choices(scenario: Scenario) -> Markup:
     title = "" if rig is None else rig.title
     rows = [("Rig", "rig", rigs, title), ("Arm", "arm", arms, preset)]
     if arm.segments[0].joint != "prismatic":
-        links = {str(n): str(n) for n in range(1, max(MOST_LINKS, arm.joints) + 1)}
+        links = {str(n): str(n) for n in range(1, MOST_SEGMENTS + 1)}
         rows.append(("Links", "rig links", links, str(arm.joints)))
     return Markup("<div class='choices'>{}</div>").format(
         joined(*(

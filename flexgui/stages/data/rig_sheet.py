@@ -31,6 +31,8 @@ class Quantity(NamedTuple):
     hint: str = ""
     whole: bool = False
     required: bool = False
+    rigid: bool = False
+    """Whether it is asked only where a link is rigid."""
 
 
 LINK = (
@@ -40,6 +42,10 @@ LINK = (
              "Empty: the link is rigid."),
     Quantity("modes", "Bending modes", "", hint="0: rigid; 1 to 3.", whole=True,
              required=True),
+    Quantity("centre_of_mass", "Centre of mass", "m", hint="Of a rigid link, from its joint along "
+             "it. Empty: the middle.", rigid=True),
+    Quantity("inertia", "Inertia of link", "kg m²", hint="Of a rigid link about its centre of "
+             "mass. Empty: mass × length² / 12.", rigid=True),
     Quantity("hub_inertia", "Inertia of geared motor", "kg m²", hint="Rotor and gear as the "
              "joint feels it (times the gear ratio squared)."),
     Quantity("rotor_inertia", "Inertia of direct drive", "kg m²", hint="Of the rotor of a motor "
@@ -86,6 +92,8 @@ def sheet_rows(scenario: Scenario) -> tuple[SheetRow, ...]:
 def _link_rows(arm: Arm) -> list[SheetRow]:
     rows = []
     for quantity in LINK:
+        if quantity.rigid and all(arm.modes):
+            continue
         stated: list[Value] = [getattr(segment, quantity.setting) for segment in arm.segments]
         if quantity.setting == "EI":
             stated = [segment.bending_stiffness or None for segment in arm.segments]

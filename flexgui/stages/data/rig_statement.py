@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from flexgui.core.arm.arm import MOST_SEGMENTS
 from flexgui.core.arm.build import build_arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.errors import InputError
@@ -17,8 +18,6 @@ from flexgui.stages.data.rigs import RIGS, arm_edit, rig_edit, rig_of
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
-
-MOST_LINKS = 3
 
 
 class RigStatement:
@@ -80,7 +79,7 @@ class RigStatement:
 
     def choose_links(self, count: str) -> bool:
         """Gives the arm another number of links."""
-        if count not in map(str, range(1, MOST_LINKS + 1)):
+        if count not in map(str, range(1, MOST_SEGMENTS + 1)):
             return False
         return self._become(with_links(self._session.document.scenario, int(count)))
 
