@@ -13,6 +13,7 @@ from flexgui.core.arm.segment import Segment
 from flexgui.core.arm.slots import arm_vector
 from flexgui.core.effects.joint_load import joint_load
 from flexgui.core.simulate.descriptor import descriptor
+from flexgui.core.simulate.equations import equations
 from tests.helpers import ARMS, compiled, loaded, looped, random_state, relative_to_largest
 
 ROUNDING = 1e-12
@@ -118,6 +119,18 @@ def test_a_uniform_beam_may_be_stated_as_such(name: str) -> None:
         strict=True,
     ):
         assert relative_to_largest(one, other) < ROUNDING
+
+
+def test_the_displayed_equations_have_what_is_stated_and_no_more() -> None:
+    first, second, _, _ = random_links(1)
+    uniform = Segment(length=0.4, mass=2.0, modes=0)
+    arm = Arm(segments=(first.segment, second.segment.model_copy(update={"inertia": None})))
+    shown = {e.title: e.latex for e in equations(looped(arm))}
+    assert r"J_{c1} \omega_{1}^2" in shown["Kinetic energy"]
+    assert r"\dot{p}_{2}(x_{c2}, y_{c2})" in shown["Kinetic energy"]
+    assert "J_{c1}" in shown["M0, constant part"] and "J_{c2}" not in shown["M0, constant part"]
+    plain = Arm(segments=(uniform, uniform))
+    assert not any("c1" in e.latex for e in equations(looped(plain)))
 
 
 def test_what_is_not_stated_follows_length_and_mass_while_they_are_estimated() -> None:

@@ -216,7 +216,7 @@ def test_a_rotor_without_a_gear_is_motor_enough_for_an_elastic_joint() -> None:
     assert hub.upper > 0.0 and np.isfinite(model.numbers({"Jh2": 0.0}).p).all()
     energy = next(e for e in equations(model) if e.title == "Kinetic energy")
     assert r"J_{r2} (\omega_{1} + \dot{\theta}_{2})^2" in energy.latex
-    assert "segment that carries a motor" in energy.note
+    assert "the rate at which the end of a segment turns" in energy.note
 
 
 GAP = {"bl1": 2e-3, "bl2": 1e-3, "Jh1": 0.1, "Jh2": 0.05}
