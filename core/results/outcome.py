@@ -144,10 +144,6 @@ class Link:
 
     length: float
     mass: float
-    centre: tuple[float, float]
-    """m, of the mass, along and across; of a bending link its middle."""
-    inertia: float
-    """kg m^2 about the centre."""
     EI: float
     """N m^2; without a meaning where `modes` is 0 (rigid)."""
     modes: int
@@ -174,6 +170,10 @@ class Link:
     """N m s/rad (N s/m) of a pure velocity loop; None: another drive."""
     limit: float | None
     """N m (N), the largest torque of the drive; None: no limit."""
+    centre: tuple[float, float] | None = None
+    """m, of the mass of a rigid link, along and across; None: it is a uniform beam."""
+    inertia: float = 0.0
+    """kg m^2 about that centre."""
 
 
 @dataclass(frozen=True)

@@ -71,8 +71,6 @@ def _link(model: Model, numbers: Numbers, k: int) -> Link:
     return Link(
         length=of(slots.LENGTH),
         mass=of(slots.MASS),
-        centre=(of(slots.CENTRE_ALONG), of(slots.CENTRE_ACROSS)),
-        inertia=of(slots.INERTIA),
         EI=of(slots.STIFFNESS),
         modes=segment.modes,
         damping_time=of(slots.DAMPING_TIME),
@@ -88,6 +86,8 @@ def _link(model: Model, numbers: Numbers, k: int) -> Link:
         dry_friction=sum((_level(e) for e in elements if is_dry(e)), 0.0),
         gain=_velocity_gain(numbers, k),
         limit=float(numbers.law.limit[k]) if np.isfinite(numbers.law.limit[k]) else None,
+        centre=None if segment.modes else (of(slots.CENTRE_ALONG), of(slots.CENTRE_ACROSS)),
+        inertia=0.0 if segment.modes else of(slots.INERTIA),
     )
 
 

@@ -140,8 +140,10 @@ class Piece:
 
 def pieces(link: Link) -> tuple[Piece, ...]:
     """From the root; one where the segment does not bend."""
-    if not link.modes:
+    if link.centre is not None:
         return (Piece(link.length, link.mass, 0.0, link.centre, link.inertia),)
+    if not link.modes:
+        return (Piece.slender(link.length, link.mass, 0.0),)
     length = link.length / HINGES
     lengths = (length / 2.0, *([length] * (HINGES - 1)), length / 2.0)
     stiffness = (0.0, *(float(k) for k in link.EI / (length * WEIGHTS)))
