@@ -17,6 +17,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from .arm.arm import Structure
@@ -37,6 +38,8 @@ _KERNELS = {
     "piecewise": "piecewise",
 }  # fmt: skip
 """Kernels of a first result and their modules, in the order in which they are compiled."""
+_ALWAYS = ("integrate",)
+"""What every diagnosis needs. The others, of linear models, take as long again to compile."""
 
 _begun = threading.Lock()
 """Held once this process has begun to compile the kernels."""
@@ -45,38 +48,48 @@ _PAUSE = 0.05
 """s between two checks of the processes."""
 
 
-def kernels_compiled() -> bool:
+def kernels_compiled(kernels: Iterable[str] = tuple(_KERNELS)) -> bool:
     """Whether the kernels of this version are in the cache of this machine."""
-    return (cache_folder() / f"warm_{sources_key()}").exists()
+    return all(_mark(name).exists() for name in kernels)
+
+
+def _mark(kernel: str) -> Path:
+    """A file that is there once the kernel is in the cache."""
+    return cache_folder() / f"warm_{kernel}_{sources_key()}"
 
 
 def precompile_all(progress: Progress, arms: Iterable[Structure] = ()) -> None:
-    """Starts to compile all kernels where this was not done before, and returns at once.
+    """Starts to compile what every work needs where this was not done before, and returns at once.
 
-    `arms` that are needed later are compiled in the background too.
+    `arms` that are needed later are compiled in the background too. Other kernels are compiled when
+    they are first used.
     """
-    if kernels_compiled() or not _begun.acquire(blocking=False):
+    if kernels_compiled(_ALWAYS) or not _begun.acquire(blocking=False):
         precompile_arms(arms)
         return
     progress.stage(TITLE)
 
     def compile_all() -> None:
-        compile_kernels(Silent(), max(WORKERS - 1, 1))  # this process compiles the first arm
+        compile_kernels(Silent(), kernels=_ALWAYS)
         precompile_arms(arms)
 
     threading.Thread(target=compile_all, daemon=True).start()
 
 
-def compile_kernels(progress: Progress, at_once: int = WORKERS) -> None:
-    """Compiles in `at_once` processes at a time; returns when all have ended.
+def compile_kernels(
+    progress: Progress, at_once: int = WORKERS, kernels: Iterable[str] = tuple(_KERNELS)
+) -> None:
+    """Compiles the kernels that are not in the cache, in `at_once` processes at a time.
 
-    Meanwhile the first call of a kernel in this process waits for the process that compiles it.
+    Returns when all have ended. Meanwhile the first call of a kernel in this process waits for the
+    process that compiles it.
     """
-    progress.stage(TITLE, len(_KERNELS))
-    ended = {name: threading.Event() for name in _KERNELS}
-    waiting, running = list(_KERNELS), dict[str, subprocess.Popen[str]]()
+    missing = [name for name in kernels if not kernels_compiled([name])]
+    progress.stage(TITLE, len(missing))
+    ended = {name: threading.Event() for name in missing}
+    waiting, running = list(missing), dict[str, subprocess.Popen[str]]()
     complete = True
-    Kernel.waits.update({name: partial(_wait, name, waiting, ended[name]) for name in _KERNELS})
+    Kernel.waits.update({name: partial(_wait, name, waiting, ended[name]) for name in missing})
     try:
         while waiting or running:
             while waiting and len(running) < at_once:
@@ -91,7 +104,8 @@ def compile_kernels(progress: Progress, at_once: int = WORKERS) -> None:
             if not complete:  # as when this process ends
                 waiting.clear()
         if complete:
-            (cache_folder() / f"warm_{sources_key()}").touch()
+            for name in missing:
+                _mark(name).touch()
     except OSError:  # no process or file can be made: whoever needs a kernel compiles it
         pass
     finally:

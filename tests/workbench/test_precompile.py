@@ -76,6 +76,23 @@ class Process:
         return 0 if self.ended.is_set() else None
 
 
+def test_a_kernel_that_is_there_is_not_compiled_again(empty, monkeypatch) -> None:
+    begun: list[str] = []
+
+    def start(code: str) -> Process:
+        begun.append(code)
+        process = Process()
+        process.ended.set()
+        return process
+
+    monkeypatch.setattr(precompile, "start_process", start)
+    compile_kernels(Silent(), kernels=["integrate"])
+    assert kernels_compiled(["integrate"]) and not kernels_compiled()
+    compile_kernels(Silent())
+    assert kernels_compiled() and len(begun) == 4
+    assert sum("integrate" in code for code in begun) == 1
+
+
 def test_who_needs_a_kernel_waits_for_that_one_only(empty, monkeypatch) -> None:
     begun: dict[str, Process] = {}
 
