@@ -22,14 +22,23 @@ class Parameter:
     """
 
     name: str
+    """As in a scenario: 'EI1', 'fc2', ..."""
     value: float
+    """In `unit`, as are all numbers below."""
     unit: str = ""
+    """SI; empty: none."""
     lower: float = -np.inf
+    """The least value that a fit may give it."""
     upper: float = np.inf
+    """The greatest value that a fit may give it."""
     symbol: str = ""
+    """LaTeX, for display."""
     title: str = ""
+    """Its name in words."""
     scale: float = 1.0
+    """A typical size."""
     prior_std: float | None = None
+    """Standard deviation of what is known before the fit; None: nothing is."""
     prior_mean: float | None = None
     """What the prior is about; the value where it is not stated."""
 

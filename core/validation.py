@@ -3,6 +3,7 @@ error as one sentence."""
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
@@ -13,6 +14,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic._internal._model_construction import ModelMetaclass
 
 from .errors import InputError
+from .field_texts import FieldDoc
 from .sentences import did_you_mean, one_line, predicate, quoted
 
 M = TypeVar("M", bound=BaseModel)
@@ -93,12 +95,28 @@ class _OneSentence(ModelMetaclass):
             settings = cast(type[BaseModel], self).model_fields
             raise InputError(_first_fault(error, self.__name__, settings)) from None
 
+    @property
+    def __doc__(self) -> str:  # type: ignore[override]
+        """What the class says of itself, with its settings."""
+        return FieldDoc(vars(self).get("__doc__")).__get__(None, self)
+
+    def __dir__(self) -> list[str]:
+        """Without what all pydantic models have, so that `help()` lists what is FlexGUI's."""
+        return [n for n in super().__dir__() if n[0] != "_" and not hasattr(BaseModel, n)]
+
 
 class Stated(BaseModel, metaclass=_OneSentence):
     """A part of a rig as a script or a scenario states it: frozen, with no key that is not known.
     Made by hand with a wrong setting it raises an InputError that names class and setting."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Its signature without pydantic's annotations: `help()` has them in words."""
+        bare = inspect.signature(cls).parameters.values()
+        plain = [parameter.replace(annotation=parameter.empty) for parameter in bare]
+        cls.__signature__ = inspect.Signature(plain)
 
 
 LARGEST, SMALLEST = 1e15, 1e-15

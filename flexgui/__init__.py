@@ -11,6 +11,8 @@
 Projects     load, open, project, scenarios, Project
 Results      Identification, Diagnosis, Comparison, ResidualAnalysis, Simulation, Prediction,
              Profile, Plan, LinearModel
+Their parts  Estimate, RankedEffect, LadderStep, ChannelError, RecordingComparison,
+             ChannelComparison, Proposal, ProposedLaw
 The rig      Arm, Segment, Drive, DriveLaw, Sensor, Channel, Excitation, Parameter, Recording
 Effects      Effect, EffectParameter, formula, static_law
 Catalogues   drives, effects, excitations, presets, sensors; register, unregister
@@ -54,6 +56,10 @@ _HOME = {
     "flexgui.core.excitation.excitation": "Excitation",
     "flexgui.core.parameters": "Parameter",
     "flexgui.core.recording.recording": "Recording",
+    "flexgui.core.results": (
+        "ChannelComparison ChannelError Estimate LadderStep Proposal ProposedLaw RankedEffect "
+        "RecordingComparison"
+    ),
     "flexgui.core.sensors.sensor": "Channel Sensor",
 }
 _MODULES = {name: module for module, names in _HOME.items() for name in names.split()}
@@ -71,6 +77,14 @@ if TYPE_CHECKING:
     from flexgui.core.excitation.excitation import Excitation as Excitation
     from flexgui.core.parameters import Parameter as Parameter
     from flexgui.core.recording.recording import Recording as Recording
+    from flexgui.core.results import ChannelComparison as ChannelComparison
+    from flexgui.core.results import ChannelError as ChannelError
+    from flexgui.core.results import Estimate as Estimate
+    from flexgui.core.results import LadderStep as LadderStep
+    from flexgui.core.results import Proposal as Proposal
+    from flexgui.core.results import ProposedLaw as ProposedLaw
+    from flexgui.core.results import RankedEffect as RankedEffect
+    from flexgui.core.results import RecordingComparison as RecordingComparison
     from flexgui.core.sensors.sensor import Channel as Channel
     from flexgui.core.sensors.sensor import Sensor as Sensor
     from flexgui.library.building import load as load
@@ -103,6 +117,10 @@ else:
         if name not in _MODULES:
             raise AttributeError(f"module 'flexgui' has no attribute {name!r}")
         found = getattr(import_module(_MODULES[name]), name)
+        if isinstance(found, type) and hasattr(found, "__dataclass_fields__"):
+            from flexgui.core.field_texts import FieldDoc
+
+            found.__doc__ = FieldDoc(found.__doc__)  # `help()` shows its fields, as of an arm
         globals()[name] = found
         return found
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import inspect
 import re
 from collections.abc import Iterator
-from functools import cache
-from textwrap import dedent
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -24,6 +21,7 @@ from flexgui.core.effects import catalogue
 from flexgui.core.effects.effect import Effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.excitation.excitation import Excitation
+from flexgui.core.field_texts import HEAD, field_texts
 from flexgui.core.plugins import classes_of
 from flexgui.core.recording.channels import known_kinds
 from flexgui.core.scenario.rig_spec import EffectParameterSpec, SensorsSpec
@@ -162,30 +160,15 @@ def _number(value: float) -> str:
 
 
 def _doc(kind: type) -> str:
-    return one_line(inspect.getdoc(kind) or "")
+    return one_line((inspect.getdoc(kind) or "").partition(HEAD)[0])
 
 
 def _words(model: type[BaseModel], name: str) -> str:
     """The text below a field in its class, or in one that it derives from; else that of the class
     of its table. TOML has no None: such a key is left out."""
     for kind in model.__mro__:
-        if issubclass(kind, BaseModel) and kind is not BaseModel and name in _texts(kind):
-            return re.sub(r"\bNone\b", "left out", _texts(kind)[name])
+        texts = dict(field_texts(kind))
+        if name in texts:
+            return re.sub(r"\bNone\b", "left out", texts[name])
     table = model.model_fields[name].annotation
     return _doc(table) if isinstance(table, type) and issubclass(table, BaseModel) else ""
-
-
-@cache
-def _texts(kind: type) -> dict[str, str]:
-    """Field -> the text that stands below it in the class's source."""
-    tree = ast.parse(dedent(inspect.getsource(kind))).body[0]
-    assert isinstance(tree, ast.ClassDef)
-    found = {}
-    for field, text in zip(tree.body, tree.body[1:], strict=False):
-        match field, text:
-            case (
-                ast.AnnAssign(target=ast.Name(id=name)),
-                ast.Expr(value=ast.Constant(value=str() as words)),
-            ):
-                found[name] = one_line(words)
-    return found

@@ -15,6 +15,7 @@ RANKS = {
     "core.errors": 0,
     "core.processors": 0,
     "core.sentences": 0.1,
+    "core.field_texts": 0.15,
     "core.files": 0.2,
     "core.units": 0.2,
     "core.validation": 0.2,

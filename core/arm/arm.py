@@ -31,12 +31,15 @@ class Arm(Stated):
     """
 
     segments: Annotated[tuple[Segment, ...], Field(min_length=1)]
+    """One to three, from the base to the tip."""
     gravity: tuple[Bounded, Bounded] = (0.0, 0.0)
+    """m/s² in the plane of motion."""
     base_compliance: Positive | None = None
     """m/N, the same in both directions; None: the base does not move."""
     pedestal: Pedestal | None = None
     """None: the base does not turn."""
     name: str = "arm"
+    """For display."""
 
     @field_validator("segments")
     @classmethod

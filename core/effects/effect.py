@@ -56,6 +56,7 @@ class EffectParameter:
     """A parameter of an effect. `parameter.value` is a plausible size to begin with."""
 
     parameter: Parameter
+    """Its name, unit, bounds and a plausible size."""
     neutral: float = 0.0
     """The value at which the effect vanishes; it need not lie within the bounds of a fit."""
     grid: tuple[float, ...] = ()

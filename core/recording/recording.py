@@ -29,7 +29,9 @@ class CameraPose:
     """Where the camera of one experiment stood: z = origin + R(angle) scale z_camera."""
 
     origin: tuple[float, float] = (0.0, 0.0)
+    """m"""
     angle: float = 0.0
+    """rad"""
     scale: float = 1.0
     delay: float = 0.0
     """s, by which the camera's samples are late."""
@@ -54,15 +56,23 @@ class Recording:
     """
 
     name: str
+    """By which scenarios and results call it."""
     time: np.ndarray
+    """(N,) s, evenly spaced"""
     channels: Mapping[str, np.ndarray]
+    """Name -> (N,), SI: `theta1` in rad, `z1` in m, `u1` in N m, ..."""
     role: str = "estimate"
+    """'estimate', or 'validate': no fit sees it."""
     counted: Mapping[str, np.ndarray] = field(default_factory=dict)
     """(N,) bool per channel: False where the user masked it. Channels not listed count whole."""
     logger_filters: Mapping[str, LoggerFilter] = field(default_factory=dict)
+    """Channel -> the low-pass that it has passed in the rig."""
     camera: CameraPose = CameraPose()
+    """Where the camera stood."""
     source: str = ""
+    """The file that it was read from."""
     warnings: tuple[str, ...] = ()
+    """What was noticed when it was read, a sentence each."""
     theta2: float | None = None
     """The working point in rad where the experiment was made at one."""
     beginning: Beginning = Beginning.REST

@@ -17,10 +17,15 @@ class ChannelComparison:
     """Measured against model for one output of one recording; NaN is 'no sample'."""
 
     channel: str
+    """Such as 'z1' (tip), 'theta1' (joint) or 'deflection1'."""
     unit: str
+    """SI, of all its values: m, rad, N m, ..."""
     time: np.ndarray
+    """(N,) s"""
     measured: np.ndarray
+    """(N,) in `unit`"""
     model: np.ndarray
+    """(N,) in `unit`"""
     counted: np.ndarray
     """(N,) bool: samples that count (sampled and not masked)."""
     fitted: bool = True
@@ -33,7 +38,7 @@ class ChannelComparison:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the residual where it counts; NaN where nothing does."""
+        """Root mean square of the residual where it counts, in `unit`; NaN where nothing does."""
         r = self.residual[self.counted]
         return float(np.sqrt(np.mean(r * r))) if r.size else float("nan")
 
@@ -107,17 +112,25 @@ class RecordingComparison:
     """All outputs of one recording, with the fit that the model's values come from."""
 
     recording: str
+    """Its name."""
     role: str
+    """'estimate', or 'validate' where no fit has seen it."""
     fit_label: str
+    """Of the fit: of all recordings (glocal) or of one (local)."""
     channels: tuple[ChannelComparison, ...]
+    """One per output."""
     missing_torque: tuple[MissingTorque, ...] = ()
+    """One per joint, where the drive's torque is known."""
     note: str = ""
+    """How exactly the model was simulated, a sentence; empty: not estimated."""
     tip_rms: float | None = None
     """Root mean square distance between measured and modelled tip in m; None without a camera."""
     theta2: float | None = None
     """rad, the working point; None where the recording is not made at one."""
     motion: JointMotion | None = None
+    """How the model moved, where that was kept."""
     inputs: tuple[InputSignal, ...] = ()
+    """What moved the arm."""
 
 
 @dataclass(frozen=True)

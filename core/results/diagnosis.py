@@ -68,11 +68,15 @@ class ChannelError:
     """The error of one channel over all recordings of a role."""
 
     channel: str
+    """Such as 'z1' (tip) or 'theta1' (joint)."""
     unit: str
+    """SI, of all its values."""
     rms: float
+    """Root mean square over the estimation recordings."""
     floor: float
     """Below which an error says nothing: noise and fidelity."""
     validation_rms: float = float("nan")
+    """The same on the recordings that no fit has seen; NaN without any."""
     floor_source: str = ""
     """Where the floor's noise comes from: repetition, stated or estimated; empty: unknown."""
 
@@ -82,11 +86,14 @@ class LadderStep:
     """One step of the error ladder: the model after an effect was added (None: as given)."""
 
     added: str | None
+    """Id of the effect."""
     title: str
+    """What the step did, in words."""
     parameters: tuple[Estimate, ...]
     """Sizes of the added effect first, then of the others as they stand after the step, then of the
     arm; all unknowns for the first step."""
     errors: tuple[ChannelError, ...]
+    """One per output."""
     tip_rms: float | None
     """m, over the estimation recordings; None without a camera."""
     cost_per_sample: float
@@ -94,8 +101,10 @@ class LadderStep:
     model: tuple[str, ...] = ()
     """Ids of all effects in the model at this step, those that others include too."""
     fit_percent: tuple[float, ...] = ()
-    """FIT per channel over the estimation recordings, in the order of `errors`."""
+    """FIT per channel over the estimation recordings, in the order of `errors`: 100 % is no error,
+    0 % no better than the mean."""
     validation_fit_percent: tuple[float, ...] = ()
+    """The same on the recordings that no fit has seen."""
 
 
 @dataclass(frozen=True)
@@ -103,18 +112,23 @@ class RankedEffect:
     """One candidate of a round."""
 
     effect: str
+    """Its id."""
     title: str
+    """Its name in words."""
     score: float
-    """Whitened score, chi-squared where the effect is absent."""
+    """Whitened score, without a unit; chi-squared where the effect is absent."""
     p_value: float
-    """Corrected for all that was tried."""
+    """Of the score; corrected for all that was tried."""
     expected_drop_percent: float
-    """Of the squared error above the floor, by the linear screen."""
+    """%, of the squared error above the floor, by the linear screen."""
     refit_drop_percent: float | None
     """The same by a full refit; None where none was made."""
     delta_bic: float | None
+    """Fall of the Bayesian information criterion by the refit; positive speaks for the effect."""
     confused_with: tuple[str, ...] = ()
+    """Ids of the effects that these recordings do not distinguish from it."""
     parameters: tuple[Estimate, ...] = ()
+    """Its sizes."""
     tied_to: tuple[Estimate, ...] = ()
     """Parameters of the model that it cannot be distinguished from, where it explains too little.
 

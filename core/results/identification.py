@@ -28,18 +28,29 @@ class Estimate:
     """One estimated parameter; `std` holds under coloured residuals."""
 
     name: str
+    """As in a scenario: 'EI1', 'fc2', ..."""
     value: float
+    """In `unit`, as are all numbers below."""
     std: float
+    """Standard deviation; it holds only if the model is complete. NaN: not determined."""
     unit: str
+    """SI; empty: none."""
     identifiable: bool
+    """Whether the recordings determine it by itself; False: with others at best."""
     symbol: str = ""
+    """LaTeX, for display."""
     start: float = np.nan
+    """Where the fit began."""
     lower: float = -np.inf
+    """Bound of the fit."""
     upper: float = np.inf
+    """Bound of the fit."""
     recording: str | None = None
     """The recording that the parameter belongs to; None where it is shared by all."""
     at_bound: bool = False
+    """Whether the fit ended at a bound."""
     title: str = ""
+    """Its name in words."""
 
     @property
     def label(self) -> str:

@@ -56,20 +56,25 @@ class ProposedLaw:
     """A law that passed every test an effect passes."""
 
     title: str
+    """Its name in words."""
     target: str
+    """Where it acts, as in `[[model.own]]`: 'joint1', 'tip', 'deflection1', ..."""
     formula: str
     """In the language of own formulas."""
     latex: str
+    """The formula, for display."""
     parameters: tuple[Estimate, ...]
+    """Its values."""
     terms: tuple[LawTerm, ...]
     """One, or two that are added."""
     explained: float
-    """Share of the squared error above noise."""
+    """Share (0 to 1) of the squared error above noise."""
     rms: tuple[float, float]
     """Before and after, in noise floors."""
     unseen_rms: tuple[float, float] = (float("nan"), float("nan"))
     """The same on validation recordings; NaN without any."""
     delta_bic: float = float("nan")
+    """Fall of the Bayesian information criterion by it; positive speaks for the law."""
     relative: str = ""
     """Title of the listed effect that it is most like; empty: none was ranked."""
     likeness: float = float("nan")
@@ -99,11 +104,11 @@ class Proposal:
     """What a search for laws found."""
 
     carriers: tuple[Carrier, ...] = ()
-    """Best first."""
+    """Variables that the rest depends on, best first."""
     laws: tuple[ProposedLaw, ...] = ()
     """Best first; empty where nothing is proposed."""
     reason: str = ""
-    """Why nothing is proposed: one of the constants above; empty where something is."""
+    """Why nothing is proposed: 'within_noise', 'no_carrier' or 'no_law'; empty: something is."""
     refused: tuple[tuple[str, Objection], ...] = ()
     """(title, why) of laws that explain enough and fail a test."""
     experiments: tuple[PlannedExperiment, ...] = ()
@@ -111,4 +116,6 @@ class Proposal:
     needless: tuple[str, ...] = ()
     """Titles of the effects that were found before and are not needed beside the first law."""
     seconds: float = float("nan")
+    """s, that the search took."""
     stopped: bool = False
+    """Whether it was stopped before its end."""

@@ -42,6 +42,7 @@ class Simulation:
     """A recording made in simulation."""
 
     recording: Recording
+    """The signals, SI."""
     units: Mapping[str, str] = field(default_factory=dict)
     """SI units of the channels of each joint, which turns or slides."""
 
@@ -111,6 +112,7 @@ class Comparison:
     """Measured against modelled, recording by recording."""
 
     recordings: tuple[RecordingComparison, ...]
+    """One per recording."""
     floors: Mapping[str, float] | None = None
     """channel -> floor in its unit, where a diagnosis has found them."""
 
