@@ -15,6 +15,9 @@ from flexgui.sentences.written import format_number
 WIDTH = 92
 """Characters in a line of a header."""
 
+OUTSIDE = "NOT in this file, because its format cannot hold it"
+"""Said of effects."""
+
 LINEAR_LIMITS = (
     "Linear model of small motion about a posture, with the drive's loop closed. The posture is "
     "scheduled.",
@@ -82,18 +85,18 @@ def header(
     Args:
         outcome: Whose model it is.
         what: A phrase for the file, such as "C code of the linear model".
-        carried: Those of the outcome's effects that are in the file.
+        carried: Those of the outcome's effects that are in the file. The lines state which were
+            found and which the scenario states.
         limits: Sentences on what the format cannot carry in general.
     """
-    inside = tuple(carried)
-    outside = [e for e in _effects(outcome) if e not in inside]
+    inside, effects = tuple(carried), _effects(outcome)
+    found = () if outcome.diagnosis is None else outcome.diagnosis.kept
     texts = [f"{plain(outcome.title)}: {what}, written by FlexGUI {__version__}. SI units."]
-    if inside:
-        texts.append(f"Found and in this file: {_listed(inside)}.")
-    if outside:
-        texts.append(
-            f"Found, but NOT in this file, because its format cannot hold it: {_listed(outside)}."
-        )
+    for held, place in ((True, " and in this file"), (False, f", but {OUTSIDE}")):
+        some = [e for e in effects if (e in inside) == held]
+        for origin, new in (("Found", True), ("Stated", False)):
+            these = [e for e in some if (e.kind in found) == new]
+            texts += [f"{origin}{place}: {_listed(these)}."] if these else []
     texts += limits
     return [line for text in texts for line in textwrap.wrap(text, WIDTH)]
 

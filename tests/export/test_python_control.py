@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from flexgui.core.effects import effect
+from flexgui.core.results import Diagnosis
 from flexgui.core.simulate.posture import posture
 from flexgui.export.formats.python_control import ControlScript, script
 from tests.export.helpers import MODELS, outcome_of
@@ -64,17 +67,20 @@ def test_its_poles_are_the_models_at_any_posture(folder: Path) -> None:
     assert np.abs(ours[:, None] - theirs).min(axis=1).max() < SAME * np.abs(ours).max()
 
 
-def test_what_was_found_is_listed_inside_or_outside() -> None:
+def test_what_was_found_and_what_was_stated_is_listed_inside_or_outside() -> None:
     model = looped(ARMS["2-2"]).with_effects(
         [effect(k) for k in ("tip_payload", "coulomb_friction", "camera_delay", "drive_lag")],
         {"mt2": 0.4, "fc1": 0.5, "fc2": 0.2, "td": 0.004, "tl": 0.002},
     )
-    said = " ".join(script(outcome_of(model)).split('"""')[1].split())
-    inside, outside = said.split("Found, but NOT in this file")
-    assert "mt2 = 0.4 kg" in inside
-    assert "tl = 0.002 s" in inside
-    assert "fc1 = 0.5 N m" in outside
-    assert "td = 0.004 s" in outside
+    kept = ("tip_payload", "camera_delay")
+    diagnosis = Diagnosis("missing", "nothing_missing", (), (), {}, kept=kept)
+    outcome = replace(outcome_of(model), diagnosis=diagnosis)
+    said = " ".join(script(outcome).split('"""')[1].split())
+    places = ("Found and in", "Stated and in", "Found, but NOT in", "Stated, but NOT in")
+    sizes = ("mt2 = 0.4 kg", "tl = 0.002 s", "td = 0.004 s", "fc1 = 0.5 N m")
+    parts = re.split(f"(?:{'|'.join(places)}) this file", said)[1:]
+    for part, own in zip(parts, sizes, strict=True):
+        assert [size for size in sizes if size in part] == [own]
 
 
 def test_a_title_cannot_leave_its_text() -> None:
