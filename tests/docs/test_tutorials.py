@@ -13,6 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+README = ROOT / "README.md"
 BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?")
 
@@ -97,6 +98,16 @@ def test_a_tutorial_prints_what_it_states(page: Path, tmp_path: Path) -> None:
         elif block.language == "text":
             for stated in block.text.splitlines():
                 assert any(agrees(stated, line) for line in printed), (stated, printed)
+
+
+@pytest.mark.long
+def test_the_readme_prints_what_it_states(tmp_path: Path) -> None:
+    texts = {block.language: block.text for block in blocks(README)}
+    (tmp_path / "snippet.py").write_text(texts["python"], encoding="utf-8")
+    printed = printed_by("python snippet.py", tmp_path).replace("\xa0", " ").splitlines()
+    for stated in texts["text"].splitlines():
+        assert any(agrees(stated, line) for line in printed), (stated, printed)
+    assert (tmp_path / "reports/friction/report.html").is_file()
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from tests.evidence.frame import table
@@ -53,20 +53,16 @@ def misses(one: Found) -> Iterator[tuple[str, float]]:
                 yield name, error
 
 
-def text(found: Mapping[str, Found], total: int) -> str:
-    """Markdown."""
+def text(found: Mapping[str, Found], cases: Collection[str]) -> str:
+    """Markdown; `cases` are the names of all, `arm/what is hidden`."""
     if not found:
         return ABOUT
-    hidden = {name: one for name, one in found.items() if one["truth"]}
-    bare = {name: one for name, one in found.items() if not one["truth"]}
-    named = [one for one in hidden.values() if set_right(one)]
-    rows = [
-        ["an effect that is hidden comes first", _share(map(first_right, hidden.values()))],
-        ["just what is hidden is named in the end", _share(map(set_right, hidden.values()))],
-        ["of these, every size as near as asked", _share(not list(misses(one)) for one in named)],
-        ["nothing hidden, nothing named", _share(map(set_right, bare.values()))],
-    ]
-    texts = [ABOUT, f"{len(found)} of {total} cases were run.", table(("", "right"), rows)]
+    arms = list(dict.fromkeys(name.partition("/")[0] for name in cases))
+    groups = [list(cases), *([n for n in cases if n.startswith(f"{arm}/")] for arm in arms)]
+    columns = [_shares(found, group) for group in groups]
+    rows = [[words, *shares] for words, *shares in zip(COUNTED, *columns, strict=True)]
+    run = f"{len(found)} of {len(cases)} cases have a result; one without counts as not right."
+    texts = [ABOUT, run, table(("", "all arms", *arms), rows)]
     wrong = [f"- {_said(name, one)}" for name, one in found.items() if not set_right(one)]
     far = [f"- {name}: {_far(one)}" for name, one in found.items()
            if set_right(one) and list(misses(one))]  # fmt: skip
@@ -75,9 +71,30 @@ def text(found: Mapping[str, Found], total: int) -> str:
     return "\n\n".join([*texts, _every(found)])
 
 
-def _share(right: Any) -> str:
+COUNTED = (
+    "an effect that is hidden comes first",
+    "just what is hidden is named in the end",
+    "of these, every size as near as asked",
+    "nothing hidden, nothing named",
+)
+
+
+def _shares(found: Mapping[str, Found], names: Collection[str]) -> list[str]:
+    """Of each of COUNTED."""
+    hidden = [found.get(name) for name in names if not name.endswith("/nothing")]
+    bare = [found.get(name) for name in names if name.endswith("/nothing")]
+    named = [one for one in hidden if one and set_right(one)]
+    return [
+        _share(bool(one) and first_right(one) for one in hidden),
+        _share(bool(one) and set_right(one) for one in hidden),
+        _share(not list(misses(one)) for one in named),
+        _share(bool(one) and set_right(one) for one in bare),
+    ]
+
+
+def _share(right: Iterable[bool]) -> str:
     each = list(right)
-    return f"{sum(each)} of {len(each)}"
+    return f"{sum(each)} of {len(each)}" if each else "–"
 
 
 def _said(name: str, one: Found) -> str:

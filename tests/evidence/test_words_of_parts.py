@@ -55,9 +55,18 @@ def test_an_effect_too_many_is_wrong() -> None:
 
 
 def test_wrong_cases_are_listed_with_what_was_named() -> None:
-    said = text({"a/x": one(VISCOUS, "tip_payload", ["tip_payload"], mt2=0.1)}, 91)
-    assert "1 of 91 cases were run" in said
+    said = text({"a/x": one(VISCOUS, "tip_payload", ["tip_payload"], mt2=0.1)}, ["a/x", "b/x"])
+    assert "1 of 2 cases have a result" in said
     assert "a/x: named tip_payload; tip error 1.00 → 0.05 mm" in said
+
+
+def test_a_case_that_failed_counts_as_not_right_and_each_arm_by_itself() -> None:
+    right = one(VISCOUS, "viscous_friction", ["viscous_friction"], fv1=2.0)
+    said = text({"a/x": right, "a/nothing": one({}, None, [])}, ["a/x", "a/nothing", "b/x"])
+    assert "|  | all arms | a | b |" in said
+    assert "comes first | 1 of 2 | 1 of 1 | 0 of 1 |" in said
+    assert "as near as asked | 1 of 1 | 1 of 1 | – |" in said
+    assert "nothing named | 1 of 1 | 1 of 1 | – |" in said
 
 
 def test_a_part_without_its_packages_says_what_to_install(

@@ -65,4 +65,4 @@ FIGURES = {"engine_confusion": ("Hidden alone, and named first", _confusion)}
 
 def section(found: Mapping[str, Any]) -> str:
     """Markdown."""
-    return text(found, len(WIDE))
+    return text(found, WIDE)
