@@ -6,7 +6,6 @@ A logger starts before a planned motion and ends after it, and some write no ref
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from .arm.arm import Arm
 from .arm.joints import joint
 from .errors import InputError
 from .model import Model
-from .processors import WORKERS
+from .processors import thread_pool
 from .progress import Progress
 from .recording.initial_motion import with_beginnings
 from .recording.load import load_recording, outside
@@ -50,7 +49,7 @@ def load_recordings(
         return loaded
 
     _ = (model.bare or model).compiled  # once, before the threads ask for it
-    with ThreadPoolExecutor(WORKERS) as pool:
+    with thread_pool(len(scenario.recordings)) as pool:
         loaded = list(pool.map(load, scenario.recordings))
     # What is simulated begins at rest; what a rig wrote begins where somebody cut it.
     files = [r for r, spec in zip(loaded, scenario.recordings, strict=True) if spec.file]

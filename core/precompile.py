@@ -24,7 +24,7 @@ from .arm.arm import Structure
 from .arm.cache import cache_folder, sources_key
 from .arm.compiled import compile_arm, compile_wide_arm, is_compiled
 from .arm.signatures import Kernel
-from .processors import WORKERS
+from .processors import WORKERS, is_limited
 from .progress import Progress, Silent, current_progress
 
 TITLE = "Compiling for this machine, once (up to half a minute)"
@@ -64,7 +64,7 @@ def precompile_all(progress: Progress, arms: Iterable[Structure] = ()) -> None:
     `arms` that are needed later are compiled in the background too. Other kernels are compiled when
     they are first used.
     """
-    if kernels_compiled(_ALWAYS) or not _begun.acquire(blocking=False):
+    if is_limited() or kernels_compiled(_ALWAYS) or not _begun.acquire(blocking=False):
         precompile_arms(arms)
         return
     progress.stage(TITLE)
@@ -134,8 +134,11 @@ def precompile_arms(structures: Iterable[Structure]) -> subprocess.Popen[str] | 
     """Starts to compile the structures that are not in the cache, the last ones first.
 
     Returns at once with the process, which ends with this one at the latest; None where there is
-    nothing to do or no process can be started. An arm that is needed meanwhile is compiled here.
+    nothing to do, no processor for it, or no process can be started. An arm that is needed
+    meanwhile is compiled here.
     """
+    if is_limited():
+        return None
     with _lock:
         new = [s for s in dict.fromkeys(structures) if s not in _requested and not is_compiled(s)]
         _requested.update(new)

@@ -6,8 +6,13 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
+
+from .errors import InputError
 
 
 def usable() -> int:
@@ -22,6 +27,62 @@ def usable() -> int:
 
 WORKERS = usable()
 """Compiled simulation holds no lock, so that threads use them all."""
+
+_MOST: ContextVar[int | None] = ContextVar("_MOST", default=None)
+"""Processors that the present computation may use; None: all, and work may run beside it."""
+
+
+def workers() -> int:
+    """Processors that the present computation may use, in threads or processes."""
+    return _MOST.get() or WORKERS
+
+
+def is_limited() -> bool:
+    """Whether somebody has stated fewer processors than there are: then nothing runs beside."""
+    return _MOST.get() is not None
+
+
+@contextmanager
+def at_most(count: int | None) -> Iterator[None]:
+    """Inside it a computation uses so many processors at most; None: as before. InputError for a
+    number that cannot be."""
+    most = _MOST.get() if count is None or _checked(count) >= workers() else count
+    token = _MOST.set(most)
+    try:
+        yield
+    finally:
+        _MOST.reset(token)
+
+
+def _checked(count: int) -> int:
+    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+        raise InputError(f"workers is {count!r}; it must be a whole number of at least 1.")
+    return count
+
+
+@contextmanager
+def thread_pool(tasks: int) -> Iterator[ThreadPoolExecutor]:
+    """Threads for so many tasks. Where processors are limited they share them, with what they
+    start themselves."""
+    threads = max(min(workers(), tasks), 1)
+    share = max(workers() // threads, 1) if is_limited() else None
+    with ThreadPoolExecutor(threads, initializer=_MOST.set, initargs=(share,)) as pool:
+        yield pool
+
+
+@contextmanager
+def threads_beside(count: int) -> Iterator[Executor]:
+    """Threads for work beside a computation; with limited processors it is done when submitted."""
+    with _Here() if is_limited() else ThreadPoolExecutor(count) as pool:
+        yield pool
+
+
+class _Here(Executor):
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        done.set_result(fn(*args, **kwargs))
+        return done
+
 
 SWITCH_INTERVAL = 1e-4
 """s after which a waiting thread gets the interpreter. Short compiled calls wait for it when they

@@ -6,8 +6,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from .loading import load_recordings
 from .model import Model
 from .noise.output_noise import stated_noise
 from .noise.repeated_motions import compare_repeated_runs
-from .processors import fast_thread_switching
+from .processors import fast_thread_switching, is_limited
 from .profile_likelihood import profile_likelihood
 from .progress import Progress, Silent
 from .propose.propose import propose, with_proposal
@@ -56,6 +57,7 @@ from .simulate.state_equations import state_equations
 from .validation import naming_scenario
 
 AS_STATED = "the stated values"
+NOT_CHECKED = "The recordings were not checked for faults."
 
 
 @dataclass
@@ -76,9 +78,10 @@ class Clock:
 @naming_scenario
 def run_scenario(
     scenario: Scenario, *, folder: Folder | None = None, data_folder: Path | None = None,
-    progress: Progress | None = None,
+    progress: Progress | None = None, check: bool = True,
 ) -> Outcome:  # fmt: skip
-    """The outcome of a scenario; `folder`: where its relative files are."""
+    """The outcome of a scenario; `folder`: where its relative files are; `check`: whether its
+    recordings are checked for faults."""
     progress, clock = progress or Silent(), Clock()
     with clock.timed("load"):
         progress.stage("Reading the recordings", len(scenario.recordings))
@@ -90,7 +93,8 @@ def run_scenario(
             progress.stage("Choosing the level of the model")
         model, chosen = model_at_level(scenario, model, spec, recordings)
         setup = make_setup(model, spec, recordings)
-    threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
+    if not is_limited():
+        threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
     with clock.timed("identify"):
         fits = fit_all(setup, recordings, spec, progress)
     with clock.timed("compare"):
@@ -100,7 +104,8 @@ def run_scenario(
             compared_variant(scenario, i, variant, recordings, progress)
             for i, variant in enumerate(scenario.compare)
         )
-    with _checked_beside(scenario, folder, data_folder, fits, progress) as findings:
+    checked = partial(_findings, scenario, folder, data_folder, fits)
+    with _beside(checked, progress) if check else nullcontext(tuple) as findings:
         diagnosis = None
         if diagnosis_wanted(scenario) and not progress.stopped():
             with clock.timed("diagnose"):
@@ -109,15 +114,15 @@ def run_scenario(
                     linear = linear_model([f.fit for f in fits], comparisons, diagnosis)
                     diagnosis = replace(diagnosis, linear_model=linear)
         with clock.timed("load"):
-            progress.stage("Checking the recordings")
             found = findings()
     standing, values, shown = _final_model(scenario, setup, fits, diagnosis)
+    unchecked = () if check else (NOT_CHECKED,)
     return Outcome(
         title=scenario.title, method=scenario.identify.method, level=setup.model.level,
         fits=tuple(f.fit for f in fits), comparisons=comparisons,
         model=descriptor(standing, standing.numbers(values)), equations=equations(standing),
         variants=variants, seconds=clock.seconds, chosen_level=chosen,
-        notes=(*setup.notes, *shown, *_warnings(recordings)), findings=found,
+        notes=(*setup.notes, *shown, *_warnings(recordings), *unchecked), findings=found,
         arm_table=_arm_table(model), diagnosis=diagnosis,
         repeated=compare_repeated_runs(fits),
         origins=_origins(setup.model, fits), mechanism=mechanism(standing, values),
@@ -126,41 +131,72 @@ def run_scenario(
 
 
 class _Beside(Silent):
-    """Progress of work beside another: unseen, and stopped with it or once it has ended."""
+    """Progress of work beside another: unseen until that waits for it, and stopped with it or once
+    it has ended."""
 
     def __init__(self, other: Progress) -> None:
         self._other, self.ended = other, False
+        self._shown, self._lock = False, threading.Lock()
+        self._title, self._done = "", 0
+        self._total: int | None = None
+
+    def stage(self, title: str, total: int | None = None) -> None:
+        with self._lock:
+            self._title, self._total, self._done = title, total, 0
+            if self._shown:
+                self._other.stage(title, total)
+
+    def advance(self, n: int = 1, text: str = "") -> None:
+        with self._lock:
+            self._done += n
+            if self._shown:
+                self._other.advance(n, text)
 
     def stopped(self) -> bool:
         return self.ended or self._other.stopped()
 
+    def show(self) -> None:
+        """From now on it is what is being done."""
+        with self._lock:
+            self._shown = True
+            if self._title:
+                self._other.stage(self._title, self._total)
+                self._other.advance(self._done)
+
 
 @contextmanager
-def _checked_beside(
-    scenario: Scenario, folder: Folder | None, data_folder: Path | None,
-    fits: Sequence[Fitted], progress: Progress,
-) -> Iterator[Callable[[], tuple[str, ...]]]:  # fmt: skip
-    """The recordings are checked on a thread of their own while the block diagnoses; what it gets
-    waits for the findings."""
+def _beside(
+    work: Callable[[Progress], tuple[str, ...]], progress: Progress
+) -> Iterator[Callable[[], tuple[str, ...]]]:
+    """The work is done on a thread of its own while the block diagnoses; what it gets waits for the
+    result. With limited processors it is done when it is asked for."""
+    if is_limited():
+        yield partial(work, progress)
+        return
     beside = _Beside(progress)
-    values = {**final_values([f.fit for f in fits]), **shared_by_fits(fits)}
+
+    def result() -> tuple[str, ...]:
+        beside.show()
+        return done.result()
+
     with ThreadPoolExecutor(1) as pool:
-        checked = pool.submit(_findings, scenario, folder, data_folder, values, beside)
+        done = pool.submit(work, beside)
         try:
-            yield checked.result
+            yield result
         finally:
             beside.ended = True
 
 
 def _findings(
     scenario: Scenario, folder: Folder | None, data_folder: Path | None,
-    values: Mapping[str, float], progress: Progress,
+    fits: Sequence[Fitted], progress: Progress,
 ) -> tuple[str, ...]:  # fmt: skip
     """Faults of the recordings from files; simulated ones are not checked."""
     files = tuple(spec for spec in scenario.recordings if spec.file is not None)
     if not files:
         return ()
     from_files = scenario.model_copy(update={"recordings": files})
+    values = {**final_values([f.fit for f in fits]), **shared_by_fits(fits)}
     try:
         sized = not diagnosis_wanted(scenario)
         findings = check_scenario(

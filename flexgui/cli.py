@@ -48,6 +48,10 @@ DataOption = Annotated[
     Path | None, typer.Option(help="Folder of the recordings; default: the scenario's folder.")
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="No progress bars.")]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(min=1, help="Processors to use at most; default: all.", show_default=False),
+]
 
 
 def main() -> None:
@@ -101,15 +105,20 @@ def export(
     scenario: ScenarioArgument,
     out: Annotated[Path, typer.Option(help="Folder for the report; created if it is missing.")],
     data: DataOption = None,
+    no_check: Annotated[
+        bool, typer.Option("--no-check", help="Do not check the recordings for faults.")
+    ] = False,
+    workers: WorkersOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
     path, _ = _read(scenario, data)
+    from flexgui.core.processors import at_most
     from flexgui.export.export_files import export_scenario
     from flexgui.progress import shown_progress
 
-    with shown_progress(quiet) as progress:
-        lines = export_scenario(path, out, data, progress, _print_note)
+    with at_most(workers), shown_progress(quiet) as progress:
+        lines = export_scenario(path, out, data, progress, _print_note, not no_check)
     typer.echo("\n".join(lines))
 
 
@@ -230,14 +239,16 @@ def plan(
     ] = "",
     between: Annotated[str, typer.Option(help="Two effects to distinguish: id,id.")] = "",
     data: DataOption = None,
+    workers: WorkersOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Plan the next experiments for SCENARIO within its [limits]; write the references into OUT."""
     path, _ = _read(scenario, data)
+    from flexgui.core.processors import at_most
     from flexgui.export.plan_files import plan_scenario
     from flexgui.progress import shown_progress
 
-    with shown_progress(quiet) as bars:
+    with at_most(workers), shown_progress(quiet) as bars:
         sentences = plan_scenario(path, out, data, seconds, _names(focus), _names(between), bars)
     typer.echo("\n".join(sentences))
 

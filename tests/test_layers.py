@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[1]
 RANKS = {
     "core": 0,
     "core.errors": 0,
-    "core.processors": 0,
+    "core.processors": 0.05,
     "core.sentences": 0.1,
     "core.field_texts": 0.15,
     "core.files": 0.2,

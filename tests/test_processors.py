@@ -1,14 +1,16 @@
-"""All threads and worker processes take their number from what this process may run on."""
+"""All threads and worker processes take their number from what this process may run on, or from
+what a computation was allowed."""
 
 from __future__ import annotations
 
 import os
 import sys
+import threading
 
 import pytest
 
-from flexgui.core import loading, processors
-from flexgui.core.identify import predictor
+from flexgui.core import processors
+from flexgui.core.errors import InputError
 from flexgui.core.resumable import executor
 
 
@@ -24,8 +26,58 @@ def test_the_processors_of_this_process_are_counted(
 
 
 def test_one_setting_serves_all() -> None:
-    assert predictor.workers() == loading.WORKERS == processors.WORKERS == processors.usable()
+    assert processors.workers() == processors.WORKERS == processors.usable()
     assert executor.Processes().count == processors.usable()
+
+
+@pytest.fixture
+def sixteen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(processors, "WORKERS", 16)
+
+
+@pytest.mark.usefixtures("sixteen")
+@pytest.mark.parametrize("allowed", [1, 2, 5, 15])
+@pytest.mark.parametrize("tasks", [1, 2, 7, 40])
+def test_threads_that_start_threads_are_no_more_than_allowed(allowed: int, tasks: int) -> None:
+    with processors.at_most(allowed), processors.thread_pool(tasks) as pool:
+        inside = list(pool.map(lambda _: processors.workers(), range(tasks)))
+        assert min(tasks, allowed) * max(inside) <= allowed
+    assert processors.workers() == 16 and not processors.is_limited()
+
+
+@pytest.mark.usefixtures("sixteen")
+def test_an_inner_limit_never_allows_more_than_an_outer_one() -> None:
+    with processors.at_most(3), processors.at_most(8):
+        assert processors.workers() == 3
+    with processors.at_most(3), processors.at_most(None), processors.at_most(2):
+        assert processors.workers() == 2
+
+
+@pytest.mark.usefixtures("sixteen")
+def test_as_many_as_there_are_is_no_limit() -> None:
+    with processors.at_most(99):
+        assert processors.workers() == 16 and not processors.is_limited()
+
+
+def test_a_limit_holds_for_its_own_thread_alone() -> None:
+    seen: list[bool] = []
+    with processors.at_most(1) if processors.WORKERS > 1 else processors.at_most(None):
+        other = threading.Thread(target=lambda: seen.append(processors.is_limited()))
+        other.start()
+        other.join()
+    assert seen == [False]
+
+
+def test_limited_work_beside_is_done_here_and_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(processors, "WORKERS", 16)
+    with processors.at_most(2), processors.threads_beside(2) as beside:
+        assert beside.submit(threading.get_ident).result() == threading.get_ident()
+
+
+@pytest.mark.parametrize("count", [0, -1, 1.5, True, "2"])
+def test_a_number_that_cannot_be_is_one_sentence(count: object) -> None:
+    with pytest.raises(InputError, match=r"workers is .*; it must be a whole number of at least 1"):
+        processors.at_most(count).__enter__()  # type: ignore[arg-type]
 
 
 def test_searches_at_once_leave_the_interpreter_as_they_found_it() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Generator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
@@ -24,11 +23,11 @@ from ..diagnose.output_changes import (
     trials,
 )
 from ..effects.effect import Effect
-from ..identify import predictor
 from ..identify.prepared_recording import Prepared
 from ..identify.residuals import BATCH
 from ..least_squares import as_finite
 from ..noise.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
+from ..processors import thread_pool
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ def on_threads(
 ) -> Generator[tuple[int, OutputChange]]:
     """The trials with their output changes, in order, computed on all cores; closing it cancels
     the rest."""
-    with ThreadPoolExecutor(predictor.workers()) as pool:
+    with thread_pool(len(batches)) as pool:
         waiting = [pool.submit(work, batch) for batch in batches]
         try:
             for batch, task in zip(batches, waiting, strict=True):

@@ -10,7 +10,6 @@ and a wrong mass together are a motor's inertia.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
@@ -31,8 +30,8 @@ from ..diagnose.remaining_error import within_noise
 from ..effects import effect, with_included
 from ..effects.effect import Effect
 from ..effects.sizes import Sizes
-from ..identify import predictor
 from ..model import Model
+from ..processors import thread_pool
 
 StopCheck = Callable[[], bool]
 
@@ -107,7 +106,7 @@ def _refitted(
         start = parametrised(data, effects, refit.parametrised.values())
         return RevisedModel(fit(start, None, stopped, ROUGH_ITERATIONS), effects)
 
-    with ThreadPoolExecutor(predictor.workers()) as pool:
+    with thread_pool(len(options)) as pool:
         return list(pool.map(fitted, options))
 
 
@@ -164,7 +163,7 @@ def best_exchange(
         )  # fmt: skip
 
     exchanges = list(_exchanges(data, refit, present, stated_count, screened))
-    with ThreadPoolExecutor(predictor.workers()) as pool:
+    with thread_pool(len(exchanges)) as pool:
         refits = list(pool.map(refitted, exchanges))
     if stopped():
         return None

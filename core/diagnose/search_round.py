@@ -7,7 +7,7 @@ They keep their results, and so their place in the ranking.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,9 +39,9 @@ from ..diagnose.refit_starts import ROUGH_ITERATIONS, share_of_first_swings, vib
 from ..diagnose.remaining_error import within_noise
 from ..effects import catalogue
 from ..effects.effect import Effect, Rig
-from ..identify import predictor
 from ..least_squares import predicted_reduction
 from ..noise.whitening import Whitener
+from ..processors import thread_pool
 
 REFITTED = 5
 """Candidates that are refitted: the best by score and by expected reduction."""
@@ -210,7 +210,7 @@ def _refit_candidates(
             partial = begin_refit(data, base, effects, values, *rest)
         return partial
 
-    with ThreadPoolExecutor(predictor.workers()) as pool:
+    with thread_pool(len(chosen)) as pool:
         runners = list(pool.map(begin, chosen))
         continuing = still_competitive(runners, before, data.count)
         waiting = {
@@ -246,7 +246,7 @@ def vibrating(
         effects, base = [*present, s.effect], before.parametrised
         return share_of_first_swings(data, base, effects, s.values, s.scanned, stopped)
 
-    with ThreadPoolExecutor(predictor.workers()) as pool:
+    with thread_pool(len(left)) as pool:
         shares = pool.map(share, left)
         return [s for s, explained in zip(left, shares, strict=True) if explained > predicted]
 

@@ -17,10 +17,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..identify import predictor
 from ..identify.prepared_recording import Prepared
 from ..lanes.wide import LANES
 from ..model import Model
+from ..processors import WORKERS, workers
 from ..progress import check_stopped, current_progress, use_progress
 from ..simulate.along_motion import followed
 from ..simulate.linear import interleave
@@ -191,16 +191,16 @@ def followed_group(i: int, experiments: Sequence[Prepared], nodes: Nodes) -> Fol
 @cache
 def _pool() -> ThreadPoolExecutor:
     """Made once: starting threads takes longer than a small cost."""
-    return ThreadPoolExecutor(predictor.workers(), thread_name_prefix="linear")
+    return ThreadPoolExecutor(WORKERS, thread_name_prefix="linear")
 
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_pool.cache_clear)  # its threads stay with the parent
 
 
-def share(jobs: Sequence[Callable[[], None]], workers: int | None = None) -> None:
-    """Does the jobs on all cores (or `workers` threads, the caller's included). Compiled code holds
-    no lock. The work can be stopped between jobs; a job's exception is raised here."""
+def share(jobs: Sequence[Callable[[], None]]) -> None:
+    """Does the jobs on this thread and others. Compiled code holds no lock. The work can be stopped
+    between jobs; a job's exception is raised here."""
     waiting, progress = iter(jobs), current_progress()
 
     def work() -> None:
@@ -209,7 +209,7 @@ def share(jobs: Sequence[Callable[[], None]], workers: int | None = None) -> Non
                 check_stopped()
                 job()
 
-    others = min(workers or predictor.workers(), len(jobs)) - 1
+    others = min(workers(), len(jobs)) - 1
     helpers = [_pool().submit(work) for _ in range(others)]
     work()
     for helper in helpers:

@@ -14,12 +14,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..identify import predictor
 from ..identify.lane_groups import Lanes, PointGroup, share
 from ..identify.linear_outputs import LinearOutputs
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import GAIN, OFFSET, Unknowns
 from ..lanes.wide import LANES
+from ..processors import workers
 from ..simulate.linear import interleave
 from ..simulate.piecewise import COMPARE, WEIGH
 
@@ -57,16 +57,6 @@ class PopulationCost:
             for k, v in fixed.items()
         )
         self._targets: dict[tuple[int, ...], _Target] = {}
-        self._workers: int | None = None
-
-    @property
-    def workers(self) -> int:
-        """Threads; as many as all predictions take, unless they were set."""
-        return predictor.workers() if self._workers is None else self._workers
-
-    @workers.setter
-    def workers(self, number: int) -> None:
-        self._workers = number
 
     def __call__(self, vectors: np.ndarray) -> np.ndarray:
         vectors = np.ascontiguousarray(np.atleast_2d(vectors), dtype=float)
@@ -83,7 +73,7 @@ class PopulationCost:
                 sums.append(partial(_unpack, group, costs, sums_by_recording))
             else:
                 jobs += self.outputs.jobs(group, numbers, vectors, add)
-        share([*jobs, *self.outputs.simulations(vectors, add)], self.workers)
+        share([*jobs, *self.outputs.simulations(vectors, add)])
         for each in sums:
             each()
         return np.asarray(sums_by_recording.sum(axis=0))
@@ -110,7 +100,7 @@ class PopulationCost:
         if target.scale is not None:
             C, D = numbers.C * target.scale, numbers.D * target.scale
             numbers = Lanes(numbers.p, numbers.laws, C, D, numbers.x0)
-        share = min(self.workers, len(costs))
+        share = min(workers(), len(costs))
         edges = [len(costs) * i // share for i in range(share + 1)]
         return [
             partial(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeVar
 
@@ -22,7 +20,7 @@ from ..identify.prescribed_joints import (
 from ..identify.processing import TORQUE
 from ..identify.unknowns import Unknowns
 from ..model import Model, Numbers
-from ..processors import WORKERS
+from ..processors import thread_pool, workers
 from ..recording.recording import Recording
 from ..simulate.batch import Job, run_many
 from ..simulate.linear import respond
@@ -45,28 +43,9 @@ KEPT_MOTIONS = 3
 """Motions kept per recording: base, and the two sides of a difference."""
 
 
-@contextmanager
-def single_threaded() -> Iterator[None]:
-    """For a process with one core of its own beside others."""
-    global _workers
-    before, _workers = _workers, 1
-    try:
-        yield
-    finally:
-        _workers = before
-
-
-def workers() -> int:
-    """Threads that a computation may use."""
-    return _workers
-
-
-_workers = WORKERS
-
-
 def on_all_cores(work: Callable[[Item], Result], which: Sequence[Item]) -> Iterator[Result]:
     """Results of the work in order; most of its time must be compiled code."""
-    with ThreadPoolExecutor(_workers) as pool:
+    with thread_pool(len(which)) as pool:
         yield from pool.map(work, which)
 
 
@@ -258,12 +237,12 @@ class Predictor:
         jobs = [job_of(*m.parts) for m in moving]
         if self.steps is not None:
             smooth = all(m.is_smooth for m in moving)
-            return (run_extrapolated if smooth else run_many)(jobs, self.steps, _workers)
+            return (run_extrapolated if smooth else run_many)(jobs, self.steps, workers())
         torque_compared = first.model.steering is not None and any(
             output.kind == TORQUE for output in first.outputs
         )
         share = TORQUE_TOLERANCE if torque_compared else np.inf
-        results = simulate_many(jobs, FIT_TOLERANCE, share, _workers)
+        results = simulate_many(jobs, FIT_TOLERANCE, share, workers())
         for m, x in zip(moving, results, strict=True):
             self.errors[m.experiment.recording.name] = x.error
         return [result.trajectory for result in results]
@@ -314,7 +293,7 @@ def simulate_together(pairs: Sequence[tuple[Predictor, np.ndarray]]) -> None:
                 group.append((predictor, key, job_of(*moving.parts)))
     for (steps, smooth), group in groups.items():
         run = run_extrapolated if smooth else run_many
-        motions = run([job for _, _, job in group], steps, _workers)
+        motions = run([job for _, _, job in group], steps, workers())
         for (predictor, key, _), motion in zip(group, motions, strict=True):
             predictor.keep({key: motion})
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ..errors import InputError
-from ..identify.predictor import single_threaded
 from ..montecarlo.rig import Rig, rig_of
 from ..montecarlo.settings import StudySettings
 from ..plugins import discover
+from ..processors import at_most
 from ..resumable.executor import Executor, Processes, Stop, never
 from ..resumable.journal import Finished, Journal, resume
 from ..sentences import did_you_mean
@@ -64,7 +64,7 @@ def answer_text(order: str) -> str:
     """The record of one case: `answer` is what it found, `seconds` what it took."""
     request: dict[str, Any] = json.loads(order)
     start = time.perf_counter()
-    with single_threaded():
+    with at_most(1):
         answer = parts()[request["part"]].run(rig_of(request["settings"]), request["options"])
     seconds = time.perf_counter() - start
     record = {"key": request["key"], "part": request["part"], "answer": answer, "seconds": seconds}

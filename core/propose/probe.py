@@ -22,11 +22,12 @@ from ..effects.per_joint import joint_direction, sized
 from ..effects.sizes import Sizes
 from ..forces.element import Element
 from ..forces.law import ForceLaw, V, X
-from ..identify.predictor import Moving, Predictor, job_of, run_extrapolated, workers
+from ..identify.predictor import Moving, Predictor, job_of, run_extrapolated
 from ..identify.prepared_recording import Prepared
 from ..identify.prescribed_joint_forces import simulated_part, with_prescribed_forces
 from ..identify.prescribed_joints import fully_prescribed_motion
 from ..model import Model, Numbers
+from ..processors import workers
 from ..simulate.batch import run_many
 from ..simulate.motion import Task
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model import Model, Numbers
-from ..processors import WORKERS
+from ..processors import workers
 from ..simulate.batch import Job, finished, passes, run_many
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
@@ -82,7 +82,7 @@ def simulate_within(
     model: Model, numbers: Numbers, task: Task, tolerance: float = DEFAULT_TOLERANCE
 ) -> Simulated:
     """`simulate_many` of one."""
-    return simulate_many([Job(model, numbers, task)], tolerance, workers=WORKERS)[0]
+    return simulate_many([Job(model, numbers, task)], tolerance, workers=workers())[0]
 
 
 def simulate_many(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,6 +16,7 @@ from pyarrow import csv
 
 from flexgui.core.diagnosed_scenario import found_texts
 from flexgui.core.errors import InputError
+from flexgui.core.processors import is_limited, threads_beside
 from flexgui.core.progress import Progress
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.data_folder import ConfinedFolder, resolve_file
@@ -95,7 +95,7 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 def _write_views(
     outcome: Outcome, scenario_text: str, folder: Path, motion: Callable[[], Motion | None]
 ) -> None:
-    with ThreadPoolExecutor(2) as beside:  # a C compiler and Arrow work there
+    with threads_beside(2) as beside:  # a C compiler and Arrow work there
         jobs = [beside.submit(write, outcome, folder) for write in (_models, _tables)]
         _text(folder / "report.html", report_html(outcome, scenario_text, motion()))
         for job in jobs:
@@ -123,11 +123,13 @@ def _text(path: Path, text: str) -> None:
 
 
 def export_scenario(
-    path: Path, out: Path, data: Path | None, progress: Progress, print_line: Callable[[str], None]
-) -> tuple[str, ...]:
+    path: Path, out: Path, data: Path | None, progress: Progress,
+    print_line: Callable[[str], None], check: bool = True,
+) -> tuple[str, ...]:  # fmt: skip
     """Reads, runs and exports a scenario, and returns closing lines; checks input first.
 
-    `print_line` gets which files lie outside the scenario's folder and the data folder.
+    `print_line` gets which files lie outside the scenario's folder and the data folder; `check`:
+    whether the recordings are checked for faults.
     """
     from flexgui.core.scenario.data_folder import outside
     from flexgui.core.scenario.read import read_scenario
@@ -147,8 +149,11 @@ def export_scenario(
 
     from flexgui.core.workbench import run_scenario
 
-    Thread(target=_prepare, daemon=True).start()
-    outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
+    if not is_limited():
+        Thread(target=_prepare, daemon=True).start()
+    outcome = run_scenario(
+        scenario, folder=path.parent, data_folder=data, progress=progress, check=check
+    )
 
     progress.stage("Writing the report")
     export_run(outcome, Source(scenario, text, path.parent, data), out)

@@ -8,6 +8,7 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
 from flexgui.core.arm.arm import Structure
+from flexgui.core.processors import at_most
 from flexgui.core.progress import Progress, Silent
 from flexgui.core.results import Generation
 
@@ -67,13 +68,16 @@ class CallbackProgress(Silent):
 
 
 @contextmanager
-def at_work(callback: Callback | None, arms: Iterable[Structure] = ()) -> Iterator[Progress]:
+def at_work(
+    callback: Callback | None, arms: Iterable[Structure] = (), workers: int | None = None
+) -> Iterator[Progress]:
     """What a computation reports to: the callback, or stderr. What the first one on a machine has
-    to compile is part of it; `arms` that will be needed later are compiled beside it."""
+    to compile is part of it; `arms` that will be needed later are compiled beside it. `workers`:
+    processors that it may use."""
     from flexgui.core.precompile import precompile_all
     from flexgui.progress import shown_progress
 
     shown = shown_progress() if callback is None else nullcontext(CallbackProgress(callback))
-    with shown as progress:
+    with at_most(workers), shown as progress:
         precompile_all(progress, arms)
         yield progress

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from flexgui.core.diagnose.search_options import DEFAULT_EFFECTS
 from flexgui.core.model import Model
+from flexgui.core.processors import at_most
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.results import Proposal
@@ -183,11 +184,15 @@ class Project:
             made = simulate_recording(model, spec, name, role, levels, played, values, state)
         return Simulation(made, joint_units(model.arm))
 
-    def identify(self, progress: Callback | None = None) -> Identification:
+    def identify(
+        self, progress: Callback | None = None, *, check: bool = True, workers: int | None = None
+    ) -> Identification:
         """Estimate the parameters of `[identify]`.
 
         Args:
             progress: Called after each step; returning False stops with the best so far.
+            check: Whether the recordings are checked for faults.
+            workers: Processors to use at most; all where not given.
 
         Returns:
             Estimates, how far they are known, and the comparison with the measurements.
@@ -195,16 +200,24 @@ class Project:
         Raises:
             InputError: Where the scenario or a recording is wrong.
         """
-        return Identification(self, self.with_settings(diagnose=None)._run(progress))
+        alone = self.with_settings(diagnose=None)
+        return Identification(self, alone._run(progress, check, workers))
 
     def diagnose(
-        self, progress: Callback | None = None, *, max_effects: int | None = None
+        self,
+        progress: Callback | None = None,
+        *,
+        max_effects: int | None = None,
+        check: bool = True,
+        workers: int | None = None,
     ) -> Diagnosis:
         """Identify, then find which effects the model lacks.
 
         Args:
             progress: Called after each step; returning False stops.
             max_effects: Effects to add at most; as `[diagnose]` states, else 3.
+            check: Whether the recordings are checked for faults.
+            workers: Processors to use at most; all where not given.
 
         Returns:
             Verdict, ranking of the effects, and the ladder of errors.
@@ -216,16 +229,17 @@ class Project:
         stated = self.scenario.diagnose.max_effects
         most = max_effects if max_effects is not None else stated or DEFAULT_EFFECTS
         asked = self.with_settings(diagnose={"max_effects": most})
-        outcome = asked._run(progress)
+        outcome = asked._run(progress, check, workers)
         if outcome.diagnosis is None:
             raise StoppedError(Identification(asked, outcome))
         return Diagnosis(asked, outcome)
 
-    def propose(self, progress: Callback | None = None) -> Proposal:
+    def propose(self, progress: Callback | None = None, *, workers: int | None = None) -> Proposal:
         """Fit the model, and propose laws for what it leaves; no listed effect is tried.
 
         Args:
             progress: Called after each step; returning False stops.
+            workers: Processors to use at most; all where not given.
 
         Returns:
             One to three laws, or why there is none, and the variables that the rest depends on.
@@ -234,7 +248,7 @@ class Project:
         Raises:
             InputError: Where the scenario or a recording is wrong.
         """
-        with at_work(progress) as heard:
+        with at_work(progress, workers=workers) as heard:
             from flexgui.core.workbench import propose_for
 
             return propose_for(self.scenario, **self._places, progress=heard)
@@ -246,6 +260,7 @@ class Project:
         parameters: Sequence[str] = (),
         between: Sequence[str] = (),
         progress: Callback | None = None,
+        workers: int | None = None,
     ) -> Plan:
         """Choose the experiments to make next, within `[limits]`.
 
@@ -254,6 +269,7 @@ class Project:
             parameters: Names of those to know better; all that are estimated where none is named.
             between: Ids of two effects to distinguish.
             progress: Called after each experiment that was simulated.
+            workers: Processors to use at most; all where not given.
 
         Returns:
             References to play, and the deviations before and after.
@@ -261,7 +277,7 @@ class Project:
         Raises:
             InputError: Where the scenario, a recording or an option is wrong.
         """
-        with at_work(progress) as heard:
+        with at_work(progress, workers=workers) as heard:
             from flexgui.core.experiments.design import ExperimentRequest
             from flexgui.core.experiments.plan import plan
             from flexgui.library.plan import Plan
@@ -272,13 +288,18 @@ class Project:
             return Plan(self, plan(self.scenario, request, **self._places, progress=heard))
 
     def compare(
-        self, values: Mapping[str, float] | None = None, progress: Callback | None = None
+        self,
+        values: Mapping[str, float] | None = None,
+        progress: Callback | None = None,
+        *,
+        workers: int | None = None,
     ) -> Comparison:
         """Compare measurements and model at given values; nothing is estimated.
 
         Args:
             values: Parameter -> value in SI units; the scenario's own where not named.
             progress: Called after each recording.
+            workers: Processors to use at most; all where not given.
 
         Returns:
             Measured, modelled and what is left, per recording and output.
@@ -286,7 +307,7 @@ class Project:
         Raises:
             InputError: Where a parameter is not known or a recording is wrong.
         """
-        with at_work(progress) as heard:
+        with at_work(progress, workers=workers) as heard:
             from flexgui.core.workbench import compare_at
 
             found = compare_at(self.scenario, values or {}, **self._places, progress=heard)
@@ -316,12 +337,21 @@ class Project:
         """
         return linear_model(self.model.steered_by(None), theta, theta2, output, values or {})
 
-    def export(self, folder: str | Path, progress: Callback | None = None) -> Path:
+    def export(
+        self,
+        folder: str | Path,
+        progress: Callback | None = None,
+        *,
+        check: bool = True,
+        workers: int | None = None,
+    ) -> Path:
         """Run everything that the scenario asks for and write the report.
 
         Args:
             folder: For report.html, result.json, tables and model; made where it is missing.
             progress: Called after each step.
+            check: Whether the recordings are checked for faults.
+            workers: Processors to use at most; all where not given.
 
         Returns:
             The path of report.html.
@@ -331,8 +361,9 @@ class Project:
         """
         from flexgui.export.folder import check_writable
 
-        check_writable(Path(folder))
-        self._write(self._run(progress), Path(folder))
+        with at_most(workers):
+            check_writable(Path(folder))
+            self._write(self._run(progress, check), Path(folder))
         return Path(folder) / "report.html"
 
     def to_toml(self) -> str:
@@ -357,11 +388,11 @@ class Project:
         write_scenario(self.scenario, target)
         return target
 
-    def _run(self, progress: Callback | None) -> Outcome:
-        with at_work(progress, arms_to_compile(self.scenario)) as heard:
+    def _run(self, progress: Callback | None, check: bool, workers: int | None = None) -> Outcome:
+        with at_work(progress, arms_to_compile(self.scenario), workers) as heard:
             from flexgui.core.workbench import run_scenario
 
-            return run_scenario(self.scenario, **self._places, progress=heard)
+            return run_scenario(self.scenario, **self._places, progress=heard, check=check)
 
     def _write(self, outcome: Outcome, out: Path, whole: bool = True) -> None:
         """An export of what was computed before, or the result alone."""

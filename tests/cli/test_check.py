@@ -70,6 +70,17 @@ def test_an_export_warns_of_a_wrong_unit_above_everything(spoilt: Path) -> None:
     assert "All parameters are identifiable" not in report
 
 
+def test_an_export_that_checks_nothing_says_so(spoilt: Path) -> None:
+    command = ["export", str(spoilt / SCENARIO), "--out", str(spoilt / "out"), "--no-check"]
+    said = CliRunner().invoke(app, command)
+    assert said.exit_code == 0, said.output
+    assert "millimetres" not in said.stdout
+    for name in ("report.html", "result.json"):
+        written = (spoilt / "out" / name).read_text()
+        assert "The recordings were not checked for faults." in written
+        assert "z1: millimetres" not in written
+
+
 def test_good_data_raise_no_alarm(tmp_path: Path) -> None:
     (tmp_path / FILE).write_text(csv(table()))
     (tmp_path / SCENARIO).write_text(TEXT)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from flexgui.core.processors import at_most
 from tests.bench import measure
 from tests.bench.casadi_arm import lacking
 from tests.bench.case import MEMBERS, glocal_case, population
@@ -61,12 +62,8 @@ def test_every_comparison_has_a_ratio_or_says_why_not(rows: list[Row]) -> None:
 def test_threads_do_not_change_the_cost(workers: int) -> None:
     case, members = glocal_case(0.1), population()
     expected = np.array([float(case.cost(member)[0]) for member in members])
-    usual = case.cost.workers
-    try:
-        case.cost.workers = workers
+    with at_most(workers):
         assert case.cost(members) == pytest.approx(expected, rel=ROUNDING)
-    finally:
-        case.cost.workers = usual
     assert len(expected) == MEMBERS
 
 

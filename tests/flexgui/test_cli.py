@@ -45,7 +45,7 @@ def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     bench = ModuleType("flexgui.core.workbench")
 
     def run_scenario(
-        given: Scenario, *, folder: Path, data_folder: Path | None, progress: Progress
+        given: Scenario, *, folder: Path, data_folder: Path | None, progress: Progress, check: bool
     ) -> Outcome:
         for call in calls:
             if isinstance(call, BaseException):

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from flexgui.core.identify import lane_groups
 from flexgui.core.identify.population_cost import PopulationCost
-from flexgui.core.identify.predictor import single_threaded
 from flexgui.core.identify.residuals import Residuals
+from flexgui.core.processors import at_most
 from flexgui.core.recording.recording import CameraPose, LoggerFilter, Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from tests.helpers import PAPER, looped, with_modes
@@ -77,7 +77,7 @@ def test_a_process_with_one_core_to_itself_gets_no_second_thread(
         raise AssertionError("a second thread is asked for")
 
     monkeypatch.setattr(lane_groups, "_pool", second_thread)
-    with single_threaded():
+    with at_most(1):
         made_here = residuals.population()
         assert made_here is not None
         for cost in (fast, made_here):

@@ -22,6 +22,8 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.recording.save import save_recording
 from flexgui.core.scenario.read import parse_scenario, read_scenario
 from flexgui.core.workbench import run_scenario
+from flexgui.export.folder import dumps
+from flexgui.export.result import result as as_document
 
 ROOT = Path(__file__).resolve().parents[2]
 IMPORT_SECONDS = 0.3
@@ -260,6 +262,32 @@ def test_a_comparison_at_stated_values_estimates_nothing(rig: fg.Project) -> Non
     assert far["check"].tip_rms > 5.0 * near["check"].tip_rms
     with pytest.raises(fg.InputError, match="EI1"):
         rig.compare({"EI11": 300.0})
+
+
+def as_read(found: fg.Identification | fg.Diagnosis) -> str:
+    """All that a script reads of a result, without the time that it took."""
+    return dumps({**as_document(found.outcome, ()), "seconds": None})
+
+
+def test_one_processor_finds_the_same_as_all(rig: fg.Project, found: fg.Identification) -> None:
+    assert as_read(rig.identify(workers=1)) == as_read(found)
+    with pytest.raises(fg.InputError, match="workers is 0"):
+        rig.identify(workers=0)
+
+
+@pytest.mark.long
+def test_a_diagnosis_on_one_processor_finds_the_same_as_on_two() -> None:
+    hidden = {"coulomb_friction": {"fc1": 4.0}}
+    made = fg.project("paper", LOOP).simulate(theta2=1.1, seconds=0.5, hidden=hidden)
+    rig = fg.project("paper", LOOP, made, identify=QUICK)
+    assert as_read(rig.diagnose(workers=1)) == as_read(rig.diagnose(workers=2))
+
+
+def test_a_result_without_the_check_says_so(rig: fg.Project, found: fg.Identification) -> None:
+    words = "The recordings were not checked for faults."
+    assert words not in found.outcome.notes
+    unchecked = rig.identify(check=False)
+    assert words in unchecked.outcome.notes and not unchecked.outcome.findings
 
 
 def test_progress_is_told_and_false_stops(rig: fg.Project) -> None:

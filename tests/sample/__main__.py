@@ -39,12 +39,12 @@ PATIENCE = 2.5
 
 def diagnose_case(case: Case, seconds: float) -> dict[str, Any]:
     """What a diagnosis says of the files of one case, as plain values, within that CPU time."""
-    from flexgui.core.identify.predictor import single_threaded
+    from flexgui.core.processors import at_most
     from flexgui.core.scenario.read import read_scenario
     from flexgui.core.workbench import run_scenario
     from flexgui.export.result import result
 
-    with TemporaryDirectory() as folder, single_threaded():
+    with TemporaryDirectory() as folder, at_most(1):
         path = case.write(Path(folder))
         begun, clock = time.process_time(), time.perf_counter()
         limit = int(begun + seconds)

@@ -11,8 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TypeVar
 
-from flexgui.core.identify.predictor import single_threaded
-from flexgui.core.processors import WORKERS
+from flexgui.core.processors import WORKERS, at_most
 from flexgui.core.resumable.executor import Processes, Work
 from flexgui.core.resumable.journal import Journal, Keyed, Record, resume
 
@@ -62,7 +61,7 @@ def order_text(case: Keyed) -> str:
 def record_text(order: str, kind: Callable[..., C], run: Callable[[C], Record]) -> str:
     """The record, as text, of the case that a worker is sent; `kind` makes it of its fields."""
     case = kind(**json.loads(order))
-    with single_threaded():
+    with at_most(1):
         return json.dumps(kept(case, run))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
+from flexgui.core.processors import WORKERS, at_most
 from tests.bench.case import AWAY, MEMBERS, Case, glocal_case, population
 from tests.bench.peers import (
     Response,
@@ -39,7 +40,7 @@ def rows(size: Size) -> list[Row]:
         least_seconds(lambda: case.cost(AWAY), size.repeats),
         abs(float(case.cost(AWAY)[0]) / known - 1.0),
     )
-    asked = [single, *(_inside_population(case, k, size) for k in (1, case.cost.workers))]
+    asked = [single, *(_inside_population(case, k, size) for k in (1, WORKERS))]
     found = []
     for rival, (response, targets) in RIVALS.items():
         if response is control_response and find_spec("control") is None:
@@ -58,13 +59,10 @@ def rows(size: Size) -> list[Row]:
 
 def _inside_population(case: Case, workers: int, size: Size) -> tuple[str, float, float]:
     """The question, our time of a member and the largest relative error."""
-    members, usual = population(), case.cost.workers
-    case.cost.workers = workers
-    try:
+    members = population()
+    with at_most(workers):
         each = least_seconds(lambda: case.cost(members), size.repeats) / MEMBERS
         costs = case.cost(members)
-    finally:
-        case.cost.workers = usual
     known = {i: peer_cost(case, exact_response, members[i]) for i in COMPARED}
     worst = max(abs(float(costs[i]) / cost - 1.0) for i, cost in known.items())
     return f"one cost inside a population of {MEMBERS}, {workers} thread(s)", each, worst
