@@ -25,7 +25,7 @@ from .arm.cache import cache_folder, sources_key
 from .arm.compiled import compile_arm, compile_wide_arm, is_compiled
 from .arm.signatures import Kernel
 from .processors import WORKERS, is_limited
-from .progress import Progress, Silent, current_progress
+from .progress import Progress, Silent, announce
 
 TITLE = "Compiling for this machine, once (up to half a minute)"
 
@@ -115,9 +115,7 @@ def compile_kernels(
 
 def _wait(name: str, waiting: list[str], ended: threading.Event) -> None:
     """Returns when another process has compiled the kernel, or none has begun to."""
-    progress = current_progress()
-    if progress is not None:
-        progress.advance(0, TITLE)
+    announce(TITLE)
     try:
         waiting.remove(name)
     except ValueError:

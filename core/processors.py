@@ -9,7 +9,8 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import Context, ContextVar, copy_context
+from functools import partial
 from typing import Any
 
 from .errors import InputError
@@ -62,12 +63,19 @@ def _checked(count: int) -> int:
 
 @contextmanager
 def thread_pool(tasks: int) -> Iterator[ThreadPoolExecutor]:
-    """Threads for so many tasks. Where processors are limited they share them, with what they
-    start themselves."""
+    """Threads for so many tasks, in the context of this one. Where processors are limited they
+    share them, with what they start themselves."""
     threads = max(min(workers(), tasks), 1)
     share = max(workers() // threads, 1) if is_limited() else None
-    with ThreadPoolExecutor(threads, initializer=_MOST.set, initargs=(share,)) as pool:
+    enter = partial(_enter, copy_context(), share)
+    with ThreadPoolExecutor(threads, initializer=enter) as pool:
         yield pool
+
+
+def _enter(context: Context, share: int | None) -> None:
+    for variable, value in context.items():
+        variable.set(value)
+    _MOST.set(share)
 
 
 @contextmanager

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -23,6 +25,10 @@ class Progress(Protocol):
 
     def advance(self, n: int = 1, text: str = "") -> None:
         """`n` steps of the stage are done; `text` describes the current one."""
+        return
+
+    def simulated(self, n: int) -> None:
+        """`n` simulations more are done: what moves while a step takes long."""
         return
 
     def generation(self, fit_label: str, generation: Generation) -> None:
@@ -55,17 +61,12 @@ _CURRENT: ContextVar[Progress | None] = ContextVar("_CURRENT", default=None)
 @contextmanager
 def use_progress(progress: Progress | None) -> Iterator[None]:
     """Inside it `check_stopped` asks this progress; None: the computation cannot be stopped. A new
-    thread has none: start it with `set_progress(current_progress())`."""
+    thread has none, unless it is of `core.processors.thread_pool`."""
     token = _CURRENT.set(progress)
     try:
         yield
     finally:
         _CURRENT.reset(token)
-
-
-def set_progress(progress: Progress | None) -> None:
-    """Sets the progress of the current thread until it ends."""
-    _CURRENT.set(progress)
 
 
 def current_progress() -> Progress | None:
@@ -78,3 +79,47 @@ def check_stopped() -> None:
     progress = _CURRENT.get()
     if progress is not None and progress.stopped():
         raise StoppedError
+
+
+class _Counter:
+    """Counts simulations and passes the sum on, once in `every` s at most."""
+
+    def __init__(self, progress: Progress, every: float) -> None:
+        self.progress, self._every = progress, every
+        self._lock, self._waiting, self._sent_at = threading.Lock(), 0, time.monotonic()
+
+    def count(self, n: int) -> None:
+        with self._lock:
+            self._waiting += n
+            if time.monotonic() - self._sent_at < self._every:
+                return
+            sent, self._waiting, self._sent_at = self._waiting, 0, time.monotonic()
+        self.progress.simulated(sent)
+
+
+_COUNTER: ContextVar[_Counter | None] = ContextVar("_COUNTER", default=None)
+
+
+@contextmanager
+def counted_simulations(progress: Progress, every: float = 0.5) -> Iterator[None]:
+    """Inside it the progress gets how many simulations were done, once in `every` s at most, and
+    what `announce` states."""
+    token = _COUNTER.set(_Counter(progress, every))
+    try:
+        yield
+    finally:
+        _COUNTER.reset(token)
+
+
+def count_simulations(n: int) -> None:
+    """So many simulations were done."""
+    counter = _COUNTER.get()
+    if counter is not None:
+        counter.count(n)
+
+
+def announce(text: str) -> None:
+    """States what is about to take long and cannot be counted."""
+    counter = _COUNTER.get()
+    if counter is not None:
+        counter.progress.advance(0, text)

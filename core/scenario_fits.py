@@ -34,7 +34,8 @@ def fit_all(
     chosen = [r for r in recordings if r.role == "estimate"]
     groups = [[r] for r in chosen] if spec.method == "local" else [chosen]
     stated = "generations" in spec.model_fields_set or setup.model.level == "lpv"
-    progress.stage("Identifying", spec.generations * len(groups) if stated else None)
+    generations = spec.generations * len(groups) if stated else 0
+    progress.stage("Identifying", generations or None)
     return [fit_group(setup, group, spec, progress, len(groups) > 1) for group in groups]
 
 

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from flexgui.core.progress import Progress as Listener
-from flexgui.core.progress import Silent
+from flexgui.core.progress import Silent, counted_simulations
 from flexgui.core.results import Generation
 
 EVERY = 10.0
@@ -26,10 +26,10 @@ def shown_progress(quiet: bool = False) -> Iterator[Listener]:
     if quiet:
         yield Silent()
     elif sys.stderr.isatty():
-        with TerminalProgress() as bars:
+        with TerminalProgress() as bars, counted_simulations(bars):
             yield bars
     else:
-        with PlainProgress() as lines:
+        with PlainProgress() as lines, counted_simulations(lines):
             yield lines
 
 
@@ -40,6 +40,7 @@ class PlainProgress(Silent):
         self._every, self._ended = every, threading.Event()
         self._begun, self._title, self._done = time.monotonic(), "Preparing", 0
         self._total: int | None = None
+        self._simulated = 0
 
     def __enter__(self) -> PlainProgress:
         threading.Thread(target=self._print_lines, daemon=True).start()
@@ -50,15 +51,20 @@ class PlainProgress(Silent):
 
     def stage(self, title: str, total: int | None = None) -> None:
         """From now on this is being done."""
-        self._title, self._total, self._done = title, total, 0
+        self._title, self._total, self._done, self._simulated = title, total, 0, 0
 
     def advance(self, n: int = 1, text: str = "") -> None:
         """So many steps more."""
         self._done += n
 
+    def simulated(self, n: int) -> None:
+        """So many simulations more."""
+        self._simulated += n
+
     def _print_lines(self) -> None:
         while not self._ended.wait(self._every):
             count = f", {self._done} of {self._total}" if self._total else ""
+            count += f", {self._simulated:,} simulations" if self._simulated else ""
             seconds = time.monotonic() - self._begun
             print(f"flexgui: {self._title}{count} ({seconds:.0f} s)", file=sys.stderr, flush=True)
 
@@ -76,6 +82,7 @@ class TerminalProgress(Silent):
             console=console or Console(stderr=True),
         )
         self._task: TaskID | None = None
+        self._text, self._simulated = "", 0
 
     def __enter__(self) -> TerminalProgress:
         return self
@@ -95,11 +102,20 @@ class TerminalProgress(Silent):
         self._finish()
         self._bars.start()  # not before: what has no stage leaves no empty line
         self._task = self._bars.add_task(title, total=total, text="")
+        self._text, self._simulated = "", 0
 
     def advance(self, n: int = 1, text: str = "") -> None:
         """Move the bar on."""
+        self._text = text
         if self._task is not None:
             self._bars.update(self._task, advance=n, text=text)
+
+    def simulated(self, n: int) -> None:
+        """Say how many simulations the stage has taken."""
+        self._simulated += n
+        if self._task is not None:
+            parts = filter(None, (self._text, f"{self._simulated:,} simulations"))
+            self._bars.update(self._task, text=", ".join(parts))
 
     def generation(self, fit_label: str, generation: Generation) -> None:
         """Say how far the evolution is."""

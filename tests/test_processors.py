@@ -11,6 +11,7 @@ import pytest
 
 from flexgui.core import processors
 from flexgui.core.errors import InputError
+from flexgui.core.progress import Silent, current_progress, use_progress
 from flexgui.core.resumable import executor
 
 
@@ -72,6 +73,13 @@ def test_limited_work_beside_is_done_here_and_at_once(monkeypatch: pytest.Monkey
     monkeypatch.setattr(processors, "WORKERS", 16)
     with processors.at_most(2), processors.threads_beside(2) as beside:
         assert beside.submit(threading.get_ident).result() == threading.get_ident()
+
+
+def test_threads_of_a_pool_ask_the_progress_of_who_made_it() -> None:
+    asked = Silent()
+    with use_progress(asked), processors.thread_pool(2) as pool:
+        assert list(pool.map(lambda _: current_progress(), range(4))) == [asked] * 4
+    assert current_progress() is None
 
 
 @pytest.mark.parametrize("count", [0, -1, 1.5, True, "2"])

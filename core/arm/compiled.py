@@ -14,6 +14,9 @@ import numpy as np
 
 from ..arm.arm import Structure
 from ..arm.cache import cached_module, module_file, sources_key
+from ..progress import announce
+
+COMPILING = "Compiling an arm of this structure, once (up to a minute)"
 
 _LOADING = threading.Lock()
 """A second thread must not meet a module that is still being executed."""
@@ -104,6 +107,7 @@ def _module_text(structure: Structure, wide: bool = False) -> str:
     from ..arm.generate import ArmCode
     from ..arm.kinematics import Kinematics
 
+    announce(COMPILING)
     return ArmCode(Kinematics(structure)).module(wide)
 
 

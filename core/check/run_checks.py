@@ -103,7 +103,7 @@ def check_all(
 ) -> list[Finding]:
     """The findings of recordings of one rig, in order; those so far if stopped."""
     progress = progress or Silent()
-    progress.stage("Checking the recordings", len(recordings))
+    progress.stage("Checking the recordings", len(recordings) * len(checks()))
     clocked = [with_true_clock(r) for r in recordings]
     cases = [Case(r, [], k, progress.stopped, sized) for k, (r, _) in enumerate(clocked)]
     for case in cases:
@@ -112,19 +112,20 @@ def check_all(
     for case, (_, findings) in zip(cases, clocked, strict=True):
         if progress.stopped():
             break
-        all_findings += [*findings, *check_case(case)]
-        progress.advance(text=case.recording.name)
+        all_findings += [*findings, *check_case(case, progress)]
     return all_findings
 
 
-def check_case(case: Case) -> list[Finding]:
-    """The findings of one recording with a correct clock."""
+def check_case(case: Case, progress: Progress | None = None) -> list[Finding]:
+    """The findings of one recording with a correct clock; the progress gets each check."""
+    progress = progress or Silent()
     findings: list[Finding] = []
     for kind, check in checks().items():
         if case.stopped():
             break
         if kind not in CLOCK_CHECKS:
             findings += check.find(case)
+        progress.advance(text=case.recording.name)
     return findings
 
 

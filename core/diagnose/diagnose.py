@@ -18,7 +18,7 @@ from ..diagnose.final_results import (
 from ..diagnose.fit_problem import FitProblem
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder import Ladder, ladder
-from ..diagnose.progress_messages import fit_title
+from ..diagnose.progress_messages import LAST, ORDER, fit_title
 from ..diagnose.remaining_error import remaining_error
 from ..diagnose.search import Found, Memo, Search
 from ..diagnose.search_options import Options, RankingCallback
@@ -57,6 +57,7 @@ def diagnose(
     memo = Memo(base_fit.validation, stated, base_fit.data.bare.arm.modes)
     base = FittedModel(base_fit.data, base_fit.base, stated)
     found = Search(options, progress, on_ranking, memo).run(base)
+    progress.stage(ORDER)
     climbed = ladder(found, memo, progress)
     proposed = found.proposed
     if not options.adds:
@@ -98,6 +99,7 @@ def _final(climbed: Ladder, options: Options, progress: Progress) -> FittedModel
     last = climbed.rungs[-1].model
     if progress.stopped():
         return last.with_law_errors
+    progress.stage(LAST)
     data, refit = converge_precisely(last.data, last.refit, progress.stopped)
     if data.rig.servo:
         refit = with_simulated_deviations(data, refit, options.stated_noise)

@@ -12,6 +12,16 @@ from ..effects.effect import Effect
 from ..progress import Progress
 from ..sentences import listed
 
+SHAPES = "Trying other numbers of bending shapes"
+NOISE = "Fitting the model against a better estimate of the noise"
+REFITS = "Fitting the most promising effects"
+SLOW_REFITS = "Fitting the effects whose start must be searched"
+ACCEPTANCE = "Testing the best effects, alone and together"
+REMOVAL = "Testing whether each effect is needed"
+EXCHANGE = "Trying other effects in the place of those found"
+ORDER = "Ordering the effects by what they explain"
+LAST = "Fitting the final model"
+
 NOTE_MARK = "("
 """Begins the note in a message; no effect's title contains it."""
 
@@ -50,9 +60,11 @@ class RoundProgress:
         self._last, self._note = "", ""
         self._lock = threading.Lock()  # refits ask from several threads
 
-    def begin(self, title: str, total: int) -> None:
-        """Begins the stage, with what is to be compiled in it."""
-        self._progress.stage(title, total)
+    def begin(self, title: str, total: int | None) -> None:
+        """Begins a stage, with what is to be compiled in it."""
+        with self._lock:
+            self._last, self._note = "", ""
+            self._progress.stage(title, total)
         self("")
 
     def __call__(self, text: str) -> bool:

@@ -9,6 +9,7 @@ against it as it is.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -23,13 +24,20 @@ from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.linear_screen import Screen, screen
 from ..diagnose.noise_update import higher_floors, lower_floors
 from ..diagnose.output_changes import trials
-from ..diagnose.progress_messages import RoundProgress, round_title
+from ..diagnose.progress_messages import (
+    EXCHANGE,
+    NOISE,
+    REMOVAL,
+    SHAPES,
+    RoundProgress,
+    round_title,
+)
 from ..diagnose.ranking import ranking_of
 from ..diagnose.refit import Refit, with_whitened_cost
 from ..diagnose.remaining_error import remaining_error, within_noise
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects, with_stated_sizes
 from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
-from ..diagnose.search_round import REFITTED, applicable, search_round
+from ..diagnose.search_round import applicable, search_round
 from ..effects.effect import Effect
 from ..least_squares import cost_of
 from ..noise.noise_floor import Floor
@@ -100,6 +108,8 @@ class Memo:
     """Key of a model -> what was tried on it."""
     shapes: FitsByShapes = field(default_factory=dict)
     """Models with other bending shapes."""
+    titles: Counter[str] = field(default_factory=Counter)
+    """How many rounds had a title: no two stages in turn have the same."""
     validated: dict[tuple[int, int | None], tuple[Refit, ValidationFit]] = field(
         default_factory=dict
     )
@@ -142,11 +152,10 @@ class Search:
 
     def _with_shapes(self, base: FittedModel) -> Found:
         """The search, with the bending shapes that its first and its last model need."""
-        stopped = self.progress.stopped
-        base = resolved(base, self.memo.modes, stopped, self.memo.shapes)
+        base = self._resolved(base)
         found = self._against_best_noise(self._without_moves_left((Move(base),)))
-        last = resolved(found.model, self.memo.modes, stopped, self.memo.shapes)
-        if last is found.model or stopped():
+        last = self._resolved(found.model)
+        if last is found.model or self.progress.stopped():
             return found
         # A missing effect has hidden the need for a shape, or has seemed to be one.
         if len(found.path) == 1:
@@ -177,6 +186,7 @@ class Search:
     def _against(self, path: tuple[Move, ...], floors: dict[str, Floor]) -> tuple[Move, ...]:
         """The path with its last model at its minimum against another noise."""
         last = path[-1]
+        self.progress.stage(NOISE)
         seen = last.model.against(last.model.data.in_floors(floors))
         return (*path[:-1], last._replace(model=self._finer(seen)))
 
@@ -192,9 +202,15 @@ class Search:
             floors = higher_floors(model, self.options, True)
             if floors is not None:
                 return self._ready(self._against(path, floors))
-        last, memo = path[-1], self.memo
-        whole = resolved(last.model, memo.modes, self.progress.stopped, memo.shapes)
-        return (*path[:-1], last._replace(model=whole))
+        last = path[-1]
+        return (*path[:-1], last._replace(model=self._resolved(last.model)))
+
+    def _resolved(self, model: FittedModel) -> FittedModel:
+        """The model with the bending shapes that it needs."""
+        if not any(self.memo.modes):
+            return model
+        self.progress.stage(SHAPES)
+        return resolved(model, self.memo.modes, self.progress.stopped, self.memo.shapes)
 
     def _finer(self, model: FittedModel) -> FittedModel:
         """The model with steps that are fine enough for its noise; as it is where they are."""
@@ -259,10 +275,12 @@ class Search:
         data, refit, present = model.data, model.refit, model.effects
         planned = [t for c in candidates for t in trials(refit.parametrised, c, data)]
         steps = RoundProgress(self.progress, refit.parametrised.model.arm, planned)
-        steps.begin(title, len(candidates) + REFITTED)
+        self.memo.titles[title] += 1
+        number = self.memo.titles[title]
+        steps.begin(title if number == 1 else f"{title}, round {number}", len(candidates))
         return search_round(
             data, refit, present, candidates, steps, most=most, check=self._check(model),
-            unseen=lambda w: self._unseen(data, w.refit),
+            unseen=lambda w: self._unseen(data, w.refit), on_stage=steps.begin,
             least_share=PROMISING_SHARE if model.within_laws else 0.0, **callbacks,
         )  # fmt: skip
 
@@ -289,6 +307,7 @@ class Search:
         """The move that takes out what is not needed."""
         if not self.added(model):
             return None
+        self.progress.stage(REMOVAL)
         # What an idealised law may leave counts as noise where no listed effect explains it.
         exact = within_noise(model.data, model.refit.errors)
         data = model.data if exact else model.with_law_errors.data
@@ -306,6 +325,7 @@ class Search:
         the others were missing."""
         if len(self.added(model)) < 2 or self.progress.stopped():
             return None
+        self.progress.stage(EXCHANGE)
         screened, data = self._screened(model)
         count, stopped = len(self.memo.stated), self.progress.stopped
         exchange = best_exchange(data, model.refit, model.effects, count, screened, stopped)

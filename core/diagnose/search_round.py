@@ -25,6 +25,7 @@ from ..diagnose.evidence import (
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel, with_shared_motions
 from ..diagnose.linear_screen import Screen, ScreenedCandidate, screen
 from ..diagnose.output_changes import nearer_to_neutral
+from ..diagnose.progress_messages import ACCEPTANCE, REFITS, SLOW_REFITS
 from ..diagnose.refit import (
     TRIAL_ITERATIONS,
     Refit,
@@ -52,6 +53,9 @@ LEAST_REACH = 1e-3
 
 OnProgress = Callable[[str], bool]
 """Called with what was just done; True stops."""
+
+OnStage = Callable[[str, int | None], None]
+"""Called with title and number of steps, if that is known, where a new stage begins."""
 
 
 def applicable(
@@ -108,7 +112,7 @@ def search_round(
     on_refit: Callable[[Round], None] = lambda _: None, most: int = 1,
     check: ModelCheck = lambda _data, _refit: None,
     unseen: Callable[[RefittedCandidate], float | None] = lambda _: None,
-    least_share: float = 0.0,
+    least_share: float = 0.0, on_stage: OnStage = lambda _title, _total: None,
 ) -> Round:  # fmt: skip
     """Ranks the candidates and converges the model with the best, if it is acceptable.
 
@@ -116,7 +120,8 @@ def search_round(
     added; 0 only ranks, and `after` is `before`. A model that `check` rejects is not added.
     `unseen`: the squared error per sample that a refit leaves on recordings that no fit uses.
     `least_share` of the error above noise: effects that are not predicted to explain as much are
-    refitted only if they vibrate, which the screen may overlook, or as a set.
+    refitted only if they vibrate, which the screen may overlook, or as a set. `on_stage` gets the
+    title and the steps of what follows the screen.
     """
     data = with_shared_motions(data, before.parametrised)
     screened = screen(data, before.parametrised, present, candidates, on_progress, on_screen)
@@ -134,7 +139,8 @@ def search_round(
     )
     failed: list[str] = []
     groups = _slow_starts_last(chosen, data, before, present)
-    for group in groups:
+    for title, group in zip((REFITS, SLOW_REFITS), groups, strict=False):
+        on_stage(title, len(group))
         refitted = list(found.refitted)
         for candidate in _refit_candidates(found, present, group, len(candidates), on_progress):
             refitted.append(candidate)
@@ -148,6 +154,7 @@ def search_round(
             break
         last = group is groups[-1]
         if last or (ranked and within_noise(data, ranked[0].refit.errors)):
+            on_stage(ACCEPTANCE, None)
             accepted = _accept(found, acceptance, most)
             if accepted.added or last:
                 return replace(accepted, failed_refits=found.failed_refits)

@@ -21,6 +21,7 @@ from ..identify.processing import TORQUE
 from ..identify.unknowns import Unknowns
 from ..model import Model, Numbers
 from ..processors import thread_pool, workers
+from ..progress import count_simulations
 from ..recording.recording import Recording
 from ..simulate.batch import Job, run_many
 from ..simulate.linear import respond
@@ -231,6 +232,7 @@ class Predictor:
             return []
         first = moving[0].experiment
         if first.model.level == "lpv":
+            count_simulations(len(moving))
             return respond(first.model, [m.numbers for m in moving], [m.task for m in moving])
         if all(m.is_given for m in moving):
             return [fully_prescribed_motion(*m.parts) for m in moving]

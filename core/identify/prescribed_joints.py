@@ -30,6 +30,7 @@ from ..drives.servo import acceleration, chord_error
 from ..identify.prescribed_joint_motion import PrescribedMotion, prescribed_motion
 from ..lanes.algebra import factor_positive, substitute_positive
 from ..model import Model, Numbers
+from ..progress import count_simulations
 from ..simulate.batch import Job
 from ..simulate.elements import ELEMENTS, push, see, write_inputs
 from ..simulate.motion import Task
@@ -63,6 +64,7 @@ def is_fully_prescribed(model: Model, numbers: Numbers) -> bool:
 def fully_prescribed_motion(model: Model, numbers: Numbers, task: Task) -> Trajectory:
     """Motion and torque of an arm with only joint coordinates."""
     motion = prescribed_motion(model, numbers, task)
+    count_simulations(1)
     return _with_torque(model, numbers, task, motion, motion.place, motion.speed)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +13,8 @@ from ..forces.compiled import compile_law
 from ..forces.element import ElementArrays
 from ..lanes.wide import LANES
 from ..model import Model, Numbers
-from ..progress import current_progress, set_progress
+from ..processors import thread_pool
+from ..progress import count_simulations
 from ..simulate.drive_limits import drive_matrices
 from ..simulate.linear import fill_lanes, interleave, law_lanes
 from ..simulate.motion import Task, full_start, stretches
@@ -79,11 +79,10 @@ def passes(jobs: Sequence[Job], steps: Sequence[int], workers: int) -> tuple[lis
         substeps, chunk = which
         motions = _run_pass([jobs[i] for i in chunk], [packed[i] for i in chunk], substeps)
         done.update({(substeps, i): x for i, x in zip(chunk, motions, strict=True)})
+        count_simulations(len(chunk))
 
     if workers > 1 and len(chosen) > 1:
-        with ThreadPoolExecutor(
-            workers, initializer=set_progress, initargs=(current_progress(),)
-        ) as pool:
+        with thread_pool(workers) as pool:
             list(pool.map(run_chunk, chosen))
     else:
         for which in chosen:

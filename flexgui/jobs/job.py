@@ -58,6 +58,8 @@ class JobState:
     text: str = ""
     done: int = 0
     total: int | None = None
+    simulations: int = 0
+    """In the stage."""
     sentence: str = ""
     """Why it failed."""
     history: Mapping[str, tuple[Generation, ...]] = field(default_factory=dict)
@@ -77,9 +79,11 @@ class JobState:
         """The state after an event."""
         match event:
             case Stage(title, total):
-                return replace(self, stage=title, total=total, done=0, text="")
-            case Advanced(n, text):
-                return replace(self, done=self.done + n, text=text or self.text)
+                return replace(self, stage=title, total=total, done=0, text="", simulations=0)
+            case Advanced(n, text, more):
+                simulations = self.simulations + more
+                done, text = self.done + n, text or self.text
+                return replace(self, done=done, text=text, simulations=simulations)
             case NewGeneration(label, generation):
                 # Only the newest population is drawn; thousands of them would stay in memory.
                 before = self.history.get(label, ())

@@ -57,10 +57,11 @@ class Stage(Event):
 
 @dataclass(frozen=True)
 class Advanced(Event):
-    """`n` more steps of the stage are done."""
+    """`n` more steps of the stage are done, and so many simulations."""
 
     n: int = 1
     text: str = ""
+    simulations: int = 0
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,8 @@ def _subject(event: Event) -> tuple[type[Event], str] | None:
 def _merged_pair(earlier: Event, event: Event) -> Event:
     """One event for two of the same subject."""
     if isinstance(earlier, Advanced) and isinstance(event, Advanced):
-        return Advanced(earlier.n + event.n, event.text or earlier.text)
+        simulations = earlier.simulations + event.simulations
+        return Advanced(earlier.n + event.n, event.text or earlier.text, simulations)
     return event
 
 

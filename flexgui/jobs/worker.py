@@ -21,6 +21,7 @@ from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from flexgui.core.errors import InputError
+from flexgui.core.progress import counted_simulations
 from flexgui.core.sentences import brief
 from flexgui.jobs.messages import (
     ALIVE,
@@ -80,6 +81,10 @@ class Reporter:
     def advance(self, n: int = 1, text: str = "") -> None:
         """`n` steps are done."""
         self._report(Advanced(n, text))
+
+    def simulated(self, n: int) -> None:
+        """`n` simulations more are done."""
+        self._report(Advanced(0, simulations=n))
 
     def generation(self, fit_label: str, generation: Generation) -> None:
         """One generation is done."""
@@ -246,7 +251,8 @@ class Worker:
 def ending_of(task: Task, reporter: Reporter) -> Ended:
     """Runs the task and returns its ending; never raises."""
     try:
-        result = task.resolve()(**task.arguments, progress=reporter)
+        with counted_simulations(reporter):
+            result = task.resolve()(**task.arguments, progress=reporter)
         return Stopped(result) if reporter.saw_stop else Finished(result)
     except InputError as error:
         return Failed(brief(str(error)))

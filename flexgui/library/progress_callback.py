@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from flexgui.core.arm.arm import Structure
 from flexgui.core.processors import at_most
-from flexgui.core.progress import Progress, Silent
+from flexgui.core.progress import Progress, Silent, counted_simulations
 from flexgui.core.results import Generation
 
 
@@ -25,6 +25,8 @@ class Update:
     """Steps of the stage; None where nobody knows."""
     text: str = ""
     """What the last step was about, such as the name of a recording."""
+    simulations: int = 0
+    """Simulations in this stage, which tell that long steps go on."""
     generation: int | None = None
     """Number of the evolution's last generation, while an evolution runs."""
     cost: float | None = None
@@ -32,8 +34,9 @@ class Update:
 
 
 Callback = Callable[[Update], bool | None]
-"""Called after each step; what returns False stops the work, which ends with the best it has.
-Without one, stderr shows bars on a terminal and a line now and then elsewhere."""
+"""Called after each step, and about twice a second while a step simulates. What returns False stops
+the work, which ends with the best it has. Without one, stderr shows bars on a terminal and a line
+now and then elsewhere."""
 
 
 class CallbackProgress(Silent):
@@ -50,6 +53,10 @@ class CallbackProgress(Silent):
     def advance(self, n: int = 1, text: str = "") -> None:
         """`n` steps of the stage are done."""
         self._update(lambda now: replace(now, done=now.done + n, text=text or now.text))
+
+    def simulated(self, n: int) -> None:
+        """`n` simulations more are done."""
+        self._update(lambda now: replace(now, simulations=now.simulations + n))
 
     def generation(self, fit_label: str, generation: Generation) -> None:
         """One generation of an evolution is done."""
@@ -78,6 +85,6 @@ def at_work(
     from flexgui.progress import shown_progress
 
     shown = shown_progress() if callback is None else nullcontext(CallbackProgress(callback))
-    with at_most(workers), shown as progress:
+    with at_most(workers), shown as progress, counted_simulations(progress):
         precompile_all(progress, arms)
         yield progress

@@ -43,7 +43,8 @@ class JobStatus(PageElement):
 
 
 def status_texts(run: JobState) -> tuple[str, str, str]:
-    """The stage and its progress, the present activity, and a note in small print."""
+    """The stage and its progress, the present activity, and a note in small print: how many
+    simulations it took so far, which moves while a step takes long, and what must be compiled."""
     if run.phase == QUEUED:
         place = "" if run.place is None else f", place {run.place} in the queue"
         return f"Waiting{place}.", "", ""
@@ -51,6 +52,7 @@ def status_texts(run: JobState) -> tuple[str, str, str]:
         return "Stopping …", "", ""
     activity, note = split_note(run.text)
     steps = f", {min(run.done, run.total)} of {run.total}" if run.total else ""
-    note = note.strip("()")
-    lower = note[:1].upper() + note[1:]
-    return f"{run.stage or 'Starting'}{steps}", f": {activity}" if activity else "", lower
+    count = f"{run.simulations:,} simulations" if run.simulations else ""
+    lower = ", ".join(filter(None, (count, note.strip("()"))))
+    small = lower[:1].upper() + lower[1:]
+    return f"{run.stage or 'Starting'}{steps}", f": {activity}" if activity else "", small

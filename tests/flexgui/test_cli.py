@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import ModuleType
 
@@ -170,6 +171,28 @@ def test_elsewhere_a_plain_line_says_what_is_done(capsys: pytest.CaptureFixture[
         while "Fitting, 1 of 2 (0 s)\n" not in said:
             said += capsys.readouterr().err
     assert all(line.startswith("flexgui: ") for line in said.splitlines())
+
+
+def test_while_one_step_takes_long_its_simulations_are_counted(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    said = ""
+    with PlainProgress(every=0.001) as progress:
+        progress.stage("Before")
+        progress.simulated(7)
+        progress.stage("Fitting", total=2)
+        progress.advance()
+        progress.simulated(1000)
+        progress.simulated(234)
+        while "Fitting, 1 of 2, 1,234 simulations (0 s)\n" not in said:
+            said += capsys.readouterr().err
+    screen = io.StringIO()
+    with TerminalProgress(Console(file=screen, force_terminal=True, width=100)) as bars:
+        bars.stage("Fitting", total=2)
+        bars.advance(text="th1")
+        bars.simulated(1234)
+        while "th1, 1,234 simulations" not in screen.getvalue():
+            time.sleep(0.01)
 
 
 def test_what_has_no_stage_leaves_the_terminal_as_it_was() -> None:

@@ -278,6 +278,9 @@ def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
         "Still to be compiled, once: Soft base",
     )  # fmt: skip
     assert status_texts(replace(run, text="Slow sensor"))[2] == ""
+    assert status_texts(replace(run, text=text, simulations=1234))[2] == (
+        "1,234 simulations, still to be compiled, once: Soft base"
+    )
 
 
 def test_a_job_that_waits_or_ends_says_so() -> None:

@@ -115,6 +115,12 @@ class TestMerging:
         events = [each for n in steps for each in (Advanced(n, str(n)), Queued(n))]
         assert sum(e.n for e in after(*events) if isinstance(e, Advanced)) == sum(steps)
 
+    @given(st.lists(st.integers(1, 5)))
+    def test_no_simulation_is_lost(self, counts):
+        events = [Advanced(0, simulations=n) for n in counts]
+        merged = after(*events)
+        assert sum(e.simulations for e in merged) == sum(counts) and len(merged) <= 1
+
     def test_nothing_is_merged_across_a_new_stage(self):
         events = [Advanced(1), Stage("next", 3), Advanced(2)]
         assert after(*events) == events

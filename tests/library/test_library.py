@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -275,12 +276,41 @@ def test_one_processor_finds_the_same_as_all(rig: fg.Project, found: fg.Identifi
         rig.identify(workers=0)
 
 
-@pytest.mark.long
-def test_a_diagnosis_on_one_processor_finds_the_same_as_on_two() -> None:
+def lacking() -> fg.Project:
+    """A rig with a friction that its model lacks."""
     hidden = {"coulomb_friction": {"fc1": 4.0}}
     made = fg.project("paper", LOOP).simulate(theta2=1.1, seconds=0.5, hidden=hidden)
-    rig = fg.project("paper", LOOP, made, identify=QUICK)
-    assert as_read(rig.diagnose(workers=1)) == as_read(rig.diagnose(workers=2))
+    return fg.project("paper", LOOP, made, identify=QUICK)
+
+
+def check_counters(updates: list[fg.Update]) -> None:
+    """In each stage the total stays, and what is done rises from nothing to the total at most."""
+    assert updates
+    for before, now in pairwise(updates):
+        assert 0 <= now.done <= (now.done if now.total is None else now.total), now
+        if now.stage == before.stage:
+            assert now.total == before.total, (before, now)
+            assert now.done >= before.done and now.simulations >= before.simulations, (before, now)
+        else:
+            assert (now.done, now.simulations) == (0, 0), now
+
+
+def test_what_is_done_rises_to_the_total_of_its_stage(rig: fg.Project) -> None:
+    updates: list[fg.Update] = []
+    rig.identify(updates.append)
+    check_counters(updates)
+
+
+@pytest.mark.long
+def test_a_diagnosis_on_one_processor_finds_the_same_as_on_two() -> None:
+    seen: dict[int, list[fg.Update]] = {1: [], 2: []}
+    alone, both = (lacking().diagnose(seen[n].append, workers=n) for n in seen)
+    assert as_read(alone) == as_read(both)
+    for updates in seen.values():
+        check_counters(updates)
+    ended = {u.stage: u for u in seen[1]}
+    assert ended["Trying every known effect"].done == ended["Trying every known effect"].total
+    assert ended["Fitting the most promising effects"].simulations > 0
 
 
 def test_a_result_without_the_check_says_so(rig: fg.Project, found: fg.Identification) -> None:

@@ -41,6 +41,16 @@ def test_run_follows_its_events() -> None:
     assert run.after(Finished(None)).phase == DONE
 
 
+def test_simulations_are_counted_in_each_stage() -> None:
+    run = JobState(kind="diagnose")
+    for event in (Stage("Fitting", 3), Advanced(0, simulations=40), Advanced(1, "th1")):
+        run = run.after(event)
+    run = run.after(Advanced(0, simulations=1200))
+    assert (run.done, run.text, run.simulations) == (1, "th1", 1240)
+    assert "1,240 simulations" in WORDS.state(run, None)
+    assert run.after(Stage("Next")).simulations == 0
+
+
 def test_only_the_newest_population_is_kept() -> None:
     """Thousands of generations of a long search would stay in memory."""
     run = JobState(kind="identify")
