@@ -5,11 +5,16 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Protocol
+from functools import partial
+from typing import Protocol, TypeVar
 
+from .processors import is_limited
 from .results import Generation, RecordingComparison
+
+T = TypeVar("T")
 
 Compared = Callable[[], RecordingComparison]
 """Compares a model with the first of the recordings that it is fitted to."""
@@ -123,3 +128,58 @@ def announce(text: str) -> None:
     counter = _COUNTER.get()
     if counter is not None:
         counter.progress.advance(0, text)
+
+
+class _Beside(Silent):
+    """Progress of work beside another: unseen until that waits for it, and stopped with it or once
+    it has ended."""
+
+    def __init__(self, other: Progress) -> None:
+        self._other, self.ended = other, False
+        self._shown, self._lock = False, threading.Lock()
+        self._title, self._done = "", 0
+        self._total: int | None = None
+
+    def stage(self, title: str, total: int | None = None) -> None:
+        with self._lock:
+            self._title, self._total, self._done = title, total, 0
+            if self._shown:
+                self._other.stage(title, total)
+
+    def advance(self, n: int = 1, text: str = "") -> None:
+        with self._lock:
+            self._done += n
+            if self._shown:
+                self._other.advance(n, text)
+
+    def stopped(self) -> bool:
+        return self.ended or self._other.stopped()
+
+    def show(self) -> None:
+        """From now on it is what is being done."""
+        with self._lock:
+            self._shown = True
+            if self._title:
+                self._other.stage(self._title, self._total)
+                self._other.advance(self._done)
+
+
+@contextmanager
+def beside(work: Callable[[Progress], T], progress: Progress) -> Iterator[Callable[[], T]]:
+    """The work is done on a thread of its own beside the block; what that gets waits for the
+    result. With limited processors it is done when it is asked for."""
+    if is_limited():
+        yield partial(work, progress)
+        return
+    unseen = _Beside(progress)
+
+    def result() -> T:
+        unseen.show()
+        return done.result()
+
+    with ThreadPoolExecutor(1) as pool:
+        done = pool.submit(work, unseen)
+        try:
+            yield result
+        finally:
+            unseen.ended = True

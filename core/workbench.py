@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -29,7 +28,7 @@ from .noise.output_noise import stated_noise
 from .noise.repeated_motions import compare_repeated_runs
 from .processors import fast_thread_switching, is_limited
 from .profile_likelihood import profile_likelihood
-from .progress import Progress, Silent
+from .progress import Progress, Silent, beside
 from .propose.propose import propose, with_proposal
 from .recording.recording import Recording
 from .results import (
@@ -105,7 +104,7 @@ def run_scenario(
             for i, variant in enumerate(scenario.compare)
         )
     checked = partial(_findings, scenario, folder, data_folder, fits)
-    with _beside(checked, progress) if check else nullcontext(tuple) as findings:
+    with beside(checked, progress) if check else nullcontext(tuple) as findings:
         diagnosis = None
         if diagnosis_wanted(scenario) and not progress.stopped():
             with clock.timed("diagnose"):
@@ -128,63 +127,6 @@ def run_scenario(
         origins=_origins(setup.model, fits), mechanism=mechanism(standing, values),
         state_equations=state_equations(standing, values),
     )  # fmt: skip
-
-
-class _Beside(Silent):
-    """Progress of work beside another: unseen until that waits for it, and stopped with it or once
-    it has ended."""
-
-    def __init__(self, other: Progress) -> None:
-        self._other, self.ended = other, False
-        self._shown, self._lock = False, threading.Lock()
-        self._title, self._done = "", 0
-        self._total: int | None = None
-
-    def stage(self, title: str, total: int | None = None) -> None:
-        with self._lock:
-            self._title, self._total, self._done = title, total, 0
-            if self._shown:
-                self._other.stage(title, total)
-
-    def advance(self, n: int = 1, text: str = "") -> None:
-        with self._lock:
-            self._done += n
-            if self._shown:
-                self._other.advance(n, text)
-
-    def stopped(self) -> bool:
-        return self.ended or self._other.stopped()
-
-    def show(self) -> None:
-        """From now on it is what is being done."""
-        with self._lock:
-            self._shown = True
-            if self._title:
-                self._other.stage(self._title, self._total)
-                self._other.advance(self._done)
-
-
-@contextmanager
-def _beside(
-    work: Callable[[Progress], tuple[str, ...]], progress: Progress
-) -> Iterator[Callable[[], tuple[str, ...]]]:
-    """The work is done on a thread of its own while the block diagnoses; what it gets waits for the
-    result. With limited processors it is done when it is asked for."""
-    if is_limited():
-        yield partial(work, progress)
-        return
-    beside = _Beside(progress)
-
-    def result() -> tuple[str, ...]:
-        beside.show()
-        return done.result()
-
-    with ThreadPoolExecutor(1) as pool:
-        done = pool.submit(work, beside)
-        try:
-            yield result
-        finally:
-            beside.ended = True
 
 
 def _findings(

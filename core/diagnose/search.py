@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from ..diagnose import progress_messages as messages
 from ..diagnose.acceptance import PROMISING_SHARE, ModelCheck, Round, model_check
 from ..diagnose.base_fit import BaseFit
 from ..diagnose.bending_shapes import FitsByShapes, resolved
@@ -24,14 +25,6 @@ from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.linear_screen import Screen, screen
 from ..diagnose.noise_update import higher_floors, lower_floors
 from ..diagnose.output_changes import trials
-from ..diagnose.progress_messages import (
-    EXCHANGE,
-    NOISE,
-    REMOVAL,
-    SHAPES,
-    RoundProgress,
-    round_title,
-)
 from ..diagnose.ranking import ranking_of
 from ..diagnose.refit import Refit, with_whitened_cost
 from ..diagnose.remaining_error import remaining_error, within_noise
@@ -186,7 +179,7 @@ class Search:
     def _against(self, path: tuple[Move, ...], floors: dict[str, Floor]) -> tuple[Move, ...]:
         """The path with its last model at its minimum against another noise."""
         last = path[-1]
-        self.progress.stage(NOISE)
+        self.progress.stage(messages.NOISE)
         seen = last.model.against(last.model.data.in_floors(floors))
         return (*path[:-1], last._replace(model=self._finer(seen)))
 
@@ -209,7 +202,7 @@ class Search:
         """The model with the bending shapes that it needs."""
         if not any(self.memo.modes):
             return model
-        self.progress.stage(SHAPES)
+        self.progress.stage(messages.SHAPES)
         return resolved(model, self.memo.modes, self.progress.stopped, self.memo.shapes)
 
     def _finer(self, model: FittedModel) -> FittedModel:
@@ -261,7 +254,7 @@ class Search:
     def _round(self, model: FittedModel, most: int) -> Round:
         """Ranks the candidates on a model and tests the best; kept in the memo."""
         candidates = applicable(model.data, model.effects, self.options.candidates)
-        title = round_title(model.effects, bool(self.options.candidates))
+        title = messages.round_title(model.effects, bool(self.options.candidates))
         reports = self._callbacks(model, candidates)
         found = self.round_of(model, candidates, title, most, **reports)
         self.memo.rounds[model.key] = ModelRound(model, found)
@@ -274,7 +267,7 @@ class Search:
         """Ranks these candidates on a model and tests the best."""
         data, refit, present = model.data, model.refit, model.effects
         planned = [t for c in candidates for t in trials(refit.parametrised, c, data)]
-        steps = RoundProgress(self.progress, refit.parametrised.model.arm, planned)
+        steps = messages.RoundProgress(self.progress, refit.parametrised.model.arm, planned)
         self.memo.titles[title] += 1
         number = self.memo.titles[title]
         steps.begin(title if number == 1 else f"{title}, round {number}", len(candidates))
@@ -307,7 +300,7 @@ class Search:
         """The move that takes out what is not needed."""
         if not self.added(model):
             return None
-        self.progress.stage(REMOVAL)
+        self.progress.stage(messages.REMOVAL)
         # What an idealised law may leave counts as noise where no listed effect explains it.
         exact = within_noise(model.data, model.refit.errors)
         data = model.data if exact else model.with_law_errors.data
@@ -325,7 +318,7 @@ class Search:
         the others were missing."""
         if len(self.added(model)) < 2 or self.progress.stopped():
             return None
-        self.progress.stage(EXCHANGE)
+        self.progress.stage(messages.EXCHANGE)
         screened, data = self._screened(model)
         count, stopped = len(self.memo.stated), self.progress.stopped
         exchange = best_exchange(data, model.refit, model.effects, count, screened, stopped)

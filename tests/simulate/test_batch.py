@@ -13,7 +13,7 @@ from flexgui.core.drives import build_drive
 from flexgui.core.effects import catalogue
 from flexgui.core.lanes import functions
 from flexgui.core.model import Model
-from flexgui.core.progress import Silent, count_simulations, counted_simulations
+from flexgui.core.progress import Silent, counted_simulations
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.schema import ArmSpec
 from flexgui.core.simulate import batch
@@ -104,17 +104,6 @@ def test_every_simulation_of_every_thread_is_counted(workers: int) -> None:
     assert counting.number == len(jobs)
     run_many(jobs, 4, workers=workers)
     assert counting.number == len(jobs), "nobody counts outside"
-
-
-def test_simulations_are_reported_once_in_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
-    clock, sums = [0.0], list[int]()
-    monkeypatch.setattr("time.monotonic", lambda: clock[0])
-    heard = Silent()
-    monkeypatch.setattr(heard, "simulated", sums.append)
-    with counted_simulations(heard, every=1.0):
-        for clock[0] in (0.4, 0.8, 1.2, 1.6, 2.4):
-            count_simulations(1)
-    assert sums == [3, 2]
 
 
 def test_jobs_of_several_structures_come_back_in_their_order() -> None:
