@@ -39,7 +39,8 @@ _HOME = {
     "flexgui.library.comparison": "Comparison Simulation",
     "flexgui.library.predictions": "Prediction Profile",
     "flexgui.library.residuals": "ResidualAnalysis",
-    "flexgui.library.results": "Diagnosis Identification StoppedError",
+    "flexgui.library.identification": "Identification",
+    "flexgui.library.diagnosis": "Diagnosis StoppedError",
     "flexgui.library.linear_model": "LinearModel",
     "flexgui.library.progress_callback": "Update",
     "flexgui.library.catalogues": (
@@ -98,6 +99,9 @@ if TYPE_CHECKING:
     from flexgui.library.catalogues import unregister as unregister
     from flexgui.library.comparison import Comparison as Comparison
     from flexgui.library.comparison import Simulation as Simulation
+    from flexgui.library.diagnosis import Diagnosis as Diagnosis
+    from flexgui.library.diagnosis import StoppedError as StoppedError
+    from flexgui.library.identification import Identification as Identification
     from flexgui.library.linear_model import LinearModel as LinearModel
     from flexgui.library.opening import open as open  # noqa: A001
     from flexgui.library.plan import Plan as Plan
@@ -106,9 +110,6 @@ if TYPE_CHECKING:
     from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project
     from flexgui.library.residuals import ResidualAnalysis as ResidualAnalysis
-    from flexgui.library.results import Diagnosis as Diagnosis
-    from flexgui.library.results import Identification as Identification
-    from flexgui.library.results import StoppedError as StoppedError
     from flexgui.library.shipped import scenarios as scenarios
 else:
 

@@ -16,8 +16,9 @@ from flexgui.core.scenario.data_folder import resolve_file
 from flexgui.core.scenario.read import check_scenario, read_scenario
 from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.comparison import Simulation, with_its_clock
-from flexgui.library.project import SOURCE, Project
+from flexgui.library.project import Project
 from flexgui.library.shipped import scenario_path
+from flexgui.library.stated_project import SOURCE
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from flexgui.export.saved_run import read_run
-from flexgui.library.project import Project, folder_of_tables
-from flexgui.library.results import Diagnosis, Identification
+from flexgui.library.diagnosis import Diagnosis
+from flexgui.library.identification import Identification
+from flexgui.library.project import Project
+from flexgui.library.stated_project import folder_of_tables
 
 
 def open(folder: str | Path) -> Identification | Diagnosis:  # noqa: A001

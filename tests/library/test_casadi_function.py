@@ -13,7 +13,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.model import Model
 from flexgui.core.results import StateEquations
 from flexgui.library.casadi_function import casadi_function
-from flexgui.library.results import Identification
+from flexgui.library.identification import Identification
 from tests.export.helpers import outcome_of
 from tests.export.whole import (
     STEP,
