@@ -111,7 +111,15 @@ def export(
     workers: WorkersOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
+    """Run SCENARIO and write report.html, result.json, tables and the model into OUT.
+
+    Of the folder of a saved result they are written again; nothing is computed.
+    """
+    if scenario.is_dir():
+        from flexgui.export.export_files import export_again
+
+        typer.echo("\n".join(export_again(scenario, out, data)))
+        return
     path, _ = _read(scenario, data)
     from flexgui.core.processors import at_most
     from flexgui.export.export_files import export_scenario

@@ -26,7 +26,7 @@ from flexgui.export.formats import model_formats
 from flexgui.export.report import report_html
 from flexgui.export.report_motion import Motion, report_motion
 from flexgui.export.result import result
-from flexgui.export.saved_run import FILE, SavedRun, Source, run_bytes
+from flexgui.export.saved_run import FILE, SavedRun, Source, read_run, run_bytes
 from flexgui.export.tables import tables
 from flexgui.export.template import environment
 from flexgui.views.summary import result_lines, warning_lines
@@ -157,11 +157,7 @@ def export_scenario(
 
     progress.stage("Writing the report")
     export_run(outcome, Source(scenario, text, path.parent, data), out)
-    return (
-        *warning_lines(outcome),
-        *result_lines(outcome),
-        f"The report is {out / 'report.html'}.",
-    )
+    return _closing_lines(outcome, out)
 
 
 def _prepare() -> None:
@@ -172,17 +168,30 @@ def _prepare() -> None:
         import flexgui.scene.motion_page  # noqa: F401
 
 
+def export_again(folder: Path, out: Path, data: Path | None) -> tuple[str, ...]:
+    """Exports the run that was saved into a folder; nothing is computed again."""
+    run = read_run(folder)
+    check_writable(out)
+    export_run(run.outcome, run.source(folder, data), out)
+    return _closing_lines(run.outcome, out)
+
+
+def _closing_lines(outcome: Outcome, out: Path) -> tuple[str, ...]:
+    report = f"The report is {out / 'report.html'}."
+    return (*warning_lines(outcome), *result_lines(outcome), report)
+
+
 def export_run(outcome: Outcome, source: Source, out: Path, whole: bool = True) -> None:
     """`export_outcome` with the motion of a recording, the scenarios with what was found, and the
     run itself, to be opened again."""
     scenario, folder, data, tables = source.scenario, source.folder, source.data, source.tables
-    if tables is not None or isinstance(folder, ConfinedFolder):  # its files go with the export
+    if tables or isinstance(folder, ConfinedFolder):  # its files go with the export
         home: Path = out
         locate: Callable[[str], str] = str
     else:
         home, locate = folder, seen_by(out, folder, data)
     further = None if data is None else seen_from(data, out)
-    held = {p.name: p.read_bytes() for p in sorted(tables.iterdir())} if tables else {}
+    held = {path.name: path.read_bytes() for path in sorted(tables)}
     run = SavedRun(scenario, outcome, source.text, seen_from(home, out), further, tuple(held))
     texts = found_texts(scenario, outcome, locate)
     beside = {FILE: run_bytes(run), **held, **{name: t.encode() for name, t in texts.items()}}

@@ -25,8 +25,8 @@ class Source:
     """Where its files are; those of a confined folder are taken away with what is exported."""
     data: Path | None = None
     """Another folder of recordings."""
-    tables: Path | None = None
-    """Folder of tables that came as objects: they are exported too."""
+    tables: tuple[Path, ...] = ()
+    """Files of tables that came as objects: they are exported too."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,12 @@ class SavedRun:
         folder = home / self.folder
         further = None if self.data is None else home / self.data
         return folder if folder.is_dir() else home, further
+
+    def source(self, home: Path, data: Path | None = None) -> Source:
+        """What was run, with its files where they are now; `data`: another folder of recordings."""
+        folder, further = self.places(home)
+        tables = tuple(home / name for name in self.tables)
+        return Source(self.scenario, self.text, folder, data or further, tables)
 
 
 def run_bytes(run: SavedRun) -> bytes:

@@ -128,7 +128,7 @@ class StatedProject:
         from flexgui.export.export_files import export_run
         from flexgui.export.saved_run import Source
 
-        tables = None if self._kept is None else Path(self._kept.name)
+        tables = () if self._kept is None else tuple(Path(self._kept.name).iterdir())
         source = Source(self.scenario, self.to_toml(), self.folder, self.data, tables)
         export_run(outcome, source, out, whole)
 

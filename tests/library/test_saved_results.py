@@ -63,6 +63,14 @@ def test_opened_in_another_process_it_exports_the_same_files(
     assert [name for name in first if first[name] != again[name]] == []
 
 
+def test_the_command_line_exports_it_again(identified: fg.Identification, tmp_path: Path) -> None:
+    identified.export(tmp_path / "first")
+    command = [sys.executable, "-m", "flexgui", "export", "first", "--out", "again"]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    first, again = content(tmp_path / "first"), content(tmp_path / "again")
+    assert [name for name in first if first[name] != again[name]] == []
+
+
 def test_opened_it_is_what_it_was(identified: fg.Identification, tmp_path: Path) -> None:
     opened = fg.open(identified.save(tmp_path / "saved"))
     assert isinstance(opened, fg.Identification)
