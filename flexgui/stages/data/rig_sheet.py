@@ -31,8 +31,6 @@ class Quantity(NamedTuple):
     hint: str = ""
     whole: bool = False
     required: bool = False
-    rigid: bool = False
-    """Whether it is asked only where a link is rigid."""
 
 
 LINK = (
@@ -43,9 +41,9 @@ LINK = (
     Quantity("modes", "Bending modes", "", hint="0: rigid; 1 to 3.", whole=True,
              required=True),
     Quantity("centre_of_mass", "Centre of mass", "m", hint="Of a rigid link, from its joint along "
-             "it. Empty: the middle.", rigid=True),
+             "it. Empty: the middle."),
     Quantity("inertia", "Inertia of link", "kg m²", hint="Of a rigid link about its centre of "
-             "mass. Empty: mass × length² / 12.", rigid=True),
+             "mass. Empty: mass × length² / 12."),
     Quantity("hub_inertia", "Inertia of geared motor", "kg m²", hint="Rotor and gear as the "
              "joint feels it (times the gear ratio squared)."),
     Quantity("rotor_inertia", "Inertia of direct drive", "kg m²", hint="Of the rotor of a motor "
@@ -92,8 +90,6 @@ def sheet_rows(scenario: Scenario) -> tuple[SheetRow, ...]:
 def _link_rows(arm: Arm) -> list[SheetRow]:
     rows = []
     for quantity in LINK:
-        if quantity.rigid and all(arm.modes):
-            continue
         stated: list[Value] = [getattr(segment, quantity.setting) for segment in arm.segments]
         if quantity.setting == "EI":
             stated = [segment.bending_stiffness or None for segment in arm.segments]
