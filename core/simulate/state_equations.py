@@ -145,9 +145,10 @@ def _ordered(numbers: Numbers) -> list[Element]:
 
 FORMS: tuple[tuple[str, Callable[[float], float]], ...] = (
     ("k[{}]", lambda value: value),
-    ("1.0/k[{}]", lambda value: 1.0 / value),
+    ("(1.0/k[{}])", lambda value: 1.0 / value),
 )
-"""How a parameter may stand in the statements: a compliance as the stiffness that it is."""
+"""How a parameter may stand in the statements, times a number: as the inertia that a mass spread
+evenly has, or a compliance as the stiffness that it is."""
 
 
 def _with_parameters(
@@ -155,29 +156,47 @@ def _with_parameters(
     remade: Callable[[Mapping[str, float]], list[np.ndarray]],
 ) -> tuple[list[Texts], tuple[Quantity, ...]]:  # fmt: skip
     """What stands for each number, and the parameters that do: those which, moved, move no number
-    but some that are the parameter itself."""
+    that matters but in proportion to them."""
     flat = np.concatenate(arrays, axis=None)
     texts = np.array([repr(float(x)) for x in flat], dtype=object)
-    free = np.ones(len(flat), dtype=bool)
+    free, matters = np.ones(len(flat), dtype=bool), _in_use(model.arm, arrays)
     found: list[Quantity] = []
     for item in model.parameters.values():
-        moved = 1.25 * known.get(item.name, item.value) or item.scale
+        now = known.get(item.name, item.value)
+        moved = 1.25 * now or item.scale
         try:
             changed = np.concatenate(remade({**known, item.name: moved}), axis=None)
         except (InputError, ValueError, ArithmeticError):
             continue
         if len(changed) != len(flat):
             continue
-        places = np.flatnonzero(changed != flat)
-        for form, value_of in FORMS:
-            if len(places) and free[places].all() and np.all(changed[places] == value_of(moved)):
-                texts[places], free[places] = form.format(len(found)), False
-                value = value_of(float(flat[places[0]]))
-                found.append(Quantity(item.name, item.unit, value, item.title))
+        places = np.flatnonzero((changed != flat) & matters)
+        for form, value_of in FORMS if len(places) and free[places].all() else ():
+            shares = changed[places] / value_of(moved)
+            if np.allclose(
+                shares * value_of(now) if now else 0.0, flat[places], rtol=1e-12, atol=0
+            ):
+                texts[places] = [_scaled(s, form.format(len(found))) for s in shares]
+                free[places] = False
+                found.append(Quantity(item.name, item.unit, now, item.title))
                 break
     starts = np.cumsum([a.size for a in arrays])[:-1]
     parts = [t.reshape(a.shape) for t, a in zip(np.split(texts, starts), arrays, strict=True)]
     return parts, tuple(found)
+
+
+def _in_use(arm: Arm, arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """Bool of each number: whether the statements use it. The arm's stand first; of a bending
+    segment some have no place."""
+    used = np.ones(sum(a.size for a in arrays), dtype=bool)
+    lines = [s for name in ("tip", "dynamics") for s in statements_of(Structure.of(arm), name)]
+    wanted = {int(i) for line in lines for array, i, _ in _ENTRY.findall(line) if array == "p"}
+    used[: arrays[0].size] = [i in wanted for i in range(arrays[0].size)]
+    return used
+
+
+def _scaled(share: float, text: str) -> str:
+    return text if np.isclose(share, 1.0, rtol=1e-12, atol=0.0) else f"({float(share)!r}*{text})"
 
 
 def _sum(coefficients: Sequence[str], symbols: Sequence[str], sign: str = "") -> list[str]:

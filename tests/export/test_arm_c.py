@@ -116,15 +116,25 @@ def test_the_motion_is_that_of_our_own_simulation(name: str) -> None:
 
 
 @needs_compiler
-def test_a_changed_parameter_changes_the_rates_as_it_changes_the_model(tmp_path: Path) -> None:
-    model = WHOLE["elastic joints"]
-    outcome = whole_outcome("elastic joints")
+@pytest.mark.parametrize(
+    ("model", "some"),
+    [
+        (WHOLE["elastic joints"], {"m1", "EI2", "c1", "lambda2"}),
+        # The inertia of a rigid segment follows its mass.
+        (looped(ARMS["0-2-1"], 20.0), {"m1", "m2", "EI3"}),
+    ],
+    ids=["elastic joints", "0-2-1"],
+)
+def test_a_changed_parameter_changes_the_rates_as_it_changes_the_model(
+    model: Model, some: set[str], tmp_path: Path
+) -> None:
+    outcome = outcome_of(model)
     code = Compiled(outcome, tmp_path)
     x, r = random_point(outcome, 1)
     changed = {}
     for i, parameter in enumerate(code.equations.parameters):
         changed[parameter.name] = code.k[i] = 1.3 * parameter.value + 0.01
-    assert {"m1", "EI2", "c1", "lambda2"} <= set(changed)
+    assert some <= set(changed)
     expected = rates_by_hand(model, model.numbers(changed), x, r)
     np.testing.assert_allclose(code.rates(x, r), expected, rtol=SAME, atol=SAME)
 
