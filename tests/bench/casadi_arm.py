@@ -27,8 +27,12 @@ from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.rosenbrock import COUPLINGS, GAMMA, NODE, WEIGHTS
 from tests.bench.peers import ABSOLUTE, gauss_order, held_stretches
 
-FLAGS = ("-O3", "-march=native", "-ffast-math")
-"""The last one lets sums be taken in any order, as our compiled code may."""
+FLAGS = (
+    "-O3", "-march=native", "-fassociative-math", "-freciprocal-math", "-fno-signed-zeros",
+    "-fno-trapping-math", "-fno-math-errno", "-ffinite-math-only",
+)  # fmt: skip
+"""Sums may be taken in any order, as in our compiled code. These are the parts of -ffast-math; that
+itself would make the whole process round the smallest numbers to zero when the code is loaded."""
 
 LOOP = """
 void run(const double *start, const double *r, const double *theta, double *out, long samples,

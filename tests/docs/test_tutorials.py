@@ -110,6 +110,24 @@ def test_the_readme_prints_what_it_states(tmp_path: Path) -> None:
     assert (tmp_path / "reports/friction/report.html").is_file()
 
 
+NOT_OPENED = """
+import plotly.graph_objects as go
+go.Figure.show = lambda self: None
+"""
+
+
+@pytest.mark.long
+def test_the_code_about_exports_runs_in_its_order(tmp_path: Path) -> None:
+    """With the extras that it names; figures are made and not opened."""
+    pytest.importorskip("casadi", reason="casadi is an extra")
+    pytest.importorskip("fmpy", reason="fmpy is an extra of the tests")
+    page = blocks(ROOT / "docs" / "howto" / "exports.md")
+    code = "\n".join([NOT_OPENED, *(b.text for b in page if b.language == "python")])
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    run = [sys.executable, "-c", code]
+    subprocess.run(run, cwd=tmp_path, env=environment, check=True, timeout=LONGEST)
+
+
 @pytest.mark.parametrize(
     ("stated", "line", "right"),
     [
