@@ -18,7 +18,7 @@ from .errors import InputError
 from .identify.fit import Fitted
 from .identify.setup import Setup
 from .identify.unknowns import Unknowns, fixed_values, unknowns_with_starts
-from .progress import Progress, Silent
+from .progress import Progress, Unseen
 from .recording.recording import Recording
 from .results import Estimate, Profile
 from .scenario.schema import IdentifySpec
@@ -45,7 +45,7 @@ def profile_likelihood(
         InputError: Where it is not estimated.
     """
     spec = spec.model_copy(update={"generations": 0, "refine": True})
-    base = fit_group(setup, group, spec, _Inside(progress), named=False)
+    base = fit_group(setup, group, spec, Unseen(progress), named=False)
     labels = [e.label for e in base.fit.estimates]
     if name not in labels:
         raise InputError(f"{name!r} is not estimated; {did_you_mean(name, labels)}")
@@ -70,16 +70,6 @@ class _Point:
     value: float
     cost: float
     vector: np.ndarray
-
-
-class _Inside(Silent):
-    """Progress of one fit among many: unseen, and stopped with them."""
-
-    def __init__(self, other: Progress) -> None:
-        self._other = other
-
-    def stopped(self) -> bool:
-        return self._other.stopped()
 
 
 class _Walk:
@@ -121,8 +111,8 @@ class _Walk:
         while len(points) <= most and not self._progress.stopped():
             point = first or self._next(points[-1], step)
             first = None
-            if point.value == points[-1].value:
-                break
+            if point.value == points[-1].value or self._progress.stopped():
+                break  # at a bound, or a fit that somebody stopped
             points.append(point)
             if self.deviance(point) >= enough:
                 break
@@ -141,7 +131,7 @@ class _Walk:
             for item, x in zip(self.rest.items, last.vector, strict=True)
         )
         found = fit_group(
-            self._setup, self._group, self._spec, _Inside(self._progress), False,
+            self._setup, self._group, self._spec, Unseen(self._progress), False,
             {**self._known, p.name: value}, Unknowns(items),
         )  # fmt: skip
         self._progress.advance(1, f"{self._held.label} = {value:.6g}")

@@ -56,6 +56,17 @@ class Silent(Progress):
         return False
 
 
+class Unseen(Silent):
+    """Progress of a part of a larger computation: unseen, and stopped with it."""
+
+    def __init__(self, whole: Progress) -> None:
+        self._whole = whole
+
+    def stopped(self) -> bool:
+        """As it is asked of the whole."""
+        return self._whole.stopped()
+
+
 class StoppedError(Exception):
     """Raised by `check_stopped` in a computation that the user has stopped."""
 

@@ -233,6 +233,17 @@ def _options(
     return setup, spec, replace(options, stated_noise=noise)
 
 
+def _read(
+    scenario: Scenario, folder: Folder | None, data_folder: Path | None, progress: Progress
+) -> tuple[Model, IdentifySpec, list[Recording]]:
+    """The model as stated, what is estimated in it, and the recordings."""
+    progress.stage("Reading the recordings", len(scenario.recordings))
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    where = folder or Path()
+    return model, spec, list(load_recordings(scenario, model, where, data_folder, progress))
+
+
 @naming_scenario
 def propose_for(
     scenario: Scenario, *, folder: Folder | None = None, data_folder: Path | None = None,
@@ -240,10 +251,7 @@ def propose_for(
 ) -> Proposal:  # fmt: skip
     """Laws for what the scenario's model, fitted as it is, leaves of the recordings."""
     progress = progress or Silent()
-    progress.stage("Reading the recordings", len(scenario.recordings))
-    model = base_model(scenario)
-    spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+    model, spec, recordings = _read(scenario, folder, data_folder, progress)
     setup, spec, options = _options(scenario, make_setup(model, spec, recordings), recordings, spec)
     fitted = fit_base_to_recordings(setup, spec, recordings, options, progress)
     return propose(fitted, options, progress)
@@ -258,10 +266,7 @@ def profile_for(
     """Profile likelihood of a parameter over the estimation recordings, or of one of them, which a
     local method needs."""
     progress = progress or Silent()
-    progress.stage("Reading the recordings", len(scenario.recordings))
-    model = base_model(scenario)
-    spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+    model, spec, recordings = _read(scenario, folder, data_folder, progress)
     model, _ = model_at_level(scenario, model, spec, recordings)
     group = [r for r in recordings if r.role == "estimate" and recording in (None, r.name)]
     if not group or (recording is None and spec.method == "local" and len(group) > 1):

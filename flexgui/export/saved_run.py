@@ -9,6 +9,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.data_folder import Folder
 from flexgui.core.scenario.schema import Scenario
+from flexgui.core.sentences import listed
 from flexgui.export.serialization import deserialize, serialize
 
 FILE = "result.flexgui"
@@ -59,9 +60,22 @@ class SavedRun:
         return folder if folder.is_dir() else home, further
 
     def source(self, home: Path, data: Path | None = None) -> Source:
-        """What was run, with its files where they are now; `data`: another folder of recordings."""
+        """What was run, with its files where they are now.
+
+        Args:
+            home: Folder of the saved run.
+            data: Another folder of recordings.
+
+        Raises:
+            InputError: Where a table that belongs to it is missing.
+        """
         folder, further = self.places(home)
         tables = tuple(home / name for name in self.tables)
+        if missing := [path.name for path in tables if not path.is_file()]:
+            raise InputError(
+                f"{home} lacks {listed(missing)}, which belongs to the result saved there; copy it "
+                "back, or save the result again."
+            )
         return Source(self.scenario, self.text, folder, data or further, tables)
 
 

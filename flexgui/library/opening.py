@@ -25,10 +25,11 @@ def open(folder: str | Path) -> Identification | Diagnosis:  # noqa: A001
         InputError: Where there is no saved result, or another version of FlexGUI wrote it.
     """
     run = read_run(Path(folder))
-    (home, data), kept = run.places(Path(folder)), None
-    if run.tables:
-        kept = folder_of_tables({name: (Path(folder) / name).read_bytes() for name in run.tables})
+    source, kept = run.source(Path(folder)), None
+    home = run.places(Path(folder))[0]
+    if source.tables:
+        kept = folder_of_tables({path.name: path.read_bytes() for path in source.tables})
         home = Path(kept.name)
-    project = Project(run.scenario, home, data, kept, (run.scenario, run.text))
+    project = Project(run.scenario, home, source.data, kept, (run.scenario, run.text))
     kind = Identification if run.outcome.diagnosis is None else Diagnosis
     return kind(project, run.outcome)

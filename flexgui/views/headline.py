@@ -151,8 +151,15 @@ def final_comparisons(outcome: Outcome) -> tuple[RecordingComparison, ...]:
 
 
 def criteria(outcome: Outcome) -> InformationCriteria | None:
-    """AIC, BIC and FPE of the model after the diagnosis."""
-    return information_criteria(final_comparisons(outcome), len(final_estimates(outcome)))
+    """AIC, BIC and FPE of the model after the diagnosis. First states of recordings, which every
+    model of them has, are not counted as parameters."""
+    diagnosis = outcome.diagnosis
+    if diagnosis is None or not diagnosis.parameters:
+        found = _without_starts([e for fit in outcome.fits for e in fit.estimates])
+    else:
+        derived = final_derived_names(outcome)
+        found = tuple(e for e in final_estimates(outcome) if e.name not in derived)
+    return information_criteria(final_comparisons(outcome), len(found))
 
 
 def comparisons_as_given(outcome: Outcome) -> tuple[RecordingComparison, ...]:

@@ -84,10 +84,25 @@ def test_the_profile_of_a_well_known_parameter_agrees_with_its_deviation(
 def test_what_the_recordings_leave_free_has_no_end() -> None:
     """Young's modulus and width enter as epsilon d^4 alone."""
     free = rig(parameters=["epsilon", "d"], bounds={"epsilon": [1e7, 1e11], "d": [0.005, 0.2]})
-    profile = free.identify().profile("epsilon")
+    found = free.identify()
+    assert found.criteria is not None
+    assert found.criteria.parameters == 2  # EI, which follows from both, is none
+    profile = found.profile("epsilon")
     assert profile.interval == (-np.inf, np.inf)
     assert np.ptp(profile.found.values) > profile.found.estimate.value
     assert profile.found.deviance.max() < profile.found.threshold
+
+
+def test_a_stopped_profile_holds_whole_fits_alone() -> None:
+    seen: list[str] = []
+
+    def stop(update: fg.Update) -> bool:
+        seen.append(update.text)
+        return sum(text.startswith("EI1 =") for text in seen) < 3
+
+    profile = rig().identify().profile("EI1", progress=stop)
+    assert 1 <= len(profile.found.values) < 7
+    assert (profile.found.deviance < 20.0).all()
 
 
 def test_a_profile_names_what_is_estimated(found: fg.Identification) -> None:
@@ -103,6 +118,8 @@ def test_a_local_fit_needs_its_recording() -> None:
     local = fg.project(
         "paper", LOOP, machines, model=FULL, sensors=NOISE, identify={**FIT, "method": "local"}
     ).identify()
+    assert local.criteria is not None
+    assert local.criteria.parameters == 4  # two of each recording
     with pytest.raises(fg.InputError, match="choose a recording of r0 and r1"):
         local.profile("EI1")
     assert np.isfinite(local.profile("EI1", recording="r1").interval).all()

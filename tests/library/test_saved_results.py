@@ -141,3 +141,9 @@ def test_a_damaged_file_is_no_result(identified: fg.Identification, tmp_path: Pa
     file.write_bytes(file.read_bytes()[:-100])
     with pytest.raises(fg.InputError, match="cannot be opened: it is damaged"):
         fg.open(tmp_path)
+
+
+def test_a_table_that_is_missing_is_named(identified: fg.Identification, tmp_path: Path) -> None:
+    (identified.save(tmp_path) / "2.parquet").unlink()
+    with pytest.raises(fg.InputError, match=r"lacks 2\.parquet, which belongs to the result"):
+        fg.open(tmp_path)

@@ -16,7 +16,7 @@ from flexgui.server.serve import beginning
 from flexgui.session.scenario_edits import apply_edits, set_value
 from flexgui.session.session import Session
 from flexgui.stages.diagnose.model_versions import ladder_steps
-from flexgui.views.headline import final_comparisons
+from flexgui.views.headline import criteria, final_comparisons
 from tests.session.helpers import shortened
 
 CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
@@ -73,9 +73,19 @@ def test_the_model_holds_the_effect_and_keeps_what_was_stated(opened: Session, r
     assert errors == [c.rms for r in final_comparisons(saved(run)[1]) for c in r.channels]
 
 
-def test_one_can_return_to_the_model_as_given(opened: Session, run: Path) -> None:
+def test_both_models_are_listed(opened: Session) -> None:
     titles = [model.title for model in opened.diagnosis.models.comparable]
     assert titles == ["As given", "Coulomb friction"]
+
+
+def test_each_model_has_the_criteria_that_the_report_states(opened: Session, run: Path) -> None:
+    given, grown = (model.criteria for model in opened.diagnosis.models.comparable)
+    assert given is not None and grown is not None
+    assert grown.parameters == given.parameters + 2
+    assert grown == criteria(saved(run)[1])
+
+
+def test_one_can_return_to_the_model_as_given(opened: Session, run: Path) -> None:
     assert opened.diagnosis.return_to(1)
     assert opened.document.scenario == saved(run)[0]
     ranking = opened.diagnosis.versions[-1].ranking

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from flexgui.core.information_criteria import InformationCriteria, information_criteria
 from flexgui.core.results import LadderStep
 from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import with_effect_parameters
 from flexgui.sentences.figures import validation_rms
+from flexgui.session.scenario_edits import cached_model
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.model_versions import ModelVersion, step_in_floors
@@ -64,9 +66,12 @@ class FittedModel:
     @property
     def criteria(self) -> InformationCriteria | None:
         """AIC, BIC and FPE; None where it was not compared."""
-        found = self.version.found
-        count = 0 if found is None else len(found.step.parameters)
-        return information_criteria(self.version.comparisons, count)
+        scenario, compared = self.version.scenario, self.version.comparisons
+        spec = with_effect_parameters(scenario.identify, cached_model(scenario), scenario.model)
+        fitted = sum(c.role == "estimate" for c in compared)
+        own = set(spec.per_recording)
+        count = len(set(spec.parameters) - own) + fitted * len(own)
+        return information_criteria(compared, count)
 
 
 class FittedModels:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexgui.core.effects import catalogue
-from flexgui.core.progress import Progress, Silent
+from flexgui.core.progress import Unseen
 from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
 from flexgui.core.scenario.data_folder import ConfinedFolder
 from flexgui.core.scenario.stated_effects import (
@@ -254,19 +254,7 @@ def refined(
     spec = scenario.identify.model_copy(update={"generations": 0, "refine": True})
     plain = without_diagnosis(scenario).model_copy(update={"identify": spec, "compare": ()})
     progress.stage(fit_title(inputs.setup.model.effects))
-    quiet = Unnamed(progress)
-    return run_scenario(plain, folder=where, progress=quiet)
-
-
-class Unnamed(Silent):
-    """Stages that are part of a larger one, which was named already."""
-
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
-
-    def stopped(self) -> bool:
-        """As it is asked of the whole."""
-        return self._progress.stopped()
+    return run_scenario(plain, folder=where, progress=Unseen(progress))
 
 
 def thinned(
