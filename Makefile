@@ -62,19 +62,19 @@ docs: $(VENV)/.installed-docs
 
 # Matrices are small here: with threads for each product the peers took ten times as long.
 bench: $(VENV)/.installed-bench
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.bench
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.programs.bench
 
 # PARTS="emps peers": only these.
 evidence: $(VENV)/.installed-bench
-	@$(BIN)/python -m tests.evidence $(PARTS)
+	@$(BIN)/python -m tests.programs.evidence $(PARTS)
 
 matrix: $(VENV)/.installed-test
-	@$(BIN)/python -m tests.studies.nothing_hidden --workers 2
-	@$(BIN)/python -m tests.studies.next_experiments --workers 2
-	@$(BIN)/python -m tests.studies.plain_matrix --workers 2
+	@$(BIN)/python -m tests.programs.studies.nothing_hidden --workers 2
+	@$(BIN)/python -m tests.programs.studies.next_experiments --workers 2
+	@$(BIN)/python -m tests.programs.studies.plain_matrix --workers 2
 
 mujoco: $(VENV)/.installed-test
-	@$(BIN)/python -m tests.mujoco.generate
+	@$(BIN)/python -m tests.programs.mujoco.generate
 
 # What lint has to say comes last, also where it is long done.
 test: $(VENV)/.installed-test chromium
@@ -88,18 +88,18 @@ coverage: $(VENV)/.installed-test
 	@$(BIN)/python -m pytest $(SHARED) -q --cov=flexgui --cov-report=html:build/coverage --cov-report=term:skip-covered
 
 sample: $(VENV)/.installed-test
-	@$(BIN)/python -m tests.sample $(CASES)
+	@$(BIN)/python -m tests.programs.sample $(CASES)
 
 long: $(VENV)/.installed-test axe
 	@$(BIN)/python -m pytest $(SHARED) --durations 25 -m long --ignore tests/server/test_latency.py; \
 	tests=$$?; $(MAKE) docs && exit $$tests
 
 load: $(VENV)/.installed-test
-	@$(BIN)/python -m tests.server.load
+	@$(BIN)/python -m tests.programs.load
 
 fuzz: $(VENV)/.installed-test
-	@$(BIN)/python -m tests.fuzz.run --seed $(SEED)
-	@$(BIN)/python -m tests.fuzz.tries $(TRIES)
+	@$(BIN)/python -m tests.programs.fuzz.run --seed $(SEED)
+	@$(BIN)/python -m tests.programs.fuzz.tries $(TRIES)
 
 lint: $(VENV)/.installed-test
 	@$(BIN)/ruff check .
@@ -107,9 +107,9 @@ lint: $(VENV)/.installed-test
 	@$(BIN)/mypy
 	@$(BIN)/codespell $(TEXTS) --skip "*.csv,*.png,*.svg,*.js"
 	@$(BIN)/codespell $(TEXTS) --skip "*.csv,*.gz,*.png,*.svg,*.ipynb,glossary.md" \
-	  -D tests/habits/retired_words.txt --regex "[A-Za-z][a-z]+"
-	@$(BIN)/python -m tests.habits.dead_code
-	@$(BIN)/python -m tests.habits.duplicates
+	  -D tests/programs/lint/retired_words.txt --regex "[A-Za-z][a-z]+"
+	@$(BIN)/python -m tests.programs.lint.dead_code
+	@$(BIN)/python -m tests.programs.lint.duplicates
 
 format: $(VENV)/.installed-test
 	@$(BIN)/ruff check --fix .

@@ -21,9 +21,9 @@ from flexgui.core.recording.recording import Recording
 from flexgui.core.scenario.read import parse_scenario, read_scenario, scenario_toml
 from tests.check.rigs import SCENARIOS
 from tests.check.test_unknown_stiffness import shifted
-from tests.sample.cases import cases
-from tests.studies.checked_rigs import checked_rig
-from tests.studies.plain_matrix_rigs import drawn
+from tests.programs.sample.cases import cases
+from tests.programs.studies.checked_rigs import checked_rig
+from tests.programs.studies.plain_matrix_rigs import drawn
 
 rig_of = cache(checked_rig)
 

@@ -8,7 +8,7 @@ import pytest
 from tests.check.faults import FAULTS
 from tests.check.rigs import Rig
 from tests.check.test_faults import FALSE, assert_named, outcome
-from tests.studies.checked_rigs import checked_rig, coarse
+from tests.programs.studies.checked_rigs import checked_rig, coarse
 
 SEEDS = range(1, 41)
 WHICH = 1

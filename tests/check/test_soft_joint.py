@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.check.rigs import rig
-from tests.sample.torque_rigs import TorqueRig, written
+from tests.programs.sample.torque_rigs import TorqueRig, written
 
 
 def test_a_rigid_link_behind_a_soft_joint_is_checked(tmp_path: Path) -> None:

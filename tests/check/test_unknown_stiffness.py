@@ -15,8 +15,8 @@ from flexgui.core.check.checks.resolution import quiet_noise
 from flexgui.core.check.measured_recording import MeasuredRecording
 from tests.check.rigs import Rig
 from tests.check.test_faults import SIZE
-from tests.studies.checked_rigs import checked_rig
-from tests.studies.plain_matrix_rigs import drawn
+from tests.programs.studies.checked_rigs import checked_rig
+from tests.programs.studies.plain_matrix_rigs import drawn
 
 STIFF = 0.1
 """Of EI: a segment's first resonance to 5 %."""

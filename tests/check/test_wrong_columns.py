@@ -16,7 +16,7 @@ from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from tests.check.rigs import SCENARIOS, Rig, rig
 from tests.check.test_faults import SIZE
-from tests.studies.checked_rigs import checked_rig
+from tests.programs.studies.checked_rigs import checked_rig
 
 PLACES = ("theta1", "theta2", "dtheta1_ref", "dtheta2_ref")
 TEXT = (SCENARIOS / "hidden_friction.toml").read_text()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import flexgui
-from tests.docs.numbers import named_numbers, rows, value_of
+from tests.programs.docs.numbers import named_numbers, rows, value_of
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
@@ -20,7 +20,7 @@ FILE = re.compile(r"`((?:core|flexgui|tests|docs|scenarios)/[\w./-]+\.\w+)`")
 def test_every_number_that_decides_is_a_row_of_the_table_with_its_value() -> None:
     table, numbers = rows(), named_numbers()
     missing = [key for key in numbers if key not in table]
-    assert not missing, "python -m tests.docs.numbers adds their rows"
+    assert not missing, "python -m tests.programs.docs.numbers adds their rows"
     wrong = {
         key: value for key, (value, _) in table.items() if f"{value_of(*key):g}" != f"{value:g}"
     }

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from flexgui.core.scenario.read import read_scenario
-from tests.docs.answers import FILE, SCENARIOS, SHEETS, digest, text
+from tests.programs.docs.answers import FILE, SCENARIOS, SHEETS, digest, text
 
 SHEET_FILES = sorted(FILE.parent.glob("[0-9]_*.md"))
 
@@ -45,7 +45,9 @@ def test_its_scenario_can_be_read(scenario: str) -> None:
 @pytest.mark.parametrize("scenario", SHEETS)
 def test_the_answers_were_computed_from_the_scenario_as_it_is(scenario: str) -> None:
     kept = FILE.read_text(encoding="utf-8")
-    assert f"<!-- {scenario}: {digest(scenario)} -->" in kept, "run: python -m tests.docs.answers"
+    assert f"<!-- {scenario}: {digest(scenario)} -->" in kept, (
+        "run: python -m tests.programs.docs.answers"
+    )
 
 
 def test_every_sheet_and_every_scenario_has_its_answers() -> None:
@@ -54,4 +56,4 @@ def test_every_sheet_and_every_scenario_has_its_answers() -> None:
 
 @pytest.mark.long
 def test_the_answers_are_fresh() -> None:
-    assert FILE.read_text(encoding="utf-8") == text(), "run: python -m tests.docs.answers"
+    assert FILE.read_text(encoding="utf-8") == text(), "run: python -m tests.programs.docs.answers"

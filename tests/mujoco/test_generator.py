@@ -12,10 +12,10 @@ import pytest
 mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install '.[test]'")
 pytestmark = pytest.mark.long
 
-from tests.mujoco.cases import CASES, EXPERIMENTS, Case, Experiment  # noqa: E402
-from tests.mujoco.chain import PAPER, Beam, Motor, Plant, clamped, mjcf  # noqa: E402
-from tests.mujoco.excitation import AMPLITUDE, SAMPLE, prbs  # noqa: E402
-from tests.mujoco.files import (  # noqa: E402
+from tests.programs.mujoco.cases import CASES, EXPERIMENTS, Case, Experiment  # noqa: E402
+from tests.programs.mujoco.chain import PAPER, Beam, Motor, Plant, clamped, mjcf  # noqa: E402
+from tests.programs.mujoco.excitation import AMPLITUDE, SAMPLE, prbs  # noqa: E402
+from tests.programs.mujoco.files import (  # noqa: E402
     CAMERA_NOISE,
     COLUMNS,
     DECIMALS,
@@ -23,8 +23,8 @@ from tests.mujoco.files import (  # noqa: E402
     table,
     write_table,
 )
-from tests.mujoco.generate import FOLDER  # noqa: E402
-from tests.mujoco.simulate import delayed, run  # noqa: E402
+from tests.programs.mujoco.generate import FOLDER  # noqa: E402
+from tests.programs.mujoco.simulate import delayed, run  # noqa: E402
 
 BEAM_TOLERANCE = 0.005
 """The chain stands for the beam within this; its own error is about 1/(4 N²), 0.06 %."""

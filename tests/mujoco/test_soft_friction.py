@@ -10,7 +10,7 @@ from flexgui.core.results import Diagnosis
 from flexgui.core.scenario.read import read_scenario
 from flexgui.sentences.verdict import verdict_paragraphs
 from tests.diagnose.fits import diagnosis_of
-from tests.mujoco.soft_friction import written
+from tests.programs.mujoco.soft_friction import written
 
 SIZED = 0.02
 """Relative, of the levels."""

@@ -13,13 +13,13 @@ mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install '.[test
 
 from flexgui.core.effects import catalogue  # noqa: E402
 from flexgui.core.scenario.read import read_scenario  # noqa: E402
-from tests.mujoco.files import CAMERA_NOISE  # noqa: E402
-from tests.mujoco.wide_arms import ARMS, STEP, references  # noqa: E402
-from tests.mujoco.wide_cases import CASES, SIZES, Case  # noqa: E402
-from tests.mujoco.wide_effects import EFFECTS  # noqa: E402
-from tests.mujoco.wide_files import ROLES, scenario_text  # noqa: E402
-from tests.mujoco.wide_rig import Rig  # noqa: E402
-from tests.mujoco.wide_run import Motion, World, run  # noqa: E402
+from tests.programs.mujoco.files import CAMERA_NOISE  # noqa: E402
+from tests.programs.mujoco.wide_arms import ARMS, STEP, references  # noqa: E402
+from tests.programs.mujoco.wide_cases import CASES, SIZES, Case  # noqa: E402
+from tests.programs.mujoco.wide_effects import EFFECTS  # noqa: E402
+from tests.programs.mujoco.wide_files import ROLES, scenario_text  # noqa: E402
+from tests.programs.mujoco.wide_rig import Rig  # noqa: E402
+from tests.programs.mujoco.wide_run import Motion, World, run  # noqa: E402
 
 pytestmark = pytest.mark.long
 

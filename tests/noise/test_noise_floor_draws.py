@@ -16,8 +16,8 @@ from flexgui.core.noise.output_noise import output_noise
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.read import read_scenario
 from tests.diagnose.fits import set_up
-from tests.sample.cases import TORQUE
-from tests.sample.torque_rigs import written
+from tests.programs.sample.cases import TORQUE
+from tests.programs.sample.torque_rigs import written
 
 RIGS = (
     "rigid_two_nothing",

@@ -93,7 +93,7 @@ def served(
     the folder `cwd` with what `environment` adds to this process's.
     """
     said, complained = folder / "stdout.txt", folder / "stderr.txt"
-    program = "flexgui" if nice else "tests.server.even"
+    program = "flexgui" if nice else "tests.programs.load.even"
     command = [sys.executable, "-m", program, "serve", "--no-browser", "--port", "0", *options]
     with said.open("w") as out, complained.open("w") as err:
         process = subprocess.Popen(

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from tests.server.crowd import EPSILON, THETA2, Member
+from tests.programs.load.crowd import EPSILON, THETA2, Member
 from tests.server.served import Served, served
 
 pytestmark = pytest.mark.long

@@ -12,9 +12,9 @@ from flexgui.core.forces.compiled import compile_law
 from flexgui.core.simulate.batch import run
 from flexgui.core.study.detectability import CLOSE
 from flexgui.core.study.study_rig import AR_COEFFICIENT, AR_COEFFICIENTS, noise
-from tests.studies.plain_matrix_hidden import STRONG, Sight
-from tests.studies.plain_matrix_outside import CABLE, OUTSIDE, PIECES, disturbed, in_pieces
-from tests.studies.plain_matrix_rigs import STEPS_HZ, drawn
+from tests.programs.studies.plain_matrix_hidden import STRONG, Sight
+from tests.programs.studies.plain_matrix_outside import CABLE, OUTSIDE, PIECES, disturbed, in_pieces
+from tests.programs.studies.plain_matrix_rigs import STEPS_HZ, drawn
 
 ROUNDING = 1e-12
 """rad and m; pieces and the whole take the same steps."""

@@ -11,7 +11,7 @@ from flexgui.core.results import ChannelComparison, Outcome
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.workbench import run_scenario
 from tests.helpers import rms
-from tests.sample.torque_rigs import TorqueRig, written
+from tests.programs.sample.torque_rigs import TorqueRig, written
 
 FAST_LINK = TorqueRig((3.0,), (0.6,), rate=2000.0, bits=16, seconds=2.0, recordings=1)
 FAST_PAIR = TorqueRig((4.0, 2.5), (0.5, 0.4), rate=2000.0, bits=13, counts=0.3, seconds=2.0)

@@ -19,7 +19,7 @@ from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.workbench import run_scenario
-from tests.sample.torque_rigs import TorqueRig, written
+from tests.programs.sample.torque_rigs import TorqueRig, written
 
 RIG = TorqueRig((3.0,), (0.6,), viscous=(0.8,), rate=500.0, seconds=2.0, bits=17)
 MASSES, FRICTION = 0.03, 0.05
