@@ -206,7 +206,7 @@ def agreements(tables: Sequence[EstimateTable]) -> tuple[Agreement, ...]:
 
 
 def implied_bias(numbers: Numbers, EI: float) -> float:
-    """Relative, of the EI that printed means imply."""
+    """Relative, of the EI that printed means imply, against `EI` in N m²."""
     return stiffness(numbers[0], numbers[2]) / EI - 1.0
 
 
@@ -251,7 +251,7 @@ class Explained:
 
     @property
     def ratio(self) -> float:
-        """Found spread over expected one."""
+        """Ratio of the found spread to the expected one."""
         return self.found / self.expected
 
     @property
@@ -261,7 +261,7 @@ class Explained:
 
 
 def valley_prior(records: Mapping[str, Record], EI: float) -> ValleyPrior | None:
-    """None where the part `prior` has no result yet."""
+    """The valley of `EI` in N m²; None where the part `prior` has no result yet."""
     answers = [r["answer"] for key, r in sorted(records.items()) if r["part"] == "prior"]
     if not answers:
         return None

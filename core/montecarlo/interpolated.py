@@ -60,7 +60,7 @@ class Interpolated:
         return len(self.A) - 1
 
     def at(self, theta2: float) -> StateSpace:
-        """The linear model at one working point."""
+        """The linear model at one working point `theta2` in rad."""
         A, B, C = (_values(part, np.array([theta2]))[0] for part in (self.A, self.B, self.C))
         return StateSpace(A, B, C)
 
@@ -181,7 +181,7 @@ class StateSpace:
     C: np.ndarray
 
     def transformed(self, T: np.ndarray) -> StateSpace:
-        """In the state T^-1 x."""
+        """In the state T^-1 x, with T (n, n)."""
         return StateSpace(np.linalg.solve(T, self.A @ T), np.linalg.solve(T, self.B), self.C @ T)
 
     def observability(self, rows: int) -> np.ndarray:
@@ -192,7 +192,7 @@ class StateSpace:
         return np.vstack(blocks)
 
     def respond(self, u: np.ndarray) -> np.ndarray:
-        """(N, ny) from rest."""
+        """(N, ny) from rest, with u (N, nu)."""
         path = np.broadcast_to(self.A, (len(u), *self.A.shape))
         return respond_along(path, u @ self.B.T, np.broadcast_to(self.C, (len(u), *self.C.shape)))
 
@@ -221,7 +221,8 @@ def respond_all(models: Sequence[StateSpace], u: np.ndarray) -> np.ndarray:
 
 
 def identify_subspace(u: np.ndarray, y: np.ndarray, orders: Sequence[int]) -> list[StateSpace]:
-    """From u (N, nu) and y (N, ny), one model per order with the window that fits it best."""
+    """From u (N, nu) and y (N, ny), one model per order with the window that fits it best;
+    InputError where N is too small for any window."""
     best: dict[int, tuple[float, StateSpace]] = {}
     for window in WINDOWS:
         if 2 * window * (u.shape[1] + y.shape[1]) > len(u) // 4:

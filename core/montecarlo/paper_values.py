@@ -35,12 +35,12 @@ _BY_SNR: dict[float | None, tuple[Numbers, ...]] = {None: SNR_NONE, 20.0: SNR_20
 
 
 def printed(snr_db: float | None) -> tuple[Numbers, ...] | None:
-    """The table of that signal-to-noise ratio, where the paper has one."""
+    """The table of `snr_db` in dB (None: no noise), where the paper has one."""
     return _BY_SNR.get(snr_db)
 
 
 def stiffness(epsilon: float, d: float) -> float:
-    """EI in N m² of the square section, ε in GPa and d in mm."""
+    """EI in N m² of the square section, `epsilon` in GPa and `d` in mm."""
     return epsilon * 1e9 * (d * 1e-3) ** 4 / 12.0
 
 

@@ -40,7 +40,7 @@ class Rig:
 
     @cached_property
     def truth(self) -> Model:
-        """The non-linear arm that all recordings come from."""
+        """The non-linear arm that all recordings come from; InputError for one without ydot."""
         model = base_model(self.settings.scenario)
         if not model.arm.two_revolute:
             raise InputError(
@@ -127,13 +127,13 @@ def outputs(recording: Recording) -> np.ndarray:
 
 
 def with_outputs(recording: Recording, y: np.ndarray) -> Recording:
-    """The recording with other ydot (N, 2)."""
+    """The recording with other ydot y (N, 2) in rad/s."""
     both = {name: y[:, k] for k, name in enumerate(OUTPUTS)}
     return replace(recording, channels={**recording.channels, **both})
 
 
 def noisy(recording: Recording, snr_db: float | None, seed: np.random.SeedSequence) -> Recording:
-    """White noise on ydot with SNR = 10 log10(cov y / cov noise), per channel."""
+    """White noise on ydot with `snr_db` = 10 log10(cov y / cov noise) in dB, per channel."""
     if snr_db is None:
         return recording
     y = outputs(recording)
@@ -142,12 +142,13 @@ def noisy(recording: Recording, snr_db: float | None, seed: np.random.SeedSequen
 
 
 def noise_std(y: np.ndarray, snr_db: float) -> np.ndarray:
-    """(2,) rad/s from ydot (N, 2)."""
+    """(2,) rad/s from ydot y (N, 2) in rad/s and `snr_db` in dB."""
     return np.asarray(y.std(axis=0) * 10.0 ** (-snr_db / 20.0))
 
 
 def fit_percent(measured: np.ndarray, model: np.ndarray) -> list[float]:
-    """FIT = 100 max(1 - |y - yhat| / |y - mean y|, 0) of each channel of (N, k)."""
+    """FIT = 100 max(1 - |y - yhat| / |y - mean y|, 0) of each channel, y `measured` and yhat
+    `model`, both (N, k)."""
     error = np.linalg.norm(measured - model, axis=0)
     spread = np.linalg.norm(measured - measured.mean(axis=0), axis=0)
     return [float(f) for f in 100.0 * np.maximum(1.0 - error / spread, 0.0)]

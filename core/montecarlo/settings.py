@@ -126,10 +126,10 @@ def seeds(settings: StudySettings, *numbers: int) -> np.random.SeedSequence:
 
 
 def snr_code(snr_db: float | None) -> int:
-    """A whole number per ratio, the same whatever the order in which ratios are listed."""
+    """A whole number per `snr_db` in dB, the same whatever the order in which these are listed."""
     return 0 if snr_db is None else 1_000_000 + round(1000.0 * snr_db)
 
 
 def snr_name(snr_db: float | None) -> str:
-    """'inf' or '20dB', for keys and file names."""
+    """'inf' or '20dB' from `snr_db` in dB, for keys and file names."""
     return "inf" if snr_db is None else f"{snr_db:g}dB"

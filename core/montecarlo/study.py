@@ -22,7 +22,7 @@ from ..sentences import did_you_mean
 
 
 def study_cases(settings: StudySettings, only: Collection[str] = ()) -> list[Case]:
-    """The cases of all parts, or of the named ones."""
+    """The cases of all parts, or of the named ones; InputError for a name that is none."""
     kinds = parts()
     for name in only:
         if name not in kinds:

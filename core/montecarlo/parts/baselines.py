@@ -38,7 +38,7 @@ class Contender(ABC):
 
     @abstractmethod
     def poles(self, theta2: float) -> np.ndarray:
-        """1/s, of the linear model from references to ydot."""
+        """(n,) complex, 1/s, of the linear model from references to ydot at `theta2` in rad."""
 
     @abstractmethod
     def result(self) -> Answer:
@@ -102,8 +102,8 @@ def references(recording: Recording) -> np.ndarray:
 
 
 def pole_error(estimated: np.ndarray, true: np.ndarray) -> float:
-    """Mean relative distance of each relevant true pole to its estimated pole. Each estimated pole
-    is used once; a true pole without one counts as 1."""
+    """Mean relative distance of each relevant pole in `true` (n,) to its pole in `estimated` (m,).
+    Each estimated pole is used once; a true pole without one counts as 1."""
     from scipy.optimize import linear_sum_assignment
 
     relevant = true[(np.abs(true) > SLOWEST) & (np.abs(true) < FASTEST)]

@@ -56,7 +56,7 @@ class Fits(Part):
 
 
 def run_data(rig: Rig, snr_db: float | None, run: int) -> list[Recording]:
-    """The experiments of one run: the same motion, fresh noise."""
+    """The experiments of one run: the same motion, fresh noise of `snr_db` in dB."""
     return [
         noisy(r, snr_db, seeds(rig.settings, NOISE, run, snr_code(snr_db), k))
         for k, r in enumerate(rig.experiments())
@@ -64,7 +64,7 @@ def run_data(rig: Rig, snr_db: float | None, run: int) -> list[Recording]:
 
 
 def population_seed(settings: StudySettings, snr_db: float | None, run: int, number: int) -> int:
-    """Of the number-th fit of a run (locals from 0, then glocal)."""
+    """Of the number-th fit of a run (locals from 0, then glocal) at `snr_db` in dB."""
     stream = seeds(settings, POPULATION, run, snr_code(snr_db), number)
     return int(stream.generate_state(1)[0])
 
@@ -95,7 +95,7 @@ def estimate(rig: Rig, fitted: Fitted) -> Answer:
 
 
 def glocal_values(rig: Rig, snr_db: float | None, run: int) -> dict[str, float]:
-    """The glocal estimate of a run, computed again wherever it is needed."""
+    """The glocal estimate of a run at `snr_db` in dB, computed again wherever it is needed."""
     recordings = run_data(rig, snr_db, run)
     seed = population_seed(rig.settings, snr_db, run, len(recordings))
     return shared(evolve_fit(rig, GLOCAL, recordings, seed))

@@ -24,12 +24,13 @@ FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 SHAPE = re.compile(r"\([^()]*(?:\([^()]*\))?[^()]*,[^()]*\)|\bshapes?\b|\bscalars?\b")
 """(N,), (N, k), (R, 2 (n + 1)) or what is shaped like something else."""
 UNIT = re.compile(
-    r"\b(?:s|ms|µs|seconds?|min|minutes?|h|Hz|kHz|rad|mrad|rad/s|degrees?|deg|m|mm|cm|µm|m/s|m/s²|"
-    r"kg|g|kg m²?|N|Nm|N m|N/m|V|A|W|J|Pa|GPa|dB|bytes?|MB|pixels?|px|samples?|units?|no unit|"
-    r"unitless|dimensionless|SI|per cent|%|relative|ratios?|factors?|shares?|fractions?|"
+    r"(?<!['’])\b(?:s|ms|µs|min|h|Hz|kHz|rad|mrad|rad/s|deg|m|mm|cm|µm|m/s|m/s²|kg|g|kg m²?|"
+    r"N(?!,)|Nm|N m|N/m|V|A|W|J|Pa|GPa|dB|MB|px|SI|(?i:seconds?|minutes?|degrees?|bytes?|"
+    r"pixels?|samples?|units?|no unit|"
+    r"unitless|dimensionless|per cent|%|relative|ratios?|factors?|shares?|fractions?|"
     r"probabilit(?:y|ies)|p-values?|quantiles?|levels?|multiples?|numbers?|counts?|times|between|"
     r"from 0|0 to 1|cost|weights?|deviations?|floors?|scale|correlations?|cosines?|order|degree|"
-    r"squared?|logarithm|bits|nats|criterion|criteria|slope|correlation|chance|sum|exponent)\b|%"
+    r"squared?|logarithm|bits|nats|criterion|criteria|slope|correlation|chance|sum|exponent))\b|%"
 )
 
 
@@ -75,7 +76,7 @@ def entry(text: str, argument: str) -> str:
     found = re.search(rf"^ +\*?{argument}: (.*(?:\n {{8,}}.*)*)", text, re.MULTILINE)
     if found:
         return found[1]
-    parts = re.split(r"(?<=[.:;])\s+", text.split("\nArgs:")[0])
+    parts = re.split(r"(?<=[.;])\s+|(?<=[^`]:)\s+", text.split("\nArgs:")[0])
     return " ".join(p for p in parts if re.search(rf"\b{argument}\b", p, re.IGNORECASE))
 
 
@@ -87,14 +88,23 @@ def result(text: str) -> str:
 
 
 def raised(node: ast.AST) -> set[str]:
-    """Classes of the errors that the function itself raises by name."""
+    """Classes of the errors that the function itself raises by name, and does not catch. A command
+    ends by Exit; its docstring, which is its help, has the codes."""
     found = set()
     for inner in ast.walk(node):
         if isinstance(inner, ast.Raise) and isinstance(inner.exc, ast.Call):
             error = ast.unparse(inner.exc.func).rpartition(".")[2]
-            if error[:1].isupper() and error != "NotImplementedError":
-                found.add(error)
-    return found
+            if error[:1].isupper() and error not in ("NotImplementedError", "Exit"):
+                found.add((error, inner))
+    caught = {
+        (error, each)
+        for inner in ast.walk(node)
+        if isinstance(inner, ast.Try)
+        for error, each in found
+        if any(each in ast.walk(part) for part in inner.body)
+        and any(error in ast.unparse(h.type) for h in inner.handlers if h.type)
+    }
+    return {error for error, _ in found - caught}
 
 
 def public(tree: ast.Module, module: str) -> Iterator[tuple[str, ast.FunctionDef]]:
