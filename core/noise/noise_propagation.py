@@ -110,7 +110,8 @@ class NoisePath:
         return name in self.references and is_command(self.recording[name])
 
     def stated(self, name: str, stated: Mapping[str, float]) -> float | None:
-        """Stated noise of a column; that of a current follows from its torque."""
+        """Stated standard deviation of a column's noise; that of a current follows from its
+        torque."""
         if name in stated:
             return stated[name]
         torque = stated.get(f"u{name[1:]}") if role_of(name) is Role.CURRENT else None

@@ -2,8 +2,8 @@
 
 If nothing is stated, level and autocorrelation are read from the upper half of the residual's
 spectrum, before any filter: a motion has little there. Correlated noise is a first-order
-autoregression. Lower frequencies are used as long as they continue the spectrum above, so that
-model errors do not count as noise.
+autoregression, by Whittle's likelihood (1953). Lower frequencies are used as long as they continue
+the spectrum above, so that model errors do not count as noise.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class ColumnNoise:
     def drawn(
         self, rng: np.random.Generator, column: np.ndarray, smooth: np.ndarray | None
     ) -> np.ndarray:
-        """(N,) one draw of the noise; 0 where `column` has no sample.
+        """(N,) one draw of the noise; 0 where `column` (N,) has no sample.
 
         `smooth` (N,) is the noise-free reading: the error of a coarse encoder depends on its speed.
         """
@@ -54,9 +54,9 @@ class ColumnNoise:
 
 
 def autoregressive_noise(rng: np.random.Generator, count: int, coefficient: float) -> np.ndarray:
-    """(count,) autoregressive noise of standard deviation one, stationary from the first sample on.
-    White noise is scaled to exactly one, so that an unfiltered noise floor equals the stated
-    one."""
+    """(count,) autoregressive noise of standard deviation one, stationary from the first sample on;
+    `coefficient`: correlation with the sample before. White noise is scaled to exactly one, so that
+    an unfiltered noise floor equals the stated one."""
     e = rng.standard_normal(count)
     if not coefficient or not count:
         return e / np.sqrt(np.mean(e**2)) if count else e
@@ -182,7 +182,7 @@ above that stands motion that the model lacks."""
 
 def quietest_stretches(pieces: Sequence[np.ndarray], quantum: float = 0.0) -> list[np.ndarray]:
     """The stretches (M,) that show the sensor's noise best: model error only adds to it, in some
-    recordings. `quantum`: quantisation step."""
+    recordings. `quantum`: quantisation step, in their unit."""
     levels = [_high_power(x) for x in pieces]
     positive = [x for x in levels if np.isfinite(x) and x > 0.0]
     least = max(min(positive, default=np.inf), quantum**2 / 12.0)
@@ -196,7 +196,7 @@ LOUDER_SIGNIFICANCE = 0.003
 
 
 def noise_ratios(recordings: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
-    """The noise of one sensor in each recording over that in the quietest.
+    """(R,) the noise of one sensor in each of R recordings over that in the quietest.
 
     Noise stated relative to the signal, or a moved camera, differs by recording. It is white or has
     the same spectrum; model error falls with frequency and does not count.
@@ -233,7 +233,7 @@ def _half_band_powers(pieces: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndar
 
 
 def quieter_of(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The one of two series (M,) with less power in the high band."""
+    """The one of two series a (M,) and b (M,) with less power in the high band."""
     return b if _high_power(b) < _high_power(a) else a
 
 
@@ -272,7 +272,8 @@ def estimate_noise(pieces: Sequence[np.ndarray], angle_limit: float = np.pi) -> 
 def with_ar_coefficient(
     stated: ColumnNoise, pieces: Sequence[np.ndarray], angle_limit: float = np.pi
 ) -> ColumnNoise:
-    """The stated noise with the autocorrelation of the upper half of the spectrum."""
+    """The stated noise with the autocorrelation of the upper half of the spectrum, which ends at
+    `angle_limit` (rad per sample)."""
     s = without_lines(spectrum(pieces))
     low, high = _sensor_band(angle_limit)
     chosen = (s.angle > low) & (s.angle < high)

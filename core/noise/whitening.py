@@ -97,7 +97,7 @@ def _rows(e: Prepared) -> list[np.ndarray]:
 
 
 def thinned(rows: np.ndarray, distance: float) -> np.ndarray:
-    """Rows (n,) that are `distance` rows or more from one another."""
+    """Rows (n,) that are a `distance` in samples or more from one another."""
     every = int(distance / _usual_distance(rows))
     return rows if every < 2 else rows[_steps(rows) % every == 0]
 

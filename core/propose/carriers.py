@@ -1,4 +1,8 @@
-"""Which variable carries an error: what a smooth function of it explains on parts held out."""
+"""Which variable carries an error: what a smooth function of it explains on parts held out.
+
+A smooth function is a sum of hats whose second differences cost something (P-splines, Eilers and
+Marx 1996).
+"""
 
 from __future__ import annotations
 
@@ -46,7 +50,7 @@ class PartMatrices:
     """How many of the nuisance, the last, are hats of another function."""
 
     def combined(self, weights: np.ndarray) -> PartMatrices:
-        """The same of combinations (columns, m) of the columns."""
+        """The same of combinations of the columns by `weights` (columns, m)."""
         P, (K, m) = self.nuisance, weights.shape
         W = np.zeros((P + K + 1, P + m + 1))
         W[:P, :P], W[P : P + K, P : P + m], W[-1, -1] = np.eye(P), weights, 1.0
@@ -173,7 +177,8 @@ def smooth_functions(
 
 
 def hats(variable: Variable, factor: Factor, places: np.ndarray) -> list[Series]:
-    """Per place the signal (N,) of each recording: the hat there, times the factor."""
+    """Per place of `places` (K,), which are even, the signal (N,) of each recording: the hat there,
+    times the factor."""
     distance = places[1] - places[0]
     return [
         tuple(

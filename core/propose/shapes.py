@@ -68,13 +68,14 @@ class Shape:
         return len(self.sizes) + len(self.constants)
 
     def formula(self, x: str, low: float, high: float, names: Mapping[str, str]) -> str:
-        """The function of x, with the names that its sizes and constants get."""
+        """The function of x, between `low` and `high` in its unit, with the names that its sizes
+        and constants get."""
         return self.text.format(x=x, low=f"{low:.6g}", high=f"{high:.6g}", **names)
 
     def columns(
         self, x: np.ndarray, low: float, high: float, constants: Sequence[float]
     ) -> np.ndarray:
-        """(n, sizes): what each size multiplies, at the values x (n,)."""
+        """(n, sizes): what each size multiplies, at values x (n,) between `low` and `high`."""
         with np.errstate(all="ignore"):
             each = [np.broadcast_to(f(x, low, high, *constants), x.shape) for f in _slopes(self)]
         return np.nan_to_num(np.column_stack(each), nan=0.0, posinf=0.0, neginf=0.0)

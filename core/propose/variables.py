@@ -128,7 +128,8 @@ def bristle_shares(motions: Sequence[Trajectory], k: int, unit: str) -> list[Var
 
 
 def share_of_bristle(x: np.ndarray, way: float) -> np.ndarray:
-    """(N,) in [-1, 1] along a place (N,): exact between the samples of a steady motion."""
+    """(N,) in [-1, 1] along places x (N,), of a bristle (Dahl 1968) that turns over a `way` in the
+    unit of x: exact between the samples of a steady motion."""
     share, u = np.zeros(len(x)), 0.0
     moves = np.diff(x)
     for i, (sign, kept) in enumerate(
