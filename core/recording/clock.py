@@ -22,7 +22,7 @@ RESAMPLE = 'set resample = { how = "interpolate" }'
 
 
 def check_rising(table: Table, header: str, time: np.ndarray) -> None:
-    """Every row has a time, later than the one before."""
+    """Every row has a `time` (N,) in s, later than the one before; InputError where not."""
     empty = np.flatnonzero(np.isnan(time))
     if empty.size:
         raise InputError(
@@ -42,7 +42,8 @@ def check_rising(table: Table, header: str, time: np.ndarray) -> None:
 def choose_rows(
     table: Table, header: str, time: np.ndarray, window: tuple[float, float] | None
 ) -> slice:
-    """The rows inside the window; at least MIN_SAMPLES of them."""
+    """The rows whose `time` (N,) in s is inside the window; InputError where they are fewer than
+    MIN_SAMPLES."""
     low, high = window or (-np.inf, np.inf)
     first, last = int(np.searchsorted(time, low)), int(np.searchsorted(time, high, side="right"))
     if last - first < MIN_SAMPLES:
@@ -56,7 +57,8 @@ def choose_rows(
 
 
 def even_time(table: Table, header: str, time: np.ndarray, first_row: int) -> np.ndarray:
-    """The even grid t0 + k dt (N,) that the times lie on; an InputError where they do not."""
+    """The even grid t0 + k dt (N,) in s that `time` (N,) lies on; an InputError where it does
+    not."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     uneven = np.flatnonzero(np.abs(steps - usual) > JITTER * usual)
@@ -80,14 +82,14 @@ def even_time(table: Table, header: str, time: np.ndarray, first_row: int) -> np
 
 
 def runs(empty: np.ndarray) -> list[tuple[int, int]]:
-    """(first, stop) of each run of True in a mask (N,)."""
+    """(first, stop) of each run of True in a mask `empty` (N,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], empty.astype(np.int8), [0]])))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def bridged(values: np.ndarray, most: int, hold: bool = False) -> np.ndarray:
-    """(N,) with straight lines over at most `most` empty rows (NaN) between others, which are even
-    in time; what a drive holds from row to row stays as it was before them."""
+    """`values` (N,) with straight lines over at most `most` empty rows (NaN) between others, which
+    are even in time; what a drive holds from row to row stays as it was before them."""
     empty, short = np.isnan(values), np.zeros(len(values), dtype=bool)
     for first, stop in runs(empty):
         short[first:stop] = stop - first <= most and first > 0 and stop < len(values)
@@ -128,6 +130,6 @@ def shifted(x: np.ndarray, shift: float) -> np.ndarray:
 def in_base_frame(
     z1: np.ndarray, z2: np.ndarray, pose: CameraPose
 ) -> tuple[np.ndarray, np.ndarray]:
-    """z = origin + R(angle) scale z_camera, in m, both (N,)."""
+    """z = origin + R(angle) scale z_camera in m, from the camera's z1 (N,) and z2 (N,)."""
     c, s = pose.scale * np.cos(pose.angle), pose.scale * np.sin(pose.angle)
     return pose.origin[0] + c * z1 - s * z2, pose.origin[1] + s * z1 + c * z2

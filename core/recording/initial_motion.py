@@ -25,8 +25,9 @@ vibrates faster than it is sampled may hide that in one joint."""
 
 
 def begins_at_rest(place: np.ndarray) -> bool:
-    """Whether positions (N, k) begin at rest: the first step is small relative to the largest of
-    the first samples, in all joints whose initial speed exceeds the noise around a parabola."""
+    """Whether positions `place` (N, k) begin at rest: the first step is small relative to the
+    largest of the first samples, in all joints whose initial speed exceeds the noise around a
+    parabola."""
     if len(place) <= AT_ONCE or not np.isfinite(place[:AT_ONCE]).all():
         return False
     first = place[:AT_ONCE]

@@ -26,7 +26,7 @@ def input_signals(
 
     Args:
         names: Some of INPUTS.
-        time: s.
+        time: (N,) s.
         columns: Name -> (N,), in SI units.
         recording: Its name, for messages.
 

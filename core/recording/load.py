@@ -37,7 +37,7 @@ def load_recording(
     units: Mapping[str, str] | None = None,
     progress: Watching | None = None,
 ) -> Recording:
-    """The recording in the file, checked; `required` channels must be in it.
+    """The recording in the file, checked (InputError); `required` channels must be in it.
 
     `progress` hears how much of the file is read. `units` are the SI units of channels whose
     dimension the arm fixes: a joint turns or slides.

@@ -124,8 +124,9 @@ class Recording:
 
 
 def apply_logger_filter(x: np.ndarray, dt: float, logger_filter: LoggerFilter) -> np.ndarray:
-    """x (N, ...) along its first axis through w^2 / (s^2 + 2 zeta w s + w^2), settled at the first
-    sample; exact for input that is linear in between."""
+    """x (N, ...) along its first axis, every `dt` s, through w^2 / (s^2 + 2 zeta w s + w^2),
+    settled at the first sample; exact for input that is linear in between. ValueError for empty
+    samples."""
     x = np.asarray(x, dtype=float)
     if not np.isfinite(x).all():
         raise ValueError("a logger's filter runs on complete signals; the signal has empty samples")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def save_recording(
     recording: Recording, path: Path, units: Mapping[str, str] | None = None
 ) -> None:
-    """Write time and channels as .csv, .csv.gz or .parquet, by the name of `path`.
+    """Write time and channels as .csv, .csv.gz or .parquet, by the name of `path`; else InputError.
 
     Headers carry the SI unit where the channel has only one, or where `units` states it. Masks,
     filters and roles belong to the scenario, not to the file.

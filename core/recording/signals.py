@@ -77,7 +77,7 @@ def merged(
 
     A camera's or gauge's sample goes to the row that is nearest in time, at most half a row away;
     a reference keeps its value until the next one; other signals are interpolated linearly. The
-    table's warnings say so.
+    table's warnings say so. InputError where no group has a time.
     """
     groups = [group for group in groups if group.rows or group.time is not None]
     bad = dict(unusable or {})

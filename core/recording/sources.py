@@ -30,7 +30,8 @@ class Source(NamedTuple):
 
 
 def check_numbers(table: Table) -> None:
-    """A text that is no table of measurements is nobody's to quote in a sentence."""
+    """InputError where no column has numbers: a text that is no table of measurements is nobody's
+    to quote in a sentence."""
     if table.unusable or any(_is_numeric(column) for column in table.columns.values()):
         return
     raise InputError(
@@ -47,7 +48,8 @@ def _is_numeric(column: np.ndarray) -> bool:
 
 
 def find_sources(table: Table, spec: RecordingSpec, units: Mapping[str, str]) -> dict[str, Source]:
-    """Which column holds which channel: mapped ones first, then columns of a channel's name."""
+    """Which column holds which channel: mapped ones first, then columns of a channel's name;
+    InputError where two have it."""
     sources: dict[str, Source] = {}
     for channel, column in spec.columns.items():
         header = _mapped_header(table, channel, column.name)
@@ -118,7 +120,7 @@ def nearest(table: Table, name: str) -> str:
 
 
 def check_named(table: Table, spec: RecordingSpec, sources: dict[str, Source]) -> None:
-    """What a mask or a logger's filter speaks of must be there."""
+    """What a mask or a logger's filter speaks of must be there; else InputError."""
     for setting, names in (("mask", spec.mask), ("logger_filter", spec.logger_filter)):
         for name in names:
             if name not in sources or name == "t":

@@ -56,7 +56,7 @@ class ColumnSpec(Settings):
 
     @property
     def factor(self) -> float:
-        """What a column is multiplied by: gain and sign."""
+        """The factor of a column: gain and sign."""
         return self.gain * self.sign
 
 

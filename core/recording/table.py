@@ -61,7 +61,8 @@ class Table:
         return row_name(index, self.first_line)
 
     def numbers(self, header: str) -> np.ndarray:
-        """A column as float64 (N,); NaN where the cell is empty."""
+        """A column as float64 (N,), NaN where the cell is empty; InputError for one that cannot be
+        used."""
         if header in self.faults:
             raise InputError(f"{self.source}: column {header} {self.faults[header]}")
         column = self.columns[header]
@@ -87,8 +88,8 @@ class Table:
 
 
 def in_seconds(header: str, values: np.ndarray) -> tuple[str, np.ndarray]:
-    """Durations, or dates from the first one on, in the unit that the header then has; other
-    columns as they are."""
+    """Durations, or dates from the first one on, `values` (N,), in the unit that the header then
+    has; other columns as they are."""
     if values.dtype.kind not in "mM":
         return header, values
     spans = values - values[0] if values.dtype.kind == "M" else values
@@ -230,7 +231,7 @@ class Reading:
         self._progress.advance(0, f"{self.name}, {share:.0%} read")
 
     def grew(self, size: int) -> None:
-        """Another `size` bytes are unpacked."""
+        """Another `size` bytes are unpacked; InputError where they become too many."""
         self._unpacked += size
         if self._unpacked > MOST_BYTES:
             raise InputError(
@@ -239,7 +240,7 @@ class Reading:
             )
 
     def holds(self, rows: int, columns: int) -> None:
-        """So many rows and columns are known to be in it."""
+        """So many rows and columns are known to be in it; InputError where they are too many."""
         if rows > MOST_ROWS:
             raise InputError(
                 f"{self.name} has more than {MOST_ROWS:,} samples; cut it into shorter recordings."
@@ -262,9 +263,9 @@ def as_vectors(
     unusable: dict[str, str],
     unit: str = "",
 ) -> None:
-    """Adds an array's columns, header -> (N,), to `columns`, or what is wrong with it to
-    `unusable`. An array theta (N, 2), or (2, N), gives theta1 and theta2; a structured one its
-    fields. `name`: path in the file; `unit`: empty where the file says none."""
+    """Adds the columns of `values` of any shape, header -> (N,), to `columns`, or what is wrong
+    with it to `unusable`. An array theta (N, 2), or (2, N), gives theta1 and theta2; a structured
+    one its fields. `name`: path in the file; `unit`: empty where the file says none."""
     header = f"{name} [{unit}]" if unit else name
     if values.dtype.names:
         for part in values.dtype.names:

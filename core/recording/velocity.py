@@ -59,8 +59,8 @@ class ZeroPhaseLowPass(BaseModel):
         return np.asarray(scipy.signal.sosfiltfilt(sections, x, axis=0, padlen=padding))
 
     def design(self, dt: float) -> tuple[np.ndarray, np.ndarray]:
-        """Second-order sections (s, 6) and their states (s, 2) after a constant input of one.
-        InputError where the cut-off is not below half the sampling rate."""
+        """Second-order sections (s, 6) and their states (s, 2) after a constant input of one; `dt`
+        in s. InputError where the cut-off is not below half the sampling rate."""
         if self.cutoff_hz >= 0.5 / dt:
             raise InputError(
                 f"[identify] filter.cutoff_hz is {self.cutoff_hz:g}; at a sample time of {dt:g} s "
@@ -69,12 +69,13 @@ class ZeroPhaseLowPass(BaseModel):
         return _designed(self.order, self.cutoff_hz, 1.0 / dt)
 
     def padding(self, N: int, dt: float) -> int:
-        """Samples by which both ends of N are extended, mirrored in the first and the last one."""
+        """Samples, every `dt` s, by which both ends of N are extended, mirrored in the first and
+        the last one."""
         return min(max(3 * (self.order + 1), self.memory(dt)), N - 1)
 
     def memory(self, dt: float, share: float = FORGOTTEN) -> int:
-        """Samples after which the filter has forgotten all but a `share` of what it saw: its
-        slowest pole decays with 2 pi f sin(pi / (2 order))."""
+        """Samples, every `dt` s, after which the filter has forgotten all but a `share` of what it
+        saw: its slowest pole decays with 2 pi f sin(pi / (2 order))."""
         decay = 2.0 * np.pi * self.cutoff_hz * np.sin(0.5 * np.pi / self.order)
         return int(np.ceil(np.log(1.0 / share) / (decay * dt)))
 

@@ -66,7 +66,7 @@ def check_plain(file: str) -> None:
 
 
 def resolve_file(file: str, beside: Folder, data_folder: Path | None = None) -> Path:
-    """The path of a recording's file.
+    """The path of a recording's file; InputError where it is in none of these folders.
 
     Looked for in the scenario's folder `beside` first, then in the data folder: `data_folder`
     (the option) or else the environment's FLEXGUI_DATA. Within a folder nothing else counts.

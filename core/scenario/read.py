@@ -37,7 +37,7 @@ misses a match with them."""
 
 
 def read_scenario(path: Path) -> Scenario:
-    """The scenario in a TOML file."""
+    """The scenario in a TOML file; InputError where there is none."""
     if path.is_dir():
         raise InputError(one_line(f"{path} is a folder; name the scenario file in it."))
     if not path.exists():
@@ -54,7 +54,8 @@ def read_scenario(path: Path) -> Scenario:
 
 
 def parse_scenario(text: str, source: str) -> Scenario:
-    """The scenario in a TOML text; `source` is how messages name where it comes from."""
+    """The scenario in a TOML text, else InputError; `source` is how messages name where it comes
+    from."""
     if len(text) > LONGEST:
         raise InputError(
             f"{source} has more than {LONGEST:,} characters; store recordings in files of their "
@@ -92,7 +93,8 @@ def _check_extent(text: str, source: str) -> None:
 
 
 def check_scenario(document: Mapping[str, Any], source: str) -> Scenario:
-    """The scenario in a document of tables, lists, texts and numbers."""
+    """The scenario in a document of tables, lists, texts and numbers; InputError for a wrong
+    setting."""
     try:
         scenario = Scenario.model_validate(dict(document))
     except ValidationError as error:

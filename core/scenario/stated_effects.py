@@ -77,7 +77,7 @@ def with_hidden_effects(
     model: Model, hidden: Mapping[str, Mapping[str, object]], recording: str
 ) -> Model:
     """The model behind a simulated recording: the bare model and its hidden effects, without the
-    other effects of `model`."""
+    other effects of `model`; InputError for one that is not known."""
     bare = model.bare or model
     effects = {**catalogue(), **{item.kind: item for item in model.effects}}
     stated = []
@@ -133,7 +133,8 @@ def _left_neutral(
 
 
 def candidate_effects(spec: DiagnoseSpec) -> tuple[Effect, ...]:
-    """The effects that a diagnosis may try: those that `[diagnose]` names, else all."""
+    """The effects that a diagnosis may try: those that `[diagnose]` names, else all; InputError for
+    a name that is none."""
     if spec.candidates is None:
         return tuple(catalogue().values())
     for kind in spec.candidates:
@@ -168,7 +169,7 @@ def candidate_structures(arm: Arm, effects: Sequence[Effect]) -> tuple[Structure
 
 
 def stated_effects(model: Model, spec: ModelSpec) -> list[Stated]:
-    """In the order in which they enter the model."""
+    """In the order in which they enter the model; InputError for one that is not known."""
     stated = []
     for entry in spec.effects:
         if entry.id not in catalogue():

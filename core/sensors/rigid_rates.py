@@ -28,7 +28,7 @@ SINGULAR_MARGIN = 0.05
 
 
 def lengths(p: np.ndarray) -> tuple[float, float]:
-    """l1 and l2 in m."""
+    """l1 and l2 in m, of the arm's numbers p (np,)."""
     return float(p[slot(0, LENGTH)]), float(p[slot(1, LENGTH)])
 
 
@@ -148,7 +148,7 @@ def _sampled_rates(theta: np.ndarray, z: np.ndarray, dt: float, p: np.ndarray) -
 
 
 def rigid_angle_matrix(arm: Arm, p: np.ndarray) -> np.ndarray:
-    """C1 (2, n), (9) of the paper; for two revolute joints only."""
+    """C1 (2, n), (9) of the paper, from the arm's numbers p (np,); for two revolute joints only."""
     require_two_revolute(arm)
     chord, slope = chord_matrix(arm, p), slope_matrix(arm, p)
     C1 = np.eye(2, arm.coordinates)
@@ -184,7 +184,7 @@ def require_regular(theta2: np.ndarray, name: str) -> None:
 
 
 def rigid_jacobian(theta: np.ndarray, l1: float, l2: float) -> np.ndarray:
-    """J (N, 2, 2) of the rigid arm at joint angles theta (N, 2)."""
+    """J (N, 2, 2) of the rigid arm, l1 and l2 in m, at joint angles theta (N, 2) in rad."""
     s1, c1 = np.sin(theta[:, 0]), np.cos(theta[:, 0])
     s12, c12 = np.sin(theta[:, 0] + theta[:, 1]), np.cos(theta[:, 0] + theta[:, 1])
     J = np.empty((len(theta), 2, 2))
@@ -194,7 +194,8 @@ def rigid_jacobian(theta: np.ndarray, l1: float, l2: float) -> np.ndarray:
 
 
 def rigid_angles(theta: np.ndarray, z: np.ndarray, l1: float, l2: float) -> np.ndarray:
-    """y (N, 2): angles of the rigid arm with the tip z (N, 2), on the side of theta (N, 2)."""
+    """y (N, 2) in rad: angles of the rigid arm, l1 and l2 in m, with the tip z (N, 2) in m, on the
+    side of theta (N, 2)."""
     cosine = (np.sum(z * z, axis=1) - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
     elbow = np.arccos(np.clip(cosine, -1.0, 1.0)) * np.sign(np.sin(theta[:, 1]))
     first = np.arctan2(z[:, 1], z[:, 0])
@@ -205,8 +206,9 @@ def rigid_angles(theta: np.ndarray, z: np.ndarray, l1: float, l2: float) -> np.n
 
 
 def rigid_rates(y: np.ndarray, tip_speed: np.ndarray, l1: float, l2: float) -> np.ndarray:
-    """y' (N, 2) = J(y)^-1 z' from the rigid arm's angles y and the tip's velocity (N, 2); NaN where
-    the arm is stretched or folded exactly, as an arm that starts at zero is."""
+    """y' (N, 2) = J(y)^-1 z' in rad/s from the rigid arm's angles y (N, 2) and z' = `tip_speed`
+    (N, 2) in m/s, l1 and l2 in m; NaN where the arm is stretched or folded exactly, as an arm that
+    starts at zero is."""
     J = rigid_jacobian(y, l1, l2)
     singular = np.linalg.det(J) == 0.0
     J[singular] = np.eye(2)

@@ -80,7 +80,8 @@ class Sensor(ABC):
         """(N, k): what an ideal sensor reads along a motion."""
 
     def rows(self, arm: Arm, p: np.ndarray, law: DriveLaw) -> OutputRows | None:
-        """The output of the linear model; None where it is not linear in the state."""
+        """The output of the linear model at the arm's numbers p (np,); None where it is not linear
+        in the state."""
         return None
 
     def check(self, arm: Arm, recording: Recording) -> None:  # noqa: B027 (most need no check)
@@ -97,8 +98,8 @@ class Sensor(ABC):
     def linear_rows(
         self, recording: Recording, arm: Arm, p: np.ndarray, law: DriveLaw
     ) -> OutputRows | None:
-        """What of the linear model's state `from_linear` takes; None where only whole motions
-        can be measured."""
+        """What of the linear model's state, at the arm's numbers p (np,), `from_linear` takes; None
+        where only whole motions can be measured."""
         return self.rows(arm, p, law)
 
     def from_linear(
