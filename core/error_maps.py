@@ -144,14 +144,16 @@ def _frequency_map(parts: Parts, floor: float) -> ErrorMap:
 
 
 def bands(highest: float, seconds: float) -> np.ndarray:
-    """Edges (n + 1,) in Hz: octaves down from `highest`, the last one from zero."""
+    """Edges (n + 1,) in Hz: octaves down from `highest`, as far as `seconds` show them, the last
+    one from zero."""
     octaves = np.floor(np.log2(max(highest * seconds / CYCLES, 1.0)))
     halvings = np.arange(min(int(octaves), MOST_BANDS - 1), -1, -1)
     return np.concatenate([[0.0], highest / 2.0**halvings])
 
 
 def in_bands(samples: EvenlySampled, edges: np.ndarray, floor: float) -> Cells:
-    """rms (n,) of an error in each band, and that of white noise of rms `floor`.
+    """rms (n,) of an error in each band between edges (n + 1,) in Hz, and that of white noise of
+    rms `floor`.
 
     A Hann window keeps slow parts out of fast bands; the bands' squares add up to the error's.
     """

@@ -12,7 +12,8 @@ from .errors import InputError
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path that replaces `path` at the end; after an error `path` stays as it was."""
+    """A temporary path that replaces `path` at the end; after an error `path` stays as it was, and
+    one of the system is an InputError."""
     temporary = path.with_name(f".{uuid4().hex}.{path.name}")
     try:
         if not path.parent.is_dir():

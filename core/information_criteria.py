@@ -1,4 +1,4 @@
-"""Criteria to choose among models of the same recordings: AIC, BIC, FPE."""
+"""Choice among models of the same recordings: AIC (Akaike 1974), BIC (Schwarz 1978), FPE."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Bounded least squares by Levenberg-Marquardt on the normal equations.
+"""Bounded least squares by the method of Levenberg (1944) and Marquardt (1963) on the normal
+equations.
 
 Diagnosis fits the same kind of problem many times with few shared unknowns, one or two per
 recording and tens of thousands of samples: P x P normal equations cost next to nothing beside
@@ -52,7 +53,7 @@ class BoundsAndPrior:
     deviations: np.ndarray | float = np.inf
 
     def inside(self, x: np.ndarray) -> np.ndarray:
-        """(P,) bool: not at a bound."""
+        """(P,) bool: where x (P,) is not at a bound."""
         margin = AT_BOUND * self.scales
         return np.asarray((x > self.lower + margin) & (x < self.upper - margin))
 
@@ -164,7 +165,7 @@ def levenberg_marquardt(
 def with_prior(
     A: np.ndarray, b: np.ndarray, x: np.ndarray, limits: BoundsAndPrior
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Normal equations with what is known a priori as measurements of x (P,)."""
+    """Normal equations A (P, P), b (P,) with what is known a priori as measurements of x (P,)."""
     errors, slopes = limits.prior_measurements(x)
     return A + np.diag(slopes**2), b + errors * slopes
 
@@ -194,7 +195,7 @@ def predicted_reduction(descended: Descended, limits: BoundsAndPrior) -> float:
 
 
 def as_finite(S: np.ndarray) -> np.ndarray:
-    """S with zeros for what is not finite, where a simulation diverged."""
+    """S of any shape with zeros for what is not finite, where a simulation diverged."""
     return S if np.all(np.abs(S) < DIVERGED) else np.nan_to_num(S, nan=0.0, posinf=0.0, neginf=0.0)
 
 
@@ -245,7 +246,7 @@ _SMALLEST = 1e-200
 
 
 def pseudo_inverse(A: np.ndarray, relative: float = SEEN) -> np.ndarray:
-    """Inverse of normal equations (P, P), scaled by their diagonal, on the directions whose
+    """Inverse of normal equations A (P, P), scaled by their diagonal, on the directions whose
     `relative` eigenvalue is larger."""
     if not len(A):
         return A

@@ -137,7 +137,7 @@ class Model:
         return self.steering
 
     def arm_vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
-        """p (S, np) for S value vectors (S, len(names)); names of the drive are passed over."""
+        """p (S, np) for S vectors `values` (S, len(names)); names of the drive are passed over."""
         entries = self.arm_catalogue.entries
         own = [i for i, name in enumerate(names) if name in entries]
         return self.arm_catalogue.vectors([names[i] for i in own], values[:, own])
@@ -157,21 +157,23 @@ class Model:
         return Numbers(p, law, tuple(elements), self.inputs)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Mapping[str, float]):  # type: ignore[no-untyped-def]
-        """What a kind of sensor reads (N, k), from what an ideal one would."""
+        """What a kind of sensor reads (N, k), from what an ideal one would, y (N, k), every `dt`
+        s."""
         all_values = {**self.effect_values, **values}
         for effect in self.effects:
             y = effect.sensed(sensor, y, dt, all_values)
         return y
 
     def started(self, joints: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
-        """True joint positions (..., nj) from what the encoders say."""
+        """True joint positions (..., nj) from what the encoders say, `joints` (..., nj)."""
         all_values = {**self.effect_values, **values}
         for effect in self.effects:
             joints = effect.started(joints, all_values)
         return joints
 
     def followed(self, joints: np.ndarray, dt: float, values: Mapping[str, float]) -> np.ndarray:
-        """True joint positions (N, nj) over time from the encoders' that a servo follows."""
+        """True joint positions (N, nj) every `dt` s from those that the encoders give a servo,
+        `joints` (N, nj)."""
         all_values = {**self.effect_values, **values}
         for effect in self.effects:
             joints = effect.followed(joints, dt, all_values)
@@ -233,8 +235,8 @@ class Model:
         times: float = 1.0,
         effects: Sequence[Effect] | None = None,
     ) -> int:
-        """Steps per sample: at least `fewest`, and none longer than `times` what the effects
-        allow, all of them or those given."""
+        """Steps per `sample_time` in s: at least `fewest`, and none longer than `times` what the
+        effects allow, all of them or those given."""
         counted = self.effects if effects is None else effects
         longest = times * min((effect.longest_step for effect in counted), default=np.inf)
         return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))

@@ -57,7 +57,7 @@ class Parameter:
         return self.lower > 0.0
 
     def at_bound(self, value: float) -> bool:
-        """Whether a value is at a bound, to a millionth of a typical size."""
+        """Whether a value in its unit is at a bound, to a millionth of a typical size."""
         margin = AT_BOUND * self.scale
         return not self.lower + margin < value < self.upper - margin
 

@@ -91,7 +91,7 @@ def discover(package: str, base: type[T]) -> dict[str, T]:
 
 
 def named(package: str, base: type, kind: str, setting: str) -> Any:
-    """The one of these called `kind`; `setting` names the setting in the message."""
+    """The one of these called `kind`, else InputError; `setting` names the setting in it."""
     members = discover(package, base)
     if kind in members:
         return members[kind]

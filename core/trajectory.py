@@ -35,8 +35,8 @@ class Trajectory:
     )
 
     def cached(self, key: Hashable, make: Callable[[], np.ndarray]) -> np.ndarray:
-        """The array stored under the key, else the result of `make`. The last MOST_KEPT are stored;
-        they are read-only."""
+        """The array of any shape stored under the key, else the result of `make`. The last
+        MOST_KEPT are stored; they are read-only."""
         values = self._cache.get(key)
         if values is None:
             values = make()

@@ -34,7 +34,7 @@ def parse_header(header: str) -> tuple[str, str]:
 
 
 def factor_to_si(unit: str, si_units: Sequence[str]) -> float:
-    """The factor that turns a value in `unit` into SI.
+    """The factor that turns a value in `unit` into SI; InputError for a unit that does not fit.
 
     `si_units` are the units that the channel may have, such as ("rad", "m") for a joint that may
     turn or slide. Angles count as a dimension of their own, so that 1/s is not taken for rad/s.

@@ -33,8 +33,8 @@ def gathered(table: Any, beside: Callable[[str], bool], field: str) -> Any:
 def validated(
     kind: type[M], options: Mapping[str, Any], where: str, beside: Iterable[str] = ()
 ) -> M:
-    """`kind(**options)`; the first fault is one sentence that starts with `where`. `beside` are
-    further settings of the same table."""
+    """`kind(**options)`; the first fault is an InputError of one sentence that starts with `where`.
+    `beside` are further settings of the same table."""
     try:
         return kind.model_validate(dict(options))
     except ValidationError as error:

@@ -264,7 +264,7 @@ def profile_for(
     progress: Progress | None = None,
 ) -> Profile:  # fmt: skip
     """Profile likelihood of a parameter over the estimation recordings, or of one of them, which a
-    local method needs."""
+    local method needs (else InputError), with the interval of that `level` of probability."""
     progress = progress or Silent()
     model, spec, recordings = _read(scenario, folder, data_folder, progress)
     model, _ = model_at_level(scenario, model, spec, recordings)

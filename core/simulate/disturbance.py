@@ -50,9 +50,9 @@ def estimate_torque(
     dt: float,
     agility: float | None = None,
 ) -> JointTorque | None:
-    """error (N, k), measured minus modelled, each sample counting; None where no channel is a
-    linear output of the posture's motion. `noise` (k,): standard deviations; `agility` in N m/√s
-    (N/√s), None: the likeliest of some."""
+    """error (N, k), measured minus modelled, each sample counting, `dt` s apart; None where no
+    channel is a linear output of the posture's motion. `noise` (k,): standard deviations; `agility`
+    in N m/√s (N/√s), None: the likeliest of some."""
     rows = [output_rows(at, name) for name in channels]
     measured = [k for k, row in enumerate(rows) if row is not None]
     if not measured:
@@ -69,7 +69,8 @@ def torque_answer(
     at: Posture, channels: Sequence[str], dt: float, frequencies: np.ndarray
 ) -> tuple[list[int], np.ndarray]:
     """Which channels are linear outputs of the posture's motion, and how these answer a torque at
-    the joints: (F, those, joints) at frequencies (F,) in periods per sample, held over a sample."""
+    the joints: (F, those, joints) at frequencies (F,) in periods per sample, held over the `dt` s
+    of a sample."""
     rows = [output_rows(at, name) for name in channels]
     measured = [k for k, row in enumerate(rows) if row is not None]
     step, nx = _step(at, dt), at.states

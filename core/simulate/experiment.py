@@ -116,7 +116,8 @@ def simulation_tolerance(arm: Arm, noise: NoiseLevels) -> float:
 
 
 def start_joints(model: Model, spec: SimulateSpec, name: str) -> np.ndarray:
-    """(joints,) where the experiment starts."""
+    """(joints,) rad (m) where the experiment starts; InputError where its values are not one per
+    joint."""
     joints = np.zeros(model.arm.joints)
     if spec.theta is not None:
         if len(spec.theta) != model.arm.joints:
@@ -142,7 +143,7 @@ def make_task(
 ) -> tuple[Task, float | None]:
     """The references and the start of an experiment, and its working point theta2 if it has one.
 
-    Arguments as those of `simulate_recording`.
+    Arguments as those of `simulate_recording`, so references are (N, nr).
     """
     arm, values = model.arm, values or {}
     joints = start_joints(model, spec, name)
@@ -206,7 +207,7 @@ def _add_sweep(
 
 
 def half_cosine_rate(start: float, stop: float, samples: int, dt: float) -> np.ndarray:
-    """(samples,) velocity of the smooth move start -> stop over the whole recording:
+    """(samples,) rad/s of the smooth move start -> stop, in rad, over T = samples dt, `dt` in s:
     theta(t) = start + (stop - start) (1 - cos(pi t / T)) / 2."""
     T = samples * dt
     t = np.arange(samples) * dt + dt / 2.0  # the mean velocity over each held sample

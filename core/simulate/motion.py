@@ -48,7 +48,8 @@ def at_rest(joints: np.ndarray, n: int, states: int = 0) -> np.ndarray:
 
 
 def full_start(task: Task, numbers: Numbers) -> np.ndarray:
-    """[q, q', s, w]: the task's start, with zeros for the missing states of drive and effects."""
+    """[q, q', s, w] (2 n + states,): the task's start, with zeros for the missing states of drive
+    and effects."""
     n = task.schedule.shape[1]
     states = numbers.law.states + sum(len(e.law.states) for e in numbers.elements)
     out = np.zeros(2 * n + states)

@@ -40,7 +40,8 @@ class Simulated:
 
 
 def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Trajectory:
-    """Richardson: the method is of second order, so (4 fine - coarse)/3 is of third or better.
+    """Richardson (1911): the method is of second order, so (4 fine - coarse)/3 is of third or
+    better.
 
     `limit` (nj,): the drive's; where one pass meets it and the other does not, the mix would
     exceed it.
@@ -81,16 +82,17 @@ def _gain(before: float, after: float, numbers: Numbers) -> float:
 def simulate_within(
     model: Model, numbers: Numbers, task: Task, tolerance: float = DEFAULT_TOLERANCE
 ) -> Simulated:
-    """`simulate_many` of one."""
+    """`simulate_many` of one, to a `tolerance` in m (rad), rms."""
     return simulate_many([Job(model, numbers, task)], tolerance, workers=workers())[0]
 
 
 def simulate_many(
     jobs: Sequence[Job], tolerance: float, torque_tolerance: float = np.inf, workers: int = 1
 ) -> list[Simulated]:
-    """Doubles the steps of each job until its extrapolated motion is within the tolerance, rms.
+    """Doubles the steps of each job until its motion is within the `tolerance` in m (rad), rms.
 
-    The stated error follows from the last change and what twice the steps gained.
+    The motion is extrapolated; its error follows from the last change and what twice the steps
+    gained.
     `torque_tolerance` is a share of the torque's rms: a stiff servo turns a tiny error of place
     into a large one of torque.
     """

@@ -68,7 +68,7 @@ def changes(references: Sequence[np.ndarray], samples: int) -> np.ndarray:
 
 
 def cut(edges: np.ndarray, samples: int, longest: int) -> Pieces:
-    """The stretches between the edges, each in pieces of `longest` samples and a rest."""
+    """The stretches between the edges (E,), each in pieces of `longest` samples and a rest."""
     bounds = np.concatenate([[0], edges, [samples]])
     starts = np.concatenate(
         [np.arange(a, b, longest) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]

@@ -206,5 +206,5 @@ def _scaled(vector: np.ndarray, rows: np.ndarray, at: Posture) -> np.ndarray:
 
 
 def integrators(poles: np.ndarray) -> np.ndarray:
-    """(nx,) bool: the poles at zero, such as a joint's position under a velocity loop."""
+    """(nx,) bool: the poles (nx,) at zero, such as a joint's position under a velocity loop."""
     return np.asarray(np.abs(poles) <= AT_REST * np.abs(poles).max(initial=0.0) + OSCILLATES)

@@ -116,7 +116,7 @@ def _unit(name: str, at: Posture) -> str:
 def step_response(
     at: Posture, kind: str | None = None, seconds: float | None = None
 ) -> StepResponse:
-    """Exact at its samples; the length suits the slowest pole where none is given."""
+    """Exact at its samples; it takes `seconds`, or what suits the slowest pole."""
     output = linear_output(at, kind or default_output(at.model))
     inputs = references(at)
     length = horizon(at.poles) if seconds is None else seconds
@@ -159,7 +159,8 @@ def exponential(A: np.ndarray) -> np.ndarray:
 
 
 def horizon(poles: np.ndarray) -> float:
-    """s: a round time in which the slowest pole has decayed, or has swung often enough."""
+    """s: a round time in which the slowest of the poles (nx,) in 1/s has decayed, or has swung
+    often enough."""
     moving = poles[~integrators(poles)]
     decaying = moving[moving.real < -OSCILLATES * np.abs(moving)]
     swinging = moving[np.abs(moving.imag) > OSCILLATES * np.abs(moving)]
@@ -181,7 +182,7 @@ def _round_up(value: float) -> float:
 def frequency_response(
     at: Posture, kind: str | None = None, frequency: np.ndarray | None = None
 ) -> FrequencyResponse:
-    """G = C (i w E - A)^-1 B + D at all frequencies (W,) in Hz at once."""
+    """G = C (i w E - A)^-1 B + D at every `frequency` (W,) in Hz at once."""
     output = linear_output(at, kind or default_output(at.model))
     inputs = references(at)
     f = frequency_grid(at.poles) if frequency is None else np.asarray(frequency, dtype=float)
@@ -192,7 +193,8 @@ def frequency_response(
 
 
 def frequency_grid(poles: np.ndarray) -> np.ndarray:
-    """(W,) Hz, even on a logarithmic axis over whole decades, and finer at each resonance."""
+    """(W,) Hz for poles (nx,) in 1/s: even on a logarithmic axis over whole decades, and finer at
+    each resonance."""
     moving = poles[~integrators(poles)]
     swinging = moving[moving.imag > OSCILLATES * np.abs(moving)]
     corners = np.abs(swinging if swinging.size else moving) / (2.0 * np.pi)

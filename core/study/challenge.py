@@ -72,7 +72,8 @@ class Challenge:
 
 
 def make_challenge(seed: int, level: str = "easy") -> Challenge:
-    """One hidden effect (easy) or two (hard) of random kinds and sizes; same seed, same data."""
+    """One hidden effect (easy) or two (hard) of random kinds and sizes; same seed, same data.
+    InputError for another level or an impossible seed."""
     if level not in LEVELS:
         raise InputError(f"--level {level!r} is not known; {did_you_mean(level, LEVELS)}")
     if not 0 <= seed < 2**32:

@@ -68,7 +68,8 @@ class Detectability:
         return np.asarray(U[:, s > RANK * s[0]])
 
     def seen(self, shown: Sequence[np.ndarray]) -> float:
-        """The size of a change from the base's outputs to `shown` (N, 4) per recording."""
+        """The size of a change from the base's outputs to `shown` (N, 4) per recording, in standard
+        deviations of the noise."""
         weights = 1.0 / np.array(list(STDS.values()))
         differences = [(a - b) * weights for a, b in zip(shown, self.plain, strict=True)]
         d = np.concatenate([x.ravel() for x in differences])
@@ -76,7 +77,7 @@ class Detectability:
         return float(np.sqrt(np.mean((d - Q @ (Q.T @ d)) ** 2)))
 
     def of(self, model: Model) -> float:
-        """The size of the difference of `model` from the base."""
+        """The size of the difference of `model` from the base, in the same unit."""
         motions = [simulate_roughly(model, e.task(model)) for e in self.experiments]
         return self.seen([readings(model, m) for m in motions])
 
@@ -92,8 +93,8 @@ MOST_SCANS, MOST_STEPS = 40, 30
 
 def crossing(shown: Callable[[float], float], level: float) -> tuple[float, float]:
     """The multiplier at which `shown` first reaches `level`, from neutral, and its value: octaves
-    first, then false position in logarithms (Illinois variant), since most effects are linear
-    there."""
+    first, then false position in logarithms (Illinois variant, Dowell and Jarratt 1971), since most
+    effects are linear there."""
     low, high, f_low, f_high = _bracket(shown, level)
     for _ in range(MOST_STEPS):
         if high / low < 1.0 + 1e-9:

@@ -84,7 +84,7 @@ class Direction:
         return values
 
     def within(self, m: float) -> bool:
-        """Whether all sizes are within the bounds of a fit."""
+        """Whether all sizes, at m times the plausible ones, are within the bounds of a fit."""
         values = self.values(m)
         return all(
             k.parameter.lower <= values[k.parameter.name] <= k.parameter.upper

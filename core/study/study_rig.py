@@ -89,7 +89,7 @@ def simulate_exactly(model: Model, task: Task) -> Trajectory:
 def recording(
     experiment: Experiment, task: Task, model: Model, clean: np.ndarray, role: str = "estimate"
 ) -> Recording:
-    """A recording of the channels CHANNELS (N, 4) and of the references."""
+    """A recording of the channels CHANNELS, `clean` (N, 4), and of the references."""
     names = model.drive.reference_channels(model.arm)
     channels = {name: task.references[:, k] for k, name in enumerate(names)}
     channels |= {name: clean[:, k] for k, name in enumerate(CHANNELS)}
@@ -134,7 +134,8 @@ def noise(
 ) -> np.ndarray:
     """(samples,) of x(t) = a x(t - dt) + e(t), stationary from the first sample on.
 
-    `coefficient` is a at SAMPLE_TIME; `std` is that of x whatever the colour.
+    `coefficient` is a, the correlation over SAMPLE_TIME; `std` is the standard deviation of x
+    whatever the colour, in its unit.
     """
     if not coefficient:
         return std * rng.standard_normal(samples)
