@@ -58,7 +58,8 @@ def earlier_folder(folder: Path) -> Path:
 
 
 def set_aside(path: Path, when: float, why: str = "unread") -> str:
-    """Renames saved work, so that nothing overwrites it; returns the new name."""
+    """Renames saved work of `when` (s since 1970), so that nothing overwrites it; returns the new
+    name."""
     date = time.strftime("%Y-%m-%d-%H%M%S", time.localtime(when))
     name = f"{why}-{date}{path.name if path.is_file() else f'-{path.name[:8]}'}"
     path.rename(path.with_name(name))

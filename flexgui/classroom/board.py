@@ -120,6 +120,6 @@ def _marks(e: Entry) -> tuple[str, ...]:
 
 
 def clock(seconds: float) -> str:
-    """'3:05 min'"""
+    """'3:05 min' for 185 `seconds`."""
     whole = int(round(seconds))
     return f"{whole // 60}:{whole % 60:02d} min"

@@ -43,7 +43,8 @@ def export_outcome(
     beside: Mapping[str, bytes] | None = None,
     whole: bool = True,
 ) -> None:
-    """Write the export into the folder `out`; where that fails an older one stays as it was.
+    """Write the export into the folder `out`; where that fails (InputError) an older one stays as
+    it was.
 
     Args:
         outcome: What was found.
@@ -126,7 +127,8 @@ def export_scenario(
     path: Path, out: Path, data: Path | None, progress: Progress,
     print_line: Callable[[str], None], check: bool = True,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Reads, runs and exports a scenario, and returns closing lines; checks input first.
+    """Reads, runs and exports a scenario, and returns closing lines; checks input first
+    (InputError).
 
     `print_line` gets which files lie outside the scenario's folder and the data folder; `check`:
     whether the recordings are checked for faults.

@@ -40,7 +40,8 @@ def work_folder(out: Path) -> Iterator[Path]:
     """An empty hidden folder inside `out`, removed at the end.
 
     It lies inside so that it is on the same file system, where a rename is atomic. `out` is
-    made where it is missing, and removed again where nothing was put into it.
+    made where it is missing, and removed again where nothing was put into it;
+    NotADirectoryError where it is a file.
     """
     if out.exists() and not out.is_dir():
         raise NotADirectoryError(f"{out} is a file")

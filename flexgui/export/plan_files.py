@@ -35,7 +35,8 @@ def plan_scenario(
     path: Path, out: Path, data: Path | None, seconds: float,
     parameters: Sequence[str], between: Sequence[str], progress: Progress,
 ) -> Sequence[str]:  # fmt: skip
-    """Reads a scenario, plans experiments, writes them, and returns closing lines.
+    """Reads a scenario, plans experiments of `seconds` together, writes them, and returns closing
+    lines.
 
     Raises:
         InputError: Where the scenario, a recording or an option is wrong.

@@ -146,7 +146,7 @@ class Job:
 
     @property
     def remaining_seconds(self) -> float | None:
-        """Of the current stage, from its pace so far; None without an estimate."""
+        """Seconds of the current stage, from its pace so far; None without an estimate."""
         with self._lock:
             state = self.state
             if state.phase not in (RUNNING, PAUSED) or not state.total or not state.done:
@@ -187,11 +187,12 @@ class Job:
                 self.record(Resumed())
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Blocks until it is over (its callback may be called a moment later); for scripts."""
+        """Blocks until it is over (its callback may be called a moment later), or for a `timeout`
+        in s; for scripts."""
         return self._over.wait(timeout)
 
     def wait_for_callback(self, timeout: float) -> None:
-        """Waits until the callback got all events."""
+        """Waits until the callback got all events, or for a `timeout` in s."""
         self._inbox.wait_idle(timeout)
 
     def record(self, event: Event) -> None:

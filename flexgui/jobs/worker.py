@@ -91,7 +91,7 @@ class Reporter:
         self._report(NewGeneration(fit_label, generation))
 
     def better(self, fit_label: str, cost: float, compared: Compared) -> None:
-        """The best fit so far, at most every COMPARISON_INTERVAL."""
+        """The best fit so far and its `cost`, at most every COMPARISON_INTERVAL."""
         if time.monotonic() - self._compared_at > COMPARISON_INTERVAL:
             self._compared_at = time.monotonic()
             self.partial(BETTER, (fit_label, cost, compared()))

@@ -109,7 +109,7 @@ class LinearModel:
         """Compute what each output does after a unit step of each reference.
 
         Args:
-            seconds: Length; one that suits the slowest pole where not given.
+            seconds: Length in s; one that suits the slowest pole where not given.
 
         Returns:
             time (N,) in s and values (N, ny, nr).
@@ -195,7 +195,8 @@ def linear_model(
     output: str | None,
     values: Mapping[str, float],
 ) -> LinearModel:
-    """Linearise a model; the arguments are those of `Project.linear`."""
+    """Linearise a model; the arguments are those of `Project.linear`, `theta2` in rad. InputError
+    where the arm has no such posture."""
     joints = np.zeros(model.arm.joints)
     if theta is not None and theta2 is not None:
         raise InputError("linear has both theta and theta2; give one of them.")

@@ -183,7 +183,7 @@ class Project(StatedProject):
         """Choose the experiments to make next, within `[limits]`.
 
         Args:
-            seconds: Time that there is, all experiments together.
+            seconds: Time that there is, in s, all experiments together.
             parameters: Names of those to know better; all that are estimated where none is named.
             between: Ids of two effects to distinguish.
             progress: Called after each experiment that was simulated.

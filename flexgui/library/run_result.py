@@ -124,7 +124,8 @@ class RunResult:
             return Profile(found)
 
     def residual_analysis(self, lags: int = 25, level: float = 0.99) -> ResidualAnalysis:
-        """Analyse what the model as it now stands leaves; as `Comparison.residual_analysis`."""
+        """Analyse what the model as it now stands leaves; `lags` in samples and `level`, a
+        probability, as in `Comparison.residual_analysis`."""
         return self.compare().residual_analysis(lags, level)
 
     def export(self, folder: str | Path) -> Path:

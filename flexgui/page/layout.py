@@ -103,7 +103,7 @@ def widths(window: Window) -> Widths:
 
 
 def aspect(window: Window) -> float:
-    """Width over height of the 3-D picture."""
+    """Ratio of width to height of the 3-D picture."""
     if window.phone:
         return window.width / window.height
     shares = widths(window)

@@ -104,7 +104,7 @@ class Plot:
 
     def move_cursor(self, begins: float | None) -> None:
         """Moves the cursor to where the time-line stands, in the browser only: sending the figure
-        again would need 400 KB a second while a recording plays. `begins` as in `show`."""
+        again would need 400 KB a second while a recording plays. `begins` in s as in `show`."""
         key, at = json.dumps(self._key), json.dumps(self._at(begins))
         message = _messages.RunJavascriptMessage(f"window.fxCursor && window.fxCursor({key}, {at})")
         self._context.gui._websock_interface.queue_message(message)

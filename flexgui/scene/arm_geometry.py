@@ -86,7 +86,8 @@ class Shape:
         return along, v @ self.deflection
 
     def inextensible(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The same to second order, but the line keeps its length however far it bends."""
+        """The same to second order in v (N, m), but the line keeps its length however far it
+        bends."""
         direction = v @ self.slope
         return np.cos(direction) @ self.integral, np.sin(direction) @ self.integral
 
@@ -120,7 +121,7 @@ class ArmGeometry:
         return best
 
     def links(self, q: np.ndarray, exaggeration: float = 1.0) -> list[Link]:
-        """Each segment at postures q (N, n); `exaggeration` multiplies the modal coordinates.
+        """Each segment at postures q (N, n); `exaggeration`: factor of the modal coordinates.
 
         At 1 these are the model's own formulas, so the tip is that of the simulator. Above 1 the
         foreshortening, of second order, would shrink the arm to nothing: there the line bends
@@ -161,7 +162,8 @@ class ArmGeometry:
         return Link(root, before, place, turned, line, slope)
 
     def tips(self, q: np.ndarray, exaggeration: float = 1.0) -> np.ndarray:
-        """z (N, 2) in m of the end effector at postures q (N, n)."""
+        """z (N, 2) in m of the end effector at postures q (N, n), their bending `exaggeration`
+        times as large."""
         return self.links(q, exaggeration)[-1].tip
 
 
@@ -186,7 +188,8 @@ class Section(NamedTuple):
 
 
 def visible_section(segment: Segment, length: float) -> Section:
-    """The real square section where it is known; else a size that looks like its kind."""
+    """The real square section where it is known; else a size that looks like its kind at that
+    `length` in m."""
     if segment.width is not None:
         shown = max(segment.width, THINNEST * length)
         return Section(shown, shown)
@@ -197,9 +200,10 @@ def visible_section(segment: Segment, length: float) -> Section:
 def beam_vertices(
     line: np.ndarray, slope: np.ndarray, section: Section, level: float, grown: float = 1.0
 ) -> np.ndarray:
-    """(V, 3) float32: the section swept along a middle line (stations, 2) at height `level`.
+    """(V, 3) float32 in m: the section swept along a middle line (stations, 2) with directions
+    `slope` (stations,) in rad, at height `level`.
 
-    `grown` makes it a little larger, so that a translucent twin does not flicker in it.
+    The factor `grown` makes it a little larger, so that a translucent twin does not flicker in it.
     """
     corners = CORNERS * (np.array(section) * grown)
     normal = np.empty_like(line)

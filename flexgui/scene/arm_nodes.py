@@ -122,7 +122,7 @@ class ArmNodes:
                     handle.color = colour
 
     def fade(self, opacity: float | None) -> None:
-        """Of beams and tip."""
+        """Gives beams and tip an `opacity` from 0 to 1; None: opaque."""
         if self.tip.opacity != opacity:
             self.tip.opacity = opacity
             for beam in self.beams:
@@ -186,14 +186,15 @@ class PathNodes:
         )  # fmt: skip
 
     def show(self, model: np.ndarray | None, measured: np.ndarray | None) -> None:
-        """Tip paths (N, 3) of the same samples; None where there is none."""
+        """Tip paths (N, 3) in m, `model` and `measured`, of the same samples; None where there is
+        none."""
         _put(self.model, None if model is None else polyline(model))
         _put(self.measured, None if measured is None else polyline(measured))
         both = None if model is None or measured is None else error_lines(model, measured)
         _put(self.errors, both)
 
     def show_error(self, model: np.ndarray, measured: np.ndarray | None = None) -> None:
-        """The error at this moment between two places (3,)."""
+        """The error at this moment between two places (3,) in m, `model` and `measured`."""
         _put(self.now, None if measured is None else np.array([[model, measured]]))
 
 

@@ -59,7 +59,7 @@ class ArmScene:
         self._build(arm, p, np.zeros(arm.coordinates) if q is None else q)
 
     def show(self, q: np.ndarray, ghost: np.ndarray | None = None) -> None:
-        """The model's posture q (n,), and the measured one translucent over it."""
+        """The model's posture q (n,), and the measured one `ghost` (n,) translucent over it."""
         with self._lock, self._owner.atomic():
             self._q, self._ghost_q = np.array(q, dtype=float), ghost
             self.pose = self.body.pose(self._q, self._exaggeration)
@@ -75,7 +75,8 @@ class ArmScene:
             self.paths.show_error(*tips)
 
     def show_paths(self, model: np.ndarray | None, measured: np.ndarray | None = None) -> None:
-        """Tip paths of motions q (N, n) of the same samples; None hides a path."""
+        """Tip paths of motions q (N, n), `model` and `measured`, of the same samples; None hides a
+        path."""
         with self._lock, self._owner.atomic():
             self._motions = (model, measured)
             self.paths.show(*(self._tips(q, self._exaggeration) for q in self._motions))
@@ -85,7 +86,7 @@ class ArmScene:
 
     @property
     def exaggeration(self) -> float:
-        """How often larger than true the bending is drawn, 1 to 50."""
+        """How many times larger than true the bending is drawn, 1 to 50."""
         return self._exaggeration
 
     @exaggeration.setter
@@ -109,8 +110,8 @@ class ArmScene:
             self.floor.set_dark(dark)
 
     def rebuild(self, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
-        """Another arm or other numbers, at posture q (n,), without ghost and paths; nodes are made
-        again only for another kind of arm."""
+        """Another arm or other numbers p (np,), at posture q (n,), without ghost and paths; nodes
+        are made again only for another kind of arm."""
         with self._lock, self._owner.atomic():
             # The same arm at another posture, as a slider of a joint asks for all the time.
             same = self.body.arm is arm and np.array_equal(self.body.p, p)

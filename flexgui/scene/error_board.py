@@ -117,7 +117,8 @@ class ErrorBoard:
 
 
 def cells(ratio: np.ndarray, dark: bool = False) -> np.ndarray:
-    """(rows CELL, columns CELL, 4) uint8, in the colours of the maps; nothing between them."""
+    """(rows CELL, columns CELL, 4) uint8 of `ratio` (rows, columns) in noise floors, in the colours
+    of the maps; nothing between them."""
     finite = ratio[np.isfinite(ratio)]
     top = float(np.log10(max([LEAST_SPAN, *finite.tolist()])))
     picture = np.zeros((*np.array(ratio.shape) * CELL, 4), dtype=np.uint8)
@@ -150,7 +151,7 @@ class ErrorPaint(NamedTuple):
 def error_paint(
     now: Mapping[str, float], joints: int, worst: float, dark: bool = False
 ) -> ErrorPaint:
-    """`now` part -> times the floor; the strongest colour stands for `worst`."""
+    """`now` part -> times the floor; the strongest colour stands for `worst` times the floor."""
 
     def shown(ratio: float | None) -> paint.Rgb | None:
         if ratio is None or not np.isfinite(ratio):
@@ -170,7 +171,7 @@ def greatest(worst: float) -> float:
 
 
 def shade(share: float, dark: bool = False) -> paint.Rgb:
-    """A colour of the maps' scale, 0 the floor, 1 the worst."""
+    """A colour of the maps' scale at a `share` of it, 0 the floor, 1 the worst."""
     scale = colours.RISING_ON_DARK if dark else colours.RISING
     stops = [s for s, _ in scale]
     ends = np.array([colours.rgb(c) for _, c in scale], dtype=float)

@@ -25,7 +25,8 @@ GRID_BITS = 13
 def playback_html(
     motion: Trajectory, ghost: np.ndarray | None = None, exaggeration: float = 1.0
 ) -> str:
-    """A page that plays the motion, with the measured postures ghost (N, n) where given.
+    """A page that plays the motion, its bending `exaggeration` times as large, with the measured
+    postures `ghost` (N, n) where given.
 
     It is recorded by a server of its own on a free port of this machine, which is stated nowhere
     and which ends with the recording: writing a page ends recordings of the same server.
@@ -64,7 +65,8 @@ def _private_server() -> Iterator[viser.ViserServer]:
 
 
 def frame_indices(time: np.ndarray) -> np.ndarray:
-    """(k,) samples nearest to the frames' times, over at most MOST_SECONDS."""
+    """(k,) samples, of `time` (N,) in s, nearest to the frames' times, over at most
+    MOST_SECONDS."""
     elapsed = np.asarray(time, dtype=float) - float(time[0])
     length = min(float(elapsed[-1]), MOST_SECONDS)
     times = np.arange(0.0, length + 0.5 / FRAMES_PER_SECOND, 1.0 / FRAMES_PER_SECOND)
@@ -74,7 +76,7 @@ def frame_indices(time: np.ndarray) -> np.ndarray:
 
 
 def playback_note(motion: Trajectory, exaggeration: float = 1.0) -> str:
-    """One sentence on what is played."""
+    """One sentence on what is played, with its bending `exaggeration` times as large."""
     length = float(motion.time[-1] - motion.time[0])
     shown = f"the first {MOST_SECONDS:g} s" if length > MOST_SECONDS else f"{length:.3g} s"
     larger = "" if exaggeration == 1.0 else f"; the bending is drawn {exaggeration:g} times larger"

@@ -28,13 +28,14 @@ RESIDUAL, ADDED, CONTEXT = rgb(colours.RESIDUAL), rgb(colours.ADDED), rgb(colour
 
 
 def about_vertical(angle: float) -> tuple[float, float, float, float]:
-    """The quaternion wxyz of a turn in rad about the vertical."""
+    """The quaternion wxyz of a turn by `angle` in rad about the vertical."""
     return float(np.cos(0.5 * angle)), 0.0, 0.0, float(np.sin(0.5 * angle))
 
 
 def put(node: SceneNodeHandle, place: Sequence[float] | np.ndarray, angle: float) -> None:
-    """Moves a node to a place (3,) in m and turns it about the vertical; what stays is not even
-    compared by viser, whose own look for a change takes as long as all the rest."""
+    """Moves a node to a place (3,) in m and turns it by `angle` in rad about the vertical; what
+    stays is not even compared by viser, whose own look for a change takes as long as all the
+    rest."""
     if not np.array_equal(node.position, place):
         node.position = place  # type: ignore[assignment]
     turn = about_vertical(angle)
@@ -172,8 +173,8 @@ class Floor(NamedTuple):
 
 
 def add_floor(scene: SceneApi, path: str, reach: float, dark: bool, fine: bool) -> Floor:
-    """A fine floor is a plane that takes the arm's shadow; without a graphics card it costs half
-    of the time that a picture takes, lines nearly nothing."""
+    """The floor of an arm with a `reach` in m. A fine one is a plane that takes its shadow; without
+    a graphics card it costs half of the time that a picture takes, lines nearly nothing."""
     if fine:
         size = spacing(reach)
         grid = scene.add_grid(
@@ -199,7 +200,8 @@ def add_floor(scene: SceneApi, path: str, reach: float, dark: bool, fine: bool) 
 
 
 def line_colours(strength: np.ndarray, strong: np.ndarray, dark: bool) -> np.ndarray:
-    """(k, 2, 3) uint8 of the lines' ends."""
+    """(k, 2, 3) uint8 of the lines' ends, from `strength` (k, 2) and `strong` (k,) of
+    `floor_lines`."""
     cell, section, ground = (light_of(colour) for colour in (DARK if dark else LIGHT))
     line = np.where(strong[:, None, None], section, cell)
     mixed = ground + strength[:, :, None] * (line - ground)
@@ -207,15 +209,15 @@ def line_colours(strength: np.ndarray, strong: np.ndarray, dark: bool) -> np.nda
 
 
 def spacing(reach: float) -> float:
-    """m, a round number."""
+    """m between lines, a round number, for a `reach` in m."""
     most = FINEST * reach
     power = float(10.0 ** np.floor(np.log10(most)))
     return next(r * power for r in ROUND if r * power <= most)
 
 
 def floor_lines(reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points (k, 2, 3) in m of the pieces of all lines, strength (k, 2) of their ends from 1 where
-    the arm works to 0 at the edge, and which (k,) belong to a strong line."""
+    """Points (k, 2, 3) in m of the pieces of all lines for a `reach` in m, strength (k, 2) of their
+    ends from 1 where the arm works to 0 at the edge, and which (k,) belong to a strong line."""
     size, radius = spacing(reach), RADIUS * reach
     middle = np.array(AIM[:2]) * reach
     share = np.linspace(-1.0, 1.0, PIECES + 1)

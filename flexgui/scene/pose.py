@@ -89,7 +89,8 @@ class Body:
         return self.geometry.reach
 
     def pose(self, q: np.ndarray, exaggeration: float = 1.0, grown: float = 1.0) -> Pose:
-        """The posture q (n,); `exaggeration` 1 to 50 multiplies the modal coordinates only."""
+        """The posture q (n,); factors `exaggeration`, 1 to 50, of the modal coordinates only, and
+        `grown` of the sections."""
         q = np.asarray(q, dtype=float)
         links = self.geometry.links(q[None], exaggeration)
         parts = list(zip(links, self.sections, self.levels, strict=True))
@@ -107,7 +108,8 @@ class Body:
         return np.round(vertices / self.grid) * self.grid if self.grid else vertices
 
     def tip_points(self, q: np.ndarray, exaggeration: float = 1.0) -> np.ndarray:
-        """(N, 3) float32 places of the tip at postures q (N, n)."""
+        """(N, 3) float32 places in m of the tip at postures q (N, n), their bending `exaggeration`
+        times as large."""
         z = self.geometry.tips(np.asarray(q, dtype=float), exaggeration)
         return np.column_stack([z, np.full(len(z), self.levels[-1])]).astype(np.float32)
 

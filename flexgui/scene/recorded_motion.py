@@ -37,7 +37,7 @@ FRAMES = 400
 
 
 def largest_deflection(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
-    """m between the tip and that of a stiff arm, over postures q (N, n)."""
+    """m between the tip and that of a stiff arm with numbers p (np,), over postures q (N, n)."""
     if arm.coordinates == arm.joints or not len(q):
         return 0.0
     frames = q[:: max(len(q) // FRAMES, 1)]
@@ -48,7 +48,8 @@ def largest_deflection(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
 
 
 def fitting_factor(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
-    """The one of FACTORS that draws the largest deflection nearest to SHARE of the reach."""
+    """The factor among FACTORS that draws the largest deflection of an arm with numbers p (np,),
+    over postures q (N, n), nearest to SHARE of the reach."""
     bent = largest_deflection(arm, p, q)
     if not np.isfinite(bent) or bent <= 0.0:
         return FACTORS[0]
@@ -83,7 +84,7 @@ class RecordedMotion:
 
     @cached_property
     def exaggeration(self) -> float:
-        """How much larger the bending is drawn where nobody has chosen."""
+        """How many times larger the bending is drawn where nobody has chosen."""
         return fitting_factor(self.arm, self.motion.p, self.motion.q)
 
     def exaggerated_ghost(self, times: float) -> np.ndarray | None:
@@ -243,7 +244,8 @@ def _add_tip(
 
 
 def filled(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Columns (N, k) with NaN replaced by what runs straight between the samples around it."""
+    """Columns `values` (N, k) over `time` (N,) with NaN replaced by what runs straight between the
+    samples around it."""
     finite = np.isfinite(values).all(axis=1)
     if finite.all():
         return values

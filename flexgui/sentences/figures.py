@@ -47,14 +47,14 @@ def percent(share: float) -> str:
 
 
 def short_percent(share: float) -> str:
-    """'46 %', '> 99.9 %': the same for narrow columns."""
+    """'46 %', '> 99.9 %' of a `share` in per cent: the same for narrow columns."""
     if not LITTLE <= share <= 99.9:
         return "< 1 %" if share < LITTLE else "> 99.9 %"
     return f"{share:.1f} %" if share > 99.0 else f"{share:.0f} %"
 
 
 def strength(delta_bic: float) -> str:
-    """Grade of the evidence by a difference of BIC."""
+    """Grade of the evidence by `delta_bic`, a difference of the criterion BIC."""
     if delta_bic > VERY_STRONG:
         return "very strong"
     if delta_bic > STRONG:
@@ -63,12 +63,12 @@ def strength(delta_bic: float) -> str:
 
 
 def evidence(delta_bic: float) -> str:
-    """A difference of BIC as text: 'over 1000' above ENDLESS."""
+    """`delta_bic`, a difference of the criterion BIC, as text: 'over 1000' above ENDLESS."""
     return f"over {ENDLESS:g}" if delta_bic > ENDLESS else format_number(delta_bic, 2)
 
 
 def chance(p_value: float) -> str:
-    """A probability in words: 'less than one in a billion', 'about 1 in 300'."""
+    """A probability `p_value` in words: 'less than one in a billion', 'about 1 in 300'."""
     if p_value < CERTAIN:
         return "less than one in a billion"
     if p_value >= 0.5:

@@ -101,7 +101,8 @@ def invariant(valley: Valley) -> str:
 
 
 def product(direction: np.ndarray, names: Sequence[str]) -> str:
-    """The product of powers of two names that relative changes (2,) leave as it is."""
+    """The product of powers of two names that relative changes along `direction` (2,) leave as it
+    is."""
     powers = np.array([direction[1], -direction[0]])
     powers = powers / powers[np.argmin(np.abs(powers))]
     powers = powers if powers[0] > 0 else -powers

@@ -19,7 +19,7 @@ SMALLEST_POWER = -300
 
 
 def format_value(value: float, std: float, unit: str = "") -> str:
-    """'520.83 ± 0.02 N m²': the value, rounded to its standard deviation.
+    """'520.83 ± 0.02 N m²': the value, rounded to its standard deviation `std` in the same unit.
 
     The deviation keeps one digit, or two where the first is a 1; the value at least two of its own,
     so that one that is hardly known is still read as it is. Without a finite deviation the value
@@ -60,7 +60,7 @@ def _power(size: float) -> int:
 
 
 def format_number(value: float, digits: int = 4, keep_zeros: bool = False) -> str:
-    """A number with `digits` significant digits, '–' where there is none.
+    """A value of any unit with `digits` significant digits, '–' where there is none.
 
     `keep_zeros` writes 9.70 instead of 9.7, so that a column of results stands in line.
     """
@@ -125,7 +125,7 @@ def shown_unit(values: float | np.ndarray, unit: str) -> ShownUnit:
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A size in a unit that suits it: '0.21 mm'."""
+    """A `value` in an SI `unit`, in one that suits it: '0.21 mm'."""
     if not math.isfinite(value):
         return "–"
     shown = shown_unit(value, unit)
@@ -133,7 +133,7 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 
 def angle(theta: float) -> str:
-    """'3π/8' for an angle in rad that is such a multiple, else degrees: '75.0°'."""
+    """'3π/8' for an angle theta in rad that is such a multiple, else degrees: '75.0°'."""
     eighths = theta / (math.pi / 8.0)
     whole = round(eighths)
     if whole and abs(eighths - whole) < 1e-6:

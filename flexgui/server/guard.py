@@ -194,7 +194,8 @@ def _numbers(value: object, low: tuple[Any, ...], high: tuple[Any, ...]) -> list
 
 
 def within(value: float, low: float | None, high: float | None) -> float:
-    """The number, moved into its range if only rounding put it outside; else RefusedError."""
+    """The value, moved into its range from `low` to `high` in its unit if only rounding put it
+    outside; else RefusedError."""
     slack = SLACK * max(abs(low or 0.0), abs(high or 0.0))
     if low is not None and value < low:
         if value < low - slack:

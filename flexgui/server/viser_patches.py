@@ -42,7 +42,8 @@ def guarded_viser(
     limits: Limits,
     reports: ErrorReporter,
 ) -> viser.ViserServer:
-    """A viser server on an open socket. It refuses everybody until access is opened."""
+    """A viser server on an open socket. It refuses everybody until access is opened. RuntimeError
+    where viser started otherwise, as another version of it may."""
     host, port = listener.getsockname()[:2]
     options = {
         "sock": listener,

@@ -59,7 +59,7 @@ class EditedScenario:
         self.refresh()
 
     def set_noise(self, snr_db: float | None) -> bool:
-        """Sets the signal-to-noise ratio of all simulated recordings."""
+        """Sets the signal-to-noise ratio `snr_db` in dB of all simulated recordings."""
         if not self.change(set_simulated_noise(snr_db)):
             return False
         self.set_live(snr_db=snr_db)

@@ -82,7 +82,7 @@ class Playback:
             last = now
 
     def advance(self, seconds: float) -> None:
-        """Moves the cursor on; starts again at the end."""
+        """Moves the cursor on by `seconds`; starts again at the end."""
         with self._session.lock:
             if self.motion is None:
                 return

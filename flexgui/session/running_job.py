@@ -65,7 +65,7 @@ class RunningJob:
 
     @property
     def remaining_seconds(self) -> float | None:
-        """Of the job's current stage; None without an estimate."""
+        """Seconds of the job's current stage; None without an estimate."""
         return None if self.job is None else self.job.remaining_seconds
 
     def reset(self) -> None:

@@ -84,7 +84,7 @@ def recording_path(index: int, *path: str) -> tuple[str | int, ...]:
 
 
 def set_simulated_noise(snr_db: float | None) -> Edit:
-    """The same signal-to-noise ratio for every simulated recording; None: no noise."""
+    """The same `snr_db` in dB for every simulated recording; None: no noise."""
 
     def edit(document: ScenarioDict) -> None:
         for entry in document.get("recordings", ()):

@@ -51,7 +51,7 @@ def rgb(colour: str) -> tuple[int, int, int]:
 
 
 def faded(colour: str, alpha: float) -> str:
-    """The colour '#rrggbb' as 'rgba(...)' with an opacity between 0 and 1."""
+    """The colour '#rrggbb' as 'rgba(...)' with an opacity `alpha` between 0 and 1."""
     red, green, blue = rgb(colour)
     return f"rgba({red},{green},{blue},{alpha:g})"
 

@@ -147,7 +147,7 @@ FAR = 3.0
 
 
 def poles(values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode] = ()) -> Figure:
-    """The poles (nx,) in 1/s; `clamped`: those with clamped joints, for comparison.
+    """The poles `values` (nx,) in 1/s; `clamped`: those with clamped joints, for comparison.
 
     Poles of pure decay far to the left are named in a note and not drawn: they would squeeze the
     others into a corner.
@@ -178,7 +178,7 @@ def poles(values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode
 
 
 def window(values: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """(left end, upper end, poles outside) of a plot in 1/s."""
+    """(left end, upper end, poles outside) of a plot of `values` (nx,), in 1/s."""
     swinging = values[np.abs(values.imag) > 1e-6 * np.abs(values)]
     core = swinging if swinging.size else values[~integrators(values)]
     if not core.size:

@@ -111,7 +111,7 @@ def row_labels(m: ErrorMap) -> list[str]:
 
 
 def cell_labels(edges: np.ndarray) -> list[str]:
-    """'3.9–7.8'"""
+    """'3.9–7.8' per cell between edges (n + 1,)."""
     texts = [format_number(float(e), 2) for e in edges]
     return [f"{low}–{high}" for low, high in zip(texts, texts[1:], strict=False)]
 

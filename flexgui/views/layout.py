@@ -171,7 +171,7 @@ def _points(x: Any, y: Any, name: str, hover: str) -> Figure:
 
 
 def heat(z: np.ndarray, scale: Sequence[tuple[float, str]], title: str, **more: Any) -> Figure:
-    """A heat map with cells at 0, 1, 2, …"""
+    """A heat map of z (rows, columns) with cells at 0, 1, 2, …"""
     bar = {"title": {"text": title, "side": "right"}, "thickness": 12} | more.pop("colorbar", {})
     rows, columns = z.shape
     return {
@@ -189,7 +189,7 @@ def short(values: Any) -> Any:
 
 
 def note(text: str, x: float, y: float, size: int = 11, yanchor: str = "bottom") -> Figure:
-    """Text at a place of the figure, in shares of its width and height."""
+    """Text at a place of the figure, x and y in shares of its width and height."""
     return {
         "text": text, "xref": "paper", "yref": "paper", "x": x, "y": y, "xanchor": "left",
         "yanchor": yanchor, "showarrow": False, "font": {"size": size, "color": colours.TEXT},
@@ -220,7 +220,8 @@ GAP = 5.0
 
 
 def decimate(time: np.ndarray, values: np.ndarray, points: int = POINTS) -> np.ndarray:
-    """Indices (k,), k <= points, that keep minimum and maximum of each interval."""
+    """Indices (k,), k <= points, that keep minimum and maximum of each interval of `values` (N,)
+    over `time` (N,)."""
     index = np.flatnonzero(np.isfinite(values) & np.isfinite(time))
     if index.size <= points:
         return index
@@ -237,7 +238,8 @@ def decimate(time: np.ndarray, values: np.ndarray, points: int = POINTS) -> np.n
 def trace(
     time: np.ndarray, values: np.ndarray, points: int = POINTS
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A line to draw, float32: decimated, and broken (NaN) where samples are missing for long."""
+    """A line to draw, float32, of `values` (N,) over `time` (N,): decimated, and broken (NaN) where
+    samples are missing for long."""
     present = np.flatnonzero(np.isfinite(values) & np.isfinite(time))
     index = decimate(time, values, points)
     x, y = time[index].astype(np.float32), values[index].astype(np.float32)
@@ -260,7 +262,7 @@ def figure_json(value: Any) -> str:
 
 
 def plain_value(value: Any) -> Any:
-    """What JSON lacks, as JSON: a number of NumPy, or an array."""
+    """What JSON lacks, as JSON: a number of NumPy, or an array; TypeError for anything else."""
     if isinstance(value, np.generic):
         return value.item()
     if not isinstance(value, np.ndarray):

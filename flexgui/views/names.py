@@ -80,7 +80,8 @@ def equals(symbol: Markup | str, value: str) -> Markup:
 
 
 def format_percent(value: float) -> str:
-    """'97.12': two decimals, because FIT differs between models in the second."""
+    """'97.12' of a value in per cent: two decimals, because FIT differs between models in the
+    second."""
     return f"{value:.2f}" if math.isfinite(value) else "–"
 
 

@@ -34,7 +34,8 @@ def over_speed(
     effects: Sequence[Effect], arm: Arm, p: np.ndarray, values: Values,
     place: np.ndarray, speed: np.ndarray,
 ) -> tuple[OverSpeed, ...]:  # fmt: skip
-    """Along a motion with joint positions and speeds (M, joints) of an arm with numbers p.
+    """Along a motion with joint positions `place` (M, joints) and speeds `speed` (M, joints) of an
+    arm with numbers p (np,).
 
     Empty where an effect is no force law at a joint, or one with a memory: dry friction is at the
     level on which it slides.

@@ -58,7 +58,7 @@ def _pooled(name: str, parts: Sequence[ChannelComparison]) -> ChannelError:
 
 
 def mean(values: Sequence[float]) -> float:
-    """The mean of the finite values, NaN where there is none."""
+    """The mean of the finite values in their unit, NaN where there is none."""
     finite = [value for value in values if np.isfinite(value)]
     return float(np.mean(finite)) if finite else float("nan")
 

@@ -20,8 +20,8 @@ def prediction(
     recording: Recording, bands: Mapping[str, tuple[np.ndarray, np.ndarray]],
     units: Mapping[str, str], level: float,
 ) -> Figure:  # fmt: skip
-    """A row per output over time in s; `bands`: output -> lower and upper end (N,), SI; `units`
-    of outputs that may have several."""
+    """A row per output over time in s; `bands`: output -> lower and upper end (N,), SI, of the
+    probability `level`; `units` of outputs that may have several."""
     caption = f"Predicted outputs; {100.0 * level:g} % of the measurements lie in the band."
     rows = [_row(recording, name, *ends, units) for name, ends in bands.items()]
     height = FRAME + ROW * len(rows)

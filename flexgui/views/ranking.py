@@ -130,5 +130,5 @@ def _share(percent: float | None) -> str:
 
 
 def chance(p_value: float) -> str:
-    """'< 10⁻⁹', '0.02'"""
+    """'< 10⁻⁹', '0.02' of a probability `p_value`."""
     return "< 10⁻⁹" if p_value < 1e-9 else format_number(p_value, 2)

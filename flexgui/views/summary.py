@@ -214,7 +214,8 @@ MUCH = 3.0
 
 
 def validation_warning(estimation: float, validation: float) -> str:
-    """Sentences on a large validation error, else empty. Both errors are rms in noise floors."""
+    """Sentences on a large `validation` error beside that of `estimation`, both rms in noise
+    floors; else empty."""
     if not validation > MUCH * max(estimation, 1.0):
         return ""
     return (

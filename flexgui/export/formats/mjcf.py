@@ -134,7 +134,7 @@ class Piece:
 
     @classmethod
     def slender(cls, length: float, mass: float, stiffness: float) -> Piece:
-        """Of a uniform beam."""
+        """Of a uniform beam of that `length` in m and `mass` in kg, with `stiffness` in N m/rad."""
         return cls(length, mass, stiffness, (length / 2.0, 0.0), mass * length**2 / 12.0)
 
 
@@ -154,7 +154,7 @@ def pieces(link: Link) -> tuple[Piece, ...]:
 
 
 def chain_frequencies(arm: Mechanism, posture: Sequence[float]) -> np.ndarray:
-    """Hz, ascending, of the undamped chain with the motors held and without gravity.
+    """(n,) Hz, ascending, of the undamped chain with the motors held and without gravity.
 
     Args:
         arm: What is cut into pieces.

@@ -300,7 +300,8 @@ class ArmSliders(PageElement):
 
 
 def around(value: float, limits: Limits) -> Limits:
-    """The usual limits if they contain the value, else limits around it with a suitable step."""
+    """The usual limits if they contain the value, in their unit, else limits around it with a
+    suitable step."""
     low, high, _ = limits
     if low < high and low <= value <= high:
         return limits

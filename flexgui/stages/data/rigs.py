@@ -194,7 +194,7 @@ class Experiments:
     """Whether a validation sweep over the same range is made, without noise."""
 
     def edit(self, snr_db: float | None) -> Edit:
-        """Replaces all simulated recordings by these; files stay."""
+        """Replaces all simulated recordings by these with noise of `snr_db` in dB; files stay."""
         entries = self._entries(snr_db)
 
         def change(document: ScenarioDict) -> None:
@@ -233,5 +233,5 @@ def has_working_points(scenario: Scenario) -> bool:
 
 
 def point_name(theta2: float) -> str:
-    """'θ2 = 3π/8', or in degrees if it is not a multiple of π/8."""
+    """'θ2 = 3π/8' for theta2 in rad, or in degrees if it is not a multiple of π/8."""
     return f"θ2 = {angle(theta2)}"

@@ -204,7 +204,8 @@ class Recordings:
     def map_column(
         self, channel: str, header: str, gain: float = 1.0, sign: int = 1, unit: str = ""
     ) -> bool:
-        """Assigns a column of the waiting file to a channel."""
+        """Assigns a column of the waiting file, times the factors `gain` and `sign`, to a
+        channel."""
         waiting = self.waiting
         if waiting is None or channel not in waiting.offered or header not in waiting.headers:
             return False

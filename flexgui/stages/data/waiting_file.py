@@ -155,7 +155,8 @@ class WaitingFile:
         return self.inspection.rig if self.inspection is not None and other else ""
 
     def mapped(self, channel: str, header: str, gain: float, sign: int, unit: str) -> WaitingFile:
-        """With one more channel assigned; InputError if the column is assigned already."""
+        """With one more channel assigned, the column times the factors `gain` and `sign`;
+        InputError if the column is assigned already."""
         other = next((c for c, h in self.headers_of.items() if h == header and c != channel), None)
         if other is not None:
             raise InputError(

@@ -77,7 +77,7 @@ def _next_id(mine: Sequence[Mapping[str, Any]]) -> str:
 
 
 def own_parameters(text: str) -> dict[str, dict[str, Any]]:
-    """'b = 0.5 [N m], c = 2' -> name -> start and unit."""
+    """'b = 0.5 [N m], c = 2' -> name -> start and unit; InputError for what is not so written."""
     parameters: dict[str, dict[str, Any]] = {}
     for part in filter(str.strip, text.split(",")):
         match = _PARAMETER.fullmatch(part)

@@ -57,8 +57,8 @@ class FittedModel:
 
     @property
     def evidence(self) -> float | None:
-        """Difference of BIC to the model before, by the whitened residual: more than 10 is very
-        strong evidence for the last effect. None where that was not computed."""
+        """Difference of the criterion BIC to the model before, by the whitened residual: more than
+        10 is very strong evidence for the last effect. None where that was not computed."""
         before = self.way[-2].ranking if len(self.way) > 1 else ()
         ranked = next((r for r in before if r.effect == self.version.added), None)
         return None if ranked is None else ranked.delta_bic
@@ -120,7 +120,8 @@ class FittedModels:
         return True
 
     def add(self, way: tuple[ModelVersion, ...], seconds: float) -> None:
-        """Keeps the last model of a way; fitted again it keeps its number and its name."""
+        """Keeps the last model of a way, which took `seconds`; fitted again it keeps its number and
+        its name."""
         known = next((m for m in self.all if m.version.scenario == way[-1].scenario), None)
         number = 1 + max((m.number for m in self.all), default=0)
         fitted = FittedModel(way, number, time.time(), seconds)

@@ -164,7 +164,8 @@ def residual_figure(
     channel: str, dt: float, residual: np.ndarray, predicted: np.ndarray | None, effect: str,
     first: np.ndarray, unit: str = "",
 ) -> Figure:  # fmt: skip
-    """Residual (N,) in noise floors and its prediction (N,), on the first version's axes."""
+    """Residual (N,) in noise floors, every `dt` s, and `predicted` (N,), on the axes of the first
+    version's residual `first` (N,)."""
     shown = None if predicted is None else predicted[:, None]
     figure = live_prediction((channel,), dt, residual[:, None], shown, effect, "")
     layout = figure["layout"]
@@ -183,7 +184,7 @@ def _span(residual: np.ndarray) -> float:
 
 
 def worst_channel(residual: np.ndarray) -> int:
-    """The column of (N, channels) in noise floors that fails most."""
+    """The column of a residual (N, channels) in noise floors that fails most."""
     count = np.isfinite(residual).sum(axis=0)
     return int(np.argmax(np.nansum(np.square(residual), axis=0) / np.maximum(count, 1)))
 
@@ -198,7 +199,8 @@ def cloud_caption(torques: Sequence[MissingTorque], first: Sequence[MissingTorqu
 
 
 def residual_caption(channel: str, unit: str, residual: np.ndarray, first: np.ndarray) -> str:
-    """'tip position z₁: 18 times the noise floor', after a step with what it was before."""
+    """'tip position z₁: 18 times the noise floor', of a residual (N,) in noise floors, after a step
+    with what it was before, of `first` (N,)."""
     current, was = (float(np.sqrt(np.nanmean(np.square(each)))) for each in (residual, first))
     return f"{output_title(channel, unit)}: {_changed(was, current)} times the noise floor (rms)"
 
@@ -223,8 +225,8 @@ def live_prediction(
     effect: str,
     title: str,
 ) -> Figure:
-    """A row per output, (rows, channels) in floors, NaN where it has no sample; the band is one
-    floor wide each way."""
+    """A row per output, of `residual` and `predicted` (N, channels) in floors, every `dt` s, NaN
+    where it has no sample; the band is one floor wide each way."""
     time, parts, bands = dt * np.arange(len(residual)), [], []
     for k, name in enumerate(channels):
         hover = "%{y:.3g} × noise floor<extra></extra>"

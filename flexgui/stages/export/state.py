@@ -39,7 +39,8 @@ class Export:
         return self._session.run.start_export(task, lambda _: done(out))
 
     def plan(self, seconds: float, limits: ScenarioDict, done: Callable[[Path], None]) -> bool:
-        """Plans the next experiments in the pool; `done` gets the folder of their files.
+        """Plans the next experiments, `seconds` together, in the pool; `done` gets the folder of
+        their files.
 
         `limits` are a scenario's `[limits]`; a wrong one is said.
         """

@@ -43,7 +43,8 @@ def model_files(outcome: Outcome, kind: str, *, progress: Progress) -> dict[str,
 
 
 def playback_page(shown: RecordedMotion, exaggeration: float, *, progress: Progress) -> str:
-    """The motion as a page, recorded by a viser server of this worker."""
+    """The motion, its bending `exaggeration` times as large, as a page, recorded by a viser server
+    of this worker."""
     from flexgui.scene.motion_page import playback_html
 
     progress.stage("Recording the motion")
@@ -53,8 +54,9 @@ def playback_page(shown: RecordedMotion, exaggeration: float, *, progress: Progr
 def plan_next(
     scenario: Scenario, seconds: float, folder: str, out: str, *, progress: Progress
 ) -> tuple[str, ...]:
-    """What the plan says; its files lie in `out`. `folder` holds the files that the scenario, with
-    the limits in it, may read: they are to lie beside those of the plan, under their names.
+    """What the plan for `seconds` says; its files lie in `out`. `folder` holds the files that the
+    scenario, with the limits in it, may read: they are to lie beside those of the plan, under their
+    names.
     """
     from flexgui.core.experiments.design import ExperimentRequest
     from flexgui.core.experiments.plan import plan

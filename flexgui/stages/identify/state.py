@@ -31,7 +31,7 @@ class SoFar:
     """Label of the fit -> mean squares, in the order of their steps."""
 
     def after(self, label: str, cost: float, comparison: RecordingComparison) -> SoFar:
-        """With one more."""
+        """With one more `cost`."""
         costs = (*self.costs.get(label, ()), cost)
         return SoFar(comparison, {**self.costs, label: costs})
 

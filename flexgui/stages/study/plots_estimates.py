@@ -162,7 +162,8 @@ MARKS = {None: "circle", 20.0: "diamond"}
 def study_valley(
     tables: Sequence[EstimateTable], prior: ValleyPrior | None, true_EI: float
 ) -> Figure | None:
-    """Pairs (ε, d) of all runs, the paper's means, the valley and the prior; None for others."""
+    """Pairs (ε, d) of all runs, the paper's means, the valley of `true_EI` in N m² and the prior;
+    None for others."""
     if not tables or {"epsilon", "d"} != set(tables[0].rows[0].values):
         return None
     epsilons = [p["epsilon"] for t in tables for row in t.rows for p in row.pairs]
@@ -227,21 +228,21 @@ def shown(name: str) -> tuple[str, str, float]:
 
 
 def percent(share: float, digits: int = 3) -> str:
-    """'0.123 %'"""
+    """'0.123 %' of the share 0.00123."""
     return f"{format_number(100.0 * share, digits)} %" if math.isfinite(share) else "–"
 
 
 def signed(share: float) -> str:
-    """'+0.12 %'"""
+    """'+0.12 %' of the share 0.0012."""
     return f"{plus(100.0 * share, 2)} %" if math.isfinite(share) else "–"
 
 
 def plus(value: float, digits: int) -> str:
-    """'+0.03', with a true minus, and no sign before a zero."""
+    """'+0.03' of a value of any unit, with a true minus, and no sign before a zero."""
     text = f"{value:+.{digits}f}"
     return text[1:] if float(text) == 0.0 else text.replace("-", "−")
 
 
 def snr(snr_db: float | None) -> str:
-    """'SNR ∞' or '20 dB'."""
+    """'SNR ∞' or '20 dB' of `snr_db` in dB."""
     return "SNR ∞" if snr_db is None else f"{snr_db:g} dB"

@@ -86,7 +86,7 @@ def baseline_figure(rows: Sequence[BaselineRow]) -> Figure | None:
 
 
 def pole_figure(rows: Sequence[BaselineRow], points: int, low: float, high: float) -> Figure | None:
-    """Pole error over theta2 (rad) for one number of points, noisy data."""
+    """Pole error over theta2 from `low` to `high` in rad for one number of points, noisy data."""
     mine = [r for r in rows if r.points == points and r.snr_db is not None]
     if not mine:
         return None
@@ -155,7 +155,8 @@ def sweep_table(checked: Validation) -> Table:
 def bias_figure(
     tables: Sequence[EstimateTable], sources: Sequence[BiasSource], true_EI: float
 ) -> Figure | None:
-    """Bias over the working points: implied by the paper, found here, and bands of its sources."""
+    """Bias from `true_EI` in N m² over the working points: implied by the paper, found here, and
+    bands of its sources."""
     if not tables or not tables[0].locals:
         return None
     names = [angle(row.theta2 or 0.0) for row in tables[0].locals]

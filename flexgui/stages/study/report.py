@@ -65,7 +65,7 @@ class Section:
 
 
 def write_study(summary: Summary, out: Path) -> None:
-    """Page, tables and result into `out`, all of them or none."""
+    """Page, tables and result into `out`, all of them or none (InputError)."""
     try:
         with work_folder(out) as folder:
             files = _write(summary, folder)

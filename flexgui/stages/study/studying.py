@@ -243,7 +243,7 @@ class StudyRun:
         self._stop.set()
 
     def wait(self, timeout: float = LONGEST_WAIT) -> bool:
-        """Whether its thread has ended in time; for the next run, tests and scripts."""
+        """Whether its thread has ended within `timeout` in s; for the next run, tests, scripts."""
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
