@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.programs.lint.docstrings import Asked, asked, facts
+
 ROOT = Path(__file__).parents[1]
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
@@ -68,6 +70,50 @@ def test_every_public_name_has_a_docstring(room: str) -> None:
 
 def test_every_module_has_a_docstring() -> None:
     assert not [name for name, tree in sources() if not ast.get_docstring(tree)]
+
+
+STATED = 0.95
+"""Least share that is stated: some errors are a command's, whose docstring is its help."""
+
+
+@cache
+def owed() -> list[Asked]:
+    """What signatures leave to docstrings."""
+    return facts()
+
+
+@pytest.mark.parametrize("fact", ["shape", "unit", "error"])
+def test_docstrings_state_shapes_units_and_errors(fact: str) -> None:
+    found = [each for each in owed() if each.fact == fact]
+    unsaid = [f"{each.where}: {each.what}" for each in found if not each.said]
+    assert len(unsaid) <= (1.0 - STATED) * len(found), "\n".join([f"no {fact}:", *unsaid])
+
+
+OPEN = '''
+def f(x: np.ndarray, dt: float) -> None:
+    """Draws x{shape} every `dt`{unit}{error}."""
+    try:
+        raise KeyError(x)
+    except KeyError:
+        raise InputError(x) from None
+'''
+
+
+@pytest.mark.parametrize(
+    ("fact", "shape", "unit", "error"),
+    [("shape", "", " s", "; InputError"), ("unit", " (N,)", "", "; InputError"),
+     ("error", " (N,)", " s", "")],
+)  # fmt: skip
+def test_a_fact_that_a_docstring_leaves_open_is_seen(
+    fact: str, shape: str, unit: str, error: str
+) -> None:
+    def unsaid(text: str) -> list[str]:
+        (node,) = ast.parse(text).body
+        assert isinstance(node, ast.FunctionDef)
+        return [each.fact for each in asked("f", node) if not each.said]
+
+    assert unsaid(OPEN.format(shape=shape, unit=unit, error=error)) == [fact]
+    assert not unsaid(OPEN.format(shape=" (N,)", unit=" s", error="; InputError"))
 
 
 def test_a_method_without_a_docstring_is_seen() -> None:

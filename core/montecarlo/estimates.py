@@ -272,7 +272,7 @@ def valley_prior(records: Mapping[str, Record], EI: float) -> ValleyPrior | None
 
 
 def flat_prior(bounds: Mapping[str, tuple[float, float]], EI: float) -> dict[str, Spread]:
-    """Mean and deviation of ε and d, uniform in a box, given ε d⁴ / 12 = EI.
+    """Mean and deviation of ε and d, uniform in a box, given ε d⁴ / 12 = EI in N m².
 
     With (ε, EI) instead of (ε, d) the density is |dd/dEI| = d / (4 EI), so ∝ d along the valley.
     """

@@ -16,7 +16,8 @@ SHORTEST_DIFFERENCE = 2
 
 
 def central_difference(x: np.ndarray, dt: float) -> np.ndarray:
-    """dx/dt of samples x (N,): central differences of second order, one-sided at the ends.
+    """dx/dt of samples x (N,) every `dt` s: central differences of second order, one-sided at the
+    ends.
 
     Empty samples (NaN) stay empty; a channel that carries only every s-th sample is
     differentiated at its own rate.

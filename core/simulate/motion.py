@@ -41,7 +41,7 @@ class Task:
 
 
 def at_rest(joints: np.ndarray, n: int, states: int = 0) -> np.ndarray:
-    """[q, q', s] at rest and straight with the joints (nj,) given."""
+    """[q, q', s] (2 n + states,) at rest and straight with the joints (nj,) given."""
     start = np.zeros(2 * n + states)
     start[: len(joints)] = joints
     return start

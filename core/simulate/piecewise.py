@@ -58,7 +58,7 @@ class Pieces:
 
 
 def changes(references: Sequence[np.ndarray], samples: int) -> np.ndarray:
-    """Samples after the first at which some experiment's references (N_i, nr) change."""
+    """Samples (E,) after the first at which some experiment's references (N_i, nr) change."""
     samples_of_change: set[int] = set()
     for signal in references:
         samples_of_change.update(

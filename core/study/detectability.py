@@ -92,9 +92,9 @@ MOST_SCANS, MOST_STEPS = 40, 30
 
 
 def crossing(shown: Callable[[float], float], level: float) -> tuple[float, float]:
-    """The multiplier at which `shown` first reaches `level`, from neutral, and its value: octaves
-    first, then false position in logarithms (Illinois variant, Dowell and Jarratt 1971), since most
-    effects are linear there."""
+    """The multiplier at which `shown` first reaches `level` in its unit, from neutral, and its
+    value: octaves first, then false position in logarithms (Illinois variant, Dowell and Jarratt
+    1971), since most effects are linear there."""
     low, high, f_low, f_high = _bracket(shown, level)
     for _ in range(MOST_STEPS):
         if high / low < 1.0 + 1e-9:

@@ -138,8 +138,8 @@ def hide_effect(
     e: Effect, bare: Model, experiments: Sequence[Experiment], level: float,
     rng: np.random.Generator,
 ) -> HiddenEffect:  # fmt: skip
-    """The effect at the size that shows `level` in the experiments, or as it is without a size.
-    UnreachableError if no size shows that."""
+    """The effect at the size that shows `level`, in standard deviations of the noise, in the
+    experiments, or as it is without a size. UnreachableError if no size shows that."""
     needed, detectability = prerequisites(e), Detectability(bare, experiments)
     sizes = detectability.sizes
     if not parameters_on(e, bare, sizes):

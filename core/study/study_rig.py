@@ -132,7 +132,7 @@ AR_COEFFICIENTS = {"white": 0.0, "coloured": AR_COEFFICIENT}
 def noise(
     rng: np.random.Generator, samples: int, std: float, coefficient: float, dt: float = SAMPLE_TIME
 ) -> np.ndarray:
-    """(samples,) of x(t) = a x(t - dt) + e(t), stationary from the first sample on.
+    """(samples,) of x(t) = a x(t - dt) + e(t), `dt` in s, stationary from the first sample on.
 
     `coefficient` is a, the correlation over SAMPLE_TIME; `std` is the standard deviation of x
     whatever the colour, in its unit.

@@ -211,7 +211,7 @@ def polyline(path: np.ndarray) -> np.ndarray:
 
 
 def error_lines(model: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """(k, 2, 3) from model to measured, at most ERRORS of them."""
+    """(k, 2, 3) from model (N, 3) to measured (N, 3), at most ERRORS of them."""
     index = _spread(min(len(model), len(measured)), ERRORS)
     return np.stack([model[index], measured[index]], axis=1)
 

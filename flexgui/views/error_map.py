@@ -159,7 +159,7 @@ class ErrorNow:
     """channel -> its unit"""
 
     def at(self, time: float) -> dict[str, float]:
-        """part -> error in noise floors at a time."""
+        """part -> error in noise floors at a time in s."""
         k = int(np.clip(np.searchsorted(self.time, time), 0, len(self.time) - 1))
         return {name: float(values[k]) for name, values in self.parts.items()}
 

@@ -25,7 +25,7 @@ SHAPE = re.compile(r"\([^()]*(?:\([^()]*\))?[^()]*,[^()]*\)|\bshapes?\b|\bscalar
 """(N,), (N, k), (R, 2 (n + 1)) or what is shaped like something else."""
 UNIT = re.compile(
     r"(?<!['’])\b(?:s|ms|µs|min|h|Hz|kHz|rad|mrad|rad/s|deg|m|mm|cm|µm|m/s|m/s²|kg|g|kg m²?|"
-    r"N(?!,)|Nm|N m|N/m|V|A|W|J|Pa|GPa|dB|MB|px|SI|(?i:seconds?|minutes?|degrees?|bytes?|"
+    r"N(?!,)|Nm|N m|N/m|V|A(?! [a-z])|W|J|Pa|GPa|dB|MB|px|SI|(?i:seconds?|minutes?|degrees?|bytes?|"
     r"pixels?|samples?|units?|no unit|"
     r"unitless|dimensionless|per cent|%|relative|ratios?|factors?|shares?|fractions?|"
     r"probabilit(?:y|ies)|p-values?|quantiles?|levels?|multiples?|numbers?|counts?|times|between|"
