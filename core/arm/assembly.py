@@ -105,7 +105,7 @@ def times(a: Polynomial, weighted: Polynomial) -> sp.Expr:
 
 
 def rigid_integrals(symbols: Symbols, segment: int, statements: Statements) -> Integrals:
-    """Writes the statements of a rigid segment's integrals: a mass in its centre and one at its
+    """Write the statements of a rigid segment's integrals: a mass in its centre and one at its
     tip. The inertia about the centre is among the constants of M."""
     let, zero = statements.let, sp.Integer(0)
     mass, tip, length, along, across = (
@@ -126,7 +126,7 @@ def rigid_integrals(symbols: Symbols, segment: int, statements: Statements) -> I
 
 
 def segment_integrals(symbols: Symbols, segment: int, statements: Statements) -> Integrals:
-    """Writes the statements that compute a bending segment's integrals."""
+    """Write the statements that compute a bending segment's integrals."""
     let, mu = statements.let, Moments(symbols, segment, statements)
     v = symbols.modal[segment]
     rate = dict(zip(symbols.q, symbols.dq, strict=True))
@@ -217,7 +217,7 @@ class Sums:
 
 
 def add_segment(kinematics: Kinematics, segment: int, sums: Sums) -> None:
-    """Adds what one segment and the mass at its tip contribute."""
+    """Add what one segment and the mass at its tip contribute."""
     s = kinematics.symbols
     statements = Statements(f"s{segment + 1}_", sums.lines)
     root = _Root.of(kinematics, segment, statements)
@@ -245,7 +245,7 @@ class _Root:
 
     @classmethod
     def of(cls, kinematics: Kinematics, segment: int, statements: Statements) -> _Root:
-        """Writes the statements that compute it."""
+        """Write the statements that compute it."""
         s = kinematics.symbols
         place, angle = kinematics.root(segment)
         jacobian = components(place).jacobian(s.q)

@@ -83,7 +83,7 @@ def sources_key() -> str:
 
 
 def use_cache_folder() -> None:
-    """Points Numba's cache to a folder of this version, unless the user has chosen one."""
+    """Point Numba's cache to a folder of this version, unless the user has chosen one."""
     from numba import config
 
     verify_kernels()
@@ -170,7 +170,8 @@ def _executed(name: str, file: Path) -> ModuleType:
 
 @cache
 def verify_kernels() -> None:
-    """From now on Numba's compiled files carry a digest too, and are read only if it is right."""
+    """From now on Numba's compiled files carry a digest too, and are read only if it is right: any
+    other raises FileNotFoundError, as if it were missing, and Numba compiles again."""
     from numba.core import caching
 
     class Checksummed(caching.IndexDataCacheFile):

@@ -90,7 +90,7 @@ class ArmCatalogue:
         return {name: entry.parameter for name, entry in self.entries.items()}
 
     def vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
-        """p (S, 13 N + 5) for S value vectors (S, len(names)); the rest as in the arm."""
+        """p (S, 13 N + 5) for S vectors of `values` (S, names); the rest as in the arm."""
         p = np.tile(self.base, (len(values), 1))
         moduli = [s.young_modulus or np.nan for s in self.arm.segments]
         widths = [s.width or np.nan for s in self.arm.segments]

@@ -9,12 +9,12 @@ from ..arm.slots import LENGTH, slot
 
 
 def chord_matrix(arm: Arm, p: np.ndarray) -> np.ndarray:
-    """(joints, n): the chord angle delta(l)/l of each segment from q."""
+    """(joints, n): the chord angle delta(l)/l of each segment, rad, from q (n,); p (13 N + 5,)."""
     return _end_rows(arm, p, lambda i: 1)
 
 
 def slope_matrix(arm: Arm, p: np.ndarray) -> np.ndarray:
-    """(joints, n): the slope delta'(l) at the end of each segment from q."""
+    """(joints, n): the slope delta'(l) at the end of each segment from q (n,); p (13 N + 5,)."""
     return _end_rows(arm, p, lambda i: i + 2)
 
 
@@ -28,6 +28,6 @@ def _end_rows(arm: Arm, p: np.ndarray, factor: Callable[[int], int]) -> np.ndarr
 
 
 def deflection_rows(arm: Arm, p: np.ndarray) -> np.ndarray:
-    """(joints, n): delta_k(l) in m from q; zero rows for rigid segments."""
+    """(joints, n): delta_k(l) in m from q (n,); p (13 N + 5,). Zero rows for rigid segments."""
     lengths = np.array([p[slot(k, LENGTH)] for k in range(arm.joints)])
     return np.asarray(chord_matrix(arm, p) * lengths[:, None])

@@ -42,29 +42,29 @@ class CompiledArm:
 
     @cached_property
     def addresses(self) -> np.ndarray:
-        """Of `dynamics` and `linear`, for core.arm.signatures."""
+        """(2,) of `dynamics` and `linear`, for core.arm.signatures."""
         return np.array([self.dynamics.address, self.linear.address], dtype=np.int64)
 
     def mass_matrix(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """M(q) (n, n)."""
+        """M (n, n) at q (n,) with the numbers p (np,)."""
         return self.mass_and_force(q, np.zeros_like(q), p)[0]
 
     def mass_and_force(
         self, q: np.ndarray, v: np.ndarray, p: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """M(q) (n, n) and F(q, q') (n,) without the drive."""
+        """M(q) (n, n) and F(q, v) (n,) without the drive; q and v = q' (n,), p (np,)."""
         from ..arm.evaluation import call_dynamics
 
         return call_dynamics(self.dynamics, *_floats(q, v, p))
 
     def mass_path(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """M (N, n, n) along a motion q (N, n)."""
+        """M (N, n, n) along a motion q (N, n) with the numbers p (np,)."""
         from ..arm.evaluation import mass_path
 
         return mass_path(self.dynamics, *_floats(q, p))
 
     def tip_place(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """z (2,) in m and dz/dq (2, n)."""
+        """z (2,) in m and dz/dq (2, n) at q (n,) with the numbers p (np,)."""
         from ..arm.evaluation import call_tip
 
         return call_tip(self.tip, *_floats(q, p))
@@ -76,7 +76,8 @@ class CompiledArm:
         return tip_places(self.tip, *_floats(q, p))
 
     def linear_matrices(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """K = -dF/dq and D = -dF/dq' (n, n) of the straight arm at the joint positions in q."""
+        """K = -dF/dq and D = -dF/dq' (n, n) of the straight arm at the joint positions in q (n,);
+        p (np,)."""
         from ..arm.evaluation import call_linear
 
         return call_linear(self.linear, *_floats(q, p))
@@ -141,7 +142,7 @@ class WideArm:
 
 @cache
 def compile_wide_arm(structure: Structure) -> WideArm:
-    """Seconds the first time, from the cache after that."""
+    """The same for LANES arms; seconds the first time, from the cache after that."""
     with _LOADING:
         text = partial(_module_text, structure, wide=True)
         module = cached_module(f"wide_{_name(structure)}", text)

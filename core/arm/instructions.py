@@ -31,7 +31,7 @@ ARITHMETIC: dict[type[ast.operator], tuple[str, Callable[[float, float], float]]
 
 
 def straight_line(columns: int, lanes: bool = False, fast: Sequence[str] = ()) -> Any:
-    """Decorates a function of arrays that only assigns, so that compiled code can call it.
+    """Decorate a function of arrays that only assigns, so that compiled code can call it.
 
     Args:
         columns: of its matrices.
@@ -88,7 +88,7 @@ class _Writer:
         self.kind: Any = wide if lanes else types.float64
 
     def statement(self, node: ast.stmt) -> None:
-        """Writes one assignment."""
+        """Write one assignment."""
         match node:
             case ast.Assign(targets=[ast.Name(id=name)], value=value):
                 self.names[name] = self.value(value)

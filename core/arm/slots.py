@@ -34,7 +34,8 @@ def slot(segment: int, which: int) -> int:
 
 
 def weighing(p: np.ndarray, joints: int) -> np.ndarray:
-    """The entries of p that the mass matrix depends on; springs, dampers and gravity are not."""
+    """(10 N + 1,) entries of p (13 N + 5,) that the mass matrix depends on; springs, dampers and
+    gravity are not."""
     own = p[: PER_SEGMENT * joints].reshape(joints, PER_SEGMENT)[:, WEIGHING].ravel()
     return np.append(own, p[pedestal_slots(joints)[1]])
 

@@ -52,7 +52,7 @@ def factor(n: int) -> list[str]:
 
 
 def substitute(n: int) -> list[str]:
-    """Solves with the factors of `factor`; b becomes the solution."""
+    """Solve with the factors of `factor`; b becomes the solution."""
     lines = []
     for i in range(n):
         below = [(f"A[{i * n + j}]", f"y_{j}") for j in range(i)]
