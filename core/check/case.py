@@ -63,8 +63,8 @@ class Case:
         self, fault: str, channel: str, size: float, unit: str, evidence: str,
         fix: str | None = None, modelled: bool = False,
     ) -> Finding:  # fmt: skip
-        """A finding about a channel of this recording, with its picture; `modelled`: beside what
-        the other channels make of it."""
+        """A finding of a `size` in its `unit` about a channel of this recording, with its picture;
+        `modelled`: beside what the other channels make of it."""
         evidence = evidence if evidence.endswith(".") else f"{evidence}."
         picture = self._beside_model(channel) if modelled else self._picture(channel)
         name = self.recording.name

@@ -52,7 +52,7 @@ class Equation:
 
     @cached_property
     def share(self) -> float:
-        """Of its variance that is not explained."""
+        """Share of its variance that is not explained: MOST at most, plus FLOOR."""
         return self.share_of(self.error)
 
     @property
@@ -62,7 +62,7 @@ class Equation:
         return max(self.share - FLOOR - allowed, 0.0)
 
     def share_of(self, error: np.ndarray) -> float:
-        """The same of another error (M,)."""
+        """The share of another `error` (M,)."""
         left = float(np.mean(error**2)) + self.tolerance**2
         return min(left / self.size**2, MOST) + FLOOR
 
@@ -80,7 +80,7 @@ class Equation:
 
     @property
     def gain(self) -> float:
-        """Of what is measured over what is modelled."""
+        """Slope of what is measured over what is modelled."""
         y, x = self._left(self.measured), self._left(self.modelled)
         return float(y @ x / max(x @ x, 1e-300)) if np.isfinite(x).all() else 1.0
 
@@ -104,7 +104,7 @@ class Answer:
 
     @cached_property
     def score(self) -> float:
-        """Sum of the logarithms of what is left of the channels' variances."""
+        """Sum over the channels of the logarithm of the share of its variance that is left."""
         return float(sum(np.log(e.share) for e in self.equations))
 
     @property
@@ -148,9 +148,9 @@ class Answer:
 def tip_equations(
     motion: Trajectory, recording: Recording, rows: np.ndarray
 ) -> tuple[Equation, ...]:
-    """The camera's channels at some rows beside the tip at the measured joints, of links that bend
-    as in a simulated motion or are stiff, whichever fits better: right within what links bend, also
-    where the motion is not. None without a camera or encoders."""
+    """The camera's channels at `rows` (K,) beside the tip at the measured joints, of links that
+    bend as in a simulated motion or are stiff, whichever fits better: right within what links
+    bend, also where the motion is not. None without a camera or encoders."""
     joints, reach = motion.arm.joints, sum(s.length for s in motion.arm.segments)
     names = [f"theta{k + 1}" for k in range(joints)]
     if not recording.has("z1", "z2", *names) or not len(rows):

@@ -64,7 +64,7 @@ class Fitted:
 
     @property
     def score(self) -> float:
-        """Of its answer."""
+        """Its answer's, a sum of logarithms of shares."""
         return self.answer.score
 
     @cached_property
@@ -94,7 +94,7 @@ class Fitted:
 
     @property
     def left(self) -> float:
-        """The score that the linear answer predicts."""
+        """The score that the linear answer predicts, likewise a sum of logarithms."""
         step, size, _ = self.solved
         moved = step / self.spread if self.change is None else np.append(step / self.spread, size)
         errors = self.answer.errors + self._columns @ moved
@@ -107,7 +107,7 @@ class Fitted:
         return np.maximum(self.x + self.solved[0], self.of.lowest)
 
     def at(self, x: np.ndarray) -> Fitted:
-        """The same at another vector (P,), with these slopes."""
+        """The same at another vector x (P,), with these slopes."""
         (answer,) = self.of.answers([(self.recording, x)])
         return replace(self, x=x, answer=answer, kept=self.slopes)
 

@@ -9,7 +9,7 @@ from ..noise.sensor_noise import common_quantisation_step, noise_of
 
 
 def lattice_step(x: np.ndarray) -> float:
-    """Quantisation step of values (N,) with many samples per level; 0: none."""
+    """Quantisation step of values x (N,), in their unit, with many samples per level; 0: none."""
     values = x[np.isfinite(x)]
     return 0.0 if len(np.unique(values)) > len(values) / 5 else common_quantisation_step([values])
 
@@ -25,9 +25,9 @@ FAR = 8.0
 
 
 def jumps(x: np.ndarray) -> list[tuple[int, float]]:
-    """Samples from which on a position (N,) is shifted, and by how much: it moves there FAR beyond
-    what it does around. It does not come back as an outlier does, nor does it leave a frozen
-    stretch or a zero."""
+    """Samples from which on a position x (N,) is shifted, and by how much: it moves there FAR
+    beyond what it does around. It does not come back as an outlier does, nor does it leave a
+    frozen stretch or a zero."""
     moves = np.diff(x)
     steps = np.abs(moves)
     if not steps.any():
@@ -49,7 +49,8 @@ FAST = 0.25
 
 
 def limit_of(values: np.ndarray) -> tuple[float, float] | None:
-    """(the value at which a signal (N,) is cut off, share of its samples there), or None."""
+    """(the value at which a signal of `values` (N,) is cut off, share of its samples there), or
+    None."""
     x = values[np.isfinite(values)]
     if len(x) < 5 * FEWEST_AT_LIMIT or np.ptp(x) == 0.0:
         return None
@@ -85,8 +86,8 @@ MOST = 0.03
 
 
 def far_out(x: np.ndarray, share: float = MOST) -> np.ndarray:
-    """(N,) True where one or two samples stand out to the same side of both neighbours, further
-    than all but a `share` of the samples do."""
+    """(N,) True where one or two samples of x (N,) stand out to the same side of both neighbours,
+    further than all but a `share` of the samples do."""
     bad = np.zeros(len(x), dtype=bool)
     # Of the middle, so that the outliers do not raise it themselves.
     low, high = np.percentile(x, [1.0, 99.0])
@@ -118,8 +119,8 @@ BANDS, LOWEST = 8, 0.2
 
 
 def quiet_noise(x: np.ndarray) -> float:
-    """Standard deviation of white noise in x (N,), by the band of frequencies with the least in it:
-    a lively motion reaches up to half the sample rate, but not evenly."""
+    """Standard deviation of white noise in x (N,), by the band of frequencies with the least in it
+    (spectrum: Welch 1967): a lively motion reaches up to half the sample rate, but not evenly."""
     if len(x) < 8 * BANDS:
         return noise_of(x)
     frequencies, power = scipy.signal.welch(np.diff(x), nperseg=min(len(x) - 1, 256))

@@ -130,8 +130,8 @@ def _predicted(
 def refined(
     fit: Fitted, kind: Kind, group: Group, size: float, begin: Fitted | None = None
 ) -> Step | None:
-    """The fault at its size, with the nuisance beside, which begins as in another fit; None where
-    it is none."""
+    """The fault at its size, sought from a `size` in its kind's unit, with the nuisance beside,
+    which begins as in another fit; None where it is none."""
     begin = begin or fit
     best, deviation, x, fresh = None, np.inf, begin.x, False
     for _ in range(ITERATIONS):
