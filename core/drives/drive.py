@@ -63,7 +63,7 @@ class Drive(Stated):
         raise NotImplementedError
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
-        """The law for an arm with numbers p and the drive's parameters in `values`."""
+        """The law for an arm with numbers p (13 N + 5,) and the drive's parameters in `values`."""
         raise NotImplementedError
 
     def needed_channels(self, arm: Arm) -> tuple[str, ...]:

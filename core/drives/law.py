@@ -65,7 +65,7 @@ def static_law(
     interpolate: bool = False,
     held: int = 0,
 ) -> DriveLaw:
-    """A law without states of its own."""
+    """A law without states of its own: R (nj, nr), P and V (nj, n), limit (nj,) in N m (N)."""
     joints, references = R.shape
     n = P.shape[1]
     return DriveLaw(

@@ -32,14 +32,15 @@ DEFAULT_HZ = 60.0
 
 
 def chord_error(x: np.ndarray) -> np.ndarray:
-    """(N, k): how far the straight lines between samples lie beside the curve on average."""
+    """(N, k): how far the straight lines between samples of x (N, k) lie beside the curve on
+    average."""
     out = np.zeros_like(x)
     out[1:-1] = np.diff(x, 2, axis=0) / 12.0
     return out
 
 
 def acceleration(place: np.ndarray, dt: float) -> np.ndarray:
-    """(N, k) by second differences, zero at both ends."""
+    """(N, k) by second differences of `place` (N, k), `dt` s apart; zero at both ends."""
     return chord_error(place) * (12.0 / dt**2)
 
 
@@ -54,14 +55,14 @@ def hold_mean(signals: np.ndarray) -> np.ndarray:
 
 
 def rates(place: np.ndarray, dt: float) -> np.ndarray:
-    """(N, k) by central differences."""
+    """(N, k) by central differences of `place` (N, k), `dt` s apart."""
     return np.column_stack([central_difference(x, dt) for x in place.T])
 
 
 def slopes(x: np.ndarray, dt: float) -> np.ndarray:
-    """(N, k) of the cubic spline through x (N, k): what swings by w rad per sample is missed by a
-    share of w^4 / 180, by central differences of w^2 / 6 (15 % at 38 Hz in 250 samples per second);
-    the noise of white samples is 1.7 times that of these. NaN where a sample is."""
+    """(N, k) of the cubic spline through x (N, k), `dt` s apart: what swings by w rad per sample is
+    missed by a share of w^4 / 180, by central differences of w^2 / 6 (15 % at 38 Hz in 250 samples
+    per second); the noise of white samples is 1.7 times that of these. NaN where a sample is."""
     if len(x) < 2 or not np.isfinite(x).all():
         return np.full(x.shape, np.nan)
     spline = scipy.interpolate.CubicSpline(np.arange(len(x)) * dt, x)
@@ -75,8 +76,8 @@ def averaged(x: np.ndarray) -> np.ndarray:
 
 
 def rates_along(place: np.ndarray, dt: float, at_rest: bool) -> np.ndarray:
-    """The rates along a motion; zero at its first sample if `at_rest`, so that noise starts no
-    motion."""
+    """(N, k) rates along a motion `place` (N, k), `dt` s apart; zero at its first sample if
+    `at_rest`, so that noise starts no motion."""
     speed = rates(place, dt)
     if at_rest:
         speed[0] = 0.0
@@ -109,8 +110,8 @@ class JointMotion:
 
     @classmethod
     def measured(cls, place: np.ndarray, dt: float, may_rest: bool, hz: float) -> JointMotion:
-        """Of measured positions (N, joints), without what is faster than `hz`; `may_rest`: whether
-        the motion may begin at rest."""
+        """Of measured positions `place` (N, joints), `dt` s apart, without what is faster than `hz`
+        Hz; `may_rest`: whether the motion may begin at rest."""
         at_rest = may_rest and begins_at_rest(place)
         if hz < 0.5 / dt:
             low_pass = ZeroPhaseLowPass(cutoff_hz=hz)
@@ -153,7 +154,7 @@ class Steering(Protocol):
     """What closes the loop: a drive, or a servo around one."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
-        """Its law on an arm with the numbers p and these parameter values."""
+        """Its law on an arm with the numbers p (13 N + 5,) and these parameter values."""
 
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
         """(N, nr): the references that a recording gives it."""
@@ -180,7 +181,8 @@ class FollowingServo:
     """Hz beyond which no torque is compared, of which friction along the joints is a part."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
-        """The drive's own feedback acts on the measured joints; the servo on the difference."""
+        """The drive's own feedback acts on the measured joints, the servo on the difference; p
+        (13 N + 5,). InputError where the drive feeds back more than the joints."""
         own = self.base.law(arm, p, values)
         joints = arm.joints
         if own.states or np.any(own.P[:, joints:]) or np.any(own.V[:, joints:]):
@@ -202,9 +204,9 @@ class FollowingServo:
         return inertia * w * w, inertia * 2.0 * w
 
     def response(self, x: np.ndarray, dt: float, hz: float | None = None) -> np.ndarray:
-        """(N, k): how the joints follow references x (N, k), and how the servo's torque follows
-        what is missing: (2 w s + w^2) / (s + w)^2 with w = 2 pi hz, beginning at rest in x[0]; of
-        another servo where `hz` is given."""
+        """(N, k): how the joints follow references x (N, k), `dt` s apart, and how the servo's
+        torque follows what is missing: (2 w s + w^2) / (s + w)^2 with w = 2 pi hz, beginning at
+        rest in x[0]; of another servo where `hz`, in Hz, is given."""
         b, a, steady = _response(hz or self.hz, dt)
         response, _ = scipy.signal.lfilter(b, a, x, axis=0, zi=np.outer(steady, x[0]))
         return np.asarray(response)
@@ -222,8 +224,8 @@ class FollowingServo:
         return np.asarray(references[:, :nr] @ law.R[:, nr : 2 * nr].T)
 
     def seen_by_friction(self, place: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and speeds (N, joints) without the encoders' noise, which would turn the sign
-        of a friction wherever a joint rests.
+        """Positions and speeds (N, joints), of `place` (N, joints), `dt` s apart, without the
+        encoders' noise, which would turn the sign of a friction wherever a joint rests.
 
         Through a servo that is faster than all that is compared: one at the frequency of a
         vibration exaggerates it, and a viscous friction came out 10 % too small. Not through a
@@ -252,10 +254,10 @@ class FollowingServo:
     def between_samples(self, place: np.ndarray, dt: float) -> np.ndarray:
         """(N, joints): by how much the servo's torque around a sample exceeds that at it.
 
-        `place` (N, joints) are the positions that it follows. The references run straight between
-        samples and the arm follows their mean, which lies
-        a dt^2 / 12 beside a curve of acceleration a. At the samples the torque is too small by
-        the gain times that: at 60 Hz and 1 kHz a mass would come out 1.2 % too large.
+        `place` (N, joints) are the positions that it follows, `dt` s apart. The references run
+        straight between samples and the arm follows their mean, which lies a dt^2 / 12 beside a
+        curve of acceleration a. At the samples the torque is too small by the gain times that: at
+        60 Hz and 1 kHz a mass would come out 1.2 % too large.
         """
         return (
             chord_error(place) @ self.gains()[0] + chord_error(rates(place, dt)) @ self.gains()[1]
