@@ -18,7 +18,7 @@ RANGE = 1e3
 
 
 def compliance(arm: Arm, hz: float) -> float:
-    """m/N with which the arm's mass stands at that frequency."""
+    """m/N with which the arm's mass stands at `hz` Hz."""
     mass = sum(s.mass + s.tip_mass for s in arm.segments)
     return float(1.0 / (mass * (2.0 * np.pi * hz) ** 2))
 

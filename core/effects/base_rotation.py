@@ -15,7 +15,7 @@ START_SHARE = 0.3
 
 
 def compliance(arm: Arm, hz: float) -> float:
-    """rad/(N m) with which the stretched arm swings at that frequency, the motor held."""
+    """rad/(N m) with which the stretched arm swings at `hz` Hz, the motor held."""
     return float(1.0 / (joint_load(arm, 0) * (2.0 * np.pi * hz) ** 2))
 
 

@@ -16,7 +16,7 @@ GRID = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 3e-2)
 
 
 def lagged(law: DriveLaw, time: float) -> DriveLaw:
-    """The law with its torque behind a first-order lag; the new states stand last.
+    """The law with its torque behind a first-order lag of `time` s; the new states stand last.
 
     u = s, T s' = u* - s with the old law's u*; the old states are kept, their limit is that of
     the torque that arrives.

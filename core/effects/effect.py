@@ -145,23 +145,25 @@ class Effect(ABC):
         return level if self.linear else "nonlinear"
 
     def law(self, law: DriveLaw, arm: Arm, p: np.ndarray, values: Values) -> DriveLaw:
-        """The drive's law with the effect in it."""
+        """The drive's law on the arm with numbers p (13 N + 5,), with the effect in it."""
         return law
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
-        """Extra forces, compiled from their symbolic laws."""
+        """Extra forces on the arm with numbers p (13 N + 5,), compiled from their symbolic laws."""
         return ()
 
     def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
-        """True joint positions (..., nj) from what the encoders say."""
+        """True joint positions (..., nj) from the encoders' `joints` (..., nj)."""
         return joints
 
     def followed(self, joints: np.ndarray, dt: float, values: Values) -> np.ndarray:
-        """True joint positions (N, nj) over time from the encoders' that a servo follows."""
+        """True joint positions (N, nj) from the encoders' `joints` (N, nj), `dt` s apart, that a
+        servo follows."""
         return joints
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
-        """What one kind of sensor reads (N, k), from what an ideal one would."""
+        """What one kind of sensor reads (N, k), from what an ideal one would, y (N, k), `dt` s
+        apart."""
         return y
 
 

@@ -56,7 +56,7 @@ def port_of(word: str) -> str:
 
 
 def read_formula(formula: str, states: Sequence[str], names: Sequence[str], where: str) -> sp.Expr:
-    """The formula in real symbols; every parameter must occur in it."""
+    """The formula in real symbols; InputError where it is zero or a parameter does not occur."""
     symbols = {word: sp.Symbol(word, real=True) for word in (*states, *names)}
     expression = parse_formula(formula, symbols, f"{where} formula")
     if is_nothing(expression):
@@ -71,7 +71,7 @@ def read_formula(formula: str, states: Sequence[str], names: Sequence[str], wher
 
 def size_names(force: sp.Expr, own: Sequence[sp.Symbol], where: str) -> tuple[str, ...]:
     """Parameters that make the formula zero when they are, and of which none can be left out: the
-    fewest, where one or two do."""
+    fewest, where one or two do. InputError where all of them do not."""
     for count in (1, 2):
         for chosen in combinations(own, count):
             if _vanishes(force, chosen):
@@ -133,7 +133,8 @@ def own_parameter(
     lower: float | None = None,
     upper: float | None = None,
 ) -> Parameter:
-    """A parameter of a formula; bounds that are not stated are wide, with either sign."""
+    """A parameter of a formula, with `start`, `lower` and `upper` bound in its `unit`; bounds that
+    are not stated are wide, with either sign."""
     scale = abs(start) or 1.0
     low = -WIDE * scale if lower is None else lower
     high = WIDE * scale if upper is None else upper

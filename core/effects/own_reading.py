@@ -74,7 +74,7 @@ class OwnReading(Effect):
         return true
 
     def added(self, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
-        """(N,) to the channel's reading, from readings y (N, k)."""
+        """(N,) to the channel's reading, from readings y (N, k), `dt` s apart."""
         time = dt * np.arange(len(y))
         numbers = [values[q.parameter.name] for q in self.own_parameters]
         with np.errstate(all="ignore"):

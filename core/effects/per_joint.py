@@ -49,9 +49,9 @@ def sized(
     secondary: bool = False,
     fine_grid: Sequence[float] = (),
 ) -> EffectParameter:
-    """A parameter with its bounds, which the neutral value may lie outside of.
+    """A parameter with bounds `lower`, `upper` in its `unit`, which `neutral` may lie outside of.
 
-    Without an upper bound it may grow to a thousand times its start; without a lower one the sign
+    Without an upper one it may grow to a thousand times its start; without a lower one the sign
     is fixed unless `signed`. The symbol follows from the name where none is stated.
     """
     start = float(start)

@@ -31,7 +31,8 @@ def clamped_frequency(arm: Arm, k: int) -> float:
 
 
 def arm_parameter(arm: Arm, name: str, step: float, lower: float, upper: float) -> EffectParameter:
-    """The arm's parameter of that name: neutral at its stated value, starting one `step` above."""
+    """The arm's parameter of that name: neutral at its stated value, starting one `step` above;
+    `step`, `lower` and `upper` bound in its unit."""
     own = arm_parameters(arm)[name]
     parameter = replace(own, value=own.value + step, lower=lower, upper=upper, scale=abs(step))
     return EffectParameter(parameter, neutral=own.value)

@@ -51,7 +51,8 @@ class SensorLag(Effect):
 
 
 def first_order(y: np.ndarray, dt: float, time_constant: float) -> np.ndarray:
-    """(N, k) after a lag, exact for signals that run straight between samples; starts settled."""
+    """(N, k) signals y (N, k), `dt` s apart, after a lag of `time_constant` s: exact where they run
+    straight between samples; starts settled."""
     ratio = time_constant / dt
     kept = np.exp(-1.0 / ratio)
     now, before = 1.0 - ratio * (1.0 - kept), ratio * (1.0 - kept) - kept

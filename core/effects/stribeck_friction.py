@@ -1,4 +1,5 @@
-"""The extra friction near standstill."""
+"""The extra friction near standstill (R. Stribeck, 1902), in the form of a Gaussian of the speed
+(B. Armstrong-Helouvry et al., Automatica 30, 1994)."""
 
 import numpy as np
 import sympy as sp

@@ -47,8 +47,9 @@ MOST = 4000
 
 
 def every_order(grid: tuple[float, ...], span: float) -> tuple[float, ...]:
-    """From the lowest to the highest, a quarter of a wave over all positions apart: waves that
-    differ by a whole one look nothing alike, so a descent finds no way between them."""
+    """From the lowest to the highest of a `grid`, a quarter of a wave over the `span` (rad or m) of
+    all positions apart: waves that differ by a whole one look nothing alike, so a descent finds no
+    way between them."""
     count = int(np.clip((grid[-1] - grid[0]) * span / (0.5 * np.pi), len(grid), MOST))
     return tuple(np.linspace(grid[0], grid[-1], count + 1).tolist())
 
