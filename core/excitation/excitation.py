@@ -22,7 +22,7 @@ class Excitation(Stated):
     """s, how long a level is kept."""
 
     def signal(self, samples: int, joints: int, dt: float, rng: np.random.Generator) -> np.ndarray:
-        """(samples, joints)"""
+        """(samples, joints), `dt` s apart, within the amplitude and in its unit."""
         raise NotImplementedError
 
     def hold_samples(self, dt: float) -> int:

@@ -30,7 +30,7 @@ def plan(
     scenario: Scenario, request: ExperimentRequest, *, folder: Folder | None = None,
     data_folder: Path | None = None, progress: Progress | None = None,
 ) -> Design:  # fmt: skip
-    """Fits the scenario's model as the diagnosis fits it, and chooses what to record next; the
+    """Fit the scenario's model as the diagnosis fits it, and choose what to record next; the
     request holds `[limits]` too. InputError where the scenario, a recording or the request is
     wrong."""
     progress = progress or Silent()

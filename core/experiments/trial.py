@@ -94,7 +94,8 @@ def simulate_reference(h: ParametrisedModel, task: Task, steps: int) -> Trajecto
 
 
 def trials(limits: RigLimits, seconds: float, sample_time: float) -> list[Trial]:
-    """Postures within the limits times forms; all of one length, without sizes yet."""
+    """Postures within the limits times forms; all of `seconds` s, sampled every `sample_time` s,
+    without sizes yet."""
     low, high = limits.position.T
     joints = len(low)
     inner = [_inside(low[k], high[k]) for k in range(1, joints)]
