@@ -85,10 +85,10 @@ def fit_base(
     stopped: Callable[[], bool] = lambda: False, identified: Mapping[str, float] | None = None,
     stated_rig: Mapping[str, str] | None = None,
 ) -> BaseFit:  # fmt: skip
-    """Fits the base model with the full equations until it converges.
+    """Fit the base model with the full equations until it converges.
 
     It starts at the nominal values and at `identified` (label -> value) and keeps the better fit.
-    `stated_rig`: what is stated of the rig.
+    `fidelity`: relative modelling tolerance; `stated_rig`: what is stated of the rig.
     """
     model = full_equations(model)
     outputs = compared_outputs(model, fitted, recordings)

@@ -43,7 +43,7 @@ def diagnose(
     on_ranking: RankingCallback | None = None, base_fit: BaseFit | None = None,
     on_end: Callable[[BaseFit], None] | None = None,
 ) -> Diagnosis:  # fmt: skip
-    """Finds the effects that the model lacks on the estimation recordings and adds them one by one.
+    """Find the effects that the model lacks on the estimation recordings and add them one by one.
 
     `base_fit`: result of `fit_base_to_recordings` for the same arguments, if there is one; `on_end`
     takes the fit of the model as it stands at the end. InputError if the recordings lack what the
@@ -142,7 +142,8 @@ def fit_base_to_recordings(
     setup: Setup, spec: IdentifySpec, recordings: Sequence[Recording], options: Options,
     progress: Progress,
 ) -> BaseFit:  # fmt: skip
-    """The model fitted with the effects that it has; the search starts there."""
+    """The model fitted with the effects that it has; the search starts there. InputError without a
+    recording to estimate from."""
     progress.stage(fit_title(setup.model.effects))
     chosen = [r for r in recordings if r.role == "estimate"]
     if not chosen:

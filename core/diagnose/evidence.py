@@ -43,7 +43,8 @@ AT_BOUND = 0.05
 """Of a plausible size: this close to the bound next to neutral an effect has vanished."""
 
 TIE = 10.0
-"""Difference of BIC below which two refits tie; above, the evidence is called very strong."""
+"""Difference of BIC below which two refits tie; above, the evidence is called very strong (Kass and
+Raftery 1995)."""
 
 NEGLIGIBLE = 0.02
 """Share of the error above the noise floor below which nothing is left to explain."""
@@ -71,7 +72,7 @@ class RefittedCandidate:
 
     @property
     def penalised_error(self) -> float:
-        """log(1 - reduction) plus the price of the parameters; the smallest is best."""
+        """Logarithm of 1 - reduction plus the price of the parameters; the smallest is best."""
         return _penalised_error(self.reduction, self.parameters)
 
 
@@ -91,7 +92,8 @@ def _above(base: float, reduction: float, count: int) -> float:
 
 
 def penalised_error(base: float, cost: float, count: int, parameters: int) -> float:
-    """Penalised error of a refit with squared error `cost` over `count` samples; `base` before."""
+    """Penalised error of a refit with squared error `cost`, and `base` before, over `count`
+    samples."""
     reduction = base - cost
     if not np.isfinite(reduction):
         return np.inf
@@ -102,7 +104,7 @@ def assess_refit(
     screened: ScreenedCandidate, base: Refit, refit: Refit, count: int, candidate_count: int
 ) -> RefittedCandidate:
     """A refit assessed against the base: `count` samples, `candidate_count` candidates in the round
-    (Bonferroni, an upper bound of Holm)."""
+    (Bonferroni, an upper bound of Holm 1979)."""
     own = len(refit.parametrised.unknowns) - len(base.parametrised.unknowns)
     own = max(own, screened.degrees_of_freedom)
     reduction = base.cost - refit.cost

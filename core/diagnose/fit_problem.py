@@ -124,7 +124,7 @@ class ParametrisedModel:
         return self.residuals.predictor.steps
 
     def errors(self, vector: np.ndarray) -> list[np.ndarray]:
-        """Weighted errors (M, k) per recording."""
+        """Weighted errors (M, k) per recording at a `vector` (P,)."""
         return self.errors_at([vector])[0]
 
     def errors_at(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
@@ -132,19 +132,19 @@ class ParametrisedModel:
         return self.residuals.blocks_of(vectors)
 
     def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
-        """Derivatives (M, k, P) of the errors per recording, with half the steps: directions need
-        less accuracy than errors."""
+        """Derivatives (M, k, P) of the errors per recording at a `vector` (P,), with half the
+        steps: directions need less accuracy than errors."""
         return self.half_substeps.residuals.sensitivities(vector, central=False)
 
     def exact_slopes(self, vector: np.ndarray) -> list[np.ndarray]:
-        """The same derivatives with all steps."""
+        """The same derivatives at a `vector` (P,), with all steps."""
         return self.residuals.sensitivities(vector, central=False)
 
     def slopes_reusing(
         self, vector: np.ndarray, reused: Mapping[str, tuple[np.ndarray, ...]]
     ) -> list[np.ndarray]:
-        """The same derivatives; `reused` gives the columns (M, k) per recording of some
-        unknowns."""
+        """The same derivatives at a `vector` (P,); `reused` gives the columns (M, k) per recording
+        of some unknowns."""
         labels = self.unknowns.labels
         computed = [j for j, label in enumerate(labels) if label not in reused]
         slopes = self.half_substeps.residuals.sensitivities(vector, central=False, only=computed)
@@ -247,7 +247,7 @@ def enough_substeps(
     tolerance: float = SEARCH_ERROR, least: int = 1,
 ) -> int:  # fmt: skip
     """Steps per sample, from `least` on, such that twice as many change the outputs by less than
-    `close` noise floors."""
+    `tolerance` noise floors, rms."""
 
     def errors_with(steps: int) -> list[np.ndarray]:
         h = parametrised(replace(data, substeps=steps), effects, values)

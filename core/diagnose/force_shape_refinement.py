@@ -63,9 +63,9 @@ def joint_force_shape(change: OutputChange) -> dict[str, float]:
 def best_force_shape(candidate: Effect, changes: Changes, w: np.ndarray) -> ShapedChanges:
     """The shape of an effect that explains most at all joints, then the best shape of each joint.
 
-    `w` is the projected Gram matrix of all changes, of which some must be those of the effect. A
-    response from neutral on is linear, so the sensitivities to what the effect includes, and the
-    model lacks, are added to its own, unless these leave nothing to it.
+    w (Q + 1, Q + 1) is the projected Gram matrix of all changes, of which some must be those of the
+    effect. A response from neutral on is linear, so the sensitivities to what the effect includes,
+    and the model lacks, are added to its own, unless these leave nothing to it.
     """
     mine = [i for i, c in enumerate(changes) if c.effect is candidate]
     slopes = () if any(changes[i].scanned for i in mine) else candidate.includes
@@ -211,7 +211,8 @@ class JointForce:
         return self.model.numbers().p
 
     def element(self, size: EffectParameter, shape: float) -> Element | None:
-        """The force element of the joint with one size; None if it has a state."""
+        """The force element of the joint with one size, and the `shape` in its parameter's unit;
+        None if it has a state."""
         sizes = {k.parameter.name: k.neutral for k in self.sizes}
         sizes |= {size.parameter.name: size.parameter.value, self.shape.parameter.name: shape}
         for element in self.effect.elements(self.model.arm, self._p, {**self.values, **sizes}):
@@ -283,13 +284,13 @@ def _responses(force: JointForce, motions: Sequence[ErrorResponse], shape: float
 
 
 def spectrum(block: np.ndarray) -> np.ndarray:
-    """(F, k) spectrum of (N, k), windowed."""
+    """(F, k) spectrum of a `block` (N, k), windowed."""
     window = np.hanning(len(block))[:, None]
     return np.asarray(np.fft.rfft((block - block.mean(axis=0)) * window, axis=0)[FIRST_FREQUENCY:])
 
 
 def spectrum_of_error(error: np.ndarray) -> np.ndarray:
-    """(F, k) spectrum of errors (N, k), comparable with the response to a windowed torque.
+    """(F, k) spectrum of an `error` (N, k), comparable with the response to a windowed torque.
 
     The response of rates dies out within the window, that of positions never does: so differences
     are windowed, and summed again over the frequencies.

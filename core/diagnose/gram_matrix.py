@@ -29,7 +29,7 @@ class GramMatrix:
 
     @property
     def total(self) -> np.ndarray:
-        """The Gram matrix of all recordings together."""
+        """(P + Q + 1, P + Q + 1) of all recordings together."""
         return np.asarray(self.parts.sum(axis=0))
 
     def without(self, i: int) -> GramMatrix:
@@ -86,7 +86,8 @@ class Explained:
 def explained_by(
     projected: np.ndarray, which: Sequence[int], one_sided: Sequence[bool]
 ) -> Explained:
-    """Least squares on some projected columns, with fixed signs for one-sided ones."""
+    """Least squares on some columns `projected` (Q + 1, Q + 1), with fixed signs for one-sided ones
+    (Lawson and Hanson 1974)."""
     at = list(which)
     if not at:
         return Explained(0.0, np.zeros(0))

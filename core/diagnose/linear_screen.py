@@ -1,4 +1,5 @@
-"""The linear screen: which candidates explain the residual, nuisance projected out."""
+"""The linear screen: which candidates explain the residual, nuisance projected out (as in Q. Zhang,
+M. Basseville, A. Benveniste, Automatica 30, 1994)."""
 
 from __future__ import annotations
 
@@ -104,7 +105,7 @@ def screen(
     candidates: Sequence[Effect], on_progress: Callable[[str], bool] = lambda _: False,
     on_interim: Callable[[Screen], None] | None = None,
 ) -> Screen:  # fmt: skip
-    """Scores every candidate. `on_progress(title)` is called after each; True stops. `on_interim`
+    """Score every candidate. `on_progress(title)` is called after each; True stops. `on_interim`
     gets interim screens.
 
     Each candidate is tried at one size, then at all others, so that all can be compared early.

@@ -33,8 +33,8 @@ def missing_torque(
     h: ParametrisedModel, i: int, comparison: RecordingComparison, floors: Mapping[str, float],
     agility: float | None,
 ) -> MissingTorques:  # fmt: skip
-    """Missing torque along recording i; none if a servo shows it already, if one linear model does
-    not hold, or if the outputs are filtered."""
+    """Missing torque along recording i, and the `agility` (N m/√s), chosen if None; no torque if a
+    servo shows it already, if one linear model does not hold, or if the outputs are filtered."""
     experiment = h.residuals.experiments[i]
     chosen = [c for c in comparison.channels if c.channel in floors and c.counted.all()]
     if (
@@ -85,7 +85,7 @@ def error_response(
     h: ParametrisedModel, i: int, error: np.ndarray, floors: np.ndarray, agility: float | None
 ) -> tuple[ErrorResponse | None, float | None]:
     """The response of recording i, from its error (M, k), measured minus modelled, and the noise
-    floors (k,); None where `missing_torque` gives nothing."""
+    floors (k,), and the `agility` (N m/√s); None where `missing_torque` gives nothing."""
     e = h.residuals.experiments[i]
     if not (_one_linear_model(h, e) and e.counted.all()) or len(error) > MOST_ROWS:
         return None, agility

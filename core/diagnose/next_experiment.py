@@ -3,7 +3,8 @@
 Both fitted models are simulated on a planned experiment. If one of them were true, the other would
 be refitted to it. What its own parameters and the nuisance can absorb, without spoiling the fit to
 the existing recordings, is projected out. The expected score is the remainder, LM = |(I - P)(y_A -
-y_B)|^2 / floor^2: the increase of the wrong one's squared error.
+y_B)|^2 / floor^2: the increase of the wrong one's squared error (T-optimality: Atkinson and
+Fedorov, Biometrika 62, 1975).
 """
 
 from __future__ import annotations
@@ -107,7 +108,8 @@ def _recording(model: Model, spec: SimulateSpec, like: Recording) -> Recording:
 def expected_recording(
     model: Model, task: Task, theta2: float | None, motion: Trajectory, like: Recording
 ) -> Recording:
-    """What the sensors of the existing recordings would read along a motion."""
+    """What the sensors of the existing recordings would read along a motion; `theta2`: its working
+    point in rad, if it has one."""
     N, spec = len(task.time), SimulateSpec(sample_time=task.sample_time)
     read = read_sensors(model, motion, spec, NO_NOISE)
     channels = {n: _zeros_like(values, N) + read.get(n, 0.0) for n, values in like.channels.items()}
@@ -161,7 +163,7 @@ def score_on_data(
     second: ParametrisedModel,
     normal: Sequence[NormalMatrix] = ({}, {}),
 ) -> float:
-    """The score on an experiment with its data."""
+    """The score, in squared noise floors, on an experiment with its data."""
     pair = [parametrised_on(planned, h) for h in (first, second)]
     outputs = [h.residuals.predictor.predict(h.vector)[0] for h in pair]
     if not all(np.all(np.isfinite(y)) for y in outputs):

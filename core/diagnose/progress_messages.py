@@ -61,14 +61,14 @@ class RoundProgress:
         self._lock = threading.Lock()  # refits ask from several threads
 
     def begin(self, title: str, total: int | None) -> None:
-        """Begins a stage, with what is to be compiled in it."""
+        """Begin a stage, with what is to be compiled in it."""
         with self._lock:
             self._last, self._note = "", ""
             self._progress.stage(title, total)
         self("")
 
     def __call__(self, text: str) -> bool:
-        """Reports `text`, what was just done; empty: only asks whether to stop. True: stop."""
+        """Report `text`, what was just done; empty: only ask whether to stop. True: stop."""
         with self._lock:
             note = self._compile_note()
             if text or note != self._note:

@@ -46,7 +46,8 @@ def confused_with(
 
 
 def largest_cosine(screened: Screen, a: ScreenedCandidate, b: ScreenedCandidate) -> float:
-    """Cosine of the smallest principal angle between two candidates' whitened directions."""
+    """Cosine of the smallest principal angle between two candidates' whitened directions (Björck
+    and Golub 1973)."""
     W = screened.whitened.projected()
     A, B = list(a.output_changes), list(b.output_changes)
     if not A or not B:

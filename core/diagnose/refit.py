@@ -57,8 +57,9 @@ def fit(
     reused: SlopesByLabel | None = None, damping: float = FIRST_DAMPING,
     exact_directions: bool = False,
 ) -> Refit:  # fmt: skip
-    """Descends from the model; then one linear step to the whitened minimum.
+    """Descend from the model; then one linear step to the whitened minimum.
 
+    `damping`: of the first step, a share of the normal equations' diagonal (Marquardt 1963).
     Sensitivities in `reused` are not computed again: those to nuisance unknowns hardly change with
     an effect, and a descent needs only their direction. `exact_directions`: if such directions stop
     reducing the cost, exact ones are used. While an effect is missing, a step that gains a tiny
@@ -106,7 +107,7 @@ def refit_with(
     values: Mapping[str, float], whitener: Whitener, slopes: Sequence[np.ndarray],
     scanned: Sequence[str], stopped: Callable[[], bool], most: int = ROUGH_ITERATIONS,
 ) -> Refit:  # fmt: skip
-    """Fits the model with `effects` from the best of several starts, which are compared coarsely
+    """Fit the model with `effects` from the best of several starts, which are compared coarsely
     after a few iterations.
 
     `slopes` are the base's, (M, k, P) per recording; the parameters `scanned` have no slope at

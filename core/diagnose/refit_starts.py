@@ -310,7 +310,8 @@ def grids(data: FitProblem, effects: Sequence[Effect], scanned: Sequence[str]) -
 
 
 def refined_grid(sizes: np.ndarray) -> np.ndarray:
-    """A grid in order, with points between so that neighbours differ by GRID_RATIO at most."""
+    """(K,) a grid of `sizes` (k,) in order, with points between so that neighbours differ by
+    GRID_RATIO at most."""
     refined = [sizes[:1]]
     for a, b in pairwise(sizes):
         count = int(np.ceil(abs(np.log(b / a)) / np.log(GRID_RATIO))) if a * b > 0.0 else 1

@@ -46,7 +46,7 @@ class RevisedModel(NamedTuple):
 def needed_effects(
     data: FitProblem, refit: Refit, present: Sequence[Effect], stated_count: int, stopped: StopCheck
 ) -> RevisedModel:
-    """Removes effects without which the error hardly grows or stays within noise, or replaces them
+    """Remove effects without which the error hardly grows or stays within noise, or replace them
     by the simpler ones that they include; each time the option with the best BIC.
 
     The last effect may go, too: without size it can still have brought the others to a better
@@ -93,7 +93,7 @@ def with_stated_sizes(model: FittedModel, stated_count: int, stopped: StopCheck)
 
 
 def bic(refit: Refit, data: FitProblem) -> float:
-    """Squared error plus the price of the parameters (BIC)."""
+    """Squared error in noise floors plus the price of the parameters (Schwarz 1978)."""
     return float(refit.cost + len(refit.parametrised.unknowns) * np.log(data.count))
 
 

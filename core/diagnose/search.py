@@ -1,9 +1,9 @@
 """The search: moves from model to model until none improves, then again against a better noise.
 
-A move adds the effect, or the set of effects, that the recordings need most, takes out what is not
-needed, or puts a better effect in the place of others. A model is visited again only at a better
-minimum. When no move is left, the noise is estimated again; what was screened and fitted is seen
-against it as it is.
+A move adds the effect, or the set of effects, that the recordings need most (forward selection of
+physical effects: Bacher and Madsen 2011), takes out what is not needed, or puts a better effect in
+the place of others. A model is visited again only at a better minimum. When no move is left, the
+noise is estimated again; what was screened and fitted is seen against it as it is.
 """
 
 from __future__ import annotations
@@ -264,7 +264,7 @@ class Search:
         self, model: FittedModel, candidates: Sequence[Effect], title: str, most: int,
         **callbacks: Callable[..., None],
     ) -> Round:  # fmt: skip
-        """Ranks these candidates on a model and tests the best."""
+        """Rank these candidates on a model and test the best."""
         data, refit, present = model.data, model.refit, model.effects
         planned = [t for c in candidates for t in trials(refit.parametrised, c, data)]
         steps = messages.RoundProgress(self.progress, refit.parametrised.model.arm, planned)

@@ -1,7 +1,7 @@
 """One round of the search: screen the candidates, refit the promising ones, accept one or a set.
 
-Refits whose predicted cost reduction is too small stop after two iterations (successive halving).
-They keep their results, and so their place in the ranking.
+Refits whose predicted cost reduction is too small stop after two iterations (as in successive
+halving: Jamieson and Talwalkar 2016). They keep their results, and so their place in the ranking.
 """
 
 from __future__ import annotations
@@ -114,14 +114,14 @@ def search_round(
     unseen: Callable[[RefittedCandidate], float | None] = lambda _: None,
     least_share: float = 0.0, on_stage: OnStage = lambda _title, _total: None,
 ) -> Round:  # fmt: skip
-    """Ranks the candidates and converges the model with the best, if it is acceptable.
+    """Rank the candidates and converge the model with the best, if it is acceptable.
 
     `on_screen` gets the screen while it goes on and at its end. `most`: how many effects may be
     added; 0 only ranks, and `after` is `before`. A model that `check` rejects is not added.
     `unseen`: the squared error per sample that a refit leaves on recordings that no fit uses.
-    `least_share` of the error above noise: effects that are not predicted to explain as much are
-    refitted only if they vibrate, which the screen may overlook, or as a set. `on_stage` gets the
-    title and the steps of what follows the screen.
+    `least_share` (a share of the error above noise): effects that are not predicted to explain as
+    much are refitted only if they vibrate, which the screen may overlook, or as a set. `on_stage`
+    gets the title and the steps of what follows the screen.
     """
     data = with_shared_motions(data, before.parametrised)
     screened = screen(data, before.parametrised, present, candidates, on_progress, on_screen)
