@@ -104,15 +104,15 @@ def with_steps(residuals: Residuals, steps: int) -> Residuals:
 
 
 def errors_with(residuals: Residuals, vector: np.ndarray, steps: int) -> list[np.ndarray]:
-    """The weighted errors (M, k) per recording with so many steps per sample."""
+    """The weighted errors (M, k) per recording at a `vector` (P,) with so many steps per sample."""
     return with_steps(residuals, steps).blocks(vector)
 
 
 def errors_with_each(
     residuals: Residuals, vector: np.ndarray, steps: Sequence[int]
 ) -> list[list[np.ndarray]]:
-    """The errors with each number of steps, in parallel: one simulation of few recordings keeps one
-    core busy."""
+    """The errors at a `vector` (P,) with each number of steps, in parallel: one simulation of few
+    recordings keeps one core busy."""
     return list(on_all_cores(lambda n: errors_with(residuals, vector, n), steps))
 
 

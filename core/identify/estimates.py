@@ -127,7 +127,7 @@ def _contradicted(
 
 
 def first_estimate_text(unknowns: Unknowns, vector: np.ndarray) -> str:
-    """The end of the first descent, as text."""
+    """The end of the first descent, a `vector` (P,), as text."""
     pairs = zip(unknowns.items, vector, strict=True)
     shown = [
         f"{item.label} = {value:.4g} {item.parameter.unit}".strip()
@@ -150,8 +150,9 @@ STEP = 1e-6
 def derived_estimates(
     model: Model, unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, null: np.ndarray | None
 ) -> tuple[Estimate, ...]:
-    """EI of each bending segment whose modulus or width was estimated, by the delta method. A
-    product can be identifiable although its factors are not: if no null direction changes it."""
+    """EI of each bending segment whose modulus or width was estimated, by the delta method, from a
+    `vector` (P,) with `cov` (P, P). A product can be identifiable although its factors are not: if
+    no null direction, `null` (d, P), changes it."""
     names = {item.parameter.name for item in unknowns.items if item.recording is None}
     if not any(name.rstrip("0123456789") in SECTION_NAMES for name in names):
         return ()

@@ -45,7 +45,7 @@ def identify(
     label: str, experiments: Sequence[Prepared], unknowns: Unknowns, spec: IdentifySpec,
     fixed: Mapping[str, float], progress: Progress,
 ) -> Fitted:  # fmt: skip
-    """Minimises (13) over the experiments and estimates the uncertainty. If stopped, the best so
+    """Minimise (13) over the experiments and estimate the uncertainty. If stopped, the best so
     far is described."""
     start, predictor = unknowns.parameters.vector(), Predictor(experiments, unknowns, fixed)
     if predictor.simulation_is_expensive:

@@ -1,4 +1,5 @@
-"""Starts of a fit: nominal values, points around them, the best of a search."""
+"""Starts of a fit: nominal values, points around them (a Latin hypercube: McKay, Beckman and
+Conover 1979), the best of a search (differential evolution: Storn and Price 1997)."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ class EvolutionResult:
 def first_population(
     lower: np.ndarray, upper: np.ndarray, members: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """(members, P), uniform in the bounds."""
+    """(members, P), uniform in the bounds `lower` and `upper` (P,)."""
     return np.asarray(lower + (upper - lower) * rng.random((members, len(lower))))
 
 
@@ -51,8 +52,9 @@ def evolve(
     costs: Callable[[np.ndarray], np.ndarray], lower: np.ndarray, upper: np.ndarray, members: int,
     generations: int, seed: int, on_generation: OnGeneration,
 ) -> EvolutionResult:  # fmt: skip
-    """rand/1/bin over `generations`; costs takes (S, P) and gives (S,). If stopped within a
-    generation, the best of those before is kept; StoppedError if there is none."""
+    """rand/1/bin over `generations` between `lower` and `upper` (P,); `costs` takes (S, P) and
+    gives (S,). If stopped within a generation, the best of those before is kept; StoppedError if
+    there is none."""
     rng = np.random.default_rng(seed)
     history: list[Generation] = []
     stopped = False
@@ -110,7 +112,7 @@ def search(
     spec: IdentifySpec, progress: Progress,
 ) -> EvolutionResult | None:  # fmt: skip
     """Evolution over the searched entries; `cost` (S,) of vectors (S, P). The others keep their
-    start."""
+    `start` (P,)."""
     items = residuals.unknowns.items
     free = np.array([i for i, item in enumerate(items) if item.searched], dtype=int)
     if not spec.generations or not len(free):
@@ -159,7 +161,7 @@ were off by as much."""
 
 
 def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) -> list[np.ndarray]:
-    """The nominal vector, and the best of some points around it within the bounds."""
+    """The nominal vector `start` (P,), and the best of some points around it within the bounds."""
     items = residuals.unknowns.items
     moved = [
         i for i, u in enumerate(items) if u.searched and u.parameter.positive and start[i] > 0.0
@@ -180,7 +182,7 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
 def refine_from_starts(
     residuals: Residuals, starts: Sequence[np.ndarray], searched: bool, progress: Progress
 ) -> tuple[RefinedFit, str]:
-    """Refines from each start, the first one first; the sentence says whether they agree."""
+    """Refine from each start, the first one first; the sentence says whether they agree."""
 
     def report(cost: float) -> bool:
         progress.advance(0, f"refining, cost {cost:.4g}")

@@ -36,7 +36,7 @@ VALLEY_POINTS = 41
 
 
 def relative_scales(unknowns: Unknowns, vector: np.ndarray) -> np.ndarray:
-    """(P,): the value itself where the sign is fixed, the typical size elsewhere."""
+    """(P,): of a `vector` (P,) the value itself where the sign is fixed, else the typical size."""
     parameters = unknowns.parameters
     size, scales = np.abs(vector), parameters.scales()
     own = (parameters.lower() >= 0.0) & (size > NEARLY_NOTHING * scales)
@@ -46,8 +46,9 @@ def relative_scales(unknowns: Unknowns, vector: np.ndarray) -> np.ndarray:
 def analyse(
     unknowns: Unknowns, vector: np.ndarray, jacobian: np.ndarray, tolerance: float = RANK_TOLERANCE
 ) -> tuple[int, np.ndarray, np.ndarray]:
-    """(rank, singular values (P,), null directions (P - rank, P)) of relative changes. `tolerance`:
-    of the largest singular value, below which nothing shows a direction."""
+    """(rank, singular values (P,), null directions (P - rank, P)) of relative changes of a `vector`
+    (P,), with the `jacobian` (K, P). `tolerance`: share of the largest singular value, below which
+    nothing shows a direction."""
     scaled = jacobian * relative_scales(unknowns, vector)
     _, values, vectors = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
     largest = values[0] if values.size else 0.0
@@ -71,7 +72,7 @@ def _sparse(basis: np.ndarray) -> np.ndarray:
 
 
 def identified(null: np.ndarray, count: int) -> np.ndarray:
-    """(P,) bool: parameters with no part in any null direction."""
+    """(P,) bool: parameters with no part in any null direction of `null` (d, P)."""
     if not len(null):
         return np.ones(count, dtype=bool)
     return np.asarray(np.abs(null).max(axis=0) < INVOLVED)
@@ -80,8 +81,8 @@ def identified(null: np.ndarray, count: int) -> np.ndarray:
 def determined(
     unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, null: np.ndarray
 ) -> np.ndarray:
-    """(P,) bool: parameters outside all null directions, with a standard deviation below their
-    size, that no other one imitates."""
+    """(P,) bool: parameters outside all directions `null` (d, P), with a standard deviation, by
+    `cov` (P, P), below their size in a `vector` (P,), that no other one imitates."""
     in_no_null = identified(null, len(vector))
     alike = np.abs(correlation_of(cov)) > INDISTINGUISHABLE
     np.fill_diagonal(alike, False)
@@ -90,13 +91,14 @@ def determined(
 
 
 def wider_than_value(unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray) -> np.ndarray:
-    """(P,) bool: parameters whose standard deviation exceeds their size."""
+    """(P,) bool: parameters whose standard deviation, by `cov` (P, P), exceeds their size in a
+    `vector` (P,)."""
     deviations = np.sqrt(np.maximum(np.diag(cov), 0.0))
     return np.asarray(deviations > relative_scales(unknowns, vector))
 
 
 def correlation_of(cov: np.ndarray) -> np.ndarray:
-    """(P, P); zero where nothing is known."""
+    """(P, P) of `cov` (P, P); zero where nothing is known."""
     d = np.sqrt(np.maximum(np.diag(cov), 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         rho = cov / np.outer(d, d)
@@ -106,7 +108,8 @@ def correlation_of(cov: np.ndarray) -> np.ndarray:
 def valley(
     unknowns: Unknowns, vector: np.ndarray, null: np.ndarray, cost: Callable[[np.ndarray], float]
 ) -> Valley | None:
-    """The curve along which two parameters compensate each other, with its cost."""
+    """The curve through a `vector` (P,) along which two parameters compensate each other, by `null`
+    (d, P), with its cost."""
     for direction in null:
         involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
         items = [unknowns.items[i].parameter for i in involved]
@@ -139,7 +142,7 @@ def identifiability_of(
     unknowns: Unknowns, vector: np.ndarray, jacobian: np.ndarray, cov: np.ndarray,
     cost: Callable[[np.ndarray], float],
 ) -> Identifiability:  # fmt: skip
-    """All of the above as one record."""
+    """All of the above in one record, at a `vector` (P,) with `jacobian` (K, P), `cov` (P, P)."""
     rank, values, null = analyse(unknowns, vector, jacobian)
     unsure = np.flatnonzero(wider_than_value(unknowns, vector, cov)).tolist()
     return Identifiability(

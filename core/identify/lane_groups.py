@@ -126,7 +126,9 @@ class PointGroup(Group):
         self, system: System, numbers: Lanes, mode: int, measured: np.ndarray,
         weights: np.ndarray, costs: np.ndarray, out: np.ndarray, passes: tuple[int, int],
     ) -> None:  # fmt: skip
-        """The passes from the first to before the second, see core.simulate.piecewise.piecewise."""
+        """The passes from the first to before the second, see core.simulate.piecewise.piecewise;
+        fills `costs` (passes, LANES) from `measured` and `weights` (T, k, LANES) flat, or `out`
+        (passes, T k LANES), as `mode` says."""
         piecewise(
             system.model.compiled.addresses, numbers.p, numbers.laws, numbers.C, numbers.D,
             self.postures, self.h, system.keep, system.held_references, numbers.x0, self.references,
@@ -199,7 +201,7 @@ if hasattr(os, "register_at_fork"):
 
 
 def share(jobs: Sequence[Callable[[], None]]) -> None:
-    """Does the jobs on this thread and others. Compiled code holds no lock. The work can be stopped
+    """Do the jobs on this thread and others. Compiled code holds no lock. The work can be stopped
     between jobs; a job's exception is raised here."""
     waiting, progress = iter(jobs), current_progress()
 

@@ -66,7 +66,7 @@ class LaneNumbers:
         return np.where(moved <= parameters.upper(), moved, inside)
 
     def states_that_matter(self) -> np.ndarray:
-        """Indices of the states that outputs see, directly or through other states."""
+        """(nx,) indices of the states that outputs see, directly or through other states."""
         visible = [self._seen_states(e) for e in self.experiments]
         return np.flatnonzero(np.any(visible, axis=0))
 

@@ -115,12 +115,12 @@ class LinearOutputs:
         share([*jobs, *self.simulations(vectors, take)])
 
     def jobs(self, group: Group, numbers: Lanes, vectors: np.ndarray, take: Take) -> list[Job]:
-        """One per pass of a group; `take` as in `each`."""
+        """One per pass of a group, for `vectors` (S, P); `take` as in `each`."""
         passes = range(len(numbers.p))
         return [partial(self._pass, group, numbers, s, vectors, take) for s in passes]
 
     def simulations(self, vectors: np.ndarray, take: Take) -> list[Job]:
-        """Jobs for the recordings that take the exact way; in no group."""
+        """Jobs for the recordings that take the exact way, in no group, and `vectors` (S, P)."""
         parts = [np.arange(a, min(a + LANES, len(vectors))) for a in range(0, len(vectors), LANES)]
         return [
             partial(self._simulate, i, part, vectors, take)

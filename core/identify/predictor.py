@@ -145,7 +145,7 @@ class Predictor:
         return any(e.model.level == "nonlinear" for e in self.experiments)
 
     def values(self, experiment: Prepared, vector: np.ndarray) -> dict[str, float]:
-        """Parameters of one recording by name, those that are held too."""
+        """Parameters of one recording by name at a `vector` (P,), those that are held too."""
         name = experiment.recording.name
         return {**self.fixed, **self.own.get(name, {}), **self.unknowns.values_for(name, vector)}
 
@@ -179,7 +179,7 @@ class Predictor:
         ]
 
     def predict(self, vector: np.ndarray) -> list[np.ndarray]:
-        """(M_i, k) of all experiments."""
+        """(M_i, k) of all experiments at a `vector` (P,)."""
         return self.predict_many([(vector, range(len(self.experiments)))])[0]
 
     def _simulate(
@@ -220,7 +220,7 @@ class Predictor:
         return self._missing(self.experiments, *self._numbers_at(vector))[1]
 
     def keep(self, motions: Mapping[Key, Trajectory]) -> None:
-        """Takes motions that were simulated elsewhere."""
+        """Take motions that were simulated elsewhere."""
         self._motions.update(motions)
 
     def _key(self, e: Prepared, numbers: Numbers, task: Task) -> Key:
@@ -259,8 +259,8 @@ class Predictor:
         return replace(self, steps=steps)
 
     def coarsened(self, vector: np.ndarray) -> Predictor:
-        """The same with few steps; the step error is corrected at the end
-        (core.identify.defect_correction)."""
+        """The same with as few steps as a `vector` (P,) allows; the step error is corrected at the
+        end (core.identify.defect_correction)."""
         spread = [_spread_of(e) for e in self.experiments]
         found = self.with_steps(1)
         coarse = found.predict(vector)
@@ -285,7 +285,7 @@ class Predictor:
 
 
 def simulate_together(pairs: Sequence[tuple[Predictor, np.ndarray]]) -> None:
-    """Simulates what each predictor needs at its vector (P,), with its number of steps; motions of
+    """Simulate what each predictor needs at its vector (P,), with its number of steps; motions of
     one structure fill the lanes together. The predictors keep them for their next prediction."""
     groups: dict[tuple[int, bool], list[tuple[Predictor, Key, Job]]] = {}
     for predictor, vector in pairs:

@@ -61,7 +61,7 @@ class Prepared:
 
     @property
     def time(self) -> np.ndarray:
-        """Instants of the compared samples, s."""
+        """(M,) instants of the compared samples, s."""
         return self.task.time[:: self.processing.decimate]
 
     def task_at(self, values: Mapping[str, float]) -> Task:
@@ -133,17 +133,17 @@ class Prepared:
         return raw
 
     def processed(self, raw: np.ndarray) -> np.ndarray:
-        """(M, k, ...): readings (N, k, ...) behind the filters of the comparison."""
+        """(M, k, ...): `raw` readings (N, k, ...) behind the filters of the comparison."""
         return self.processing.apply(raw, self.recording.sample_time, self.kinds)
 
     def without_standstill(self, error: np.ndarray) -> np.ndarray:
-        """(M, k): an error, zero where nothing counts, without its part that unknown friction at
-        standstill explains."""
+        """(M, k): an `error` (M, k), zero where nothing counts, without its part that unknown
+        friction at standstill explains."""
         parts = [basis @ (basis.T @ x) for basis, x in zip(self.standstill, error.T, strict=True)]
         return error - np.column_stack(parts) if parts else error
 
     def processed_change(self, raw: np.ndarray) -> np.ndarray:
-        """(M, k): processed change (N, k) of the readings, as filters are linear; unchanged
+        """(M, k): processed change `raw` (N, k) of the readings, as filters are linear; unchanged
         channels cost nothing."""
         change = np.zeros((len(self.time), raw.shape[1]))
         changed = np.any(raw != 0.0, axis=0)

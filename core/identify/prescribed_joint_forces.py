@@ -258,14 +258,15 @@ def motion_digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> by
 
 
 def needed_steps(model: Model, sample_time: float, fewest: int, times: float) -> int:
-    """As `Model.steps`, for effects that move the arm. `fewest`: steps of the bare model; both
-    between the points of the prescribed motion."""
+    """As `Model.steps`, for effects that move the arm: samples are `sample_time` s apart, and a
+    step may be `times` what the effects allow. `fewest`: steps of the bare model; both between the
+    points of the prescribed motion."""
     points = servo_points_per_sample(model, sample_time)
     ratio = 1 if model.bare is None else servo_points_per_sample(model.bare, sample_time) // points
     return model.steps(sample_time / points, fewest * max(ratio, 1), times, effects_in_steps(model))
 
 
 def servo_points_per_sample(model: Model, sample_time: float) -> int:
-    """Points per sample of the joint motion that a servo prescribes; else one."""
+    """Points per sample (of `sample_time` s) of the motion that a servo prescribes; else one."""
     prescribed = is_prescribed(model, simulated_part(model, model.numbers()))
     return points_per_sample(model, sample_time) if prescribed else 1

@@ -78,7 +78,8 @@ def _count_points(bare: Model, servo: FollowingServo | None, sample_time: float)
 
 
 def sampling_warning(model: Model, sample_time: float) -> str:
-    """A warning if even the arm's slowest vibration is too fast for the sampling; else empty."""
+    """A warning if even the arm's slowest vibration is too fast for samples every `sample_time` s;
+    else empty."""
     bare = model.bare or model
     K, M = _matrices(bare)
     swings = _phase_steps(K, M, sample_time)

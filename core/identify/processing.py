@@ -43,8 +43,8 @@ class Processing:
         return tuple(f for f in (self.filter, self.output_filter, own) if f is not None)
 
     def apply(self, y: np.ndarray, dt: float, kinds: Sequence[str] = ()) -> np.ndarray:
-        """(N, k, ...) -> (ceil(N / decimate), k, ...); `kinds` (k,) of the sensors of the columns,
-        where some may be torques. Only (N, k) may have empty samples."""
+        """y (N, k, ...), `dt` s apart -> (ceil(N / decimate), k, ...); `kinds` (k,) of the sensors
+        of the columns, where some may be torques. Only (N, k) may have empty samples."""
         alike = {kind: (self.filters(kind), kind == TORQUE) for kind in kinds or ("",)}
         if len(set(alike.values())) == 1:
             return self._filtered(y, dt, *next(iter(alike.values())))[:: self.decimate]
@@ -110,7 +110,7 @@ def delayed(y: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
 def filtered(
     low_pass: ZeroPhaseLowPass, x: np.ndarray, dt: float, even: bool = False
 ) -> np.ndarray:
-    """`low_pass.apply` along the first axis of signals (N, ...) without empty samples, `dt` s
+    """`low_pass.apply` along the first axis of signals x (N, ...) without empty samples, `dt` s
     apart; NaN where N is too short. `even`: the ends are mirrored as they are, not in their last
     sample: the noise of a second difference there would go on beyond it. InputError where the cut-
     off is not below half the sampling rate."""

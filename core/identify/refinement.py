@@ -65,8 +65,8 @@ OnStep = Callable[[float], bool]
 def refine(
     residuals: Residuals, start: np.ndarray, on_step: OnStep, tolerance: float | None = None
 ) -> RefinedFit:
-    """The least-squares minimum from `start` within the bounds; `tolerance`: relative, of the cost;
-    None: as strict as is useful."""
+    """The least-squares minimum from `start` (P,) within the bounds; `tolerance`: a share of the
+    cost; None: as strict as is useful."""
     if tolerance is None:
         tolerance = (
             EXPENSIVE_TOLERANCE if residuals.predictor.simulation_is_expensive else TOLERANCE
@@ -93,7 +93,7 @@ def _has_prior(limits: BoundsAndPrior) -> bool:
 def scaled_limits(
     residuals: Residuals, vector: np.ndarray, limits: BoundsAndPrior
 ) -> BoundsAndPrior:
-    """The limits, with a prior's standard deviations in units of the residuals."""
+    """The limits, with a prior's standard deviations in units of the residuals at `vector` (P,)."""
     if not _has_prior(limits):
         return limits
     level = float(np.sqrt(np.mean(residuals(vector) ** 2)))

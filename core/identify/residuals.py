@@ -71,7 +71,7 @@ class Residuals:
     """Called with each lower cost, a mean square."""
 
     def report(self, vector: np.ndarray, cost: float) -> None:
-        """Reports a lower cost, a sum of squares."""
+        """Report a lower cost, a sum of squares, at a `vector` (P,)."""
         if self.on_better is not None:
             self.on_better(cost / max(self.count, 1), partial(self._compared, np.array(vector)))
 
@@ -97,11 +97,11 @@ class Residuals:
 
     @cached_property
     def scales(self) -> np.ndarray:
-        """Typical size of each unknown, in its unit."""
+        """(P,) typical size of each unknown, in its unit."""
         return self.unknowns.parameters.scales()
 
     def blocks(self, vector: np.ndarray) -> list[np.ndarray]:
-        """Weighted errors (M_i, k), zero where a sample does not count."""
+        """Weighted errors (M_i, k) at a `vector` (P,), zero where a sample does not count."""
         return self.blocks_of([vector])[0]
 
     def blocks_of(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:

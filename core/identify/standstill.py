@@ -58,7 +58,7 @@ def standstills(place: np.ndarray, dt: float, hz: float) -> list[slice]:
     Args:
         place: (N,) rad or m.
         dt: sample time, s.
-        hz: highest compared frequency.
+        hz: highest compared frequency, Hz.
 
     Returns:
         Stretches of a period of `hz` or more, in which the speed below `hz` is one that noise

@@ -98,7 +98,8 @@ FEWEST_PAIRS = 0.5
 
 
 def score_covariance(S: np.ndarray, errors: Autocovariance) -> np.ndarray:
-    """S' cov(r) S (P, P) of one recording with sensitivities (M, k, P)."""
+    """S' cov(r) S (P, P) of one recording with sensitivities S (M, k, P); InputError where these
+    are not finite."""
     total = _tapered(S, errors.gamma, flat_top(errors.width))
     if not np.isfinite(total).all():
         raise InputError(
@@ -140,7 +141,7 @@ FEW_LAGS = 50
 
 
 def cross_covariances(r: np.ndarray, lags: int) -> np.ndarray:
-    """(lags + 1, k, k): mean of r_a(t) r_b(t + lag); many lags by the Fourier transform."""
+    """(lags + 1, k, k) of r (M, k): mean of r_a(t) r_b(t + lag); by Fourier transforms if many."""
     M, k = r.shape
     covariances = np.empty((lags + 1, k, k))
     if lags <= FEW_LAGS:
@@ -164,13 +165,13 @@ def flat_top(width: int) -> np.ndarray:
 
 
 def triangle(width: int) -> np.ndarray:
-    """(2 width + 1,): a straight fall to zero beyond twice the width (Bartlett)."""
+    """(2 width + 1,): a straight fall to zero beyond twice the width (Bartlett 1950)."""
     return np.asarray(1.0 - np.arange(2 * width + 1) / (2 * width + 1.0))
 
 
 def bandwidth(r: np.ndarray, counts: np.ndarray) -> int:
-    """The first lag after which QUIET_LAGS correlations of every two channels of residuals (M, k)
-    are insignificant; of a slow sensor, at the lags of its samples that count (M, k)."""
+    """The first lag after which QUIET_LAGS correlations of every two channels of residuals r (M, k)
+    are insignificant; of a slow sensor, at the lags of its samples that count, `counts` (M, k)."""
     M, k = r.shape
     longest = max(int(LONGEST_SHARE * M) // 2, 1)
     sizes = counts.sum(axis=0)
