@@ -91,7 +91,7 @@ sample: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.programs.sample $(CASES)
 
 long: $(VENV)/.installed-test axe
-	@$(BIN)/python -m pytest $(SHARED) --durations 25 -m long --ignore tests/server/test_latency.py; \
+	@$(BIN)/python -m pytest $(SHARED) --durations 25 -m long; \
 	tests=$$?; $(MAKE) docs && exit $$tests
 
 load: $(VENV)/.installed-test

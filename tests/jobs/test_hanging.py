@@ -20,7 +20,6 @@ from tests.jobs.helpers import (
     Listener,
     begun,
     count,
-    eventually,
     half_a_message,
     process_id,
     size_of,
@@ -53,13 +52,6 @@ def test_a_stopped_worker_is_told_to_hang_and_replaced(pool: JobPool) -> None:
     os.kill(before, signal.SIGSTOP)
     said = heard.wait_for(WorkerLost, SILENCE + PATIENCE).sentence
     assert said.startswith("The test stopped responding") and said.endswith("start it again.")
-    assert worker_of(pool) != before
-
-
-def test_an_idle_worker_that_is_stopped_is_replaced(pool: JobPool) -> None:
-    before = worker_of(pool)
-    os.kill(before, signal.SIGSTOP)
-    assert eventually(lambda: before not in {each.pid for each in pool._supervisors}, 2 * PATIENCE)
     assert worker_of(pool) != before
 
 

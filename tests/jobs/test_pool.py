@@ -1,3 +1,5 @@
+"""A pool of workers, and sessions that share it."""
+
 from __future__ import annotations
 
 import os
@@ -7,12 +9,11 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from flexgui.core.errors import InputError
 from flexgui.jobs import Event, Failed, Finished, Job, JobPool, Stopped, Task, WorkerLost
-from flexgui.jobs.job import DONE, LOST, PAUSED, STOPPED
+from flexgui.jobs.job import DONE, LOST, PAUSED, RUNNING, STOPPED
 from flexgui.jobs.messages import (
     Advanced,
     NewGeneration,
@@ -41,20 +42,15 @@ RATE = 20.0
 """Largest number of generations told per second."""
 
 
-def test_a_job_streams_and_finishes(pool):
-    job, heard = begun(pool, count, steps=60)
-    assert heard.wait_for(Finished).result == 60
-    assert (job.state.phase, job.result, job.state.stage) == (DONE, 60, "Counting")
+def test_a_job_streams_and_its_generations_are_throttled(pool):
+    job, heard = begun(pool, count, steps=200)
+    assert heard.wait_for(Finished).result == 200
+    assert (job.state.phase, job.result, job.state.stage) == (DONE, 200, "Counting")
     kinds = [type(e) for e in heard.events]
     assert kinds.index(Queued) < kinds.index(Started) < kinds.index(Stage) < kinds.index(Advanced)
     assert kinds[-1] is Finished
-    assert sum(e.n for e in heard.of(Advanced)) == 60
-    assert heard.of(Advanced)[-1].text == "60"
-
-
-def test_generations_are_throttled_and_the_last_is_told(pool):
-    job, heard = begun(pool, count, steps=200)
-    heard.wait_for(Finished)
+    assert sum(e.n for e in heard.of(Advanced)) == 200
+    assert heard.of(Advanced)[-1].text == "200"
     told = [e.generation.number for e in heard.of(NewGeneration)]
     assert told == sorted(set(told)) and told[-1] == 200
     seconds = heard.times[-1] - heard.times[0]
@@ -69,17 +65,6 @@ def test_stop_keeps_what_was_found(pool):
     job.stop()
     assert 0 < heard.wait_for(Stopped).result < MANY
     assert job.state.phase == STOPPED and job.result == heard.events[-1].result
-
-
-def test_a_task_that_does_not_listen_is_killed_and_its_worker_replaced(pool):
-    heard = Listener()
-    (before,) = pool.worker_pids if eventually(lambda: pool.workers_ready == 1) else ()
-    job = pool.submit("s", task(sleep_deaf, seconds=60.0), heard)
-    heard.wait_for(Stage)
-    job.stop()
-    assert heard.wait_for(Stopped).result is None
-    after = pool.submit("s", task(process_id), Listener())
-    assert after.wait(PATIENCE) and after.result not in (None, before)
 
 
 def stands(job: Job) -> bool:
@@ -101,33 +86,6 @@ def test_pause_holds_and_resume_goes_on(pool):
     job.resume()
     heard.wait_for(Resumed)
     assert heard.wait_for(Finished).result == 300
-
-
-def test_a_paused_job_can_be_stopped(pool):
-    job, heard = begun(pool, count, steps=MANY)
-    heard.wait_for(NewGeneration)
-    job.pause()
-    time.sleep(0.2)
-    job.stop()
-    assert heard.wait_for(Stopped).result > 0
-
-
-def test_time_left_is_of_the_right_size(pool):
-    job, heard = begun(pool, count, steps=200)
-    assert eventually(lambda: job.state.stage != "" and sum(e.n for e in heard.of(Advanced)) > 50)
-    told: list[tuple[float, float]] = []
-    while (
-        sum(e.n for e in heard.of(Advanced)) < 150 and (left := job.remaining_seconds) is not None
-    ):
-        told.append((left, time.monotonic()))
-        time.sleep(0.02)
-    heard.wait_for(Finished)
-    assert told
-    end = heard.times[-1]
-    # A machine at work is not steady: half or double is still a help to who waits, and one moment
-    # of many may be further off.
-    assert 0.3 < np.median([left / (end - when) for left, when in told]) < 3.0
-    assert job.remaining_seconds is None
 
 
 def test_a_killed_worker_is_told_and_replaced(pool):
@@ -155,30 +113,23 @@ def test_bad_input_is_one_sentence(pool):
 
 
 @pytest.mark.parametrize(
-    ("function", "named"),
-    [(helpers.crash, "ZeroDivisionError: a rig without length"), (helpers.unsendable, "Error")],
+    ("work", "named"),
+    [
+        (task(helpers.crash), "ZeroDivisionError: a rig without length"),
+        (task(helpers.unsendable), "Error"),
+        (Task("tests.jobs.helpers:count", {"steps": lambda: 3}, "The test"), "Error"),
+        (Task("tests.jobs.helpers:nowhere", title="The test"), "AttributeError"),
+    ],
+    ids=["crash", "unsendable result", "unsendable argument", "no such function"],
 )
-def test_an_unexpected_error_is_a_plain_sentence_and_stands_in_the_log(
-    pool, caplog, function, named
-):
-    job, heard = begun(pool, function)
+def test_an_unexpected_error_is_a_plain_sentence_and_stands_in_the_log(pool, caplog, work, named):
+    heard = Listener()
+    job = pool.submit("s", work, heard)
     sentence = heard.wait_for(Failed).sentence
     assert sentence.startswith("The test failed unexpectedly (") and named in sentence
     assert sentence.endswith("details are in the log.") and "\n" not in sentence
     assert "Traceback" in caplog.text
     assert job.state.sentence == sentence
-
-
-def test_arguments_that_no_pipe_carries_are_an_unexpected_error(pool):
-    heard = Listener()
-    pool.submit("s", Task("tests.jobs.helpers:count", {"steps": lambda: 3}), heard)
-    assert "failed unexpectedly" in heard.wait_for(Failed).sentence
-
-
-def test_a_function_that_does_not_exist_is_an_unexpected_error(pool):
-    heard = Listener()
-    pool.submit("s", Task("tests.jobs.helpers:nowhere"), heard)
-    assert "AttributeError" in heard.wait_for(Failed).sentence
 
 
 def test_a_task_that_ends_its_process_is_a_lost_worker(pool):
@@ -194,18 +145,6 @@ def test_a_listener_that_fails_harms_nobody(pool):
     second = pool.submit("s", task(count, steps=5), Listener())
     assert first.wait(PATIENCE) and second.wait(PATIENCE)
     assert (first.result, second.result) == (5, 5)
-
-
-def test_a_listener_may_use_its_job(pool):
-    heard, jobs = Listener(), []
-
-    def listener(event: Event) -> None:
-        heard(event)
-        if isinstance(event, NewGeneration):
-            jobs[0].stop()
-
-    jobs.append(pool.submit("s", task(count, steps=MANY), listener))
-    assert heard.wait_for(Stopped).result < MANY
 
 
 def test_many_small_jobs_leave_nothing_behind(pool):
@@ -252,12 +191,6 @@ def test_nothing_is_accepted_after_the_end():
         pool.submit("s", task(count, steps=1), Listener())
 
 
-def test_results_carry_arrays(pool):
-    job = pool.submit("s", Task("tests.jobs.helpers:sevens", {"size": 100_000}), Listener())
-    assert job.wait(PATIENCE)
-    np.testing.assert_array_equal(job.result, np.full(100_000, 7.0))
-
-
 def test_a_worker_that_has_not_stopped_yet_is_ready_until_it_is_replaced():
     """A job that is waited for shows that there is a free one, after its replacement too."""
     with JobPool(1, replace(LIGHT, grace=2.0)) as pool:
@@ -269,6 +202,83 @@ def test_a_worker_that_has_not_stopped_yet_is_ready_until_it_is_replaced():
         deaf.wait_for(Stage)
         job.stop()
         assert pool.worker_pids == (before,)
+        assert deaf.wait_for(Stopped).result is None
         second = Listener()
         pool.submit("s", task(process_id), second)
         assert second.wait_for(Finished).result == pool.worker_pids[0] != before
+
+
+def test_three_sessions_take_turns_and_see_their_place(pool):
+    first = pool.submit("a", task(count, steps=MANY), Listener())
+    assert eventually(lambda: first.state.phase == RUNNING)
+    order: list[str] = []
+
+    def listener_of(name: str):
+        return lambda e: order.append(name) if isinstance(e, Started) else None
+
+    jobs = [
+        pool.submit(name[0], task(count, steps=1), listener_of(name))
+        for name in ("a1", "a2", "b1", "b2", "c1")
+    ]
+    assert [job.state.place for job in jobs] == [3, 5, 1, 4, 2]
+    first.stop()
+    assert all(job.wait(PATIENCE) for job in jobs)
+    assert eventually(lambda: len(order) == 5)
+    assert [name[0] for name in order[:3]].count("b") == 1
+    assert order.index("c1") < order.index("b2") and order.index("b1") < order.index("a2")
+
+
+def test_a_waiting_job_can_be_stopped_and_others_move_up(pool):
+    running = pool.submit("a", task(count, steps=MANY), Listener())
+    assert eventually(lambda: running.state.phase == RUNNING)
+    heard = Listener()
+    second = pool.submit("b", task(count, steps=1), Listener())
+    third = pool.submit("c", task(count, steps=1), heard)
+    assert third.state.place == 2
+    second.stop()
+    assert (second.state.phase, third.state.place) == (STOPPED, 1)
+    running.stop()
+    heard.wait_for(Finished)
+    assert heard.of(Queued)[-1].place == 1
+
+
+def test_a_session_that_leaves_drops_its_jobs_and_hears_nothing(pool):
+    heard, other = Listener(), Listener()
+    running = pool.submit("leaver", task(count, steps=MANY), heard)
+    heard.wait_for(NewGeneration)
+    queued = pool.submit("leaver", task(count, steps=1), heard)
+    stays = pool.submit("stays", task(count, steps=3), other)
+    pool.cancel_session("leaver")
+    assert running.wait(PATIENCE) and queued.state.phase == STOPPED
+    assert other.wait_for(Finished).result == 3 and stays.result == 3
+    assert not heard.of(Stopped)
+
+
+def test_too_many_waiting_jobs_of_one_session_are_refused_in_a_sentence():
+    with JobPool(1, PoolSettings(queued_per_session=2, warm_up=None)) as pool:
+        running = pool.submit("s", task(count, steps=MANY), Listener())
+        assert eventually(lambda: running.state.phase == RUNNING)
+        for _ in range(2):
+            pool.submit("s", task(count, steps=1), Listener())
+        with pytest.raises(InputError, match="2 jobs of this session wait already"):
+            pool.submit("s", task(count, steps=1), Listener())
+        pool.submit("other", task(count, steps=1), Listener())
+
+
+def test_a_long_pause_ends_when_others_wait():
+    with JobPool(1, PoolSettings(pause_limit=0.3, warm_up=None)) as pool:
+        job, heard = begun(pool, count, session="a", steps=MANY)
+        heard.wait_for(NewGeneration)
+        job.pause()
+        time.sleep(0.6)
+        assert job.state.phase == PAUSED
+        other = pool.submit("b", task(count, steps=1), Listener())
+        assert heard.wait_for(Stopped).result > 0
+        assert other.wait(PATIENCE)
+
+
+def test_two_workers_work_at_once():
+    with JobPool(2, LIGHT) as pool:
+        assert eventually(lambda: pool.workers_ready == 2)
+        jobs = [pool.submit(s, task(count, steps=MANY), Listener()) for s in "ab"]
+        assert eventually(lambda: all(job.state.phase == RUNNING for job in jobs))

@@ -12,7 +12,7 @@ import pytest
 from flexgui.core.progress import Silent
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.read import parse_scenario
-from flexgui.jobs import Failed, Finished, Stopped, Task
+from flexgui.jobs import Finished, Stopped, Task
 from flexgui.jobs.messages import NewGeneration
 from flexgui.stages.export.task import export
 from flexgui.stages.identify.task import identify
@@ -77,14 +77,6 @@ def test_a_stopped_identification_gives_its_best(warm_pool):
     assert outcome.fits[0].stopped
     assert 0 < len(outcome.fits[0].convergence) < 100000
     assert all(np.isfinite(e.value) for e in outcome.fits[0].estimates)
-
-
-def test_a_wrong_scenario_is_one_sentence(warm_pool):
-    heard = Listener()
-    wrong = SCENARIO.replace('"epsilon", "d"', '"epsilonn"')
-    warm_pool.submit("s", fit_of(wrong), heard)
-    sentence = heard.wait_for(Failed).sentence
-    assert "epsilonn" in sentence and "\n" not in sentence
 
 
 def test_the_report_is_of_the_outcome_given(warm_pool, here, tmp_path: Path):

@@ -35,19 +35,19 @@ def test_a_study_is_written_and_a_second_call_has_nothing_to_do(tmp_path: Path) 
 
 @pytest.mark.parametrize(
     ("options", "said"),
-    [(["--part", "fit"], "'fits'"), (["--workers", "0"], "--workers"), (["--runs", "0"], "runs")],
+    [
+        (["--part", "fit"], "'fits'"),
+        (["--workers", "0"], "--workers"),
+        (["--runs", "0"], "runs"),
+        (["scenarios/emps.toml"], "study"),
+    ],
 )
 def test_a_slip_is_told_in_one_sentence(tmp_path: Path, options: list[str], said: str) -> None:
-    scenario = scenario_file(tmp_path, short())
-    found = CliRunner().invoke(app, ["study", str(scenario), "--out", str(tmp_path), *options])
+    if options[0].startswith("--"):
+        options = [str(scenario_file(tmp_path, short())), *options]
+    found = CliRunner().invoke(app, ["study", *options, "--out", str(tmp_path)])
     assert found.exit_code == 2
     assert said in found.output and "Traceback" not in found.output
-
-
-def test_a_scenario_of_files_cannot_be_studied(tmp_path: Path) -> None:
-    found = CliRunner().invoke(app, ["study", "scenarios/emps.toml", "--out", str(tmp_path)])
-    assert found.exit_code == 2
-    assert "study" in found.output and "Traceback" not in found.output
 
 
 @pytest.mark.long

@@ -50,8 +50,15 @@ def expected() -> dict[str, object]:
     return numbers(records_of(study(short(), executor=Here(), only=FITS)))
 
 
-def test_the_order_of_the_cases_changes_nothing(expected: dict[str, object]) -> None:
-    assert numbers(records_of(study(short(), executor=Backwards(), only=FITS))) == expected
+def test_neither_their_order_nor_more_runs_change_a_case(expected: dict[str, object]) -> None:
+    settings = short(runs=3)
+    steps = list(study(settings, executor=Backwards(), only=FITS))
+    keys = [step.record["key"] for step in steps]
+    assert sorted(keys) == sorted(c.key for c in study_cases(settings, FITS))
+    assert [step.done for step in steps] == list(range(1, steps[-1].total + 1))
+    more = numbers(records_of(steps))
+    assert {key: more[key] for key in expected} == expected
+    assert len(more) == len(expected) + 2
 
 
 @pytest.mark.long
@@ -67,12 +74,6 @@ def test_a_killed_worker_is_replaced_and_the_numbers_are_the_same(
             os.kill(killed[0], signal.SIGKILL)
     assert numbers({key: found[key] for key in expected}) == expected
     assert not executor.pids()
-
-
-def test_more_runs_keep_the_first_ones(expected: dict[str, object]) -> None:
-    more = numbers(records_of(study(short(runs=3), executor=Here(), only=FITS)))
-    assert {key: more[key] for key in expected} == expected
-    assert len(more) == len(expected) + 2
 
 
 def test_a_stopped_study_goes_on_and_repeats_nothing(
@@ -100,19 +101,6 @@ def test_results_of_another_study_are_not_mixed_in(tmp_path: Path) -> None:
         list(study(short(seed=2), executor=Here(), path=path, only=FITS))
 
 
-def test_every_case_comes_once() -> None:
-    settings = short(runs=1)
-    steps = list(study(settings, executor=Here(), only=FITS))
-    keys = [step.record["key"] for step in steps]
-    assert sorted(keys) == sorted(c.key for c in study_cases(settings, FITS))
-    assert [step.done for step in steps] == list(range(1, steps[-1].total + 1))
-
-
-def test_bad_input_in_a_worker_is_one_sentence() -> None:
-    with pytest.raises(InputError, match="part"):
-        list(study(short(), only=["fit"]))
-
-
 @contextmanager
 def processes() -> Iterator[Executor]:
     yield Processes(1)
@@ -128,7 +116,12 @@ def cluster(**settings: object) -> Iterator[Executor]:
 
 @pytest.mark.parametrize(
     "workers",
-    [processes, pytest.param(partial(cluster, n_workers=1, processes=False), marks=NO_DASK)],
+    [
+        processes,
+        pytest.param(
+            partial(cluster, n_workers=1, processes=False), marks=[NO_DASK, pytest.mark.long]
+        ),
+    ],
     ids=["processes", "cluster"],
 )
 def test_an_error_of_the_program_ends_the_work_at_once_and_keeps_its_traceback(

@@ -7,13 +7,12 @@ import pytest
 
 from flexgui.core.montecarlo.interpolated import (
     StateSpace,
-    identify_interpolated,
     identify_subspace,
 )
 from flexgui.core.montecarlo.parts.advice import relative_normal_equations
-from flexgui.core.montecarlo.parts.baselines import BlackBox, pole_error, references
+from flexgui.core.montecarlo.parts.baselines import pole_error, references
 from flexgui.core.montecarlo.parts.fits import fit, run_data
-from flexgui.core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
+from flexgui.core.montecarlo.rig import Rig, noise_std, outputs
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.simulate.posture import integrators, posture
 from tests.paper_study.helpers import short
@@ -60,23 +59,6 @@ def test_other_coordinates_change_no_response() -> None:
     rng = np.random.default_rng(3)
     true, u = system(rng), rng.standard_normal((100, 2))
     assert np.allclose(true.transformed(rng.standard_normal((4, 4))).respond(u), true.respond(u))
-
-
-@pytest.mark.long
-def test_an_interpolated_black_box_has_the_arms_poles_at_its_points() -> None:
-    rig = Rig(short(points=5))
-    scenario = rig.settings.experiments
-    recordings = [
-        rig.recording(e.simulate.model_copy(update={"seconds": 3.0}), e.name)
-        for e in scenario
-        if e.simulate
-    ]
-    pairs = [(references(r), outputs(r)) for r in recordings]
-    points = [float(r.theta2 or 0.0) for r in recordings]
-    box = BlackBox(identify_interpolated(pairs, points, 6), recordings[0].sample_time)
-    assert box.parameters > 100
-    fits = [fit_percent(outputs(r), box.predict(r)) for r in recordings]
-    assert np.mean(fits) > 90.0
 
 
 def test_poles_that_are_missing_count_as_wrong() -> None:

@@ -21,11 +21,6 @@ def stage():
     server.stop()
 
 
-def test_the_scale_is_that_of_the_maps() -> None:
-    assert shade(0.0) == colours.rgb(colours.RISING[0][1])
-    assert shade(1.0) == colours.rgb(colours.RISING[-1][1])
-
-
 def test_hubs_show_the_encoders_and_beams_the_camera(stage) -> None:
     shown, _ = stage
     now = error_paint({"theta1": 30.0, "theta2": 1.0, "camera": 0.7}, 2, 30.0)
@@ -34,15 +29,12 @@ def test_hubs_show_the_encoders_and_beams_the_camera(stage) -> None:
     assert [tuple(h.color) for h in shown.model.hubs] == list(now.hubs)
     assert tuple(shown.model.tip.color) == now.beams[-1]
     assert shown.ghost.beams[0].opacity == FAINT, "the ghost would hide the colours"
+    assert error_paint({"theta1": 3.0}, 2, 10.0).beams == (None, None), "without a camera"
     usual = error_paint({}, 2, 1.0)
     shown.paint(usual.beams, usual.hubs)
     assert tuple(shown.model.hubs[0].color) == paint.STEEL
     assert tuple(shown.model.beams[0].color) == paint.MODEL
     assert shown.ghost.beams[0].opacity > FAINT
-
-
-def test_without_a_camera_the_beams_stay_as_they_are() -> None:
-    assert error_paint({"theta1": 3.0}, 2, 10.0).beams == (None, None)
 
 
 def test_a_ray_through_a_cell_finds_it(stage) -> None:
@@ -62,7 +54,7 @@ def test_a_ray_through_a_cell_finds_it(stage) -> None:
 def test_cells_have_the_colours_of_their_errors() -> None:
     picture = cells(np.array([[1.0, np.nan], [100.0, 10.0]]))
     size = picture.shape[0] // 2
-    assert tuple(picture[1, 1]) == (*shade(0.0), 255)
+    assert tuple(picture[1, 1]) == (*colours.rgb(colours.RISING[0][1]), 255), "as in the maps"
     assert tuple(picture[1, size + 1]) == EMPTY
     assert tuple(picture[size + 1, 1]) == (*shade(1.0), 255)
     assert picture[size - 1, 1, 3] == 0, "a gap between the rows"

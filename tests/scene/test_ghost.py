@@ -127,26 +127,12 @@ def test_noise_does_not_become_bending_that_the_tip_cannot_show() -> None:
     assert np.abs(sizes).max() < 3.0 * WORST_BEND
 
 
-def test_a_slow_camera_is_followed_in_between() -> None:
-    arm = ARMS["1-1"]
-    q = np.repeat(motion(arm, samples=1), 9, axis=0)
-    z = tips(arm, q)
-    z[1::2] = np.nan
-    found = rebuilt(arm, q, z1=z[:, 0], z2=z[:, 1])
-    assert np.abs(found - q).max() < RECOVERED * np.abs(q[:, 2:]).max()
-
-
-def test_without_encoders_there_is_no_ghost() -> None:
-    arm = ARMS["1-1"]
-    bare = Recording("bare", np.arange(3.0), {"z1": np.zeros(3), "z2": np.zeros(3)})
-    model = looped(arm)
-    assert measured_postures(bare, model, model.numbers()) is None
-
-
-def test_with_encoders_alone_the_ghost_is_straight() -> None:
+def test_only_encoders_show_where_the_arm_is_and_they_alone_show_no_bending() -> None:
     arm = ARMS["2-2"]
-    q = motion(arm)
+    q, model = motion(arm), looped(arm)
     assert np.all(rebuilt(arm, q)[:, 2:] == 0.0)
+    bare = Recording("bare", np.arange(3.0), {"z1": np.zeros(3), "z2": np.zeros(3)})
+    assert measured_postures(bare, model, model.numbers()) is None
 
 
 def test_columns_are_filled_between_their_samples() -> None:
@@ -182,12 +168,8 @@ def test_a_larger_bending_is_not_exaggerated_more() -> None:
     assert set(factors) <= set(FACTORS)
 
 
-def test_what_does_not_bend_is_drawn_as_it_is() -> None:
-    straight = bent(0.01)
+def test_what_does_not_bend_or_has_no_numbers_is_drawn_as_it_is() -> None:
+    straight, unknown = bent(0.01), np.full((3, PAPER.coordinates), np.nan)
     straight[:, PAPER.joints :] = 0.0
-    assert fitting_factor(PAPER, P, straight) == 1.0
-    assert fitting_factor(PAPER, P, straight[:0]) == 1.0
-
-
-def test_frames_without_numbers_do_not_matter() -> None:
-    assert fitting_factor(PAPER, P, np.full((3, PAPER.coordinates), np.nan)) == 1.0
+    for q in (straight, straight[:0], unknown):
+        assert fitting_factor(PAPER, P, q) == 1.0

@@ -42,6 +42,7 @@ def test_frames_are_a_thirtieth_of_a_second_apart() -> None:
     index = frame_indices(time)
     assert np.diff(time[index]) == pytest.approx(1.0 / FRAMES_PER_SECOND, abs=1.1e-3)
     assert index[0] == 0
+    assert np.array_equal(frame_indices(np.arange(5) * 0.2), np.arange(5)), "a slow recording"
 
 
 def test_a_long_motion_is_cut_and_the_note_says_so() -> None:
@@ -50,10 +51,6 @@ def test_a_long_motion_is_cut_and_the_note_says_so() -> None:
     assert long.time[index[-1]] == pytest.approx(MOST_SECONDS, abs=0.02)
     assert "the first 10 s" in playback_note(long)
     assert "5 times larger" in playback_note(long, 5.0)
-
-
-def test_a_slow_recording_keeps_its_samples() -> None:
-    assert np.array_equal(frame_indices(np.arange(5) * 0.2), np.arange(5))
 
 
 def test_the_page_needs_no_network_and_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,8 +9,8 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.segment import Segment
 from flexgui.core.arm.slots import arm_vector
-from flexgui.scene.arm_geometry import RIGID, STATIONS, STRIP, beam_faces
-from flexgui.scene.pose import RAIL, STACK, Body, mark_faces
+from flexgui.scene.arm_geometry import RIGID, STRIP, beam_faces
+from flexgui.scene.pose import RAIL, STACK, Body
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, random_state, straight
 
 SAME_PLACE = 1e-12
@@ -99,14 +99,6 @@ def test_beams_whose_section_is_unknown_get_one_that_can_be_seen() -> None:
     )
 
 
-def test_faces_name_every_vertex_once_or_more() -> None:
-    assert set(beam_faces().ravel()) == set(range(8 * STATIONS + 8))
-    arm = ARMS["1-1"]
-    body = Body(arm, arm_vector(arm))
-    mark = body.marks(body.pose(np.zeros(arm.coordinates)))[0]
-    assert set(mark_faces().ravel()) == set(range(len(mark.vertices)))
-
-
 def test_marks_tell_angles_in_degrees_and_slides_in_metres() -> None:
     arm = ARMS["slide"]
     body, q = Body(arm, arm_vector(arm)), np.zeros(arm.coordinates)
@@ -124,11 +116,8 @@ def test_a_rail_lies_along_the_slide_and_stays_when_the_joint_moves() -> None:
     along, way = ends[1] - ends[0], moved.joints[0].place - body.pose(0.0 * q).joints[0].place
     assert np.linalg.norm(along) == pytest.approx(RAIL * body.reach)
     assert np.linalg.norm(np.cross(along, way)) == pytest.approx(0.0, abs=SAME_PLACE)
-
-
-def test_an_arm_that_only_turns_has_no_rail() -> None:
-    body = Body(ARMS["1-1"], arm_vector(ARMS["1-1"]))
-    assert not body.rail_ends(body.pose(np.zeros(ARMS["1-1"].coordinates)))
+    turns = Body(ARMS["1-1"], arm_vector(ARMS["1-1"]))
+    assert not turns.rail_ends(turns.pose(np.zeros(ARMS["1-1"].coordinates)))
 
 
 def test_an_arc_spans_the_joints_angle() -> None:

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 import viser
 
+from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.slots import arm_vector
 from flexgui.page.scene_panel import has_camera
-from flexgui.scene.arm_scene import MOST_EXAGGERATION, ArmScene
+from flexgui.scene.arm_scene import ArmScene
 from tests.helpers import ARMS, chain, random_state, with_modes
 from tests.scene.test_view import in_sight
 
@@ -80,66 +81,39 @@ def test_every_name_is_added_once(fresh: viser.ViserServer, name: str) -> None:
     assert len(names) == len(set(names))
 
 
-def test_moving_adds_no_node_and_few_messages(fresh: viser.ViserServer) -> None:
+def test_moving_adds_no_node_and_few_messages_and_standing_none(fresh: viser.ViserServer) -> None:
     stage, q = stage_of(fresh)
     stage.show(q, q)
     with messages(fresh) as found:
         stage.show(1.1 * q, 1.2 * q)
     assert not added(found)
     assert 0 < len(found) < PER_FRAME
-
-
-def test_vertices_are_those_of_the_pose(fresh: viser.ViserServer) -> None:
-    stage, q = stage_of(fresh)
-    stage.show(1.3 * q)
-    pose = stage.body.pose(1.3 * q)
+    pose, tips = stage.body.pose(1.1 * q), stage.body.tip_points(np.array([1.1 * q, 1.2 * q]))
     for beam, vertices in zip(stage.model.beams, pose.beams, strict=True):
         assert np.abs(beam.vertices - vertices).max() < SINGLE
     assert np.allclose(stage.model.ends[-1].position, pose.tip.place)
-
-
-def test_an_unchanged_posture_sends_nothing(fresh: viser.ViserServer) -> None:
-    stage, q = stage_of(fresh)
-    stage.show(q)
+    assert stage.paths.now.visible and np.abs(stage.paths.now.points[0] - tips).max() < SINGLE
     with messages(fresh) as found:
-        stage.show(q)
+        stage.show(1.1 * q, 1.2 * q)
     assert not found
 
 
-def test_other_numbers_of_the_same_arm_move_the_nodes_that_are_there(
-    fresh: viser.ViserServer,
+@pytest.mark.parametrize("other", [with_modes(2, 2), ARMS["3-3"], ARMS["slide"]])
+def test_another_arm_of_the_same_joints_keeps_the_nodes(
+    fresh: viser.ViserServer, other: Arm
 ) -> None:
-    stage, q = stage_of(fresh)
-    thicker = with_modes(2, 2)
-    with messages(fresh) as found:
-        stage.rebuild(thicker, arm_vector(thicker), q)
-    assert not added(found)
-    assert np.ptp(stage.model.beams[0].vertices[:, 2]) == pytest.approx(0.05, abs=SINGLE)
-
-
-def test_another_number_of_modes_keeps_nodes(fresh: viser.ViserServer) -> None:
     stage, q = stage_of(fresh)
     stage.show(q, q)
     stage.show_paths(q[None], q[None])
-    other = ARMS["3-3"]
-    posture = np.zeros(other.coordinates)
-    posture[:2] = q[:2]
+    stage.show_camera(False)
+    old, posture = stage.model.beams[0].name, np.zeros(other.coordinates)
+    posture[:2] = 0.5 * q[:2]
     with messages(fresh) as found:
         stage.rebuild(other, arm_vector(other), posture)
-    assert not added(found)
-    assert stage.pose.coordinates == pytest.approx(tuple(q[:2]))
-    assert not stage.paths.model.visible
-
-
-def test_another_kind_of_arm_replaces_the_nodes(fresh: viser.ViserServer) -> None:
-    stage, _ = stage_of(fresh)
-    old = stage.model.beams[0].name
-    other = ARMS["slide"]
-    with messages(fresh) as found:
-        stage.rebuild(other, arm_vector(other), np.zeros(other.coordinates))
     assert old not in added(found)
-    assert stage.body.arm is other
-    stage.show(np.zeros(other.coordinates))
+    assert bool(added(found)) == (other is ARMS["slide"])
+    assert stage.body.arm is other and stage.pose.coordinates == pytest.approx(posture[:2])
+    assert not stage.paths.model.visible and not stage.camera.cross.visible
 
 
 def test_the_ghost_is_hidden_until_it_is_known(fresh: viser.ViserServer) -> None:
@@ -150,32 +124,6 @@ def test_the_ghost_is_hidden_until_it_is_known(fresh: viser.ViserServer) -> None
     assert group.visible
     stage.show(1.1 * q)
     assert not group.visible
-
-
-def test_the_camera_is_hidden_where_the_rig_has_none(fresh: viser.ViserServer) -> None:
-    stage, _ = stage_of(fresh)
-    stage.show_camera(False)
-    assert not stage.camera.cross.visible
-    other = ARMS["slide"]
-    stage.rebuild(other, arm_vector(other), np.zeros(other.coordinates))
-    assert not stage.camera.cross.visible
-
-
-def test_the_error_line_joins_the_two_tips(fresh: viser.ViserServer) -> None:
-    stage, q = stage_of(fresh)
-    stage.show(q, 1.1 * q)
-    line = stage.paths.now.points[0]
-    tips = stage.body.tip_points(np.array([q, 1.1 * q]))
-    assert np.abs(line - tips).max() < SINGLE
-    assert stage.paths.now.visible
-
-
-def test_exaggeration_stays_between_its_bounds(fresh: viser.ViserServer) -> None:
-    stage, _ = stage_of(fresh)
-    stage.exaggeration = 900.0
-    assert stage.exaggeration == MOST_EXAGGERATION
-    stage.exaggeration = 0.0
-    assert stage.exaggeration == 1.0
 
 
 def test_the_camera_moves_only_when_the_tip_leaves_its_picture(fresh: viser.ViserServer) -> None:
@@ -189,19 +137,17 @@ def test_the_camera_moves_only_when_the_tip_leaves_its_picture(fresh: viser.Vise
     assert np.allclose(stage.camera.frame.position[:2], stage.pose.tip.place[:2])
 
 
-def test_what_is_attached_goes(fresh: viser.ViserServer) -> None:
+def test_anchors_are_nodes_of_the_scene_and_what_is_attached_goes(
+    fresh: viser.ViserServer,
+) -> None:
     stage, _ = stage_of(fresh)
+    for place in ("base", "joint1", "origin2", "end1", "tip", "camera"):
+        assert stage.anchor(place) in fresh.scene._handle_from_node_name
     node = fresh.scene.add_icosphere(f"{stage.anchor('joint2')}/friction", 0.02)
     stage.attach("friction", node)
     stage.detach("friction")
     assert node._impl.removed
     stage.detach("never there")
-
-
-@pytest.mark.parametrize("place", ["base", "joint1", "origin2", "end1", "tip", "camera"])
-def test_anchors_are_nodes_of_the_scene(fresh: viser.ViserServer, place: str) -> None:
-    stage, _ = stage_of(fresh)
-    assert stage.anchor(place) in fresh.scene._handle_from_node_name
 
 
 @pytest.mark.parametrize("aspect", [0.45, 1.0, 1.8])
@@ -223,6 +169,14 @@ def test_every_preset_can_be_shown(fresh: viser.ViserServer) -> None:
         fresh.scene.reset()
 
 
+def test_only_fine_light_computes_every_pixel_of_the_floor(fresh: viser.ViserServer) -> None:
+    plain, q = stage_of(fresh)
+    assert isinstance(plain.floor.node, viser.LineSegmentsHandle)
+    fresh.scene.reset()
+    fine = ArmScene(fresh, plain.body.arm, plain.body.p, q, fine=True)
+    assert isinstance(fine.floor.node, viser.GridHandle)
+
+
 FILE, SIMULATED = SimpleNamespace(simulate=None), SimpleNamespace(simulate=object())
 
 
@@ -234,13 +188,16 @@ def session(columns: tuple[str, ...] | None, *specs: Any) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("columns", "drawn"), [(("theta1", "z1", "z2"), True), (("theta1", "z1"), False), ((), False)]
+    ("columns", "specs", "drawn"),
+    [
+        (("theta1", "z1", "z2"), [FILE], True),
+        (("theta1", "z1"), [FILE], False),
+        (None, [SIMULATED, FILE], False),
+        (None, [SIMULATED], True),
+    ],
+    ids=["camera", "no camera", "not read yet", "simulated"],
 )
-def test_what_the_recording_holds_decides(columns: tuple[str, ...], drawn: bool) -> None:
-    assert has_camera(session(columns, FILE)) == drawn
-
-
-def test_a_file_that_was_not_read_yet_shows_no_camera() -> None:
-    assert not has_camera(session(None, SIMULATED, FILE))
-    assert has_camera(session(None, SIMULATED))
-    assert has_camera(session(None))
+def test_what_the_recordings_hold_decides_whether_a_camera_is_drawn(
+    columns: tuple[str, ...] | None, specs: list[Any], drawn: bool
+) -> None:
+    assert has_camera(session(columns, *specs)) == drawn

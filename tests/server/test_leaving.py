@@ -12,15 +12,14 @@ from flexgui.jobs.inbox import IDLE_SECONDS
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
 from flexgui.server.services import Limits
-from tests.server.conftest import Place
 from tests.server.helpers import Browser, FakeClock
 from tests.server.served import stands, until
 from tests.session.helpers import alone
 
 pytestmark = pytest.mark.long
 
-MANY, SOME = 100, 8
-"""Visits of a page that does nothing, and of one with everything on it, which takes a second."""
+SOME = 8
+"""Visits of a page with everything on it, which takes a second."""
 PATIENCE = 20.0 + IDLE_SECONDS
 POOLED = ("flexgui-callback", "flexgui-access", "asyncio_")
 """Threads that serve everybody and stay."""
@@ -46,17 +45,6 @@ def settled(server: PageServer, clock: FakeClock, before: tuple[int, int]) -> No
     until(lambda: not list(server.store.root.iterdir()), PATIENCE, "the end of the folders")
     until(lambda: len(threads()) <= before[0], PATIENCE, "the end of the threads")
     until(lambda: descriptors() <= before[1], PATIENCE, "the end of the descriptors")
-
-
-def test_a_hundred_visits_leave_nothing(place: Place) -> None:
-    with Browser(place.server) as browser:  # what is made once is made
-        place.page(browser)
-    until(lambda: place.server.idle, PATIENCE, "the leave")
-    before = (len(threads()), descriptors())
-    for _ in range(MANY):
-        with Browser(place.server) as browser:
-            place.page(browser)
-    settled(place.server, place.clock, before)
 
 
 @pytest.fixture

@@ -1,28 +1,18 @@
-"""The real server process under what it is not to accept."""
+"""The real server process under what it is not to accept, and after it was killed."""
 
 from __future__ import annotations
 
-import os
-import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from websockets.exceptions import InvalidStatus
 
-from tests.server.helpers import Browser, announcement, part
-from tests.server.served import PIECE, UPLOAD, Served, press, sees, served, show, until, widget
+from tests.server.helpers import Browser
+from tests.server.served import Served, press, sees, served, show, texts, until, upload, widget
+from tests.session.helpers import alone, good_csv
 
-GIGA = 10**9
+JOB = 90.0
+"""s for a worker to be warm and a small job to end, on a busy machine."""
 WRONG = (float("nan"), float("inf"), 1e9, -1e9, "100", None, True, [100.0], {"a": 1}, b"100")
-JOB = 60.0
-"""s for a worker to be warm, or to end a small job, on a busy machine."""
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    with served(tmp_path_factory.mktemp("safety"), "--workers", "1") as found:
-        yield found
 
 
 def angles(browser: Browser) -> list[str]:
@@ -38,27 +28,8 @@ def moved(browser: Browser, degrees: float) -> None:
     until(lambda: browser.listen() and text in angles(browser), JOB, text)
 
 
-def test_a_foreign_page_is_refused(server: Served) -> None:
-    with pytest.raises(InvalidStatus) as refused, server.browser(origin="http://evil.example"):
-        pass
-    assert refused.value.response.status_code == 403
-    assert server.alive
-
-
-@pytest.mark.long
-def test_a_wrong_join_code_is_refused(tmp_path: Path) -> None:
-    options = ("--lan", "--host", "127.0.0.1", "--join-code", "ROBOT-ARM", "--workers", "1")
-    with served(tmp_path, *options) as locked:
-        for path in ("/", "/?code=ROBOT-LEG"):
-            with pytest.raises(InvalidStatus) as refused, locked.browser(path=path):
-                pass
-            assert refused.value.response.status_code == 403
-        with locked.browser(path="/?code=robotarm") as welcome:
-            assert widget(welcome, "θ2 [deg]")
-
-
-def test_wrong_values_change_nothing_and_end_nothing(server: Served) -> None:
-    with server.browser() as browser:
+def test_wrong_values_change_nothing_and_end_nothing(tmp_path: Path) -> None:
+    with served(tmp_path, "--workers", "1") as server, server.browser() as browser:
         moved(browser, 90.0)
         told = len(angles(browser))
         for label in ("θ2 [deg]", "ε [GPa]", "Generations", "Action", "Method", "Refine"):
@@ -71,39 +42,44 @@ def test_wrong_values_change_nothing_and_end_nothing(server: Served) -> None:
         browser.send_raw("text")
         moved(browser, 91.0)
         assert angles(browser)[told:] == ["θ₂ = 91.0°"]
-    assert server.alive and "Traceback" not in server.log, server.log
+        assert server.alive and "Traceback" not in server.log, server.log
 
 
-def test_a_gigabyte_is_refused_before_it_comes(server: Served) -> None:
-    with server.browser() as browser:
-        uuid = widget(browser, UPLOAD)
-        start = announcement(uuid, GIGA, GIGA // PIECE + 1, "huge.csv")
-        browser.send(start)
-        until(lambda: browser.listen() and browser.notes, JOB, "a refusal")
-        assert "huge.csv has 1,000 MB; a file may have 100 MB" in " ".join(browser.notes)
-        before = server.memory[0]
-        for k in range(20):
-            browser.send(part(start, k, bytes(PIECE)))
-        moved(browser, 92.0)
-        assert server.memory[0] - before < GIGA / 1e6 / 20
-    assert server.alive
+def back(server: Served, storage: dict[str, str]) -> Browser:
+    """The same browser, which takes its work up again."""
+    browser = server.browser(storage=storage)
+    browser.__enter__()
+    sees(browser, "Restore your work of", JOB)
+    press(browser, "Restore it")
+    sees(browser, "is restored", JOB)
+    return browser
 
 
 @pytest.mark.long
-def test_a_killed_worker_is_replaced_and_its_job_starts_again(server: Served) -> None:
-    with server.browser() as browser:
-        show(browser, "Identify")
-        browser.set(widget(browser, "Population"), 100)
-        browser.set(widget(browser, "Generations"), 10_000)
-        sees(browser, "7 recordings to fit", JOB)
-        press(browser, "Start identification")
-        sees(browser, "Identifying ", JOB)
-        (victim,) = server.workers
-        os.kill(victim, signal.SIGKILL)
-        sees(browser, "was lost with its worker process (signal 9); start it again.", JOB)
+def test_upload_edit_and_fit_survive_a_kill(tmp_path: Path) -> None:
+    storage: dict[str, str] = {}
+    maker = alone("maker", tmp_path / "made")
+    recording = good_csv(maker)
+    maker.close()
+    with served(tmp_path, "--workers", "1") as server, server.browser(storage=storage) as browser:
         browser.set(widget(browser, "Population"), 8)
         browser.set(widget(browser, "Generations"), 4)
+        show(browser, "Data")
+        sees(browser, "7 to fit", JOB)
+        upload(browser, "own.csv", recording)
+        sees(browser, "own.csv: 3000 samples", JOB)
+        sees(browser, "1 to fit", JOB)
+        show(browser, "Identify")
         press(browser, "Start identification")
-        sees(browser, "EI (follows)", JOB)
-        assert server.workers and victim not in server.workers
-    assert server.alive and "Traceback" not in server.log, server.log
+        sees(browser, "Converged: yes", JOB)
+        server.process.kill()
+        server.process.wait()
+    with served(tmp_path, "--workers", "1") as server:
+        browser = back(server, storage)
+        show(browser, "Identify")
+        sees(browser, "Converged: yes", JOB)
+        show(browser, "Data")
+        sees(browser, "own.csv", JOB)
+        assert "Traceback" not in server.log, server.log
+        browser.__exit__(None, None, None)
+        assert until(lambda: server.alive, JOB) and "damaged" not in texts(browser)

@@ -20,13 +20,15 @@ from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import PATIENCE, SILENCE, Browser, FakeClock, SlowDisk, Thing, wait_for
 
 
-def test_a_reload_keeps_the_session(place: Place) -> None:
+def test_a_reload_keeps_the_session_and_two_windows_share_it(place: Place) -> None:
     storage: dict[str, str] = {}
     with Browser(place.server, storage=storage) as browser:
         before = place.page(browser).session
         browser.until(lambda: storage, "the key")
-    with Browser(place.server, storage=storage) as browser:
-        assert place.page(browser).session is before
+    with Browser(place.server, storage=storage) as one:
+        assert place.page(one).session is before
+        with Browser(place.server, storage=storage) as two:
+            assert place.page(two).session is before
     assert wait_for(lambda: all(p.closed for p in place.pages.all))
     assert not before.closed and not before.stops
 
@@ -40,25 +42,10 @@ def test_two_browsers_do_not_see_each_other(place: Place) -> None:
         assert not second.values
 
 
-def test_two_windows_of_a_browser_share_the_session(place: Place) -> None:
-    storage: dict[str, str] = {}
-    with Browser(place.server, storage=storage) as one:
-        first = place.page(one).session
-        one.until(lambda: storage, "the key")
-        with Browser(place.server, storage=storage) as two:
-            assert place.page(two).session is first
-
-
 def test_a_key_of_ones_own_invention_opens_nothing(place: Place) -> None:
     invented = {"flexgui-session": "a" * 32}
     with Browser(place.server, storage=invented) as browser:
         assert place.page(browser).session.key != "a" * 32
-
-
-def test_a_browser_that_keeps_nothing_still_gets_a_page(make_place: MakePlace) -> None:
-    place = make_place(replace(SMALL, key_wait=0.2))
-    with Browser(place.server, answers=False) as browser:
-        assert place.page(browser)
 
 
 def test_a_browser_that_answers_late_finds_its_session(make_place: MakePlace) -> None:
@@ -166,12 +153,12 @@ def test_jobs_go_on_over_a_reload_and_stop_soon_after_a_leave(
     assert session.stops == 1
 
 
-def test_a_newcomer_takes_the_place_of_who_left_long_ago(
+def test_a_newcomer_takes_the_place_of_who_left_long_ago_or_did_nothing(
     store: SessionStore, clock: FakeClock
 ) -> None:
     first, second = store.join(None), store.join(None)
-    for session in (first, second):
-        store.touch(session)
+    store.touch(first)
+    store.touch(second)
     with pytest.raises(InputError, match="2 sessions"):
         store.join(None)
     store.leave(second)
@@ -180,8 +167,23 @@ def test_a_newcomer_takes_the_place_of_who_left_long_ago(
         store.join(None)
     clock.now += 121.0
     store.join(first.key)
-    store.join(None)
+    idle = store.join(None)
     assert second.closed and not first.closed
+    store.leave(first)
+    store.leave(idle)
+    store.join(None)
+    assert idle.closed and not first.closed
+
+
+def test_a_session_in_which_nothing_was_done_is_given_up_soon(
+    store: SessionStore, clock: FakeClock
+) -> None:
+    idle = store.join(None)
+    store.leave(idle)
+    for seconds, closed in ((Limits.keep_untouched - 0.1, False), (0.1, True)):
+        clock.now += seconds
+        store.sweep()
+        assert idle.closed is closed, "a reload finds it"
 
 
 def test_a_session_that_cannot_be_made_leaves_no_folder() -> None:
@@ -261,32 +263,6 @@ def test_the_end_waits_for_a_session_that_is_being_made(clock: FakeClock) -> Non
             ends = threads.submit(store.close)
         ends.result(PATIENCE)
         assert made.result().closed and not store.root.exists()
-
-
-def test_a_session_in_which_nothing_was_done_is_given_up_soon(
-    store: SessionStore, clock: FakeClock
-) -> None:
-    idle, used = store.join(None), store.join(None)
-    store.touch(used)
-    for session in (idle, used):
-        store.leave(session)
-    clock.now += Limits.keep_untouched - 0.1
-    store.sweep()
-    assert not idle.closed, "a reload finds it"
-    clock.now += 0.1
-    store.sweep()
-    assert idle.closed and not used.closed
-
-
-def test_a_newcomer_takes_the_place_of_a_session_in_which_nothing_was_done(
-    store: SessionStore,
-) -> None:
-    idle, used = store.join(None), store.join(None)
-    store.touch(used)
-    for session in (used, idle):
-        store.leave(session)
-    store.join(None)
-    assert idle.closed and not used.closed
 
 
 def test_one_address_does_not_take_every_session(clock: FakeClock) -> None:

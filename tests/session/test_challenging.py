@@ -13,7 +13,7 @@ from flexgui.core.scenario.read import scenario_toml
 from flexgui.session.session import Session
 from flexgui.stages.challenge.judging import Entry, judge, read_sizes, size_fields
 from flexgui.stages.challenge.state import Challenge, Guess
-from flexgui.views.summary import validation_warning
+from tests.approved import approved
 from tests.session.helpers import until
 
 SEED = 4
@@ -56,30 +56,10 @@ def test_from_hiding_to_the_truth(session: Session) -> None:
     assert (entry.name, entry.complete) == ("Ada Lovelace", True)
     assert not entry.asked and not entry.changed
     assert session.services.board.guessing(SEED, "easy") == 0
-    # Whoever did not ask the tool gets its verdict beside the truth.
-    assert session.run.busy
-    until(lambda: session.challenge.tool_answer is not None)
-    assert (
-        session.challenge.tool_answer is not None
-        and "first in its list" in session.challenge.tool_answer.words
-    )
-    session.run.stop()
-    until(lambda: not session.run.busy)
-    if (
-        session.diagnosis.newest is not None
-        and session.diagnosis.newest.found is not None
-        and session.diagnosis.newest.found.to_come
-    ):
-        assert not session.challenge.tool_answer.whole, (
-            "a tool that was stopped has no verdict to judge"
-        )
 
 
 def test_a_class_hears_of_each_other(session: Session, tmp_path: Path) -> None:
-    assert session.challenge.hide(SEED, "easy")
-    until(lambda: session.challenge.state is not None)
-    known = session.challenge.state
-    assert known is not None
+    known = session.challenge.state = Challenge(SEED, "easy", "sealed")
     folder = tmp_path / "other"
     folder.mkdir()
     other = Session("another", folder, session.services)
@@ -103,10 +83,7 @@ def test_a_changed_guess_is_noted_and_the_same_one_is_not() -> None:
     other = again.committed(second, asked=True)
     assert other.changed and other.asked
     assert other.committed(second, asked=False).changed
-
-
-def test_a_guess_after_the_tool_is_noted() -> None:
-    assert Challenge(1, "easy", "sealed").committed((FRICTION,), asked=True).asked
+    assert Challenge(1, "easy", "sealed").committed(second, asked=True).asked
 
 
 def test_no_truth_while_the_guess_is_being_changed(session: Session) -> None:
@@ -126,62 +103,40 @@ def test_the_board_says_who_asked_and_who_changed() -> None:
     assert not board_table([plain], 0).caption
 
 
-@pytest.mark.parametrize(
-    ("text", "size"),
-    [
-        ("0.2", "fc1 = 0.2 N m"),
-        (" 0,2 ", "fc1 = 0.2 N m"),
-        (",5", "fc1 = 0.5 N m"),
-        ("2E-1", "fc1 = 0.2 N m"),
-        ("\N{MINUS SIGN}3", "fc1 = -3 N m"),
-        ("  ", ""),
-    ],
+WRITTEN = (
+    "0.2", " 0,2 ", ",5", "2E-1", "\N{MINUS SIGN}3", "  ", "banana", "0.2 N m", "1e999", "nan",
+    "1.234,5", "٣", "1_0",
+)  # fmt: skip
+GUESSED = (
+    [("coulomb_friction", "fc1 = 0.3 N m"), ("camera_delay", "4.4 ms")],
+    [("camera_delay", "40 ms")],
+    [("nothing", "")],
+    [("coulomb_friction", "0.11")],
+    [("coulomb_friction", "fc9 = 1; <b>0.2 furlong</b>")],
 )
-def test_a_size_is_a_number_with_point_or_comma(text: str, size: str) -> None:
-    one = size_fields("coulomb_friction")[0]
-    assert one.title == "Coulomb friction of joint 1" and one.label == "fc1 [N m]"
-    assert one.stated(text) == size
 
 
-@pytest.mark.parametrize("text", ["banana", "0.2 N m", "1e999", "nan", "1.234,5", "٣", "1_0"])
-def test_anything_else_is_refused_in_one_sentence(text: str) -> None:
-    with pytest.raises(InputError, match="fc1") as caught:
-        size_fields("coulomb_friction")[0].stated(text)
-    assert text in str(caught.value) and "\n" not in str(caught.value)
+def test_sizes_are_read_and_guesses_judged() -> None:
+    """A size is a number with point or comma; the nearest of an effect's sizes is meant."""
+    field = size_fields("coulomb_friction")[0]
+    lines = [f"{field.title}: {field.label}"]
+    for text in WRITTEN:
+        try:
+            lines.append(f"'{text}' is {field.stated(text)!r}")
+        except InputError as error:
+            lines.append(f"'{text}' is refused: {error}")
+    for guesses in GUESSED:
+        found = judge([Guess(*one) for one in guesses], TRUTH)
+        lines += ["", f"{guesses}", f"{found.sentence} ({found.found}, {found.complete})"]
+        lines += [f"near {one.near}: {one.size}" for one in found.each]
+    approved("guesses.txt", "\n".join(line.rstrip() for line in lines))
 
 
 @pytest.mark.parametrize("kind", sorted(catalogue()))
 def test_a_size_that_is_asked_for_is_read_back_as_stated(kind: str) -> None:
     for one in size_fields(kind):
         assert read_sizes(one.stated("0,25")) == [(one.name, 0.25, one.unit)]
-
-
-def test_nothing_has_no_size() -> None:
     assert size_fields("nothing") == ()
-
-
-def test_only_a_much_larger_validation_error_is_explained() -> None:
-    assert "131 times" in validation_warning(3.1, 131.0) and "3.1 times" in validation_warning(
-        3.1, 131
-    )
-    for estimation, validation in ((3.1, 9.0), (0.5, 2.9), (1.0, float("nan"))):
-        assert validation_warning(estimation, validation) == ""
-
-
-def test_kind_and_size_are_judged() -> None:
-    both = judge(
-        [Guess("coulomb_friction", "fc1 = 0.3 N m"), Guess("camera_delay", "4.4 ms")], TRUTH
-    )
-    assert both.complete and both.found == 2
-    assert "near: 1.5 times too large" in both.each[0].size and both.each[0].near
-    assert "right" in both.each[1].size and both.each[1].near
-    one = judge([Guess("camera_delay", "40 ms")], TRUTH)
-    assert not one.complete and one.sentence == "You found 1 of 2." and not one.each[0].near
-    assert not judge([Guess("nothing")], TRUTH).found
-    lone = judge([Guess("coulomb_friction", "0.11")], TRUTH).each[0]
-    assert lone.size.startswith("fc2") and lone.near, "the nearest of its sizes is meant"
-    odd = judge([Guess("coulomb_friction", "fc9 = 1; <b>0.2 furlong</b>")], TRUTH).each[0]
-    assert "fc9 is not a parameter of this effect" in odd.size
 
 
 @pytest.mark.parametrize(
@@ -220,9 +175,3 @@ def test_a_wrong_level_and_another_scenario(session: Session) -> None:
     until(lambda: session.challenge.state is not None)
     session.choose("demo")
     assert session.challenge.state is None and not session.diagnosis.versions
-
-
-def test_the_tour_can_be_dismissed(session: Session) -> None:
-    assert session.tour.step == 0
-    session.tour.set_step(None)
-    assert session.tour.step is None

@@ -1,4 +1,4 @@
-"""Files whose columns have names of their own."""
+"""Files whose columns have names of their own, one or several at once."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ import pytest
 
 from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
-from flexgui.stages.data.uploads import scenario_file
-from flexgui.views.preview import as_in_file
+from flexgui.stages.data.rows import Rows, settings
 from tests.session.helpers import bring, good_csv, laboratory_csv, settle, waiting_of
 
 TEXT_DIGITS = 1e-9
@@ -57,33 +56,6 @@ def test_chosen_columns_make_it_a_recording(session: Session) -> None:
     assert found["dtheta1_ref"] == pytest.approx(plain["dtheta1_ref"])
 
 
-def test_it_is_not_read_while_a_needed_column_is_missing(session: Session) -> None:
-    waits(session)
-    before = session.document.scenario
-    assert session.recordings.map_column("t", "clock")
-    assert not session.recordings.read_waiting().result()
-    assert session.message.bad and "dtheta1_ref" in session.message.text
-    assert session.document.scenario == before and session.recordings.waiting is not None
-
-
-@pytest.mark.parametrize("pair", [("t", "nobody"), ("theta9", "clock")])
-def test_what_is_not_there_cannot_be_chosen(session: Session, pair: tuple[str, str]) -> None:
-    waits(session)
-    before = session.recordings.waiting
-    assert not session.recordings.map_column(*pair)
-    assert session.recordings.waiting == before
-
-
-def test_a_file_that_needs_no_answers_is_read_while_another_one_waits(session: Session) -> None:
-    waits(session)
-    before = session.recordings.waiting
-    assert bring(session, "th1.csv", good_csv(session))
-    assert session.recordings.waiting == before
-    assert sorted(p.name for p in session.folder.iterdir()) == ["rig.csv", "th1.csv"]
-    session.recordings.leave_file()
-    assert [p.name for p in session.folder.iterdir()] == ["th1.csv"]
-
-
 def test_a_bad_file_is_named_while_another_one_waits(session: Session) -> None:
     waits(session)
     before = session.recordings.waiting
@@ -110,26 +82,6 @@ def test_columns_of_a_recording_can_be_chosen_again(session: Session) -> None:
     session.recordings.choose_columns("th1").result()
     session.recordings.leave_waiting()
     assert (session.folder / "th1.csv").is_file()
-
-
-def test_a_simulated_recording_has_no_columns_to_choose(session: Session) -> None:
-    assert not session.recordings.choose_columns(
-        session.document.scenario.recordings[0].name
-    ).result()
-    assert session.message.bad
-
-
-def test_the_choice_travels_with_the_scenario(session: Session) -> None:
-    waits(session)
-    session.recordings.map_column("t", "clock")
-    session.recordings.map_column("dtheta1_ref", "speed")
-    assert session.recordings.read_waiting().result() and settle(session)
-    name, data = scenario_file(session.document.scenario, session.folder)
-    session.choose("demo")
-    for path in session.folder.iterdir():
-        path.unlink()
-    assert session.recordings.upload(name, data).result(), session.message.text
-    assert session.document.scenario.recordings[-1].columns["t"].name == "clock"
 
 
 def bare(session: Session) -> bytes:
@@ -177,7 +129,8 @@ def test_a_column_holds_one_channel(session: Session) -> None:
     waits(session)
     assert session.recordings.map_column("t", "clock")
     before = session.recordings.waiting
-    assert not session.recordings.map_column("dtheta1_ref", "clock")
+    for pair in (("t", "nobody"), ("theta9", "clock"), ("dtheta1_ref", "clock")):
+        assert not session.recordings.map_column(*pair)
     assert session.message.bad and "clock is already the time t [s]" in session.message.text
     assert session.recordings.waiting == before
     assert session.recordings.map_column("t", "speed") and session.recordings.map_column(
@@ -208,14 +161,6 @@ def test_what_is_only_useful_may_be_absent(session: Session) -> None:
     assert waiting_of(session).questions == () and session.recordings.read_waiting().result()
 
 
-def test_begun_again_nothing_is_known(session: Session) -> None:
-    waits(session)
-    first = session.recordings.waiting
-    assert session.recordings.map_column("t", "clock")
-    session.recordings.ask_again()
-    assert session.recordings.waiting == first
-
-
 def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session) -> None:
     """In one table."""
     assert not session.recordings.upload("rig.csv", laboratory_csv(session)).result()
@@ -230,32 +175,92 @@ def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session) -> None
     assert spec.gaps is not None and spec.gaps.how == "interpolate"
 
 
-def test_channels_are_named_in_plain_words(session: Session) -> None:
-    waits(session)
+NAMES = {
+    "t [s]": "clock", "dtheta1_ref": "vel_cmd_1", "dtheta2_ref": "vel_cmd_2",
+    "theta1": "enc_1 [rad]", "theta2": "enc_2 [rad]", "z1 [m]": "cam_x [m]", "z2 [m]": "cam_y [m]",
+}  # fmt: skip
+STEP = 1e-3
+"""s, of the recording."""
+
+
+def table_of(session: Session) -> pd.DataFrame:
+    """With the laboratory's own names."""
+    table = pd.read_csv(io.BytesIO(good_csv(session)))
+    return table.rename(columns=NAMES)[list(NAMES.values())]
+
+
+def content(table: pd.DataFrame) -> bytes:
+    return table.to_csv(index=False).encode()
+
+
+def test_files_with_the_same_columns_are_read_with_one_table(session: Session) -> None:
+    good = table_of(session)
+    gap = good.copy()
+    gap.loc[400:405, "enc_1 [rad]"] = np.nan
+    for name, table in (("a.csv", good), ("b.csv", gap), ("c.csv", good)):
+        assert not session.recordings.upload(name, content(table)).result()
     waiting = waiting_of(session)
-    said = [waiting.words(channel) for channel in waiting.offered]
-    assert said[0] == "the time t [s]" and len(set(said)) == len(said)
-    assert not [text for text in said if "_ref" in text]
+    assert waiting.files == ("a.csv", "b.csv", "c.csv")
+    assert session.recordings.read_waiting().result(), session.message.text
+    specs = session.document.scenario.recordings
+    assert [spec.file for spec in specs] == ["a.csv", "b.csv", "c.csv"]
+    assert len({str(spec.columns) for spec in specs}) == 1
+    assert [spec.gaps is not None for spec in specs] == [False, True, False]
+    session.check.close()
 
 
-@pytest.mark.parametrize(("every", "first"), [(100, 1), (997, 990)])
-def test_the_picture_of_a_slow_camera_shows_its_samples(
-    session: Session, every: int, first: int
-) -> None:
-    table = pd.read_csv(io.BytesIO(foreign(session)))
-    camera = table["z1 [m]"].copy()
-    table.loc[np.arange(len(table)) % every != first, "z1 [m]"] = np.nan
-    assert not session.recordings.upload("slow.csv", table.to_csv(index=False).encode()).result()
-    inspection = waiting_of(session).inspection
-    assert inspection is not None
-    rows, values = inspection.pictures["z1 [m]"]
-    assert list(rows) == list(range(first, len(table), every))
-    assert np.allclose(values, camera[rows.astype(int)])
-    drawn = as_in_file(inspection.pictures, "clock", ["z1 [m]"])
-    assert drawn is not None
-    assert np.allclose(drawn["data"][0]["x"], table["clock"][rows.astype(int)], atol=1e-3)
+def test_an_uneven_clock_is_no_dead_end(session: Session) -> None:
+    table = table_of(session)
+    rng = np.random.default_rng(0)
+    table["clock"] += STEP * rng.uniform(-0.3, 0.3, len(table))
+    table = table.drop(index=range(300, 306))
+    assert not session.recordings.upload("rig.csv", content(table)).result()
+    waiting = waiting_of(session)
+    assert "uneven" in waiting.rows[0].uneven
+    assert session.recordings.read_waiting().result(), session.message.text
+    spec = session.document.scenario.recordings[-1]
+    assert spec.resample is not None and spec.resample.how == "interpolate"
+    assert spec.gaps is not None and spec.gaps.longest > 6 * STEP * 0.9
+    assert session.wait_idle() and session.playback.recording is not None
+    assert "Resampled to" in " ".join(session.playback.recording.warnings)
+    session.check.close()
 
 
-def test_a_file_of_times_alone_has_nothing_to_draw() -> None:
-    rows = np.arange(5)
-    assert as_in_file({"clock": (rows, 0.1 * rows)}, "clock", []) is None
+def test_a_file_with_other_columns_is_asked_about_next(session: Session) -> None:
+    one = table_of(session)
+    other = one.rename(columns={"clock": "zeit"})
+    session.recordings.upload("a.csv", content(one)).result()
+    session.recordings.upload("b.csv", content(other)).result()
+    session.recordings.upload("c.csv", content(one)).result()
+    session.recordings.upload("d.csv", content(other)).result()
+    assert waiting_of(session).files == ("a.csv", "c.csv")
+    pressed_twice = session.recordings.read_waiting(), session.recordings.read_waiting()
+    assert [one.result() for one in pressed_twice] == [True, False]
+    assert waiting_of(session).files == ("b.csv", "d.csv")
+    assert session.recordings.read_waiting().result() and session.recordings.waiting is None
+    files = [spec.file for spec in session.document.scenario.recordings]
+    assert files == ["a.csv", "c.csv", "b.csv", "d.csv"]
+
+
+def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(session: Session) -> None:
+    good = table_of(session)
+    bad = good.copy()
+    bad["clock"] = np.r_[good["clock"][:1500], good["clock"][: len(good) - 1500]]
+    for name, table in (("a.csv", good), ("b.csv", bad)):
+        session.recordings.upload(name, content(table)).result()
+    assert session.recordings.read_waiting().result() and session.recordings.waiting is None
+    assert session.message.bad and session.message.text.startswith("b.csv: column clock decreases")
+    assert [spec.file for spec in session.document.scenario.recordings] == ["a.csv"]
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        (Rows(), {}),
+        (Rows({"a": 1}, 0.005), {"gaps": {"how": "interpolate"}}),
+        (Rows({"a": 1}, 0.1), {"gaps": {"how": "mask", "longest": 0.101}}),
+        (Rows(uneven="x"), {"resample": {"how": "interpolate"}}),
+    ],
+)
+def test_what_is_proposed_for_rows(rows: Rows, expected: dict[str, object]) -> None:
+    assert settings(rows) == expected

@@ -23,6 +23,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import HEAD as CHALLENGE
 from flexgui.core.study.challenge import TRUTH_FILE, obfuscate
 from flexgui.stages.challenge.judging import NONE_GUESSED, Guess
+from tests.approved import approved
 
 TRUTH = {
     "seed": 6, "level": "hard", "effects": ["coulomb_friction", "camera_delay"], "EI": 520.0,
@@ -46,55 +47,26 @@ def test_a_hand_in_comes_back_as_it_was(tmp_path: Path) -> None:
     assert ADA.text() == ADA.text()
 
 
-def test_nothing_in_it_can_be_read() -> None:
-    text = ADA.text()
-    assert text.startswith(HEAD)
-    assert not [word for word in ("Ada", "coulomb", "fc1") if word in text]
-
-
-def test_guesses_are_judged_against_the_truth(tmp_path: Path) -> None:
-    bob = HandIn("Bob", HALF, TRUTH_SEALED, asked=True, changed=True)
-    first, second = grades(put(tmp_path, ada=ADA, bob=bob))
-    assert (first.name, first.found, first.hidden, first.complete) == ("Ada", 2, 2, True)
-    assert "fc1: your guess 0.2 N m, truth 0.2 N m, right" in first.size
-    assert (second.found, second.complete) == (1, False)
-    assert (second.used_tool_first, second.changed) == (True, True)
-    assert "Camera delay" in second.truth
-
-
-def test_a_changed_file_gets_a_row_with_the_fault(tmp_path: Path) -> None:
-    put(tmp_path, ada=ADA)
-    lines = ADA.text().splitlines()
-    lines[3] = lines[3][:10] + ("A" if lines[3][10] != "A" else "B") + lines[3][11:]
-    (tmp_path / "cheat.handin").write_text("\n".join(lines), encoding="utf-8")
-    sound, broken = grades(tmp_path)
-    assert not sound.fault
-    assert "seal is broken" in broken.fault
-    assert broken.found is None
-
-
-@pytest.mark.parametrize(
-    "content",
-    [b"", b"\xff\xfe\x00", CHALLENGE.encode(), TRUTH_SEALED.encode(), b"x" * (LARGEST + 1)],
-    ids=["empty", "no text", "a head alone", "a challenge's own seal", "far too long"],
-)
-def test_what_is_no_hand_in_gets_a_sentence(content: bytes, tmp_path: Path) -> None:
-    (tmp_path / "odd.handin").write_bytes(content)
-    (row,) = grades(tmp_path)
-    assert row.fault.startswith("odd.handin")
-    assert "\n" not in row.fault
-
-
-def test_a_sealed_text_of_another_kind_gets_a_sentence(tmp_path: Path) -> None:
-    for number, text in enumerate(("[]", "no json", '{"name": 3}', '{"guesses": 1}')):
-        (tmp_path / f"{number}.handin").write_text(obfuscate(text, "s", HEAD), encoding="utf-8")
-    assert all("not a hand-in" in row.fault for row in grades(tmp_path))
-
-
-def test_a_challenge_whose_seal_was_changed_is_no_truth(tmp_path: Path) -> None:
-    forged = HandIn("Eve", RIGHT, TRUTH_SEALED.replace("A", "B", 1))
-    (row,) = grades(put(tmp_path, eve=forged))
-    assert "seal is broken" in row.fault
+def test_a_table_of_hand_ins_judges_each_and_names_what_is_wrong_with_it(tmp_path: Path) -> None:
+    """Also of the folders of a learning platform; no name becomes a spreadsheet's formula."""
+    (tmp_path / "Ada_123").mkdir()
+    put(tmp_path / "Ada_123", ada=ADA)
+    put(tmp_path, bob=HandIn("Bob", HALF, TRUTH_SEALED, asked=True, changed=True))
+    put(tmp_path, eve=HandIn("Eve", RIGHT, TRUTH_SEALED.replace("A", "B", 1)))
+    for number, name in enumerate(("=1+1", "+cmd", "-x", "@SUM(A1)")):
+        put(tmp_path, **{f"formula{number}": HandIn(name, RIGHT, TRUTH_SEALED)})
+    changed = list(ADA.text())
+    changed[400] = "A" if changed[400] != "A" else "B"
+    odd = {
+        "changed": "".join(changed).encode(), "empty": b"", "no_text": b"\xff\xfe\x00",
+        "head_alone": CHALLENGE.encode(), "own_seal": TRUTH_SEALED.encode(),
+        "far_too_long": b"x" * (LARGEST + 1),
+    }  # fmt: skip
+    for name, text in (("list", "[]"), ("no_json", "no json"), ("no_name", '{"name": 3}')):
+        odd[name] = obfuscate(text, "s", HEAD).encode()
+    for name, content in odd.items():
+        (tmp_path / f"odd_{name}.handin").write_bytes(content)
+    approved("grades.csv", as_csv(grades(tmp_path)))
 
 
 def test_a_folder_without_hand_ins_is_one_sentence(tmp_path: Path) -> None:
@@ -102,26 +74,6 @@ def test_a_folder_without_hand_ins_is_one_sentence(tmp_path: Path) -> None:
         grades(tmp_path)
     with pytest.raises(InputError, match="is not a folder"):
         grades(tmp_path / "missing")
-
-
-def test_folders_of_a_learning_platform_are_searched(tmp_path: Path) -> None:
-    inner = tmp_path / "Ada_123"
-    inner.mkdir()
-    (row,) = grades(put(inner, any=ADA) and tmp_path)
-    assert row.file == "Ada_123/any.handin"
-
-
-@pytest.mark.parametrize("name", ["=1+1", "+cmd", "-x", "@SUM(A1)"])
-def test_a_name_cannot_become_a_formula_of_a_spreadsheet(name: str, tmp_path: Path) -> None:
-    text = as_csv(grades(put(tmp_path, one=HandIn(name, RIGHT, TRUTH_SEALED))))
-    (row,) = csv.DictReader(text.splitlines())
-    assert row["name"] == f"'{name}"
-
-
-def test_what_is_unknown_is_empty_and_the_rest_yes_or_no(tmp_path: Path) -> None:
-    text = as_csv(grades(put(tmp_path, one=HandIn("", RIGHT, TRUTH_SEALED))))
-    (row,) = csv.DictReader(text.splitlines())
-    assert (row["used_tool_first"], row["changed"], row["complete"]) == ("", "no", "yes")
 
 
 def test_a_guess_is_stated_by_id_and_size() -> None:

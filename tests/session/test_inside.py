@@ -32,9 +32,6 @@ from tests.session.elsewhere import (
 )
 from tests.session.helpers import alone
 
-MANY = 40
-"""Ways at least."""
-
 
 class Trapped:
     """A session whose folder has been tampered with."""
@@ -71,10 +68,6 @@ def taken(session: Session) -> list[bytes]:
 @pytest.fixture
 def trapped(session: Session) -> Trapped:
     return Trapped(session)
-
-
-def test_there_are_many_ways(trapped: Trapped) -> None:
-    assert len(set(trapped.names)) >= MANY
 
 
 def test_an_uploaded_scenario_reads_nothing_from_elsewhere(trapped: Trapped) -> None:

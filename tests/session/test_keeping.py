@@ -165,9 +165,12 @@ def test_results_are_there_again(session: Session, work: SavedWorkFolders, found
     session.identification.outcome = found.identification.outcome
     session.identification.outcome_of = found.identification.outcome_of
     session.diagnosis.versions = found.diagnosis.versions
+    session.diagnosis.models.all = found.diagnosis.models.all
     session.notify(Topic.OUTCOME)
     dead(session)
     made = revived(work)
+    (model,) = made.diagnosis.models.comparable
+    assert model is made.diagnosis.models.present and model.title == "As given"
     assert (
         same(made.identification.outcome, found.identification.outcome)
         and made.identification.outcome_of == made.document.scenario
@@ -177,18 +180,14 @@ def test_results_are_there_again(session: Session, work: SavedWorkFolders, found
     made.close()
 
 
-@pytest.mark.parametrize("end", [dead, Session.close])
-def test_a_study_is_there_again_and_goes_on(
-    session: Session, work: SavedWorkFolders, services: Offered, end: Callable[[Session], None]
-) -> None:
+def test_a_study_is_there_again_and_goes_on(session: Session, work: SavedWorkFolders) -> None:
     assert session.open(short().scenario)
     session.study.choose(runs=3, at_once=1)
     assert session.study.start()
     until(lambda: session.study.state.done >= 2)
     threads = [t for t in threading.enumerate() if t.name == "study"]
-    if end is dead:
-        session.study.stop()
-    end(session)
+    session.study.stop()
+    dead(session)
     for thread in threads:
         thread.join()
     work.end(session.folder)
@@ -224,51 +223,26 @@ def test_a_verdict_is_kept_while_the_last_fit_goes_on(
     made.close()
 
 
-def test_an_effect_that_was_fitted_when_the_program_ended_is_there_again(
-    session: Session, work: SavedWorkFolders, found: Session
+@pytest.mark.parametrize("fitted", [True, False])
+def test_an_effect_that_was_added_when_the_program_ended_is_there_again_if_it_was_fitted(
+    session: Session, work: SavedWorkFolders, found: Session, fitted: bool
 ) -> None:
-    """Its fit was on the screen, its ranking was still computed."""
+    """Its fit was on the screen, its ranking was still computed; or nothing was shown of it."""
     given = found.diagnosis.versions[-1]
     assert given.found is not None and given.comparisons
-    edit = with_effect("coulomb_friction", None)
-    grown = apply_edits(found.document.scenario, edit)
-    fitted = replace(given.found, ranking=(), diagnosis=None)
-    added = replace(given, scenario=grown, added="coulomb_friction", found=fitted, title="Coulomb")
+    grown = apply_edits(found.document.scenario, with_effect("coulomb_friction", None))
+    added = ModelVersion(grown, "Coulomb", "coulomb_friction")
+    if fitted:
+        added = replace(added, found=replace(given.found, ranking=(), diagnosis=None))
+        added = replace(added, outcome=given.outcome, comparisons=given.comparisons)
     session.document.scenario, session.diagnosis.versions = grown, (given,)
     session.diagnosis.pending = added
     session.notify(Topic.DIAGNOSIS)
     dead(session)
     made = revived(work)
-    assert [v.added for v in made.diagnosis.versions] == [None, "coulomb_friction"]
-    assert made.document.scenario == grown
-    made.close()
-
-
-def test_an_effect_that_was_not_fitted_when_the_program_ended_is_not_in_the_model(
-    session: Session, work: SavedWorkFolders, found: Session
-) -> None:
-    given = found.diagnosis.versions[-1]
-    grown = apply_edits(found.document.scenario, with_effect("coulomb_friction", None))
-    session.document.scenario, session.diagnosis.versions = grown, (given,)
-    session.diagnosis.pending = ModelVersion(grown, "Coulomb", "coulomb_friction")
-    session.notify(Topic.DIAGNOSIS)
-    dead(session)
-    made = revived(work)
-    assert made.document.scenario == given.scenario == made.diagnosis.versions[-1].scenario
-    made.close()
-
-
-def test_all_models_of_the_session_are_there_again(
-    session: Session, work: SavedWorkFolders, found: Session
-) -> None:
-    session.document.scenario = found.document.scenario
-    session.diagnosis.versions = found.diagnosis.versions
-    session.diagnosis.models.all = found.diagnosis.models.all
-    session.notify(Topic.OUTCOME)
-    dead(session)
-    made = revived(work)
-    (model,) = made.diagnosis.models.comparable
-    assert model is made.diagnosis.models.present and model.title == "As given"
+    kept = [None, "coulomb_friction"] if fitted else [None]
+    assert [v.added for v in made.diagnosis.versions] == kept
+    assert made.document.scenario == made.diagnosis.versions[-1].scenario
     made.close()
 
 
@@ -494,13 +468,6 @@ def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPa
     )
 
 
-def test_the_folders_are_nobody_elses_and_tell_no_key(
-    session: Session, work: SavedWorkFolders
-) -> None:
-    assert work.root.stat().st_mode & 0o777 == 0o700 == session.folder.stat().st_mode & 0o777
-    assert KEY not in str(session.folder)
-
-
 def test_the_oldest_go_first_and_none_that_is_in_use(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -522,15 +489,9 @@ def test_the_oldest_go_first_and_none_that_is_in_use(
     assert {p.name for p in root.iterdir()} == {"0"}
 
 
-def test_another_server_does_not_take_what_is_in_use(
-    session: Session, work: SavedWorkFolders
+def test_what_was_half_written_or_replaced_goes_when_the_server_starts(
+    work: SavedWorkFolders,
 ) -> None:
-    assert session.document.change(set_value(("identify", "population"), 17))
-    assert not SavedWorkFolders(work.root).knows(KEY) and has_saved_work(session.folder)
-    assert not (session.folder / RESULTS).exists()
-
-
-def test_what_was_half_written_goes_when_the_server_starts(work: SavedWorkFolders) -> None:
     session = begun(work)
     assert session.document.change(set_value(("title",), "Mine"))
     (session.folder / "th1.csv").write_text("t")
@@ -538,8 +499,11 @@ def test_what_was_half_written_goes_when_the_server_starts(work: SavedWorkFolder
     (session.folder / ".big.zip.unpacking").mkdir()
     (session.folder / ".big.zip.unpacking" / "th3.csv").write_text("t,the")
     dead(session)
+    replaced = session.folder.with_name(f"{session.folder.name}{REPLACED_SUFFIX}")
+    shutil.copytree(session.folder, replaced)
     SavedWorkFolders(work.root)
     assert {p.name for p in session.folder.iterdir()} == {WORK, OWNER, "th1.csv"}
+    assert not replaced.exists()
 
 
 def test_a_number_that_another_process_has_by_now_is_no_owner(
@@ -549,14 +513,3 @@ def test_a_number_that_another_process_has_by_now_is_no_owner(
     assert not SavedWorkFolders(work.root).knows(KEY), "this process has it"
     (session.folder / OWNER).write_text(f"{os.getpid()} 1")
     assert SavedWorkFolders(work.root).knows(KEY), "a process of that number, but a younger one"
-
-
-def test_what_was_replaced_goes_when_the_server_starts(
-    session: Session, work: SavedWorkFolders
-) -> None:
-    assert session.document.change(set_value(("identify", "population"), 17))
-    dead(session)
-    replaced = session.folder.with_name(f"{session.folder.name}{REPLACED_SUFFIX}")
-    shutil.copytree(session.folder, replaced)
-    SavedWorkFolders(work.root)
-    assert not replaced.exists() and has_saved_work(session.folder)

@@ -1,23 +1,26 @@
-"""A law is proposed on demand, put into the model like an effect, and taken back."""
+"""A law is proposed on demand and put into the model; what an effect does to the arm is shown."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from flexgui.core.results import ProposedLaw
+from flexgui.core.results import LadderStep, MissingTorque, ProposedLaw, RecordingComparison
 from flexgui.core.results.diagnosis import UNLISTED
 from flexgui.jobs.job import DONE
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.diagnose.effects import present
-from flexgui.stages.diagnose.model_versions import combined_diagnosis
+from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion, combined_diagnosis
+from flexgui.stages.diagnose.plots import demonstration, demonstration_summary
+from flexgui.views.missing_torque import missing_cloud
 from tests.sentences.findings import FOUND
 from tests.sentences.proposals import law, proposal
 from tests.session.helpers import alone, shortened, until
-from tests.session.test_candidates import version
+from tests.session.test_shown import version
 
 SECONDS = 200.0
 """Of a search that a busy machine begins with compiling."""
@@ -89,9 +92,14 @@ def proposing(folder: Path, *laws: ProposedLaw) -> Session:
 
 def test_laws_are_those_of_the_newest_version(tmp_path: Path) -> None:
     session = proposing(tmp_path / "own", law(), law(title="Another law"))
+    whole = combined_diagnosis(session.diagnosis.versions)
+    assert whole is not None and whole.proposal is not None
+    assert not session.diagnosis.add_law(2) and not present(session.document.scenario)
     assert [one.title for one in session.diagnosis.laws] == [law().title, "Another law"]
     session.diagnosis.versions += (version(1.0, added="own_1"),)
     assert session.diagnosis.laws == ()
+    whole = combined_diagnosis(session.diagnosis.versions)
+    assert whole is not None and whole.proposal is None, "it was of the model before"
     session.close()
 
 
@@ -113,24 +121,88 @@ def test_a_law_that_the_model_cannot_have_is_refused_and_nothing_changes(
     session.close()
 
 
-def test_a_law_that_there_is_none_of_cannot_be_added(tmp_path: Path) -> None:
-    session = proposing(tmp_path / "own", law())
-    assert not session.diagnosis.add_law(1)
-    assert not present(session.document.scenario)
-    session.close()
+def short(session: Session) -> None:
+    session.choose("something hidden")
+    assert session.document.change(shortened(0))
 
 
-def test_without_a_search_there_is_nothing_to_propose_for(tmp_path: Path) -> None:
-    session = alone("a-person", tmp_path / "own")
-    assert not session.diagnosis.propose() and not session.run.busy
-    session.close()
+def test_an_effect_is_shown_where_it_changes_most(session: Session) -> None:
+    short(session)
+    assert session.demonstration.start("coulomb_friction")
+    until(lambda: session.demonstration.shown is not None or bool(session.demonstration.not_shown))
+    shown = session.demonstration.shown
+    assert shown is not None, session.demonstration.not_shown
+    assert shown.kind == session.demonstration.kind == "coulomb_friction"
+    assert {p.name for p in shown.sizes} == {"fc1", "fc2"}
+    assert "f<sub>c1</sub>" in demonstration_summary(shown)
+    assert np.abs(shown.with_it - shown.without).max() > 0.0
+    assert len(shown.time) == len(shown.measured) < 1000
+    names = [t["name"] for t in demonstration(shown)["data"]]
+    assert names[:3] == ["measured", "without it", "with it"]
+    assert not session.run.busy, "the session's own job is another one"
+    session.demonstration.end()
+    assert session.demonstration.shown is None
 
 
-def test_what_was_proposed_for_a_model_is_not_said_of_the_next(tmp_path: Path) -> None:
-    """A law was added, and its search was stopped."""
-    session = proposing(tmp_path / "own", law())
-    whole = combined_diagnosis(session.diagnosis.versions)
-    assert whole is not None and whole.proposal is not None
-    after = combined_diagnosis((*session.diagnosis.versions, version(1.0, "a", added="own_1")))
-    assert after is not None and after.proposal is None
-    session.close()
+def test_every_listed_effect_is_shown_and_another_says_why_not(session: Session) -> None:
+    """A diagnosis ranks in all that was measured, not only in the tip that is fitted here."""
+    short(session)
+    assert session.document.scenario.identify.output == ("z",)
+    listed = ("torque_ripple", "sensor_lag", "sensor_gain")
+    for kind in (*listed, "nobody"):
+        session.demonstration.start(kind)
+        until(
+            lambda: session.demonstration.shown is not None or bool(session.demonstration.not_shown)
+        )
+        assert (session.demonstration.shown is not None) == (kind in listed), (
+            session.demonstration.not_shown
+        )
+    assert session.demonstration.not_shown.endswith((".", "?"))
+
+
+def test_another_model_ends_it(session: Session) -> None:
+    short(session)
+    session.demonstration.start("viscous_friction")
+    until(lambda: session.demonstration.shown is not None)
+    session.document.change(lambda document: document["recordings"][0].update(role="validate"))
+    assert session.demonstration.shown is None and not session.demonstration.kind
+
+
+def test_the_missing_torque_is_shown_with_the_law_of_the_effect_in_it(session: Session) -> None:
+    short(session)
+    assert session.demonstration.start("coulomb_friction")
+    until(lambda: session.demonstration.shown is not None)
+    shown = session.demonstration.shown
+    assert shown is not None and [t.joint for t in shown.torques] == [1, 2]
+    assert session.demonstration.torques == (), "no diagnosis has told what is missing"
+    torques = tuple(missing(joint) for joint in (1, 2))
+    seen = RecordingComparison(shown.recording, "estimate", "", (), torques)
+    session.diagnosis.versions = (
+        ModelVersion(session.document.scenario, found=LOOKED, comparisons=(seen,)),
+    )
+    assert session.demonstration.torques == torques
+    data = missing_cloud(torques, shown.torques, shown.title)["data"]
+    laws = [t for t in data if t["name"] == "Coulomb friction"]
+    assert [t["yaxis"] for t in laws] == ["y", "y2"] and laws[0]["mode"] == "lines"
+    assert laws[0]["y"][-1] > 0.0, "the drive spends what friction takes"
+    fixed = {"id": "coulomb_friction", "fc1": 1.2, "fc2": 0.4}
+    assert session.document.change(lambda d: d.setdefault("model", {}).update(effects=[fixed]))
+    assert session.demonstration.torques == ()
+    assert session.demonstration.start("coulomb_friction")
+    until(lambda: session.demonstration.shown is not None)
+    session.diagnosis.versions = (
+        ModelVersion(session.document.scenario, found=LOOKED, comparisons=(seen,)),
+    )
+    assert session.demonstration.torques == (), "an effect that is in the model is not missing"
+
+
+def missing(joint: int) -> MissingTorque:
+    """Of Coulomb friction, without noise."""
+    time = np.linspace(0.0, 1.0, 50)
+    speed = np.sin(20.0 * time)
+    return MissingTorque(
+        joint, "N m", time, speed, "rad/s", np.sign(speed), speed, np.ones(50, dtype=bool)
+    )
+
+
+LOOKED = ModelFindings(LadderStep(None, "As given", (), (), None, 81.0), (), (), (), ())

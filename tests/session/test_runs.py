@@ -1,4 +1,4 @@
-"""Identification from a session."""
+"""Identification, a profile and a planned experiment from a session."""
 
 from __future__ import annotations
 
@@ -22,49 +22,31 @@ from flexgui.stages.export.panel import ExportPanel
 from flexgui.stages.identify.panel import WORDS
 from flexgui.views.comparison import live_worst
 from flexgui.views.convergence import live_descent
+from flexgui.views.profile import interval_sentence
 from tests.session.conftest import SOON
-from tests.session.helpers import LONG, bring, exported, good_csv, small, until
+from tests.session.helpers import LONG, exported, shortened, small, until
 
 SAME = 1e-9
 """Relative: the same code on the same data; results go through a file with all their digits."""
 
 
 def test_run_follows_its_events() -> None:
-    generation = Generation(1, 1.0, 2.0, 3.0, None)  # type: ignore[arg-type]
+    members = np.ones((4, 2))
+    generation = Generation(1, 1.0, 2.0, 3.0, np.ones(2), members)
     run = JobState(kind="identify").after(Queued(2))
     assert (run.phase, run.place) == (QUEUED, 2)
     run = run.after(Started()).after(Stage("Identifying", 10)).after(Advanced(4))
     assert (run.phase, run.share, run.place) == (RUNNING, 0.4, None)
     run = run.after(NewGeneration("all", generation))
     assert run.history["all"] == (generation,)
-    assert run.after(NewGeneration("all", generation)).history["all"] == (generation,) * 2
+    again = run.after(NewGeneration("all", generation)).history["all"]
+    assert [g.population is None for g in again] == [True, False], "only the newest is kept"
     assert run.after(Finished(None)).phase == DONE
-
-
-def test_simulations_are_counted_in_each_stage() -> None:
-    run = JobState(kind="diagnose")
-    for event in (Stage("Fitting", 3), Advanced(0, simulations=40), Advanced(1, "th1")):
-        run = run.after(event)
-    run = run.after(Advanced(0, simulations=1200))
-    assert (run.done, run.text, run.simulations) == (1, "th1", 1240)
-    assert "1,240 simulations" in WORDS.state(run, None)
-    assert run.after(Stage("Next")).simulations == 0
-
-
-def test_only_the_newest_population_is_kept() -> None:
-    """Thousands of generations of a long search would stay in memory."""
-    run = JobState(kind="identify")
-    for k in range(3):
-        members = np.ones((4, 2))
-        run = run.after(NewGeneration("all", Generation(k, 1.0, 2.0, 3.0, np.ones(2), members)))
-    assert [g.population is None for g in run.history["all"]] == [True, True, False]
-
-
-def test_how_far_a_file_is_read_stands_in_the_sentence() -> None:
-    run = JobState(kind="identify")
-    for event in (Started(), Stage("Reading the recordings", 1), Advanced(0, "th1.csv, 40% read")):
-        run = run.after(event)
-    assert "Reading the recordings 0 of 1: th1.csv, 40% read." in WORDS.state(run, None)
+    counted = run.after(Advanced(0, simulations=40)).after(Advanced(1, "th1", simulations=1200))
+    assert (counted.done, counted.text, counted.simulations) == (5, "th1", 1240)
+    assert "Identifying 5 of 10: th1" in WORDS.state(counted, None)
+    assert "1,240 simulations" in WORDS.state(counted, None)
+    assert counted.after(Stage("Next")).simulations == 0, "they are counted in each stage"
 
 
 def test_identification_gives_an_outcome_that_plays(session: Session) -> None:
@@ -103,15 +85,6 @@ def test_nobody_begins_another_job_before_the_result_of_the_first_is_taken_over(
     assert said == [True], "whichever thread asks"
 
 
-def test_a_second_job_is_refused_in_words(session: Session) -> None:
-    session.document.change(lambda d: d["identify"].update(LONG))
-    assert session.identification.start()
-    assert not session.identification.start()
-    assert "already" in session.message.text
-    session.run.stop()
-    until(lambda: not session.run.state.busy)
-
-
 def test_stop_keeps_the_last_complete_result(session: Session) -> None:
     small(session)
     session.identification.start()
@@ -120,21 +93,10 @@ def test_stop_keeps_the_last_complete_result(session: Session) -> None:
     assert session.document.change(lambda d: d["identify"].update(LONG))
     assert session.identification.start()
     until(lambda: bool(session.run.state.history))
+    assert not session.identification.start() and "already" in session.message.text
     session.run.stop()
     until(lambda: session.run.state.phase == STOPPED)
     assert session.identification.outcome is complete
-
-
-def test_stop_without_an_earlier_result_shows_the_best_so_far(session: Session) -> None:
-    session.document.change(lambda d: d["identify"].update(LONG))
-    session.identification.start()
-    until(lambda: bool(session.run.state.history))
-    session.run.stop()
-    until(lambda: session.identification.outcome is not None)
-    assert (
-        session.identification.outcome is not None
-        and session.identification.outcome.fits[0].stopped
-    )
 
 
 def test_a_scenario_that_cannot_run_says_why(session: Session) -> None:
@@ -157,18 +119,6 @@ def test_downloaded_scenario_gives_the_same_numbers_on_the_command_line(
     fit = session.identification.outcome.fits[0]
     ours = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
     assert {p["name"]: p["value"] for p in told} == pytest.approx(ours, rel=SAME)
-
-
-def test_report_is_written_by_the_pool(session: Session) -> None:
-    assert not session.export.report(lambda folder: None)
-    small(session)
-    session.identification.start()
-    until(lambda: session.identification.outcome is not None)
-    until(lambda: session.run.job is None or session.run.job.over)
-    done: list[Path] = []
-    assert session.export.report(done.append)
-    until(lambda: bool(done))
-    assert (done[0] / "report.html").stat().st_size > 0
 
 
 def test_a_job_of_a_scenario_that_was_left_is_not_heard_of_again(session: Session) -> None:
@@ -198,19 +148,6 @@ def exporting(session: Session) -> tuple[ExportPanel, dict[str, bytes]]:
     return panel, sent
 
 
-def test_everything_says_which_recording_it_lacks(session: Session) -> None:
-    small(session)
-    assert bring(session, "own.csv", good_csv(session))
-    session.identification.start()
-    until(lambda: not session.run.busy and session.identification.outcome is not None)
-    (session.folder / "own.csv").unlink()
-    panel, sent = exporting(session)
-    panel.send_export("")
-    until(lambda: not session.run.busy and bool(sent))
-    assert session.message.bad
-    assert "without recordings" in session.message.text and "own.csv" in session.message.text
-
-
 def test_compilers_and_second_servers_run_in_no_process_of_a_page(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -232,3 +169,61 @@ def test_compilers_and_second_servers_run_in_no_process_of_a_page(
     endings = {name.rpartition("_")[2] for name in sent}
     assert endings >= {"model.fmu", "model.xml", "playback.html"}
     assert len(sent) == len(model_formats()) + 1
+
+
+@pytest.fixture
+def identified(session: Session) -> Session:
+    session.choose("paper_glocal")
+    small(session)
+    assert session.identification.start()
+    until(lambda: not session.run.busy)
+    assert session.identification.current is not None
+    return session
+
+
+def test_a_profile_is_of_the_last_result_and_goes_with_it(identified: Session) -> None:
+    found, name = identified.identification, identified.document.scenario.identify.parameters[0]
+    assert found.find_profile(name, None)
+    until(lambda: not identified.run.busy)
+    assert found.profile is not None
+    assert found.profile.estimate.name == name
+    assert name in interval_sentence(found.profile)
+    found.take(None, None)
+    assert found.profile is None
+
+
+def test_without_a_result_there_is_none(session: Session) -> None:
+    assert not session.identification.find_profile("EI1", None)
+
+
+@pytest.fixture
+def brief(session: Session) -> Session:
+    assert session.document.change(shortened(0, 1))
+    return session
+
+
+def test_the_files_to_play_and_the_words_are_handed_on(brief: Session) -> None:
+    folders: list[Path] = []
+    assert not brief.export.plan(2.0, {"speed": [-1.0]}, folders.append)
+    assert "limits" in brief.message.text
+    limits = {"speed": [0.3, 0.5]}
+    assert brief.export.plan(2.0, limits, folders.append)
+    until(lambda: not brief.run.busy)
+    (folder,) = folders
+    names = {path.name for path in folder.iterdir()}
+    assert {"play1.csv", "expected1.csv", "plan.json", "plan.txt", "planned.toml"} <= names
+    assert brief.export.planned[0].startswith("Record ")
+    assert "limits" not in brief.document.scenario.model_dump(exclude_unset=True), (
+        "it is left as it is"
+    )
+    text = (folder / "planned.toml").read_text(encoding="utf-8")
+    assert "speed = [" in text and 'played = "play1.csv"' in text
+
+
+@pytest.mark.long
+def test_a_shorter_plan_leaves_nothing_of_the_one_before(brief: Session) -> None:
+    folders: list[Path] = []
+    for seconds, last in ((2.0, True), (1.0, False)):
+        assert brief.export.plan(seconds, {}, folders.append)
+        until(lambda: not brief.run.busy)
+        assert (folders[-1] / "play2.csv").exists() is last

@@ -79,15 +79,6 @@ def test_threads_serve_whoever_has_work_and_end_soon_after() -> None:
     until(lambda: serving() <= before)
 
 
-def test_long_work_holds_up_nobody_else() -> None:
-    crew, held, done = ThreadPool(SHORT), threading.Event(), threading.Event()
-    for _ in range(40):
-        crew.run(held.wait)  # type: ignore[arg-type]
-    crew.run(done.set)
-    assert done.wait(5.0)
-    held.set()
-
-
 def test_a_hundred_workers_at_rest_have_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(inbox, "THREADS", ThreadPool(SHORT))
     before = serving()
@@ -135,18 +126,18 @@ def pause_after(clock: list[float], seconds: float, *dirty: Topic) -> float:
     return max(redraw._pause(list(dirty)), 0.0)
 
 
-def test_news_that_begin_are_drawn_four_times_each_second(clock: list[float]) -> None:
-    assert pause_after(clock, 0.0, Topic.RUN) == pytest.approx(INTERVAL)
-
-
-def test_the_longer_they_stream_the_more_seldom(clock: list[float]) -> None:
-    assert pause_after(clock, LONG, Topic.RUN) == pytest.approx(2.0 * INTERVAL)
-    assert pause_after(clock, 100.0 * LONG, Topic.RUN) == pytest.approx(SLOWEST)
-
-
-def test_an_edit_waits_no_longer_than_at_first(clock: list[float]) -> None:
-    assert pause_after(clock, 100.0 * LONG, Topic.RUN, Topic.SCENARIO) == pytest.approx(INTERVAL)
-
-
-def test_what_does_not_stream_waits_for_nothing(clock: list[float]) -> None:
-    assert pause_after(clock, 100.0 * LONG, Topic.RUN, Topic.STAGE) == 0.0
+@pytest.mark.parametrize(
+    ("streamed", "more", "pause"),
+    [
+        (0.0, (), INTERVAL),
+        (LONG, (), 2.0 * INTERVAL),
+        (100.0 * LONG, (), SLOWEST),
+        (100.0 * LONG, (Topic.SCENARIO,), INTERVAL),
+        (100.0 * LONG, (Topic.STAGE,), 0.0),
+    ],
+    ids=["begin", "stream", "stream for long", "an edit", "no stream"],
+)
+def test_what_streams_is_drawn_the_more_seldom_the_longer_it_does(
+    clock: list[float], streamed: float, more: tuple[Topic, ...], pause: float
+) -> None:
+    assert pause_after(clock, streamed, Topic.RUN, *more) == pytest.approx(pause)

@@ -8,15 +8,13 @@ import signal
 import zipfile
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from flexgui.core.montecarlo.settings import make_settings
-from flexgui.core.montecarlo.study import parts, study
-from flexgui.core.montecarlo.summary import summarise
-from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Journal
-from flexgui.core.scenario.read import parse_scenario, read_scenario
+from flexgui.core.scenario.read import read_scenario
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import zipped_folder
@@ -25,12 +23,10 @@ from flexgui.stages.study.state import (
     FAILED,
     IDLE,
     STOPPED,
-    StudyChoice,
     remaining,
-    shown,
 )
 from flexgui.stages.study.task import JOURNAL
-from tests.paper_study.helpers import numbers, records_of, short
+from tests.paper_study.helpers import short
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
@@ -56,20 +52,6 @@ def titles(session: Session) -> list[str]:
     return [section.title for section in session.study.state.sections]
 
 
-@pytest.mark.long
-def test_a_study_gives_the_same_numbers_as_without_a_page(quick: Session) -> None:
-    assert quick.study.start()
-    ended(quick)
-    assert (quick.study.state.phase, quick.study.state.done, quick.study.state.total) == (
-        DONE,
-        4,
-        4,
-    )
-    assert quick.study.run is not None
-    expected = records_of(study(short(runs=2), executor=Here(), only=["fits"]))
-    assert numbers(quick.study.run.records) == numbers(expected)
-
-
 def test_tables_and_figures_come_while_it_runs(quick: Session) -> None:
     seen: list[tuple[int, bool]] = []
 
@@ -80,6 +62,8 @@ def test_tables_and_figures_come_while_it_runs(quick: Session) -> None:
     quick.subscribe(told)
     quick.study.choose(runs=MANY)
     quick.study.start()
+    assert not quick.study.start() and "is running" in quick.message.text
+    assert not quick.study.choose(runs=1)
     until(lambda: any(count and busy for count, busy in seen))
     until(lambda: quick.study.state.remaining_seconds is not None)
     quick.study.stop()
@@ -146,15 +130,6 @@ def test_another_scenario_ends_the_study_of_the_first(quick: Session) -> None:
     assert not quick.message.bad
 
 
-def test_a_session_that_leaves_stops_its_study(quick: Session, services: Offered) -> None:
-    quick.study.choose(runs=MANY)
-    quick.study.start()
-    until(lambda: quick.study.state.done >= 1)
-    services.pool.cancel_session(quick.key)
-    ended(quick)
-    assert quick.study.state.phase == STOPPED and quick.study.state.done < quick.study.state.total
-
-
 @pytest.mark.long
 def test_a_killed_worker_costs_no_case(quick: Session, services: Offered) -> None:
     quick.study.choose(runs=20)
@@ -175,47 +150,17 @@ def test_a_closed_session_leaves_no_thread(quick: Session) -> None:
     assert not quick.folder.exists()
 
 
-def test_other_sessions_have_their_turn(quick: Session, tmp_path: Path) -> None:
-    """One worker, a study of hundreds of cases, and somebody who wants something small."""
-    quick.study.choose(runs=MANY)
-    quick.study.start()
-    until(lambda: quick.study.state.done >= 1)
-    (tmp_path / "other").mkdir()
-    other = Session("another-person", tmp_path / "other", quick.services)
-    try:
-        assert other.open(short().scenario)
-        assert other.identification.start()
-        until(lambda: other.identification.outcome is not None)
-        assert quick.study.state.busy
-    finally:
-        other.close()
-    quick.study.stop()
-    ended(quick)
+def test_what_cannot_be_started_is_said(quick: Session) -> None:
+    def refused(**choice: Any) -> str:
+        quick.study.choose(**choice)
+        assert not quick.study.start() and quick.message.bad
+        return quick.message.text
 
-
-def test_a_second_start_is_refused_in_words(quick: Session) -> None:
-    quick.study.choose(runs=MANY)
-    quick.study.start()
-    assert not quick.study.start()
-    assert "is running" in quick.message.text
-    assert not quick.study.choose(runs=1)
-    quick.study.stop()
-    ended(quick)
-
-
-def test_no_part_is_no_study(quick: Session) -> None:
-    quick.study.choose(parts=())
-    assert not quick.study.start()
-    assert quick.message.bad and "Estimates" in quick.message.text
-
-
-def test_a_part_without_work_is_told(quick: Session) -> None:
+    assert "Estimates" in refused(parts=())
     assert quick.document.change(
         lambda d: d["identify"].update(parameters=["EI1", "EI2"], bounds={})
     )
-    quick.study.choose(parts=("prior",))
-    assert not quick.study.start()
-    assert quick.message.bad and "Estimates" in quick.message.text
+    assert "Estimates" in refused(parts=("prior",))
 
 
 def test_a_scenario_of_files_says_why(session: Session) -> None:
@@ -225,27 +170,12 @@ def test_a_scenario_of_files_says_why(session: Session) -> None:
     assert session.message.bad and session.study.state.phase == IDLE
 
 
-def test_the_demo_can_be_studied(session: Session) -> None:
-    assert not session.study.refusal
-    assert session.study.choice == StudyChoice()
-
-
 def test_a_failing_case_ends_the_study_in_a_sentence(quick: Session) -> None:
     assert quick.document.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
     quick.study.start()
     ended(quick)
     assert quick.study.state.phase in (FAILED, IDLE)
     assert quick.message.bad and "epsilom" in quick.message.text
-
-
-@pytest.mark.long
-def test_every_beginning_of_a_study_can_be_shown() -> None:
-    settings = short(runs=2)
-    records = records_of(study(settings, executor=Here(), only=tuple(parts())))
-    keys = list(records)
-    for count in range(1, len(keys) + 1):
-        some = {key: records[key] for key in keys[:count]}
-        assert shown(summarise(settings, some))
 
 
 def test_time_left_follows_each_parts_own_pace() -> None:
@@ -257,11 +187,3 @@ def test_time_left_follows_each_parts_own_pace() -> None:
     # 44 s of work took 22 s, so that two fits (2 s each) and one of the others (40 s) take 22 s.
     assert remaining(known, known, ["fits", "fits", "baselines"], 22.0) == pytest.approx(22.0)
     assert remaining(known, [], ["fits"], 22.0) is None
-
-
-def test_a_study_of_the_page_survives_toml(session: Session) -> None:
-    """Else the exported journal would belong to another study than the exported scenario."""
-    from flexgui.core.scenario.read import scenario_toml
-
-    again = parse_scenario(scenario_toml(session.document.scenario), "again")
-    assert make_settings(again).identity == make_settings(session.document.scenario).identity

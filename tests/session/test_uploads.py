@@ -9,7 +9,6 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,13 +16,12 @@ from hypothesis import strategies as st
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.rig_spec import SensorsSpec
-from flexgui.jobs import JobPool
 from flexgui.session.scenario_edits import apply_edits, set_value
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
-from tests.session.conftest import UPLOAD_LIMIT, Offered
+from tests.session.conftest import UPLOAD_LIMIT
 from tests.session.helpers import bring, good_csv, waiting_of, worked
 
 
@@ -126,39 +124,27 @@ def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
     assert session.document.scenario.recordings[-1].file == "own.csv"
 
 
-def test_own_recordings_stand_together_without_being_asked(session: Session) -> None:
+def test_files_that_arrive_wait_for_one_answer_and_later_ones_for_none(session: Session) -> None:
     worked(session)
+    content, imports = good_csv(session), session.recordings.imports
+    for name in ("a.csv", "b.csv"):
+        assert session.recordings.upload(name, content).result() and imports.pending
+    assert imports.use(alone=True)
+    assert session.recordings.upload("a.csv", content).result() and not imports.pending
+    files = [s.file for s in session.document.scenario.recordings]
+    assert files == ["a.csv", "b.csv", "a-2.csv"]
+
+
+def test_a_zip_of_scenario_and_recordings_can_be_brought_back(session: Session) -> None:
     content = good_csv(session)
-    assert session.recordings.upload("a.csv", content).result() and session.recordings.imports.use(
-        alone=True
-    )
-    assert (
-        session.recordings.upload("b.csv", content).result()
-        and not session.recordings.imports.pending
-    )
-    assert [s.file for s in session.document.scenario.recordings] == ["a.csv", "b.csv"]
-
-
-def test_two_files_that_arrive_wait_for_one_answer(session: Session) -> None:
-    worked(session)
-    content = good_csv(session)
-    assert session.recordings.upload("a.csv", content).result()
-    assert session.recordings.upload("b.csv", content).result()
-    assert session.recordings.imports.use(alone=True)
-    assert [s.file for s in session.document.scenario.recordings] == ["a.csv", "b.csv"]
-
-
-def test_another_scenario_forgets_what_stood_aside(session: Session) -> None:
-    worked(session)
-    assert session.recordings.upload("own.csv", good_csv(session)).result()
-    assert session.recordings.imports.use(alone=True)
+    bring(session, "th1.csv", content)
+    name, data = scenario_file(session.document.scenario, session.folder)
+    assert name.endswith(".zip")
+    (session.folder / "th1.csv").unlink()
     session.choose("demo")
-    worked(session)
-    assert not session.recordings.imports.replaced and not session.recordings.imports.restore()
-    assert (
-        session.recordings.upload("own.csv", good_csv(session)).result()
-        and session.recordings.imports.pending
-    )
+    assert session.recordings.upload(name, data).result()
+    assert session.document.scenario.recordings[-1].file == "th1.csv"
+    assert (session.folder / "th1.csv").read_bytes() == content
 
 
 def test_a_challenge_waits_while_own_recordings_are_used_alone(session: Session) -> None:
@@ -166,40 +152,6 @@ def test_a_challenge_waits_while_own_recordings_are_used_alone(session: Session)
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.recordings.imports.use(alone=True) and session.challenge.state is None
     assert session.recordings.imports.restore() and session.challenge.state == known
-
-
-def test_the_same_name_twice_gives_two_recordings(session: Session) -> None:
-    content = good_csv(session)
-    assert bring(session, "th1.csv", content)
-    assert bring(session, "th1.csv", content)
-    assert [s.file for s in session.document.scenario.recordings[-2:]] == ["th1.csv", "th1-2.csv"]
-
-
-def test_a_scenario_with_files_is_one_zip(session: Session) -> None:
-    content = good_csv(session)
-    bring(session, "th1.csv", content)
-    name, data = scenario_file(session.document.scenario, session.folder)
-    assert name.endswith(".zip")
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        assert archive.read("th1.csv") == content
-        assert any(n.endswith(".toml") for n in archive.namelist())
-
-
-def test_a_scenario_can_be_brought_back(session: Session) -> None:
-    name, data = scenario_file(session.document.scenario, session.folder)
-    session.document.change(lambda d: d["recordings"].clear())
-    assert session.recordings.upload(name, data).result()
-    assert len(session.document.scenario.recordings) == 8
-
-
-def test_a_zip_of_scenario_and_recordings_can_be_brought_back(session: Session) -> None:
-    bring(session, "th1.csv", good_csv(session))
-    name, data = scenario_file(session.document.scenario, session.folder)
-    (session.folder / "th1.csv").unlink()
-    session.choose("demo")
-    assert session.recordings.upload(name, data).result()
-    assert session.document.scenario.recordings[-1].file == "th1.csv"
-    assert (session.folder / "th1.csv").is_file()
 
 
 @pytest.mark.parametrize("content", [b"no zip at all", zipped({"a.csv": b"t"})])
@@ -292,32 +244,3 @@ def test_a_scenario_waits_for_the_recordings_that_come_after_it(session: Session
     assert "all recordings are here" in session.message.text
     assert len(session.document.scenario.recordings) == 2
     assert session.wait_idle() and session.playback.recording is not None
-
-
-ROWS = 1_330_000
-LONG = 240.0
-"""s, on a busy machine."""
-
-
-@pytest.mark.long
-def test_a_text_of_seventy_megabytes_becomes_a_recording_and_is_played(
-    tmp_path: Path, job_pool: JobPool
-) -> None:
-    """As many numbers as the largest upload holds; the workers' memory is limited."""
-    t = np.arange(ROWS) / 5000.0
-    speeds = [0.4 * np.sign(np.sin(2.0 * np.pi * f * t)) for f in (0.7, 0.9)]
-    theta = np.cumsum(speeds, axis=1) / 5000.0 + np.array([[0.0], [1.0]])
-    z = np.cumsum([0.5 * f(np.cumsum(theta, axis=0)) for f in (np.cos, np.sin)], axis=1)[:, -1]
-    columns = {"t": t, "dtheta1_ref": speeds[0], "dtheta2_ref": speeds[1], "theta1": theta[0],
-               "theta2": theta[1], "z1": z[0], "z2": z[1]}  # fmt: skip
-    content = pd.DataFrame(columns).round(6).to_csv(index=False).encode()
-    folder = tmp_path / "own"
-    folder.mkdir()
-    session = Session("long", folder, Offered(job_pool, upload_limit_bytes=10**8))
-    assert session.recordings.upload("long.csv", content).result(LONG), session.message
-    session.show("Data")
-    session.playback.refresh()
-    assert session.wait_idle(LONG) and not session.message.bad, session.message
-    assert session.playback.recording is not None and session.playback.motion is not None
-    assert len(session.playback.recording.time) == ROWS
-    session.close()

@@ -6,10 +6,11 @@ import json
 import re
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -33,9 +34,14 @@ from flexgui.stages.challenge.judging import truth_of, truth_text
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made() -> Any:
+    return make_challenge(3, "hard")
+
+
+@pytest.fixture(scope="module")
+def folder(made: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("challenge")
-    write_challenge(make_challenge(3, "hard"), out)
+    write_challenge(made, out)
     return out
 
 
@@ -75,7 +81,9 @@ def test_as_many_effects_are_hidden_as_the_level_says(level: str, count: int) ->
         assert len({*kinds, *parts}) == count
 
 
-@pytest.mark.parametrize("seed", [1, 4, 8])
+@pytest.mark.parametrize(
+    "seed", [4, pytest.param(1, marks=pytest.mark.long), pytest.param(8, marks=pytest.mark.long)]
+)
 def test_each_hidden_effect_is_well_above_the_noise(seed: int) -> None:
     """Of these seeds one effect or both were hidden below 1.4 times the noise."""
     obfuscated = make_challenge(seed, "hard").obfuscated
@@ -92,24 +100,13 @@ def test_reveal_says_what_and_how_large(folder: Path) -> None:
     assert said == truth_of(folder / TRUTH_FILE)
 
 
-def test_a_zip_holds_the_same_files(folder: Path, tmp_path: Path) -> None:
-    challenge = make_challenge(3, "hard")
+def test_a_zip_holds_the_same_files(folder: Path, made: Any, tmp_path: Path) -> None:
     for name in ("a.zip", "b.zip"):
-        write_challenge(challenge, tmp_path / name)
+        write_challenge(made, tmp_path / name)
     assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
     with zipfile.ZipFile(tmp_path / "a.zip") as archive:
         assert {n: archive.read(n) for n in archive.namelist()} == _bytes(folder)
     assert truth_of(tmp_path / "a.zip") == truth_of(folder)
-
-
-def test_a_broken_seal_is_refused_in_one_sentence(folder: Path, tmp_path: Path) -> None:
-    sealed = (folder / TRUTH_FILE).read_text()
-    (tmp_path / TRUTH_FILE).write_text(
-        sealed.replace(sealed[80], "A" if sealed[80] != "A" else "B", 1)
-    )
-    result = CliRunner().invoke(app, ["reveal", str(tmp_path)])
-    assert result.exit_code == 2
-    assert result.output.count("\n") == 1 and "seal is broken" in result.output
 
 
 @pytest.mark.parametrize(
@@ -119,41 +116,34 @@ def test_a_broken_seal_is_refused_in_one_sentence(folder: Path, tmp_path: Path) 
         ["challenge", "--seed", "-1", "--out", "x"],
         ["reveal", "nowhere"],
         ["reveal", "."],
+        ["reveal", "x.zip"],
     ],
 )
 def test_bad_input_is_one_sentence_and_two(
     arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    Path("x.zip").write_bytes(b"no zip")
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 2
     assert result.output.startswith("flexgui: ") and result.output.count("\n") == 1
 
 
-def test_a_zip_without_a_challenge_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "x.zip").write_bytes(b"no zip")
-    with pytest.raises(InputError, match="holds no challenge"):
-        truth_of(tmp_path / "x.zip")
-
-
 TEXT = '{"effects": ["coulomb_friction"], "values": {"fc1": 0.2}}'
 
 
-@given(st.text(max_size=5000).map(str.rstrip), st.text(max_size=20))
-def test_what_is_sealed_comes_out(text: str, salt: str) -> None:
-    assert reveal(obfuscate(text, salt), "x") == text
+@example("x" * 5000, "salt")
+@given(st.text(max_size=200).map(str.rstrip), st.text(max_size=20))
+def test_what_is_sealed_comes_out_whatever_the_line_ends(text: str, salt: str) -> None:
+    sealed = obfuscate(text, salt)
+    assert sealed == obfuscate(text, salt)
+    assert reveal(sealed, "x") == reveal(sealed.replace("\n", "\r\n"), "x") == text
 
 
-def test_the_same_text_gives_the_same_seal_and_another_salt_another() -> None:
-    assert obfuscate(TEXT, "1") == obfuscate(TEXT, "1")
-    body = {salt: obfuscate(TEXT, salt).splitlines()[1:] for salt in "12"}
-    assert not set(body["1"]) & set(body["2"])
-
-
-def test_nothing_can_be_read_and_the_length_tells_nothing() -> None:
-    sealed = obfuscate(TEXT, "1")
-    assert "coulomb" not in sealed
-    assert len(obfuscate("nothing", "1")) == len(sealed)
+def test_nothing_can_be_read_and_neither_length_nor_salt_tell_anything() -> None:
+    sealed, other = obfuscate(TEXT, "1"), obfuscate(TEXT, "2")
+    assert "coulomb" not in sealed and len(obfuscate("nothing", "1")) == len(sealed)
+    assert not set(sealed.splitlines()[1:]) & set(other.splitlines()[1:])
 
 
 @pytest.mark.parametrize("place", [0, 10, 300, -3])
@@ -171,7 +161,3 @@ def test_a_changed_character_breaks_the_seal(place: int) -> None:
 def test_what_is_no_seal_is_called_broken(text: str) -> None:
     with pytest.raises(InputError, match="broken"):
         reveal(text, "x")
-
-
-def test_other_line_ends_do_no_harm() -> None:
-    assert reveal(obfuscate(TEXT, "1").replace("\n", "\r\n"), "x") == TEXT
