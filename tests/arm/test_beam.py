@@ -1,51 +1,22 @@
-"""A segment is an Euler-Bernoulli beam."""
+"""A segment is an Euler-Bernoulli beam, and a base that turns is what it is by hand."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
 
-from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.arm import Arm, Pedestal
 from flexgui.core.arm.segment import Segment
 from flexgui.core.arm.shapes import exponent
 from flexgui.core.arm.slots import arm_vector
 from tests.helpers import compiled
 
-BETA_L = (1.8751040687, 4.6940911330)
-"""Roots of cos(x) cosh(x) = -1, the clamped-free beam."""
-
-FIRST, SECOND = 1e-3, 1e-2
-"""How near three polynomials come to the first two frequencies, relative."""
-
 LENGTH, MASS, EI = 0.5, 7.5, 520.83
 
 
-def beam(modes: int) -> tuple[np.ndarray, np.ndarray]:
-    """M and K of the modal coordinates of one segment whose joint is held."""
-    arm = Arm(segments=(Segment(length=LENGTH, mass=MASS, EI=EI, modes=modes),))
-    code, p, q = compiled(arm), arm_vector(arm), np.zeros(1 + modes)
-    return code.mass_matrix(q, p)[1:, 1:], code.linear_matrices(q, p)[0][1:, 1:]
-
-
-def clamped_frequencies(modes: int) -> np.ndarray:
-    M, K = beam(modes)
-    return np.sqrt(eigh(K, M, eigvals_only=True))
-
-
-def exact_frequencies() -> np.ndarray:
-    return np.square(BETA_L) * np.sqrt(EI / (MASS * LENGTH**3))
-
-
-def test_three_modes_have_the_clamped_frequencies_of_a_beam() -> None:
-    error = np.abs(clamped_frequencies(3)[:2] / exact_frequencies() - 1.0)
-    assert error[0] < FIRST
-    assert error[1] < SECOND
-
-
-def test_frequencies_come_down_to_the_exact_one_with_more_modes() -> None:
-    first = [clamped_frequencies(modes)[0] for modes in (1, 3)]
-    assert first[0] > first[1] > exact_frequencies()[0]
+def bending_stiffness(modes: int) -> np.ndarray:
+    """K of the modal coordinates of one segment whose joint is held."""
+    return matrices(arm(modes, None))[1][1:, 1:]
 
 
 @pytest.mark.parametrize("modes", [2, 3])
@@ -54,11 +25,48 @@ def test_static_tip_compliance_is_exact(modes: int) -> None:
 
     The shapes of two modes are the first two of three, so their stiffness is the leading block.
     """
-    K = beam(3)[1][:modes, :modes]
+    K = bending_stiffness(3)[:modes, :modes]
     reach = np.array([LENGTH ** exponent(i) for i in range(modes)])
     assert reach @ np.linalg.solve(K, reach) == pytest.approx(LENGTH**3 / (3 * EI), rel=1e-10)
 
 
 def test_one_mode_stiffness_is_that_of_the_paper() -> None:
     """Bending energy 2 EI l v^2, so K = 4 EI l."""
-    assert beam(1)[1][0, 0] == pytest.approx(4 * EI * LENGTH, rel=1e-14)
+    assert bending_stiffness(1)[0, 0] == pytest.approx(4 * EI * LENGTH, rel=1e-14)
+
+
+HUB = 0.05
+LINK = MASS * LENGTH**2 / 3.0
+"""kg m², of a slender rod about its end."""
+SPRING, COLUMN = 4000.0, 1.7
+"""N m/rad and kg m²."""
+NOTHING = 1e-9
+"""kg m²: far below what else turns."""
+
+
+def arm(modes: int, pedestal: Pedestal | None, compliance: float | None = None) -> Arm:
+    """One link on a hub."""
+    link = Segment(
+        length=LENGTH, mass=MASS, modes=modes, hub_inertia=HUB, joint_compliance=compliance,
+        EI=EI if modes else None,
+    )  # fmt: skip
+    return Arm(segments=(link,), pedestal=pedestal)
+
+
+def matrices(of: Arm) -> tuple[np.ndarray, np.ndarray]:
+    """Mass and stiffness at rest."""
+    code, p, q = compiled(of), arm_vector(of), np.zeros(of.coordinates)
+    return code.mass_matrix(q, p), code.linear_matrices(q, p)[0]
+
+
+def test_a_rigid_link_turns_with_its_base() -> None:
+    M, K = matrices(arm(0, Pedestal(compliance=1.0 / SPRING, inertia=COLUMN)))
+    assert pytest.approx(np.array([[LINK + HUB, LINK], [LINK, LINK + COLUMN]])) == M
+    assert pytest.approx(np.diag([0.0, SPRING])) == K
+
+
+def test_a_base_without_inertia_is_an_elastic_joint() -> None:
+    base = matrices(arm(2, Pedestal(compliance=1.0 / SPRING, inertia=NOTHING)))
+    joint = matrices(arm(2, None, 1.0 / SPRING))
+    for a, b in zip(base, joint, strict=True):
+        assert a == pytest.approx(b, abs=2.0 * NOTHING)

@@ -7,7 +7,6 @@ from math import cos, sin
 import numpy as np
 import pytest
 from numba import njit
-from numba.core.errors import NumbaError
 
 from flexgui.core.arm.instructions import straight_line
 from flexgui.core.lanes import functions
@@ -76,24 +75,3 @@ def test_each_lane_is_computed_as_if_it_were_alone(numbers: np.ndarray) -> None:
     np.testing.assert_allclose(M[2], np.cos(a) * b - numbers[1], rtol=ROUNDING, atol=ROUNDING)
     np.testing.assert_array_equal(M[[0, 1, 3]], [np.ones(LANES), np.zeros(LANES), np.ones(LANES)])
     np.testing.assert_allclose(out[0], np.maximum(np.abs(a), b / 4), rtol=ROUNDING)
-
-
-def branching(x, out):  # type: ignore[no-untyped-def]
-    out[0] = x[0] if x[0] > 0 else 0.0
-
-
-def looping(x, out):  # type: ignore[no-untyped-def]
-    for i in range(2):
-        out[i] = x[i]
-
-
-@pytest.mark.parametrize("function", [branching, looping])
-def test_what_is_no_arithmetic_is_refused(function) -> None:  # type: ignore[no-untyped-def]
-    written = straight_line(COLUMNS)(function)
-
-    @njit
-    def compiled(x, out):  # type: ignore[no-untyped-def]
-        written(x, out)
-
-    with pytest.raises((NotImplementedError, NumbaError), match="for i in|if x"):
-        compiled(np.ones(2), np.ones(2))

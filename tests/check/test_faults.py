@@ -18,6 +18,7 @@ from flexgui.core.progress import Silent
 from tests.check.faults import FAULTS, Seeded
 from tests.check.rigs import SCENARIOS, Rig, independent, real, rig, simulated
 from tests.marks import long_except
+from tests.programs.studies.checked_rigs import checked_rig, coarse
 
 
 class Stopped(Silent):
@@ -91,13 +92,6 @@ def test_another_rig_is_named_in_the_validation(rigs: list[Rig]) -> None:
     assert check_all(together, Stopped()) == []
 
 
-@pytest.mark.long
-def test_the_start_of_a_stiff_arm_is_no_motion_where_the_model_has_too_few_modes() -> None:
-    stiff = independent("plain/nothing-one_mode", 7)
-    for k in (4, 5):
-        assert "starts_moving" not in {f.fault for f in stiff.untouched(k)}
-
-
 def test_a_start_in_motion_is_named_where_the_model_has_too_few_modes() -> None:
     """The fault that the test above must not hide; seed 0 cuts where the second joint moves."""
     stiff = independent("plain/coulomb_friction-one_mode", 3)
@@ -128,13 +122,6 @@ def test_a_cycle_is_found_in_references_that_were_measured(noise: float) -> None
     (said,) = checks()["repeated_cycles"].find(Case(found))
     assert not said.is_fault
     assert said.size == pytest.approx(2.0, abs=2e-3)  # one sample
-
-
-def test_cycles_of_which_one_differs_are_no_repetition() -> None:
-    given = np.tile(np.sin(np.linspace(0.0, 2 * np.pi, 500, endpoint=False)), 4)
-    given[1500:] *= 0.8
-    found = MeasuredRecording("sines", "estimate", 2e-3 * np.arange(2000), {"theta1_ref": given})
-    assert not list(checks()["repeated_cycles"].find(Case(found)))
 
 
 def assert_named(outcomes: Iterable[tuple[str, bool | None]]) -> None:
@@ -182,3 +169,46 @@ def test_an_encoder_that_only_changes_its_last_digit_now_and_then_is_weakly_exci
     resting = MeasuredRecording("r", "estimate", 1e-3 * np.arange(2000), {"theta1": 1e-4 * flips})
     found = checks()["weak_excitation"].find(Case(resting))
     assert [finding.channel for finding in found] == ["theta1"]
+
+
+SEEDS = range(1, 41)
+WHICH = 1
+"""The recording that a fault is put into; the others stay as they are."""
+
+
+def named_or_not(one: Rig, fault: str) -> bool | None:
+    return outcome(one, WHICH, fault, seed=int(one.name.split()[1]))
+
+
+def false_findings(one: Rig, seed: int) -> list[tuple[str, str, str]]:
+    """What is found in untouched recordings and not true of them: encoders may well be coarse."""
+    return [
+        (one.name, f.fault, f.channel)
+        for k in range(len(one.cases))
+        for f in one.untouched(k)
+        if not (f.fault == "quantised" and coarse(one.cases[k].recording, f.channel, seed))
+    ]
+
+
+@pytest.mark.long
+def test_nothing_is_found_where_the_stated_stiffness_is_wrong() -> None:
+    for seed in (4, 8):
+        assert false_findings(checked_rig(seed), seed) == []
+
+
+@pytest.mark.long
+@pytest.mark.xfail(reason="86 % are named on rigs 61 to 68: gear ratios, starts in motion")
+def test_faults_in_random_rigs_are_named() -> None:
+    rigs = (checked_rig(seed) for seed in SEEDS)
+    assert_named((fault, named_or_not(one, fault)) for one in rigs for fault in FAULTS)
+
+
+@pytest.mark.long
+def test_one_per_cent_of_what_may_be_found_at_most_is_found_in_good_random_rigs() -> None:
+    false, possible = [], 0
+    for seed in SEEDS:
+        one = checked_rig(seed)
+        possible += len(one.cases) * len(FAULTS)
+        false += false_findings(one, seed)
+    print(false)
+    assert len(false) <= FALSE * possible

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from flexgui.core.diagnose.acceptance import near_neutral_objection
+from flexgui.core.diagnose.cost_minimum import converge
 from flexgui.core.diagnose.evidence import at_bounds, ended_at_bound, reduction_beyond_bound
 from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
-from flexgui.core.diagnose.refit import Refit, fit
+from flexgui.core.diagnose.refit import Refit, fit, robust_covariance
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.least_squares import (
     BoundsAndPrior,
-    bounds_and_prior,
     cost_of,
     levenberg_marquardt,
 )
-from flexgui.core.parameters import Parameter, ParameterSet
+from flexgui.core.results import Objection, Reason
 from tests.diagnose.test_stated_effects import bare, begun
 from tests.helpers import PAPER, looped
 
@@ -53,29 +55,6 @@ def test_what_a_bound_costs_is_what_least_squares_without_it_saves(seed: int, si
     rest, *_ = np.linalg.lstsq(S, -block.ravel(), rcond=None)
     saved = cost_of([block]) - cost_of([block + (S @ rest).reshape(block.shape)])
     assert reduction_beyond_bound(at, 2) == pytest.approx(saved, rel=EXACT)
-
-
-def test_a_bound_that_nothing_presses_costs_nothing() -> None:
-    at, free = linear(0, -9.0, 9.0)
-    at.parametrised.vector[2] = at.parametrised.limits.upper[2] = free + 0.1
-    at.descended = replace(
-        at.descended, blocks=(at.descended.blocks[0] + 0.1 * at.descended.slopes[0][..., 2],)
-    )
-    assert reduction_beyond_bound(at, 2) == 0.0
-
-
-@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e9])
-@pytest.mark.parametrize("lower", [-np.inf, -2.0])
-@pytest.mark.parametrize("upper", [np.inf, 5.0])
-def test_only_a_value_next_to_a_finite_bound_is_at_a_bound(
-    lower: float, upper: float, scale: float
-) -> None:
-    p = Parameter("x", 0.0, lower=lower * scale, upper=upper * scale, scale=scale)
-    limits = bounds_and_prior(ParameterSet((p,)))
-    for share in (-2.0, -1.9, 0.0, 4.9, 5.0):
-        value = share * scale
-        assert p.at_bound(value) == (share in (lower, upper))
-        assert p.at_bound(value) != limits.inside(np.array([value]))[0]
 
 
 def pressed(upper: float) -> tuple[FitProblem, Refit]:
@@ -117,3 +96,39 @@ def test_friction_slips_within_the_travel_of_its_joint() -> None:
     assert 1.0 - np.exp(-0.3 / ways[0].upper) == pytest.approx(0.95)
     assert ways[1].upper == pytest.approx(np.deg2rad(1.0), rel=0.2)
     assert all(max(p.grid) < p.parameter.upper for p in own if p.grid)
+
+
+@cache
+def fitted(*kinds: str) -> Refit:
+    """The arm with viscous friction, modelled with these effects."""
+    data = bare().data
+    start = parametrised(data, [effect(k) for k in kinds], bare().base.parametrised.values())
+    return converge(data, start, None, lambda: False)[1]
+
+
+def objection(kind: str, *others: str) -> Objection | None:
+    after = fitted(kind, *others)
+    labels = after.parametrised.unknowns.labels
+    own = effect(kind).parameters(bare().data.rig.arm, bare().data.rig.drive, bare().data.sizes)
+    names = tuple(k.parameter.name for k in own if k.parameter.name in labels and not k.secondary)
+    return near_neutral_objection([SimpleNamespace(effect=effect(kind), parameters=names)], after)
+
+
+def test_a_friction_that_is_there_is_distinct() -> None:
+    assert objection("viscous_friction") is None
+    assert objection("viscous_friction", "torque_offset") is None
+
+
+@pytest.mark.parametrize("kind", ["torque_offset", "air_drag"])
+def test_what_is_not_there_is_not_distinct_from_zero(kind: str) -> None:
+    # As text: a bound that is no number is not equal to itself.
+    assert repr(objection(kind, "viscous_friction")) == repr(Objection(Reason.INDISTINCT))
+
+
+def test_a_size_at_its_bound_has_no_deviation_and_is_left_to_other_rules() -> None:
+    there = fitted("viscous_friction")
+    h = there.parametrised
+    after = replace(there, parametrised=h.at(np.minimum(h.vector, h.limits.lower)))
+    assert not np.isfinite(np.diag(robust_covariance(after))).any()
+    friction = SimpleNamespace(effect=effect("viscous_friction"), parameters=("fv1", "fv2"))
+    assert near_neutral_objection([friction], after) is None

@@ -2,22 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from flexgui.core.diagnose import acceptance
+from flexgui.core.diagnose import acceptance, search_round
 from flexgui.core.diagnose.acceptance import Acceptance, Round
+from flexgui.core.diagnose.cost_minimum import (
+    _start_off_bounds,
+    anchor_at,
+    converge,
+    converge_precisely,
+)
 from flexgui.core.diagnose.effect_sets import EffectSet, best_effect_set
 from flexgui.core.diagnose.evidence import LEAST_SHARE, RefittedCandidate, acceptable, unseen_decide
-from flexgui.core.diagnose.linear_screen import Screen, _score_candidates
+from flexgui.core.diagnose.fit_problem import (
+    FitProblem,
+    ParametrisedModel,
+    parametrised,
+    with_values,
+)
+from flexgui.core.diagnose.linear_screen import Screen, _score_candidates, screen
 from flexgui.core.diagnose.output_changes import OutputChange
+from flexgui.core.diagnose.refit import Refit
+from flexgui.core.diagnose.removal_and_exchange import best_exchange
 from flexgui.core.effects import effect
 from flexgui.core.effects.effect import Effect
-from flexgui.core.least_squares import BoundsAndPrior, levenberg_marquardt
+from flexgui.core.identify.defect_correction import errors_with
+from flexgui.core.least_squares import BoundsAndPrior, cost_of, levenberg_marquardt
 from flexgui.core.results import Objection, Reason
+from tests.diagnose.test_stated_effects import TRUE, bare
 
 SAMPLES = 2000
 NOISE = 1.0
@@ -163,33 +181,6 @@ def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(mo
     assert added.accepted.screened.effect.kind == "viscous_friction" and not asked
 
 
-def test_the_shape_of_a_new_effect_is_looked_at_where_only_noise_is_left_too(monkeypatch):
-    """A wave of a wrong order fits some recordings as well as the true one, and others badly."""
-    asked: list[str] = []
-    monkeypatch.setattr(acceptance, "within_noise", lambda *_: True)
-    monkeypatch.setattr(
-        acceptance, "refine_force_shape", lambda _, after, e, __: asked.append(e.kind) or after
-    )
-    there, new = effect("viscous_friction"), effect("torque_ripple")
-    work = Acceptance(SimpleNamespace(), None, [there], None, 1, lambda: False, lambda *_: None)
-    work._with_force_shapes(work.data, SimpleNamespace(errors=()), [new, there])
-    assert asked == ["torque_ripple"]
-
-
-def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:
-    """One parameter measured with deviation 1 at 4 and believed to be 0 within 1: 2."""
-    limits = BoundsAndPrior(
-        np.array([-9.0]), np.array([9.0]), np.array([1.0]), np.array([0.0]), np.array([1.0])
-    )
-    found = levenberg_marquardt(
-        lambda x: [np.array([[4.0 - x[0]]])],
-        lambda _: [np.array([[[-1.0]]])],
-        np.array([4.0]),
-        limits,
-    )
-    assert found.vector[0] == pytest.approx(2.0, rel=1e-6)
-
-
 def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
     """Rosenbrock's valley at a cost of a million: one part in ten thousand of it is still ten times
     the evidence at which two models tie."""
@@ -203,3 +194,104 @@ def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
 
     found = levenberg_marquardt(errors, slopes, np.array([-1.5, 2.0]), limits, most=200)
     assert found.vector == pytest.approx(np.ones(2), abs=1e-2)
+
+
+NEVER = lambda: False  # noqa: E731
+
+
+def exchanged(present: list[str], candidates: list[str]) -> tuple[str, ...] | None:
+    """What the model has after an exchange on recordings with viscous friction."""
+    effects = [effect(kind) for kind in present]
+    start = parametrised(bare().data, effects, bare().base.parametrised.values())
+    data, refit = converge(bare().data, start, None, NEVER)
+    seen = screen(data, refit.parametrised, effects, [effect(kind) for kind in candidates])
+    found = best_exchange(data, refit, effects, 0, seen, NEVER)
+    return None if found is None else tuple(e.kind for e in found[1])
+
+
+def test_a_stand_in_gives_way_to_what_is_true() -> None:
+    found = exchanged(["coulomb_friction", "camera_delay"], ["viscous_friction", "torque_offset"])
+    assert found == ("viscous_friction", "camera_delay")
+
+
+def test_one_effect_takes_the_place_of_two_that_imitated_it() -> None:
+    """On a single link a wrong loop gain and a wrong mass together were a motor's inertia."""
+    found = exchanged(["coulomb_friction", "structural_damping"], ["viscous_friction"])
+    assert found == ("viscous_friction",)
+
+
+def test_what_is_true_stays() -> None:
+    assert (
+        exchanged(["viscous_friction"], ["drive_gain", "torque_offset", "coulomb_friction"]) is None
+    )
+
+
+def test_the_last_descent_ends_at_the_minimum() -> None:
+    """From a coefficient that is off by some deviations it comes to where another one comes."""
+    data: FitProblem = bare().data
+    viscous = [effect("viscous_friction")]
+    ends = []
+    for factor in (0.97, 1.03):
+        start = {
+            **bare().base.parametrised.values(), "fv1": factor * TRUE, "fv2": factor * TRUE / 2
+        }  # fmt: skip
+        anchored, refit = converge(data, parametrised(data, viscous, start), None, NEVER)
+        ends.append(converge_precisely(anchored, refit, NEVER)[1])
+    a, b = (end.parametrised.values()["fv1"] for end in ends)
+    at = ends[0].parametrised.unknowns.labels.index("fv1")
+    deviation = float(ends[0].covariance[at, at] ** 0.5)
+    assert abs(a - b) < 0.1 * deviation
+
+
+def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() -> None:
+    data = bare().data
+    (nominal,) = [u.parameter for u in data.nuisance if u.parameter.name == "EI"]
+    away = parametrised(data, (), {**bare().base.parametrised.values(), "EI": 0.99 * nominal.upper})
+    found = _start_off_bounds(data, away, NEVER)
+    assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
+    assert _start_off_bounds(data, found, NEVER) is None
+
+
+CLOSER = 5.0
+"""Times nearer to very many steps than the plain errors are, at least: extrapolation gains an order
+of the step, and here the steps are such that it is more than ten."""
+
+
+def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
+    h = bare().base.parametrised
+    data, plain = anchor_at(bare().data, h)
+    exact = errors_with(h.residuals, h.vector, 128)
+    taken_off = with_values(data, h, refine=1).errors(h.vector)
+
+    def apart(errors: Sequence[np.ndarray]) -> float:
+        return cost_of([a - b for a, b in zip(errors, exact, strict=True)])
+
+    assert CLOSER**2 * apart(taken_off) < apart(plain)
+
+
+converged = acceptance.converge
+
+
+def leaving(times: float) -> Callable[..., tuple[FitProblem, Refit]]:
+    """As `converged`, with so many times the squared error of the model without the effect."""
+
+    def found(data: FitProblem, h: ParametrisedModel, *rest: Any) -> tuple[FitProblem, Refit]:
+        data, refit = converged(data, h, *rest)
+        cost = times * bare().base.cost
+        return data, replace(refit, descended=replace(refit.descended, cost=cost))
+
+    return found
+
+
+@pytest.mark.parametrize("times, accepted", [(0.5, True), (1.5, False)])
+def test_a_larger_model_that_leaves_more_is_refused_with_a_reason(
+    times: float, accepted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(acceptance, "converge", leaving(times))
+    begun = bare()
+    candidates = [effect("viscous_friction")]
+    found = search_round.search_round(begun.data, begun.base, (), candidates, lambda _: False)
+    assert (found.accepted is not None) == accepted
+    told = [refusal.objection.reason for refusal in found.refusals]
+    assert told == ([] if accepted else [Reason.UNSETTLED])
+    assert (found.after.cost == begun.base.cost) != accepted

@@ -10,14 +10,18 @@ import pytest
 from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.diagnose.force_shape_refinement import (
     JointForce,
+    best_force_shape,
     force_shape_peaks,
+    joint_force_shape,
     refine_force_shape,
 )
+from flexgui.core.diagnose.gram_matrix import gram_matrix
 from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY, ErrorResponse
+from flexgui.core.diagnose.output_changes import OutputChange
 from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
-from flexgui.core.effects.torque_ripple import every_order
+from flexgui.core.noise.whitening import no_whitening
 from flexgui.core.study.study_rig import bare_model
 from tests.diagnose import fits
 from tests.marks import long_except
@@ -84,18 +88,6 @@ def test_the_wave_comes_with_its_sizes() -> None:
     assert amplitude == pytest.approx(np.hypot(TRUE["ra2"], TRUE["rb2"]), rel=SIZE)
 
 
-def test_friction_with_a_memory_has_no_shape_along_the_motion() -> None:
-    stribeck = tried("stribeck_friction", ("f", "vs2"))
-    shaped = replace(stribeck, shape=replace(stribeck.shape, fine_grid=stribeck.shape.grid))
-    assert force_shape_peaks(shaped, motions(), most=3) == []
-
-
-def test_orders_lie_close_enough_over_all_positions() -> None:
-    grid = (300.0, 450.0, 750.0, 1200.0)
-    steps = np.diff(every_order(grid, span=0.8))
-    assert np.all(steps * 0.8 <= 0.5 * np.pi * 1.01)
-
-
 def with_a_filter(stated: bool = True) -> tuple[FitProblem, Refit]:
     """Short recordings with a ripple at three working points, fitted from wrong orders; `stated`:
     whether they say at which."""
@@ -134,3 +126,46 @@ def test_the_orders_are_found_though_what_is_compared_is_filtered(stated: bool) 
     assert found.cost < 0.1 * stuck.cost
     at = found.parametrised.values()
     assert [at["nr1"], at["nr2"]] == pytest.approx([RIPPLE["nr1"], RIPPLE["nr2"]], rel=ORDER)
+
+
+ROWS = 400
+ORDERS = (3.0, 5.0, 8.0)
+TIME = np.linspace(0.0, 2.0 * np.pi, ROWS)
+LEFT = 1e-9
+"""Of the squared error: it is made of the columns."""
+
+
+def wave(joint: int, order: float) -> np.ndarray:
+    """(M, 2): each joint shows in its own output."""
+    block = np.zeros((ROWS, 2))
+    block[:, joint - 1] = np.cos(order * TIME)
+    return block
+
+
+def columns() -> list[OutputChange]:
+    found = []
+    for order in ORDERS:
+        shape = (("nr1", order), ("nr2", order))
+        for joint in (1, 2):
+            parameter = f"ra{joint}"
+            found.append(
+                OutputChange(
+                    effect("torque_ripple"), parameter, {parameter: 1.0, **dict(shape)},
+                    {parameter: 1.0}, False, False, shape, (wave(joint, order),),
+                )
+            )  # fmt: skip
+    return found
+
+
+def test_each_joint_has_its_own_shape() -> None:
+    tried = columns()
+    errors = [0.7 * wave(1, 3.0) - 0.2 * wave(2, 8.0)]
+    slopes = [np.zeros((ROWS, 2, 0))]
+    w = gram_matrix(errors, slopes, [c.blocks for c in tried], no_whitening).projected()
+    found = best_force_shape(effect("torque_ripple"), tried, w)
+    shape: dict[str, float] = {}
+    for i in found.chosen:
+        shape |= joint_force_shape(tried[i])
+    assert shape == {"nr1": 3.0, "nr2": 8.0}
+    assert found.explained.cost_reduction >= (1.0 - LEFT) * float(np.sum(errors[0] ** 2))
+    assert found.trial_count == len(ORDERS) ** 2

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
-
 import numpy as np
 import pytest
 
-from flexgui.core import drives
 from flexgui.core.arm.slots import arm_vector
 from flexgui.core.drives import build_drive
 from flexgui.core.drives.drive import Drive, drive_classes
 from flexgui.core.errors import InputError
-from flexgui.core.plugins import modules_of
 from flexgui.core.recording.recording import Recording
 from tests.helpers import ARMS, PAPER, refusal
 
@@ -39,23 +35,6 @@ DRIVEN = [kind for kind in KINDS if kind != "held"]
 
 def built(kind: str) -> Drive:
     return build_drive(kind, OPTIONS[kind])
-
-
-def test_every_drive_of_the_folder_is_found_and_has_settings_here() -> None:
-    written = {
-        thing.kind
-        for module in modules_of("flexgui.core.drives")
-        for thing in vars(module).values()
-        if inspect.isclass(thing) and issubclass(thing, Drive) and thing.kind
-    }
-    assert written == set(KINDS) == set(OPTIONS)
-    assert drives.__doc__
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_drive_says_what_it_is(kind: str) -> None:
-    assert drive_classes()[kind].__doc__
-    assert built(kind).kind == kind
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -144,20 +123,9 @@ def test_bad_settings_are_said_in_one_line(kind: str, change: dict, words: str) 
     assert said.startswith(f"[drive] {words}")
 
 
-def test_a_missing_setting_is_named() -> None:
-    with pytest.raises(InputError, match=r"^\[drive\] gains"):
-        build_drive("velocity_loop", {})
-
-
 def test_an_unknown_kind_is_named_with_the_nearest_known_one() -> None:
     with pytest.raises(InputError, match="did you mean 'velocity_loop'"):
         build_drive("velocty_loop", {})
-
-
-def test_joints_that_are_held_need_their_encoders_and_know_no_torque() -> None:
-    drive = built("held")
-    assert drive.needed_channels(PAPER) == ("theta1", "theta2")
-    assert not drive.torque_known and not drive.parameters(PAPER)
 
 
 def test_back_emf_brakes_as_the_motors_equations_say() -> None:
@@ -198,13 +166,3 @@ def test_a_known_torque_that_has_no_place_is_refused(kind: str, stated, words: s
 def test_a_known_torque_of_a_joint_that_is_not_there_is_refused() -> None:
     with pytest.raises(InputError, match="names joint 3; the arm has 2"):
         build_drive("torque", {"known_torque": [3]}).check(PAPER)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_slider_moves_a_setting_of_the_drive(kind: str) -> None:
-    drive = drive_classes()[kind]
-    for slider in drive.sliders:
-        assert slider.setting in drive.model_fields
-        low, high, step = slider.limits
-        assert low < high and 0.0 < step < high - low
-        assert slider.unit and slider.letter

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
+from flexgui.core.arm.chord import chord_matrix
 from flexgui.core.drives import build_drive
 from flexgui.core.drives.servo import DEFAULT_HZ, FollowingServo
 from flexgui.core.drives.torque import Torque
@@ -15,7 +17,7 @@ from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.experiment import make_task, simulate_recording
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import simulate_within
-from tests.helpers import PAPER, loaded, looped
+from tests.helpers import PAPER, loaded, looped, simulate_fixed
 
 IDLE = 0.05
 """Relative to the recorded torque: a torque that jumps with its held reference is read as
@@ -51,12 +53,6 @@ def servo_torque(added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     task = Task(recording.time, signals, start.start, start.schedule)
     motion = simulate_within(model, numbers, task, TOLERANCE).trajectory
     return motion.torque - signals[:, :2], np.column_stack([recording["u1"], recording["u2"]])
-
-
-def test_servo_idles_where_the_model_is_perfect() -> None:
-    own, recorded = servo_torque(np.zeros(2))
-    idle, usual = own[SETTLING:].std(axis=0), recorded[SETTLING:].std(axis=0)
-    assert np.all(idle < IDLE * usual)
 
 
 def test_servo_supplies_a_torque_that_is_withheld() -> None:
@@ -96,11 +92,6 @@ SERVO = FollowingServo(Torque(), RESPONSE_HZ, (1.0,))
 
 WAVE_EXACT = 1e-3
 """Of the amplitude: straight lines between samples lie (w dt)^2 / 12 beside a sine."""
-
-
-def test_the_response_lets_a_constant_through_from_the_first_sample() -> None:
-    constant = np.full((50, 2), 3.0)
-    assert SERVO.response(constant, RESPONSE_STEP) == pytest.approx(constant, rel=1e-12)
 
 
 @pytest.mark.parametrize("hz", [1.0, 10.0, 40.0])
@@ -150,3 +141,43 @@ def test_a_vibration_between_two_samples_hides_the_rest_in_one_joint_only() -> N
         [-1146, 2633, -145], [-1367, 2739, 45], [-1601, 2438, -232], [-1860, 2100, -400],
     ]  # fmt: skip
     assert begins_at_rest(np.array(seen, dtype=float))
+
+
+AGREEMENT = 1e-4
+"""Relative to the largest torque: SciPy is told the motion at 0.1 ms, straight in between."""
+
+W, GAUGE, ZETA = 300.0, 200.0, 0.7
+GAINS = np.array([[50.0, 80.0, 3.0, 5.0], [30.0, 50.0, 2.0, 2.0]])
+CONSTANTS = np.array([1.5, 0.8])
+
+
+def test_filtered_state_feedback_is_its_block_diagram() -> None:
+    drive = build_drive(
+        "state_feedback",
+        {
+            "gains": GAINS.tolist(),
+            "torque_constants": CONSTANTS.tolist(),
+            "rate_filter": W,
+            "gauge_filter": {"frequency": GAUGE, "damping": ZETA},
+        },
+    )
+    model = Model(PAPER, drive)
+    spec = SimulateSpec(
+        theta2=1.2, seconds=0.3, sample_time=1e-4, excitation="multisine", amplitude=0.02,
+        options={"highest_hz": 20.0, "periods": 1},
+    )  # fmt: skip
+    task, _ = make_task(model, spec, "r")
+    motion = simulate_fixed(model, model.numbers(), task, 4)
+    t, start = task.time, task.start[:2]
+    angle, bend = motion.q[:, :2], motion.q @ chord_matrix(PAPER, motion.p).T
+    low_pass = ([GAUGE**2], [1.0, 2.0 * ZETA * GAUGE, GAUGE**2])
+    low_pass_rate = ([GAUGE**2, 0.0], low_pass[1])
+    expected = np.empty_like(motion.torque)
+    for k in range(2):
+        rate = lsim(([W, 0.0], [1.0, W]), angle[:, k] - start[k], t)[1]
+        seen = lsim(low_pass, bend[:, k], t)[1]
+        seen_rate = lsim(low_pass_rate, bend[:, k], t)[1]
+        x = (task.references[:, k] - angle[:, k], -seen, -rate, -seen_rate)
+        expected[:, k] = CONSTANTS[k] * GAINS[k] @ np.array(x)
+    size = np.abs(expected).max(axis=0)
+    assert np.all(np.abs(motion.torque - expected).max(axis=0) < AGREEMENT * size)

@@ -23,7 +23,8 @@ from tests.effects.hostile import HOSTILE, guarded, hostile
 def test_a_thousand_hostile_formulas_are_refused_and_none_is_evaluated(tmp_path: Path) -> None:
     canary = tmp_path / "canary"
     texts = hostile(str(canary))
-    sentence("sqrt(-1)")  # imports what SymPy imports late, which needs a genuine exec
+    for text in texts[:100]:
+        sentence(text)  # imports what SymPy imports late, which needs a genuine exec
     took = []
     with guarded() as ran:
         for text in texts:

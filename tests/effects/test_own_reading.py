@@ -10,14 +10,10 @@ import pytest
 
 import flexgui as fg
 from flexgui.core.effects.effect import Rig
-from flexgui.core.effects.own import OwnEffect
 from flexgui.core.effects.own_formula import own_parameter
-from flexgui.core.effects.own_reading import OwnReading, own_law, readings
-from flexgui.core.scenario.read import parse_scenario
-from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.effects.own_reading import OwnReading, own_law
 from flexgui.core.sensors import sensors
-from tests.effects.test_own import scenario
-from tests.helpers import PAPER, chain, looped, refusal
+from tests.helpers import PAPER, looped
 
 DT = 1e-3
 ROUNDING = 1e-12
@@ -66,26 +62,6 @@ def test_other_sensors_read_what_they_read(target: str) -> None:
         assert np.array_equal(read, y) == (kind != one.sensor)
 
 
-def test_at_a_size_of_nothing_all_is_read_as_it_is() -> None:
-    one, y = own("z1", "a*exp(b*z1)", a=0.5, b=2.0), readings_of()
-    assert np.array_equal(one.sensed("z", y, DT, {"a": 0.0, "b": 2.0}), y)
-    assert [p.parameter.name for p in one.own_parameters if not p.secondary] == ["a"]
-
-
-def test_what_is_read_before_is_not_what_is_moved() -> None:
-    y = readings_of()
-    kept = y.copy()
-    own("z1", "a*z2", a=1.0).sensed("z", y, DT, {"a": 1.0})
-    assert np.array_equal(y, kept)
-
-
-def test_a_table_is_read_as_that_of_a_force() -> None:
-    names = {f"a{k}": float(k**2) for k in range(5)}
-    one = own("z1", f"spline(z1, 0, 4, {', '.join(names)})", **names)
-    y = np.column_stack([np.arange(5.0), np.zeros(5)])
-    assert one.added(y, DT, names) == pytest.approx(list(names.values()), abs=ROUNDING)
-
-
 @pytest.mark.parametrize(
     ("target", "formula"),
     [("theta1", "a*sin(3*theta1)"), ("theta2", "a*theta1*theta2"), ("theta2", "a*t*theta2")],
@@ -100,11 +76,6 @@ def test_a_servo_that_follows_an_encoder_stands_where_that_reads_what_it_should(
     assert back == pytest.approx(asked, abs=1e-9)
 
 
-def test_a_servo_does_not_follow_a_camera() -> None:
-    asked = readings_of()
-    assert np.array_equal(own("z1", "a*z1", a=0.5).followed(asked, DT, {"a": 0.5}), asked)
-
-
 @pytest.mark.parametrize("formula", ["a", "a*sin(3*theta2)", "a*theta1"])
 def test_an_arm_starts_where_its_encoder_reads_the_start(formula: str) -> None:
     one, values = own("theta2", formula, a=0.05), {"a": 0.05}
@@ -113,53 +84,12 @@ def test_an_arm_starts_where_its_encoder_reads_the_start(formula: str) -> None:
     assert one.sensed("encoder", true[None], DT, values)[0] == pytest.approx(said, abs=1e-9)
 
 
-def test_what_is_not_a_reading_is_a_force() -> None:
-    made = own_law(PAPER, "joint1", "a*theta1", (own_parameter("a", 1.0),), "own_1")
-    assert isinstance(made, OwnEffect)
-    assert {"z1", "z2", "theta1", "theta2"} <= set(readings(PAPER))
-    assert "theta2" not in readings(chain(1))
-    assert not {"y1", "ydot1"} & set(readings(PAPER)), "they are computed from what is read"
-
-
 def test_a_reading_that_is_not_compared_has_no_law() -> None:
     rig = Rig(PAPER, looped(PAPER).drive, "nonlinear", ("encoder",))
     assert own("z1", "a*z1", a=1.0).not_applicable(rig) == "z1 is not compared."
     assert not own("theta1", "a*theta1", a=1.0).not_applicable(rig)
     seen = replace(rig, outputs=("z",), servo=True)
     assert not own("theta1", "a*theta1", a=1.0).not_applicable(seen), "the servo follows it"
-
-
-@pytest.mark.parametrize(
-    ("target", "formula", "parameters", "words"),
-    [
-        ("z1", "a*z3", "a = 1.0", "the name 'z3' is not known"),
-        ("z1", "a*theta1", "a = 1.0", "the name 'theta1' is not known"),
-        ("z1", "a*dz1", "a = 1.0", "the name 'dz1' is not known"),
-        ("theta1", "a*u1", "a = 1.0", "the name 'u1' is not known"),
-        ("theta1", "a*friction(theta1)", "a = 1.0", "has no friction or hysteresis"),
-        ("theta1", "a*hysteresis(theta1, 0.1)", "a = 1.0", "has no friction or hysteresis"),
-        ("z1", "z1 + a*z2", "a = 1.0", "does not become zero when its parameters do"),
-        ("z1", "a*z1 - a*z1", "a = 1.0", "always zero"),
-        ("z1", "a*z1", "a = 1.0, b = 2.0", "'b' does not occur in the formula"),
-        ("z1", "z1*z2", "z1 = 1.0", "'z1' is the name of a state or signal"),
-        ("z1", "spline(z1, 1, 0, a, a, a)", "a = 1.0", "the lower one first"),
-        ("z3", "a*z1", "a = 1.0", "target 'z3' is not known"),
-    ],
-)
-def test_what_is_wrong_with_a_reading_is_told(target, formula, parameters, words) -> None:
-    text = scenario(target, formula, parameters)
-    assert words in refusal(lambda: base_model(parse_scenario(text, "case.toml")))
-
-
-def test_a_target_that_is_not_known_is_compared_with_the_readings_too() -> None:
-    text = scenario("z3", "a*z1", "a = 1.0")
-    assert "z1, z2" in refusal(lambda: base_model(parse_scenario(text, "case.toml")))
-
-
-def test_a_reading_is_shown_as_it_is_written() -> None:
-    one = own("z1", "a*z1**2", a=1.0)
-    assert one.formula.startswith(r"\Delta z_{1} = ") and "a" in one.formula
-    assert "z1" in one.title and "a*z1**2" in one.story
 
 
 NOISE = {"camera_noise": 3e-5, "encoder_noise": 1e-5}
@@ -189,11 +119,3 @@ def test_the_size_of_an_error_of_a_sensor_is_identified(target, formula, size) -
     found = with_law(fg.formula(target, formula, a=0.5 * size), recordings).identify()
     assert found["a"].value == pytest.approx(size, rel=FOUND)
     assert found["EI1"].value == pytest.approx(520.833, rel=FOUND)
-
-
-def test_the_arm_of_an_encoder_that_reads_too_much_is_where_the_camera_sees_it() -> None:
-    """At the true values nothing but noise is left, from the first sample on."""
-    law = fg.formula("theta2", "a*sin(theta2)", a=0.02)
-    found = with_law(law, recorded(law, (0.9,))).compare().to_dataframe()
-    seen = found[found["channel"].isin(["z1", "z2", "theta1", "theta2"])]
-    assert (seen["rms"] < 1e-4).all()

@@ -23,7 +23,7 @@ from tests.effects.helpers import (
     with_effect,
 )
 from tests.helpers import PAPER, looped, simulate_fixed, task_from
-from tests.simulate.test_energy import energy_and_momentum
+from tests.simulate.test_integrator import energy_and_momentum
 
 ROUNDING = 1e-12
 """Relative, of a sum of a few products."""
@@ -212,8 +212,3 @@ def _caused(model: Model, level: str) -> dict[str, np.ndarray]:
         seen |= {s: model.sensed(s, y, dt, {}) for s, y in (("encoder", motion.joint_positions),)}
         found.append(seen)
     return {name: found[0][name] - found[1][name] for name in found[0]}
-
-
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if not effect(kind).linear])
-def test_an_effect_that_is_not_linear_makes_the_model_nonlinear(kind: str) -> None:
-    assert with_effect(kind, looped(PAPER, level="lpv")).level == "nonlinear"

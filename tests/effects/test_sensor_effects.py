@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from flexgui.core.effects import effect
-from flexgui.core.effects.effect import Rig
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.effects import Rig, effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import simulate_recording
@@ -35,21 +38,6 @@ def swinging(hz: float = 10.0, phase: float = 0.0) -> np.ndarray:
     return np.column_stack([np.cos(w * (T - phase)), 2.0 * np.cos(w * (T - phase)) + 3.0])
 
 
-@pytest.mark.parametrize(
-    ("kind", "neutral"),
-    [
-        ("camera_delay", {"td": 0.0}),
-        ("sensor_lag", {"ts": 0.0}),
-        ("camera_misalignment", {"ca": 0.0, "cs": 0.0}),
-        ("encoder_offset", {"eo2": 0.0}),
-    ],
-)
-@pytest.mark.parametrize("name", ["z", "y", "ydot", "encoder", "deflection", "torque"])
-def test_at_neutral_every_sensor_reads_what_it_read(kind, neutral, name):
-    y = swinging()
-    assert np.array_equal(sensed(kind, name, y, **neutral), y)
-
-
 @pytest.mark.parametrize("samples", [1, 7, 50])
 def test_a_delay_of_whole_samples_moves_the_samples(samples):
     y = swinging()
@@ -63,38 +51,11 @@ def test_a_delay_between_samples_moves_a_vibration_by_just_that_time():
     assert np.abs(moved - swinging(phase=0.0123))[20:].max() < SPLINE
 
 
-def test_a_small_delay_takes_its_time_times_the_velocity():
-    w, small = 2.0 * np.pi * 10.0, 1e-7
-    slope = (sensed("camera_delay", "z", swinging(), td=small) - swinging()) / small
-    expected = w * np.sin(w * T)
-    assert np.abs(slope[5:-5, 0] - expected[5:-5]).max() < 1e-4 * w
-
-
-@pytest.mark.parametrize("name", ["encoder", "deflection", "torque"])
-def test_a_late_camera_delays_nothing_else(name):
-    y = swinging()
-    assert sensed("camera_delay", name, y, td=0.01) is y
-
-
 @pytest.mark.parametrize("ts", [1e-4, 1e-3, 0.02, 0.3])
 def test_a_lag_is_the_first_order_system_that_it_states(ts):
     y = swinging()
     _, expected, _ = lsim(([1.0], [ts, 1.0]), y[:, 0], T, X0=[ts * y[0, 0]], interp=True)
     assert np.abs(sensed("sensor_lag", "z", y, ts=ts)[:, 0] - expected).max() < 1e-10
-
-
-def test_a_lag_leaves_what_rests_and_trails_a_ramp_by_its_time():
-    y = np.column_stack([np.full_like(T, 5.0), T])
-    found = sensed("sensor_lag", "deflection", y, ts=0.01)
-    assert np.abs(found[:, 0] - 5.0).max() < ROUNDING
-    assert found[-1, 1] == pytest.approx(T[-1] - 0.01, abs=1e-12)
-
-
-def test_a_lag_vanishes_smoothly():
-    y = swinging()
-    errors = [np.abs(sensed("sensor_lag", "z", y, ts=ts) - y).max() for ts in (1e-5, 1e-6, 1e-9)]
-    assert errors[1] == pytest.approx(0.1 * errors[0], rel=1e-3)
-    assert errors[2] == pytest.approx(1e-4 * errors[0], rel=1e-3)
 
 
 def test_a_turned_camera_turns_and_stretches_the_plane():
@@ -160,9 +121,77 @@ def test_what_a_rig_cannot_show_is_said(kind, rigs, words):
     assert words in effect(kind).not_applicable(rigs)
 
 
+SLIDE = presets()["single_axis"]
+
+FOLLOWED = 0.02
+"""Of the torque that a wrong encoder makes the servo give; the servo is of finite stiffness."""
+
+
+@pytest.mark.parametrize(("name", "own"), [("encoder", "e"), ("deflection", "g"), ("torque", "u")])
+def test_one_late_channel_moves_alone_and_later(name, own):
+    y = swinging()
+    found = sensed("sensor_delay", name, y, **{f"t{own}1": 0.0, f"t{own}2": 0.0123})
+    assert np.array_equal(found[:, 0], y[:, 0])
+    assert np.abs(found - swinging(phase=0.0123))[20:, 1].max() < 2.0 * SPLINE
+
+
+@pytest.mark.parametrize(("name", "own"), [("encoder", "e"), ("deflection", "g"), ("torque", "u")])
+def test_a_gain_of_minus_four_tenths_reads_six_tenths(name, own):
+    y = swinging()
+    found = sensed("sensor_gain", name, y, **{f"g{own}1": -0.4, f"g{own}2": 0.0})
+    assert np.allclose(found, y * [0.6, 1.0], rtol=ROUNDING)
+
+
+def test_the_gain_of_an_encoder_says_where_the_joints_are():
+    model = looped(PAPER).with_effects([effect("sensor_gain")], {"ge2": 0.25})
+    recording = simulate_recording(model, SimulateSpec(theta2=1.0, seconds=0.1), "r")
+    tip = 0.5 + 0.5 * np.exp(0.8j)
+    assert recording["theta2"][0] == pytest.approx(1.0, abs=ROUNDING)
+    assert complex(recording["z1"][0], recording["z2"][0]) == pytest.approx(tip, abs=ROUNDING)
+
+
+def rig_with(outputs=("z", "encoder"), servo=False, arm=PAPER, drive=None) -> Rig:
+    return Rig(arm, drive or looped(arm).drive, "nonlinear", outputs, servo)
+
+
+@pytest.mark.parametrize("kind", ["sensor_delay", "sensor_gain"])
 @pytest.mark.parametrize(
-    "kind", ["camera_delay", "sensor_lag", "camera_misalignment", "encoder_offset"]
+    ("where", "letters"),
+    [
+        (rig_with(), "e"),
+        (rig_with(outputs=("encoder", "deflection")), "eg"),
+        (rig_with(outputs=("encoder", "torque")), "eu"),
+        (rig_with(outputs=("torque",), servo=True), "e"),
+        (rig_with(outputs=("torque", "deflection"), servo=True), "eg"),
+        (rig_with(outputs=("torque", "link_encoder"), servo=True), "el"),
+        (rig_with(outputs=("encoder", "torque"), drive=Torque()), "e"),
+    ],
 )
-def test_the_papers_rig_shows_every_sensor_effect(kind):
-    assert not effect(kind).not_applicable(rig())
-    assert effect(kind).parameters(PAPER, looped(PAPER).drive, typical(PAPER))
+def test_only_what_the_rig_compares_can_be_late_or_scaled(kind, where, letters):
+    one = effect(kind)
+    assert not one.not_applicable(where)
+    names = [k.parameter.name for k in one.parameters(PAPER, where.drive, typical(PAPER))]
+    assert {name[1] for name in names if one.shown(name, where)} == set(letters)
+    assert len(names) == 8  # two joints: encoders, gauges, torques, encoders on the links
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"), [("sensor_delay", {"te1": 0.003}), ("sensor_gain", {"ge1": 0.1})]
+)
+def test_a_servo_follows_the_joint_and_not_its_wrong_encoder(kind, values):
+    """A late or scaled encoder asks for another torque; the effect takes that away again."""
+    truth = Model(SLIDE, Torque())
+    rig = truth.with_effects([effect(kind)], values)
+    spec = SimulateSpec(seconds=0.6, amplitude=200.0, hold=0.05)
+    servo = FollowingServo(Torque(), 60.0, (SLIDE.segments[0].mass,))
+
+    def missing(model: Model, recorded: Model) -> np.ndarray:
+        recording = simulate_recording(recorded, spec, "r")
+        ready = prepare(model.steered_by(servo), recording, [sensor("torque")], Processing())
+        numbers = ready.model.numbers()
+        motion = simulate_within(ready.model, numbers, ready.task_at({})).trajectory
+        return (ready.predicted(motion, numbers, {}) - ready.measured)[20:-20]
+
+    least = missing(truth, truth)
+    wrong, put_back = missing(truth, rig) - least, missing(rig, rig) - least
+    assert np.sqrt(np.mean(put_back**2)) < FOLLOWED * np.sqrt(np.mean(wrong**2))

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from collections.abc import Sequence
+from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 import sympy as sp
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from flexgui.core.arm.cache import cache_folder
+from flexgui.core.arm.cache import VARIABLE, cache_folder
+from flexgui.core.effects.own import own_effect
+from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.effects.real_functions import FUNCTIONS
-from flexgui.core.forces.compiled import compile_law
+from flexgui.core.forces.compiled import CompiledLaw, compile_law
 from flexgui.core.forces.generate import module_text
 from flexgui.core.forces.law import ForceLaw, V, W, X, joint_law
 from flexgui.core.lanes.wide import LANES
+from tests.helpers import PAPER
 
 ROUNDING = 1e-12
 """Relative to the terms of the sum; printing must not change a number."""
@@ -84,11 +90,6 @@ def test_compiled_numbers_are_those_of_the_symbols(name, x, v, w, a, b) -> None:
         assert np.abs(out - expected).max() <= ROUNDING * (1.0 + np.abs(expected).max())
 
 
-@pytest.mark.parametrize("law", [*LAWS.values(), TWO_PORTS], ids=[*LAWS, "two ports"])
-def test_the_number_of_outputs_is_known_beforehand(law: ForceLaw) -> None:
-    assert law.size == len(law.outputs())
-
-
 def test_two_ports_and_a_state_keep_their_order() -> None:
     root = np.sqrt(9.0 + 4.0)
     expected = [-2.0, -14.0 * root, -4.0, 0.0, 0.0, -7.0 * root, 2.6, 0.0, 1.0, -4.0]
@@ -116,14 +117,38 @@ def test_any_name_of_a_parameter_is_harmless(name: str) -> None:
     assert name in ("x", "out", "e", "c0", "s1") or name not in module_text(law)
 
 
-def test_a_parameter_that_is_a_port_too_is_refused() -> None:
-    with pytest.raises(ValueError, match="one symbol stands for two things"):
-        joint_law(-sp.Symbol("x", real=True) * V, (X,))
-
-
 def test_a_law_is_compiled_once_and_kept_as_a_file() -> None:
     first = compile_law(LAWS["dry friction"])
     assert first.address and first.wide_address
     assert compile_law(joint_law(-A * sp.tanh(V / B), (A, B))) is first
     assert list(cache_folder().glob("force_*.py")) and list(cache_folder().glob("wide_force_*.py"))
     assert not list(cache_folder().glob("*force_*.tmp"))
+
+
+FORMULAS = ("-a*tanh(dtheta1/{})", "a*theta1**3/{}", "-a*sqrt(dtheta1**2 + 1e-{})*sign(theta1)")
+
+
+def tried(k: int) -> CompiledLaw:
+    formula = FORMULAS[k % 3].format(k + 1)
+    parameters = (own_parameter("a", 0.5, "N m"),)
+    made = own_effect(PAPER, "joint1", formula, parameters, f"own-{k}")
+    return compile_law(made.stated)
+
+
+def test_a_formula_that_is_tried_leaves_no_file_no_module_and_no_compiled_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    modules = set(sys.modules)
+    monkeypatch.setattr(numba, "cfunc", None)
+    for k in range(30):
+        tried(k)(np.ones(1), np.ones(1), np.zeros(0), np.ones(1))
+    assert not list(tmp_path.rglob("*"))
+    assert not {name for name in set(sys.modules) - modules if "force" in name or "formula" in name}
+
+
+@pytest.mark.parametrize("force", [A / X, A * sp.log(X), A * sp.sqrt(X - 1), A * X**-0.5])
+def test_what_does_not_exist_at_rest_is_not_finite_and_no_error(force: sp.Expr) -> None:
+    rest = np.zeros(1)
+    out = CompiledLaw(joint_law(force, (A,)))(rest, rest, np.zeros(0), np.ones(1))
+    assert not np.isfinite(out).all()

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from flexgui.core.arm.arm import Arm
 from flexgui.core.effects.effect import Effect, EffectParameter
 from flexgui.core.forces.compiled import compile_law
-from flexgui.core.forces.element import Element, linear_matrices, pack
+from flexgui.core.forces.element import Element, linear_matrices
 from flexgui.core.forces.law import ForceLaw, V, W, X, joint_law
 from flexgui.core.model import Model
 from flexgui.core.simulate.batch import run
@@ -144,15 +144,6 @@ def test_a_damper_at_a_joint_is_a_velocity_loop_with_that_gain() -> None:
     assert np.abs(a.q - b.q).max() < 1e-12
 
 
-def test_the_same_element_twice_is_one_of_twice_the_size() -> None:
-    base = looped(PAPER)
-    twice = forced(base, *2 * [Element(MAXWELL, (at(PAPER, 1),), (50.0, 0.01))])
-    once = forced(base, Element(MAXWELL, (at(PAPER, 1),), (100.0, 0.01)))
-    task = excited(base)
-    a, b = (run(m, m.numbers(), task, 4) for m in (twice, once))
-    assert np.abs(a.q - b.q).max() < 1e-12
-
-
 def test_a_steady_pull_at_the_tip_moves_it_by_what_statics_says() -> None:
     """Joints held by springs, a slow damper, a force of 2 N: J K^-1 J' F after everything rests."""
     stiff = (400.0, 300.0)
@@ -178,15 +169,3 @@ def test_linear_matrices_are_the_slopes_of_the_forces() -> None:
     apart = b - at(arm, 3)
     assert np.allclose(K, 7.0 * np.outer(apart, apart), atol=1e-7)
     assert np.allclose(D, 5.0 * np.outer(b, b), atol=1e-7)
-
-
-def test_packed_arrays_point_to_each_element_in_turn() -> None:
-    packed = pack(elements_of_all_kinds(PAPER), PAPER.coordinates)
-    assert packed.ports.tolist() == [0, 1, 2, 3, 5, 6]
-    assert packed.states.tolist() == [0, 0, 1, 1, 1, 2]
-    assert packed.parameters.tolist() == [0, 2, 4, 5, 7, 9]
-    assert packed.tips.tolist() == [3]
-    assert packed.directions.shape == (6 * PAPER.coordinates,)
-    assert packed.state_count == 2
-    nothing = pack((), PAPER.coordinates)
-    assert nothing.directions.shape == (0,) and nothing.state_count == 0

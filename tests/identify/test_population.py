@@ -14,25 +14,18 @@ from flexgui.core.identify import lane_groups
 from flexgui.core.identify.population_cost import PopulationCost
 from flexgui.core.identify.residuals import Residuals
 from flexgui.core.processors import at_most
-from flexgui.core.recording.recording import CameraPose, LoggerFilter, Recording
-from flexgui.core.recording.velocity import ZeroPhaseLowPass
-from tests.helpers import PAPER, looped, with_modes
-from tests.identify.helpers import LPV, POINTS, noisy, residuals_of, simulated
+from flexgui.core.recording.recording import Recording
+from tests.identify.helpers import LPV, noisy, residuals_of, simulated
 
 EQUAL = 1e-9
 """Relative; both are the exact response, summed in another order."""
 
-FOLLOWED = 1e-5
-"""Relative: outputs that differ by a millionth of their rms, against errors of a tenth of it."""
 
 MEMBERS = 11
 """Not a multiple of any packing."""
 
 SPREAD = 0.1
 """Relative, of the population around the start."""
-
-SLOW = ZeroPhaseLowPass(cutoff_hz=50.0)
-TWO_MODES = looped(with_modes(2, 2), level="lpv")
 
 
 def short(count: int, seconds: float = 0.3, **spec: Any) -> list[Recording]:
@@ -100,37 +93,6 @@ def test_parameters_that_belong_to_a_recording(count):
     check(short(count), parameters=("EI1", "m2"), per_recording=("EI2", "m2"))
 
 
-@pytest.mark.parametrize(
-    "parameters",
-    [("l1", "l2"), ("lambda1", "lambda2"), ("l1", "lambda2", "EI"), ("m1", "mt2", "Jh1", "tau2")],
-)
-@pytest.mark.parametrize("count", [1, 3])
-def test_parameters_that_change_outputs_or_drive(parameters, count):
-    check(short(count), parameters=parameters)
-
-
-def test_a_gain_that_belongs_to_a_recording():
-    check(short(3), parameters=("EI",), per_recording=("lambda1",))
-
-
-def test_values_that_are_held():
-    check(short(3), parameters=("EI1",), start={"EI2": 480.0, "lambda1": 55.0})
-
-
-@pytest.mark.parametrize("output", ["y", "ydot", "encoder", "deflection", ("ydot", "deflection")])
-def test_each_linear_output(output):
-    check(short(3), parameters=("EI1", "EI2"), output=output)
-
-
-def test_weights_of_channels():
-    check(short(3), parameters=("EI",), weights={"ydot2": 3.0})
-
-
-def test_more_modes():
-    check(noisy(simulated(TWO_MODES, points=POINTS[:3], seconds=0.3), 20.0, 1), TWO_MODES,
-          parameters=("EI1", "EI2"))  # fmt: skip
-
-
 @settings(max_examples=10)
 @given(st.integers(0, 1000), st.floats(0.0, 0.9), st.integers(1, 4))
 def test_masks_and_missing_samples(seed, share, count):
@@ -141,25 +103,6 @@ def test_masks_and_missing_samples(seed, share, count):
         empty = np.where(rng.random(len(r.time)) < 0.1, np.nan, r["ydot1"])
         holed.append(replace(r, channels={**r.channels, "ydot1": empty}, counted=masks))
     check(holed, parameters=("EI",))
-
-
-@pytest.mark.parametrize(
-    ("change", "settings"),
-    [
-        ({}, {"filter": SLOW}),
-        ({}, {"decimate": 2}),
-        ({}, {"output": ("z",)}),
-        (
-            {},
-            {"output": ("z", "encoder"), "filter": SLOW, "decimate": 3},
-        ),
-        ({"logger_filters": {"ydot1": LoggerFilter(100.0, 0.7)}}, {}),
-        ({"camera": CameraPose(delay=0.01)}, {}),
-    ],
-    ids=str,
-)
-def test_what_happens_to_outputs_before_they_are_compared(change, settings):
-    check([replace(r, **change) for r in short(2)], parameters=("EI",), **settings)
 
 
 @pytest.mark.parametrize(
@@ -180,19 +123,6 @@ def test_gains_offsets_and_initial_deviations(settings):
     )
     points = vectors(residuals)
     assert fast(points) == pytest.approx(residuals.costs(points), rel=EQUAL)
-
-
-def test_it_does_not_apply_to_the_non_linear_model():
-    settings = {"parameters": ("EI",), "output": ("ydot",)}
-    assert residuals_of(looped(PAPER), short(1), **settings).population() is None
-
-
-def test_a_moving_schedule_is_followed_closely():
-    moving = [replace(r, theta2=None) for r in short(2)]
-    residuals = residuals_of(LPV, moving, parameters=("EI",), output=("ydot",))
-    points, fast = vectors(residuals), residuals.population()
-    assert fast is not None
-    assert fast(points) == pytest.approx(residuals.costs(points), rel=FOLLOWED)
 
 
 def test_offsets_gains_and_initial_states_are_left_to_refinement():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
-from flexgui.core.identify import prescribed_joint_forces
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
@@ -91,26 +88,6 @@ def test_friction_evaluated_along_the_motion_is_what_a_simulation_needs(kind, va
 def test_friction_at_held_joints_leaves_the_motion_alone() -> None:
     with_it, without = rig(BENCH, "coulomb_friction", values=FRICTION[1][1]), rig(BENCH)
     assert np.array_equal(predicted(with_it).q, predicted(without).q)
-
-
-def test_a_rigid_arm_needs_the_torque_of_its_inverse_dynamics() -> None:
-    e = rig(SLIDE)
-    found = predicted(e)
-    t = e.task.time
-    mass = SLIDE.segments[0].mass
-    speed = np.gradient(np.gradient(0.3 * np.sin(3.0 * t) * np.sin(0.5 * t), STEP), STEP)
-    inner = slice(EDGE, -EDGE)
-    needed = mass * speed[inner]
-    assert np.abs(found.torque[inner, 0] - needed).max() < 1e-3 * np.abs(needed).max()
-
-
-def test_only_what_moves_the_arm_limits_the_steps() -> None:
-    stiff = rig(BENCH, "coulomb_friction", "joint_elasticity", values={"fc1": 0.6, "fc2": 0.1})
-    assert [one.kind for one in prescribed_joint_forces.effects_in_steps(stiff.model)] == [
-        "joint_elasticity"
-    ]
-    free = replace(stiff.model, steering=None)
-    assert prescribed_joint_forces.effects_in_steps(free) == free.effects
 
 
 def test_a_loss_that_depends_on_the_torque_itself_is_solved_for() -> None:

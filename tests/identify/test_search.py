@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from flexgui.core.identify.fit_starts import FAILED_COST, evolve, first_population
+from flexgui.core.identify.fit_starts import FAILED_COST, evolve
 from flexgui.core.progress import Compared, Silent, StoppedError
 from flexgui.core.results import Generation
 from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit
@@ -45,11 +43,6 @@ def test_the_same_seed_gives_the_same_result_to_the_last_bit():
     for a, b in zip(first.fit.convergence, second.fit.convergence, strict=True):
         assert (a.number, a.best, a.mean, a.worst) == (b.number, b.best, b.mean, b.worst)
         assert np.array_equal(a.population, b.population)
-
-
-def test_another_seed_searches_elsewhere():
-    first, second = searched(refine=False), searched(refine=False, seed=4)
-    assert not np.array_equal(first.vector, second.vector)
 
 
 def test_the_best_never_gets_worse_and_lies_in_the_box():
@@ -94,30 +87,6 @@ def test_stopping_ends_early_and_keeps_the_best_so_far():
     assert estimate(fitted, "EI").value == pytest.approx(EI, rel=0.2)
 
 
-def test_stopping_before_anything_keeps_the_start():
-    fitted = searched(Impatient(0), generations=0)
-    assert fitted.fit.stopped
-    assert fitted.vector == pytest.approx(list(WRONG.values()))
-
-
-def test_each_generation_is_told_as_it_ends():
-    progress = Impatient(10_000)
-    fitted = searched(progress)
-    assert tuple(progress.seen) == fitted.fit.convergence
-    assert progress.steps == SHORT["generations"]
-    assert not fitted.fit.stopped
-
-
-def test_without_refinement_the_search_has_the_last_word():
-    fitted = searched(refine=False)
-    assert np.array_equal(fitted.vector, fitted.fit.convergence[-1].best_vector)
-    assert fitted.fit.message == ""
-
-
-def test_both_starts_are_said_to_agree():
-    assert "end at the same cost" in searched().fit.message
-
-
 def test_a_member_that_overflows_is_the_worst_and_no_trouble():
     def costs(x: np.ndarray) -> np.ndarray:
         return np.where(x[:, 0] > 0.5, np.nan, np.sum(x**2, axis=1))
@@ -125,15 +94,6 @@ def test_a_member_that_overflows_is_the_worst_and_no_trouble():
     found = evolve(costs, np.full(2, -1.0), np.ones(2), 10, 20, 1, lambda g: False)
     assert found.cost < 0.1
     assert found.generations[0].worst <= FAILED_COST
-
-
-@settings(max_examples=30)
-@given(st.integers(4, 40), st.integers(1, 5), st.integers(0, 2**32 - 1))
-def test_the_first_population_fills_the_box(members, size, seed):
-    lower, upper = np.arange(size) - 3.0, np.arange(size) + 2.0
-    found = first_population(lower, upper, members, np.random.default_rng(seed))
-    assert found.shape == (members, size)
-    assert np.all((found >= lower) & (found <= upper))
 
 
 def test_a_stop_within_a_generation_keeps_the_best_of_those_before() -> None:
@@ -149,11 +109,3 @@ def test_a_stop_within_a_generation_keeps_the_best_of_those_before() -> None:
     found = evolve(costs, lower, upper, 10, 100, 1, lambda _: len(calls) > 3)
     assert found.stopped and found.generations
     assert found.cost == pytest.approx(np.sum((found.vector - 0.3) ** 2))
-
-
-def test_a_stop_before_any_cost_is_known_has_no_best() -> None:
-    def costs(points: np.ndarray) -> np.ndarray:
-        raise StoppedError
-
-    with pytest.raises(StoppedError):
-        evolve(costs, np.zeros(2), np.ones(2), 10, 100, 1, lambda _: True)

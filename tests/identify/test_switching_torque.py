@@ -82,23 +82,6 @@ def test_the_whole_model_leaves_nothing(step: float) -> None:
     assert rms(missing(e)) < LEFT * rms(e.measured)
 
 
-SLOW = Processing(ZeroPhaseLowPass(cutoff_hz=15.0))
-"""Leaves 7e-5 of the vibration of 50 Hz."""
-
-
-def test_a_vibration_that_no_output_shows_needs_no_finer_points() -> None:
-    """Where a rig is recorded as fast as its second bending mode swings, and compared below its
-    first, finer points cost five times as much and changed nothing."""
-    e = prepared(0.0, step=RARELY)
-    blind = replace(e.model.steering, band_hz=SLOW.band_hz(["torque"]))
-    without = replace(e, model=e.model.steered_by(blind), processing=SLOW)
-    assert points_per_sample(e.model, RARELY) > points_per_sample(without.model, RARELY) == 1
-    numbers = e.model.numbers()
-    found = without.predicted(motion_of(without, numbers, {}, 4), numbers, {})
-    finely = replace(e, processing=SLOW).predicted(motion_of(e, numbers, {}, 4), numbers, {})
-    assert rms((found - finely)[e.counted]) < LEFT * rms(finely[e.counted])
-
-
 def test_what_a_led_arm_swings_by_itself_counts_though_the_free_vibration_does_not_show() -> None:
     """At 200 Hz a rig whose free vibration of 95 Hz was filtered out left 1.5 % of its torque: with
     the joints led it swings at 45 Hz."""

@@ -13,14 +13,10 @@ from scipy.signal import lfilter
 
 from flexgui.core.experiments.identified_model import IdentifiedModel
 from flexgui.core.identify.uncertainty import (
-    QUIET_LAGS,
     autocovariance,
-    bandwidth,
     covariance,
-    cross_covariances,
-    flat_top,
 )
-from flexgui.core.least_squares import SEEN, pseudo_inverse
+from flexgui.core.least_squares import SEEN
 from tests.identify.helpers import EI, LPV, clean, fit, with_channels
 
 AGREES = 0.25
@@ -108,12 +104,6 @@ def test_a_slow_sensor_whose_noise_has_a_memory_makes_no_deviation_smaller(memor
     assert found.stated == pytest.approx(found.true, rel=AGREES)
 
 
-@pytest.mark.parametrize("pole", [0.9, 0.98])
-def test_the_white_formula_is_misled_by_coloured_residuals(pole):
-    found = repeated(pole, 0.5)
-    assert np.all(found.white < (1.0 - MISLED) * found.true)
-
-
 @settings(max_examples=20)
 @given(st.integers(0, 10_000), st.floats(0.0, 0.8))
 def test_white_residuals_give_the_usual_formula_even_where_most_are_zero(seed, zeros):
@@ -156,50 +146,6 @@ def test_a_covariance_follows_the_units(seed, residual, parameter):
     assert scaled == pytest.approx(unscaled * (residual * parameter) ** 2, rel=1e-6)
 
 
-def test_a_direction_that_nothing_shows_gets_no_variance_from_rounding():
-    S = regression()
-    S = np.concatenate([S, S.sum(axis=2, keepdims=True)], axis=2)
-    C = covariance([S], [coloured(1, SAMPLES, 0.5, 0.3)], [ALL], 2)
-    flat = regression().reshape(-1, 2)
-    assert np.trace(C) < 10.0 / np.linalg.eigvalsh(flat.T @ flat).min() * SAMPLES
-
-
-def test_the_window_is_short_for_white_and_longer_for_coloured_residuals():
-    widths = {
-        pole: np.median([bandwidth(coloured(seed, SAMPLES, pole, 0.3), ALL) for seed in range(20)])
-        for pole in (0.0, 0.5, 0.9, 0.97)
-    }
-    assert widths[0.0] <= 1
-    assert widths[0.0] < widths[0.5] < widths[0.9] < widths[0.97]
-
-
-@settings(max_examples=40)
-@given(st.integers(10, 400), st.integers(1, 3), st.integers(0, 1000))
-def test_the_window_always_ends(samples, channels, seed):
-    r = np.cumsum(np.random.default_rng(seed).standard_normal((samples, channels)), axis=0)
-    assert 0 <= bandwidth(r, np.ones(r.shape, dtype=bool)) <= samples
-
-
-def test_silent_residuals_are_no_trouble():
-    S, zero = regression(), np.zeros((SAMPLES, 2))
-    assert bandwidth(zero, ALL) == 0
-    assert np.array_equal(covariance([S], [zero], [ALL], 2), np.zeros((2, 2)))
-
-
-@pytest.mark.parametrize("width", [0, 1, 7])
-def test_the_taper_is_flat_and_then_falls_to_nothing(width):
-    taper = flat_top(width)
-    assert np.all(taper[: width + 1] == 1.0)
-    assert len(taper) == 2 * width + 1
-    assert width == 0 or taper[-1] == 0.0
-
-
-def test_cross_covariances_are_means_of_products():
-    r = coloured(3, 50, 0.5, 0.4)
-    gamma = cross_covariances(r, QUIET_LAGS)
-    assert gamma[2, 0, 1] == pytest.approx(np.sum(r[:-2, 0] * r[2:, 1]) / 50)
-
-
 @pytest.mark.parametrize("lengths", [(400, 400), (900, 60), (30, 700, 200)])
 def test_no_error_of_one_recording_is_correlated_with_those_of_another(
     lengths: tuple[int, ...],
@@ -216,15 +162,6 @@ def test_no_error_of_one_recording_is_correlated_with_those_of_another(
     assert turned.gamma == pytest.approx(planned.gamma, abs=1e-12)
     alone = [np.mean(r[:, :, None] * r[:, None], axis=0) for r in recordings]
     assert planned.gamma[0] == pytest.approx(np.average(alone, axis=0, weights=lengths))
-
-
-def test_the_inverse_of_a_full_matrix_is_the_usual_one():
-    rng = np.random.default_rng(2)
-    A = rng.standard_normal((4, 4)) * [1.0, 1e3, 1e-3, 1e6]
-    information = A.T @ A
-    inverse = pseudo_inverse(information)
-    unit = np.outer(*[np.sqrt(np.diag(inverse))] * 2)
-    assert inverse / unit == pytest.approx(np.linalg.inv(information) / unit, rel=1e-6)
 
 
 def fitted_deviations(pole: float, repeats: int) -> tuple[float, float, float]:
@@ -252,14 +189,6 @@ def test_a_fit_states_its_deviation_whatever_the_colour_of_the_noise(pole, repea
     true, stated, white = fitted_deviations(pole, repeats)
     assert stated == pytest.approx(true, rel=AGREES)
     assert pole < 0.9 or white < (1.0 - MISLED) * true
-
-
-def test_a_parameter_without_influence_has_no_covariance():
-    S = np.concatenate([regression(), np.zeros((SAMPLES, 2, 1))], axis=2)
-    e = coloured(1, SAMPLES, 0.5, 0.3)
-    C = covariance([S], [e], [ALL], 2)
-    assert np.all(C[2] == 0.0)
-    assert C[:2, :2] == pytest.approx(covariance([regression()], [e], [ALL], 2))
 
 
 DIFFERENCES = 1e-5

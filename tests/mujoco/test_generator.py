@@ -12,19 +12,16 @@ import pytest
 mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install '.[test]'")
 pytestmark = pytest.mark.long
 
-from tests.programs.mujoco.cases import CASES, EXPERIMENTS, Case, Experiment  # noqa: E402
-from tests.programs.mujoco.chain import PAPER, Beam, Motor, Plant, clamped, mjcf  # noqa: E402
-from tests.programs.mujoco.excitation import AMPLITUDE, SAMPLE, prbs  # noqa: E402
+from tests.programs.mujoco.cases import CASES, EXPERIMENTS, Case  # noqa: E402
+from tests.programs.mujoco.chain import PAPER, Beam, clamped  # noqa: E402
+from tests.programs.mujoco.excitation import SAMPLE  # noqa: E402
 from tests.programs.mujoco.files import (  # noqa: E402
-    CAMERA_NOISE,
     COLUMNS,
     DECIMALS,
-    ENCODER_NOISE,
     table,
-    write_table,
 )
 from tests.programs.mujoco.generate import FOLDER  # noqa: E402
-from tests.programs.mujoco.simulate import delayed, run  # noqa: E402
+from tests.programs.mujoco.simulate import run  # noqa: E402
 
 BEAM_TOLERANCE = 0.005
 """The chain stands for the beam within this; its own error is about 1/(4 N²), 0.06 %."""
@@ -32,15 +29,6 @@ FREQUENCIES = (1.8751041, 4.6940911)
 """Roots of cos(x) cosh(x) = -1: a clamped beam turns with x² sqrt(EI / (μ l⁴)) rad/s."""
 SMALL = 1e-4
 """m of deflection: large for the engine's digits, small for its geometry (2e-4 of the length)."""
-HALVING = 0.1 * CAMERA_NOISE
-"""m. What the camera could see is its noise; a tenth of it also stays below the encoder's. Friction
-and a torque limit keep it at their finer steps."""
-STICKING = 1e-5
-"""rad in 0.1 s, the encoder's noise: a stuck joint of a soft constraint still creeps a little."""
-NEWTON = 1e-3
-"""Share of the torque that changes the momentum; friction is softened over some 1e-5 rad/s."""
-LEAST_CORRELATION = 2 / 50 + 1e-9
-"""50 balanced pairs cannot have less, if their number is no multiple of four."""
 LAST_DIGIT = 1.5 * 10.0 ** -np.array(DECIMALS)
 """Another processor may round the last digit the other way."""
 
@@ -108,114 +96,9 @@ def _shape(model: mujoco.MjModel, data: mujoco.MjData, number: int) -> np.ndarra
     return 1e-6 * shape * SMALL / _tip(data)[1]
 
 
-def _halving(case: Case, seconds: float) -> float:
-    """m: how far the tip moves at most when the case's step is halved."""
-    reference = EXPERIMENTS[2].reference[: round(seconds / SAMPLE) + 1]
-    coarse = run(case.plant, EXPERIMENTS[2].theta2, reference, case.step)
-    fine = run(case.plant, EXPERIMENTS[2].theta2, reference, case.step / 2)
-    return float(np.linalg.norm(coarse.tip - fine.tip, axis=1).max())
-
-
-@pytest.mark.parametrize(
-    ("name", "seconds"),
-    [
-        ("nothing", 0.2), ("joint_elasticity", 0.2), ("structural_damping", 0.2),
-        ("coulomb_friction", 0.06), ("drive_saturation", 0.06),
-    ],
-)  # fmt: skip
-def test_half_the_step_gives_the_same_motion(name: str, seconds: float) -> None:
-    assert _halving(CASE[name], seconds) < HALVING
-
-
-def test_the_torque_limit_is_reached_and_never_passed() -> None:
-    case = CASE["drive_saturation"]
-    limits = np.array([motor.limit for motor in case.plant.motors])
-    motion = run(case.plant, EXPERIMENTS[2].theta2, EXPERIMENTS[2].reference[:21], case.step)
-    largest = np.abs(motion.torque).max(axis=0)
-    assert largest == pytest.approx(limits, rel=1e-12)
-
-
-def _loose(level: float) -> Plant:
-    """No drive; Coulomb friction of `level` N m in joint 1, none in joint 2."""
-    return Plant(motors=(Motor(0.0, coulomb=level), Motor(0.0)))
-
-
-def _pushed(level: float, torque: float, rate: float) -> tuple[float, float]:
-    """Joint 1 under a constant torque in N m for 0.1 s, the arm turning at `rate` in rad/s.
-
-    Returns the angle in rad that it turned and the change of the angular momentum about it,
-    in N m s, which is the time integral of the torques on it whatever the arm behind it does.
-    """
-    model = mujoco.MjModel.from_xml_string(mjcf(_loose(level), CASE["coulomb_friction"].step))
-    data = mujoco.MjData(model)
-    data.qvel[0] = rate
-    mujoco.mj_forward(model, data)
-    before = float(_masses(model, data)[0] @ data.qvel)
-    data.qfrc_applied[0] = torque
-    mujoco.mj_step(model, data, round(0.1 / model.opt.timestep))
-    mujoco.mj_forward(model, data)
-    return float(data.qpos[0]), float(_masses(model, data)[0] @ data.qvel) - before
-
-
-def test_a_joint_sticks_below_its_friction_and_not_without_any() -> None:
-    assert abs(_pushed(level=1.5, torque=1.4, rate=0.0)[0]) < STICKING
-    assert _pushed(level=0.0, torque=1.4, rate=0.0)[0] > 100 * STICKING
-
-
-@pytest.mark.parametrize("torque", [3.0, 0.0], ids=["pushed", "coasting"])
-def test_a_joint_accelerates_by_what_friction_leaves(torque: float) -> None:
-    # Turning already: from rest the link swings back and stops the joint now and then.
-    _, gained = _pushed(level=1.5, torque=torque, rate=0.5)
-    assert gained == pytest.approx((torque - 1.5) * 0.1, rel=NEWTON)
-
-
-def test_an_unstable_step_is_no_recording() -> None:
-    with pytest.raises(ArithmeticError, match="finer step"):
-        run(Plant(), 1.0, prbs(0.2, seed=1), step=5e-5)
-
-
-@pytest.mark.parametrize("experiment", EXPERIMENTS[:-1], ids=lambda e: e.name)
-def test_the_references_are_balanced_and_uncorrelated(experiment: Experiment) -> None:
-    moving = experiment.reference[:-1]
-    assert np.all(np.abs(moving) == AMPLITUDE)
-    assert np.all(np.abs(moving.sum(axis=0)) < 1e-9)
-    assert abs(np.corrcoef(moving.T)[0, 1]) < LEAST_CORRELATION
-
-
-def test_every_recording_has_references_of_its_own() -> None:
-    assert len({e.reference[:1000].tobytes() for e in EXPERIMENTS}) == len(EXPERIMENTS) == 8
-
-
-def test_a_late_camera_shows_the_past() -> None:
-    tip = np.arange(10.0).reshape(5, 2)
-    assert delayed(tip, 2 * SAMPLE).tolist() == tip[[0, 0, 0, 1, 2]].tolist()
-    with pytest.raises(ValueError, match="whole number"):
-        delayed(tip, 0.3 * SAMPLE)
-
-
-def test_the_instruments_add_their_noise_and_nothing_else() -> None:
-    reference = np.zeros((1001, 2))
-    rows = table("any", "any", run(Plant(), 1.0, reference, 1e-5))
-    assert rows[:, 3:5].std(axis=0) == pytest.approx([ENCODER_NOISE] * 2, rel=0.1)
-    assert rows[:, 5:7].std(axis=0) == pytest.approx([CAMERA_NOISE] * 2, rel=0.1)
-    straight = 0.5 * np.array([1 + np.cos(1.0), np.sin(1.0)])
-    assert rows[:, 3:].mean(axis=0) == pytest.approx([0.0, 1.0, *straight], abs=5e-6)
-
-
 def _read(path: Path) -> tuple[list[str], np.ndarray]:
     header, *lines = gzip.decompress(path.read_bytes()).decode().splitlines()
     return header.split(","), np.array([[float(c) for c in line.split(",")] for line in lines])
-
-
-def test_what_is_written_reads_back(tmp_path: Path) -> None:
-    motion = run(Plant(), 1.0, EXPERIMENTS[0].reference[:6], 1e-5)
-    rows = table("any", "any", motion)
-    for name in ("once.csv.gz", "again.csv.gz"):
-        write_table(rows, tmp_path / name)
-    header, read = _read(tmp_path / "once.csv.gz")
-    assert tuple(header) == COLUMNS
-    assert np.array_equal(read, rows)
-    assert (tmp_path / "once.csv.gz").read_bytes() == (tmp_path / "again.csv.gz").read_bytes()
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)

@@ -10,13 +10,19 @@ import json
 import tomllib
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from flexgui.core.progress import Silent
 from flexgui.export.export_files import export_scenario
-from tests.mujoco.test_diagnosis import SCENARIOS, TIP_NOISE, TRUTH, expected
+
+SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios" / "mujoco"
+TRUTH = tomllib.loads((SCENARIOS / "truth.toml").read_text(encoding="utf-8"))
+
+TIP_NOISE = 3e-5 * 2**0.5
+"""m: the camera's noise of both axes together."""
 
 FOLDER = SCENARIOS / "plain"
 ONE_MODE, ONE_RECORDING = "-one_mode", "-one_recording"
@@ -42,6 +48,24 @@ EDGED = (*DRY, "drive_saturation")
 
 MODES = "extra_bending_mode"
 PLAIN_KEYS = {"title", "arm", "drive", "identify", "diagnose", "recordings"}
+
+
+OURS = {"mt": lambda v: {"mt2": v}, "tau": lambda v: {"tau1": v, "tau2": v}}
+"""Names in truth.toml that differ from the effects' own; compliances stand below."""
+
+
+def expected(effects: dict[str, dict[str, float]]) -> dict[str, float]:
+    """parameter -> true size, in the names of the effects."""
+    found: dict[str, float] = {}
+    for parameters in effects.values():
+        for name, value in parameters.items():
+            if name[:1] == "k":
+                found[f"c{name[1:]}"] = 1.0 / value
+            elif name[:2] == "Jm":
+                continue  # shapes the effect, is no size of its own
+            else:
+                found |= OURS.get(name, lambda v, n=name: {n: v})(value)
+    return found
 
 
 def hidden(name: str) -> dict[str, dict[str, float]]:

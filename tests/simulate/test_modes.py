@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from flexgui.core.model import Model
-from flexgui.core.simulate.posture import SHOWN_SHARE, Mode, Posture, posture, vibration_modes
-from tests.helpers import ARMS, chain, loaded, looped, state_matrices
-from tests.simulate.test_linear_model import CASCADE, FILTERED
+from flexgui.core.simulate.posture import SHOWN_SHARE, Posture, posture, vibration_modes
+from tests.helpers import ARMS, chain, looped
 
 SAME_POLES = 1e-7
 """Relative to the largest pole; two algorithms on stiff matrices, double zeros among the poles."""
@@ -43,15 +42,6 @@ def test_poles_are_the_eigenvalues_of_the_state_matrix(name: str) -> None:
     assert nearest(expected, here.poles) < SAME_POLES * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("drive", [FILTERED, CASCADE], ids=["with states", "position loop"])
-def test_the_drive_is_closed_as_in_the_simulator(drive) -> None:  # type: ignore[no-untyped-def]
-    model = Model(loaded(ARMS["1-1"]), drive)
-    here = at("1-1", model)
-    A, B = state_matrices(model, model.numbers(), here.joints)
-    assert np.allclose(np.linalg.solve(here.E, here.A), A, rtol=SOLVES, atol=SOLVES)
-    assert np.allclose(np.linalg.solve(here.E, here.B), B, rtol=SOLVES, atol=SOLVES)
-
-
 def test_a_clamped_segment_swings_as_a_cantilever() -> None:
     arm = chain(3)
     segment = arm.segments[0]
@@ -75,15 +65,6 @@ def test_kelvin_voigt_damping_grows_with_the_frequency() -> None:
         assert mode.damping == pytest.approx(tau * abs(mode.pole) / 2.0)
 
 
-@pytest.mark.parametrize("clamped", [False, True])
-@pytest.mark.parametrize("name", ["2-2", "slide", "ground"])
-def test_modes_are_sorted_and_hold_one_of_each_pair(name: str, clamped: bool) -> None:
-    modes = vibration_modes(at(name), clamped)
-    assert modes
-    assert all(mode.pole.imag > 0.0 for mode in modes)
-    assert [m.frequency for m in modes] == sorted(m.frequency for m in modes)
-
-
 def test_a_mode_solves_the_equations_of_motion() -> None:
     here = at("2-2")
     law = here.numbers.law
@@ -98,12 +79,6 @@ def test_a_mode_solves_the_equations_of_motion() -> None:
         assert np.abs(sum(terms)).max() < SOLVES * size
 
 
-def test_joints_do_not_move_when_clamped() -> None:
-    here = at("2-2")
-    for mode in vibration_modes(here, clamped=True):
-        assert np.all(mode.vector[:2] == 0.0)
-
-
 def test_a_mode_is_scaled_for_looking_at() -> None:
     """The tip never moves further than the stated share of the arm's length."""
     here = at("2-2")
@@ -112,15 +87,6 @@ def test_a_mode_is_scaled_for_looking_at() -> None:
     for mode in vibration_modes(here):
         tips = (mode.motion(here.q, 64) - here.q) @ slope.T
         assert 0.0 < np.abs(tips).max() <= SHOWN_SHARE * reach * (1.0 + SOLVES)
-
-
-def test_a_mode_plays_one_closed_period() -> None:
-    mode = Mode(complex(-1.0, 20.0), np.array([0.1, 0.2j]))
-    q = np.array([1.0, 2.0])
-    motion = mode.motion(q, 8)
-    assert np.allclose(motion[0], q + mode.shape)
-    assert np.allclose(motion.mean(axis=0), q)
-    assert np.allclose(motion[4] - q, -(motion[0] - q))
 
 
 def test_a_rigid_arm_without_a_spring_has_no_modes() -> None:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.signal import cont2discrete, lsim
 
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
+from flexgui.core.lanes.wide import LANES
 from flexgui.core.model import Model, Numbers
+from flexgui.core.simulate.discrete import exponential
 from flexgui.core.simulate.linear import respond
 from flexgui.core.simulate.motion import Task
 from flexgui.core.trajectory import Trajectory
 from tests.helpers import (
     ARMS,
-    jacobian,
     loaded,
     looped,
     simulate_fixed,
@@ -121,31 +123,6 @@ def test_references_that_run_straight_are_as_scipy_interpolates_them() -> None:
     assert_same_motion(states_of(motion), expected, AGREEMENT)
 
 
-@pytest.mark.parametrize("name", ["1-1", "3-3"])
-def test_a_schedule_that_does_not_move_is_the_constant_model(name: str) -> None:
-    model = looped(loaded(ARMS[name]))
-    numbers = model.numbers()
-    task = task_from(model, start_of(model), levels(100, seed=6))
-    path = np.repeat(task.schedule, len(task.time), axis=0)
-    along = Task(task.time, task.references, task.start, path)
-    constant, scheduled = respond(model, [numbers], [task]), respond(model, [numbers], [along])
-    assert_same_motion(states_of(scheduled[0]), states_of(constant[0]), AGREEMENT)
-
-
-def test_a_moving_and_a_resting_schedule_do_not_disturb_each_other() -> None:
-    model = looped(loaded(ARMS["1-1"]))
-    numbers = model.numbers()
-    resting = task_from(model, start_of(model), levels(80, seed=7))
-    path = np.repeat(resting.schedule, 120, axis=0)
-    path[:, 1] += np.linspace(0.0, 0.5, 120)
-    longer = task_from(model, start_of(model), levels(120, seed=8))
-    moving = Task(longer.time, longer.references, longer.start, path)
-    both = respond(model, [numbers, numbers], [resting, moving])
-    for motion, task in zip(both, (resting, moving), strict=True):
-        alone = respond(model, [numbers], [task])[0]
-        assert_same_motion(states_of(motion), states_of(alone), AGREEMENT)
-
-
 def test_a_moving_schedule_takes_the_model_in_the_middle_of_each_sample() -> None:
     model = looped(loaded(ARMS["1-1"]))
     numbers, task = model.numbers(), task_from(model, start_of(model), levels(6, seed=9))
@@ -177,14 +154,48 @@ def test_non_linear_motion_tends_to_the_linear_one_with_the_amplitude(name: str)
     assert misses[2] < 2e-3
 
 
-def test_response_is_linear_in_the_references() -> None:
-    model = looped(loaded(ARMS["1-1"]))
-    numbers, r = model.numbers(), levels(50, seed=11)
-    start = np.zeros(8)
+EXPM_AGREEMENT = 1e-12
+"""Relative to the largest entry, for well-conditioned matrices."""
 
-    def last(scale: np.ndarray) -> np.ndarray:
-        task = task_from(model, start, scale[0] * r)
-        return states_of(respond(model, [numbers], [task])[0])[-1]
+STIFF_AGREEMENT = 1e-9
+"""Twenty squarings multiply roundings by the condition of the exponential."""
 
-    once = last(np.ones(1))
-    assert jacobian(last, np.ones(1))[:, 0] == pytest.approx(once, rel=AGREEMENT)
+
+def exponentials(matrices: np.ndarray) -> np.ndarray:
+    """exp of matrices (LANES, n, n)."""
+    n = matrices.shape[1]
+    columns = np.array(np.moveaxis(matrices, 0, -1).reshape(n * n, LANES), order="C")
+    found = exponential(columns, n, np.empty((5, n * n, LANES)))
+    return np.moveaxis(np.array(found).reshape(n, n, LANES), -1, 0)
+
+
+def worst(matrices: np.ndarray) -> float:
+    found = exponentials(matrices)
+    exact = np.array([expm(A) for A in matrices])
+    size = np.abs(exact).max(axis=(1, 2))
+    return float((np.abs(found - exact).max(axis=(1, 2)) / size).max())
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 13])
+@pytest.mark.parametrize("norm", [1e-8, 0.1, 1.0, 10.0])
+def test_random_matrices(n: int, norm: float) -> None:
+    matrices = np.random.default_rng(n).standard_normal((LANES, n, n)) * norm / n
+    assert worst(matrices) < EXPM_AGREEMENT
+
+
+def test_stiff_matrices_with_poles_from_one_to_a_million() -> None:
+    """Symmetric, so that the exponential itself is well conditioned."""
+    rng = np.random.default_rng(3)
+    matrices = []
+    for _ in range(LANES):
+        V, _ = np.linalg.qr(rng.standard_normal((6, 6)))
+        matrices.append(V @ np.diag(-np.logspace(0.0, 6.0, 6) * 1e-3) @ V.T)
+    assert worst(np.array(matrices)) < STIFF_AGREEMENT
+
+
+def test_lanes_do_not_touch_each_other() -> None:
+    """A stiff neighbour decides the squarings, not the result."""
+    rng = np.random.default_rng(5)
+    matrices = rng.standard_normal((LANES, 4, 4))
+    matrices[1] = -np.diag([1.0, 1e2, 1e4, 1e5])
+    assert worst(matrices) < STIFF_AGREEMENT

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from flexgui.core.simulate.batch import run
 from tests.programs.bench.casadi_arm import CasadiArm, lacking
@@ -19,7 +18,6 @@ from tests.programs.bench.peers import (
     modal_response,
     peer_cost,
 )
-from tests.programs.bench.row import Row, least_flattering_first, ratio, table
 
 SECONDS = 0.05
 needs_casadi = pytest.mark.skipif(bool(lacking()), reason=lacking() or "everything is there")
@@ -59,35 +57,3 @@ def test_casadi_steps_as_we_do(case: Case, tmp_path: Path) -> None:
     found = CasadiArm(case.model).states(tmp_path)(case.task, case.stiffness[0], 2)
     scale = np.abs(ours.q).max(axis=0)
     assert np.abs((found[:, : ours.q.shape[1]] - ours.q) / scale).max() < 1e-9
-
-
-@needs_casadi
-def test_casadi_sensitivities_are_slopes_of_the_tip(tmp_path: Path) -> None:
-    case = make_case(1, SECONDS)
-    sensed = CasadiArm(case.model).sensitivities(tmp_path)
-    found = sensed(case.task, case.stiffness[0], 2)
-    ours = run(case.model, case.model.numbers(), case.task, 2)
-    assert np.abs(found[:, :2] - ours.tip()[0]).max() < 1e-12
-    step = 1e-5 * case.stiffness[0] * [0.0, 1.0]
-    up, down = (sensed(case.task, case.stiffness[0] + s, 2)[:, :2] for s in (step, -step))
-    slopes = (up - down) / (2.0 * step[1])
-    assert found[:, 4:] == pytest.approx(slopes, abs=1e-6 * np.abs(slopes).max())
-
-
-def test_the_least_flattering_rival_comes_first() -> None:
-    rows = [
-        Row("a", 1.0, 50.0, rival="slow"),
-        Row("b", 1.0, value="skipped"),
-        Row("a", 1.0, 0.5, rival="quick"),
-        Row("a", 1.0, value="skipped", rival="absent"),
-    ]
-    ordered = least_flattering_first(rows)
-    assert [row.what for row in ordered] == ["a: quick", "a: slow", "a: absent", "b"]
-    assert [ratio(row) for row in ordered] == ["0.5 x", "50 x", "skipped", "skipped"]
-
-
-def test_the_table_shows_remarks_as_they_are() -> None:
-    console = Console(width=200)
-    with console.capture() as shown:
-        console.print(table([Row("a", 1.0, note="pip install '.[bench]'")], quick=True))
-    assert ".[bench]" in shown.get()

@@ -10,15 +10,12 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from flexgui.core.drives.known_joints import with_known_motion
-from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import catalogue
 from flexgui.core.model import Model
-from flexgui.core.results.state_equations import StateEquations, parts_of, per_second
+from flexgui.core.results.state_equations import StateEquations, parts_of
 from flexgui.core.simulate.state_equations import state_equations
 from flexgui.core.units import base_units
 from flexgui.export.expressions import COMMON, Language, translated
-from flexgui.export.serialization import deserialize, serialize
 from tests.export.whole import FORMULA, rates_by_hand
 from tests.helpers import ARMS, PAPER, loaded, looped
 
@@ -99,35 +96,6 @@ def test_outputs_are_joints_deflections_tip_and_torque_within_its_limit() -> Non
     place = model.compiled.tip_place(x[:4], numbers.p)[0]
     np.testing.assert_allclose([found["z1"], found["z2"]], place, rtol=1e-14)
     assert found["u1"] == numbers.law.limit[0]
-
-
-def test_a_changed_value_is_the_parameter_that_is_found() -> None:
-    model = looped(PAPER)
-    found = state_equations(model, {"m1": 6.5, "unknown": 1.0})
-    assert found is not None
-    assert {each.name: each.value for each in found.parameters}["m1"] == 6.5
-
-
-def test_what_a_target_does_not_need_is_left_out() -> None:
-    equations = made(looped(PAPER))
-    assert not [line for line in equations.needed("y") if line.startswith(("M[", "rates["))]
-    assert not [line for line in equations.needed("rates") if line.startswith(("J[", "z[", "y["))]
-
-
-def test_joints_that_follow_a_recording_have_no_rates() -> None:
-    assert state_equations(Model(PAPER, with_known_motion(Torque(), [1])), {}) is None
-
-
-def test_it_is_kept_as_it_is() -> None:
-    equations = made(looped(PAPER))
-    assert deserialize(serialize(equations), StateEquations) == equations
-
-
-@pytest.mark.parametrize(
-    ("unit", "rate"), [("rad", "rad/s"), ("1/m²", "1/(m² s)"), ("N/(m s)", "N/(m s s)"), ("", "")]
-)
-def test_the_unit_of_a_rate(unit: str, rate: str) -> None:
-    assert per_second(unit) == rate
 
 
 @pytest.mark.parametrize(

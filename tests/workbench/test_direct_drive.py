@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from flexgui.core.results import Diagnosis
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.workbench import run_scenario
 from tests.diagnose.fits import diagnosis_of, on_paper
+from tests.programs.sample.forty_rigs import cases
 
 EI = 520.8333
 """N m², of both segments of the paper's arm."""
@@ -57,3 +62,27 @@ def test_a_rotor_is_found_with_the_law_that_it_follows(hidden: dict[str, float])
         assert known[name].value == pytest.approx(size, abs=SIZED * ROTOR)
     for name in ("EI1", "EI2"):
         assert known[name].value == pytest.approx(EI, rel=STIFF)
+
+
+CLOSE = 0.02
+"""Relative: of masses and compliances."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("rigs/4_rigid_1_joint_elasticity", id="one"),
+        pytest.param("rigs/9_rigid_2_joint_elasticity", id="two", marks=pytest.mark.long),
+        pytest.param("rigs/14_rigid_3_joint_elasticity", id="three", marks=pytest.mark.long),
+    ],
+)
+def test_soft_joints_are_found_with_their_sizes(name: str, tmp_path: Path) -> None:
+    """They swing at 8 Hz without damping: the screen sees no size, the first swings show it."""
+    case = cases()[name]
+    path = case.write(tmp_path)
+    found = run_scenario(read_scenario(path), folder=tmp_path).diagnosis
+    assert found is not None and found.final_verdict == "nothing_missing"
+    assert found.kept == ("joint_elasticity",)
+    values = {e.name: e.value for e in found.parameters}
+    for parameter, true in case.truth.items():
+        assert values[parameter] == pytest.approx(true, rel=CLOSE)

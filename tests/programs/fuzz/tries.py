@@ -129,7 +129,7 @@ ROWS = (
         "tests/plugins/test_one_file.py::test_a_sensor_is_one_file_and_the_noise_of_the_others_stays",
     )),
     Row("11", "formulas that are tried; hostile ones", (
-        "tests/forces/test_interpreted.py::test_a_formula_that_is_tried_leaves_no_file_no_module_and_no_compiled_code",
+        "tests/forces/test_law.py::test_a_formula_that_is_tried_leaves_no_file_no_module_and_no_compiled_code",
         "tests/effects/test_hostile_formulas.py::test_a_thousand_hostile_formulas_are_refused_and_none_is_evaluated",
     ), lambda: (HOSTILE + 1) // 2),
     Row("12", "a challenge while its worker is slow; the recordings beside the project", (
