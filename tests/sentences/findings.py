@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+
 import numpy as np
 
 from flexgui.core.effects import catalogue
@@ -59,3 +61,9 @@ FOUND = Diagnosis(
 
 def text(found: Diagnosis) -> str:
     return " ".join(verdict_paragraphs(found)).replace(SPACE, " ")
+
+
+def as_page(parts: Mapping[str, Iterable[str]]) -> str:
+    """A heading and paragraphs for each part, without the spaces that keep numbers together."""
+    blocks = ["\n\n".join([f"## {name}", *paragraphs]) for name, paragraphs in parts.items()]
+    return "\n\n".join(blocks).replace(SPACE, " ") + "\n"

@@ -18,6 +18,8 @@ from flexgui.sentences.identifiability import (
     identifiability_sentences,
     product,
 )
+from tests.approved import approved
+from tests.sentences.findings import as_page
 
 
 def sentences(
@@ -35,34 +37,18 @@ def sentences(
     return identifiability_sentences(fit)
 
 
-def test_a_parameter_that_a_first_state_imitates_is_said():
-    labels = ("a", "start_v1_1@r1", "start_v1_1@r2")
-    correlation = np.array([[1.0, 0.999, 0.0], [0.999, 1.0, -0.999], [0.0, -0.999, 1.0]])
-    lines = sentences(labels, correlation)
-    assert len(lines) == 2 and "a and start_v1_1 (r1)" in lines[1]
-
-
-def test_a_pair_of_one_law_and_a_wide_deviation_are_said() -> None:
+def test_what_is_said_of_a_fit_that_leaves_something_free() -> None:
+    start = ("a", "start_v1_1@r1", "start_v1_1@r2")
+    imitated = np.array([[1.0, 0.999, 0.0], [0.999, 1.0, -0.999], [0.0, -0.999, 1.0]])
     alike = np.array([[1.0, 0.99999, 0.0], [0.99999, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    assert sentences("abc", alike, unsure=(2,)) == (
-        "The data do not determine a and b separately (correlation +0.99999). Fix one of them to "
-        "get the other.",
-        "The data hardly determine c: its standard deviation exceeds its value.",
-    )
-
-
-def test_what_the_data_say_nothing_of_is_named_one_by_one() -> None:
-    told = sentences("ab", np.eye(2), [[1.0, 0.0], [0.0, 1.0]])
-    assert told == ("The data say nothing about a.", "The data say nothing about b.")
-
-
-def test_estimates_that_move_together_are_said_to_be_told_apart_poorly():
-    rho = np.array([[1.0, -0.995, 0.2], [-0.995, 1.0, 0.1], [0.2, 0.1, 1.0]])
-    told = sentences("abc", rho)
-    assert told == (
-        "All estimated parameters are identifiable.",
-        "a and b are poorly distinguishable (correlation -0.995).",
-    )
+    poorly = np.array([[1.0, -0.995, 0.2], [-0.995, 1.0, 0.1], [0.2, 0.1, 1.0]])
+    told = {
+        "a first state imitates a parameter": sentences(start, imitated),
+        "a pair of one law and a wide deviation": sentences("abc", alike, unsure=(2,)),
+        "nothing is said about two": sentences("ab", np.eye(2), [[1.0, 0.0], [0.0, 1.0]]),
+        "two move together": sentences("abc", poorly),
+    }
+    approved("identifiability.md", as_page(told))
 
 
 @given(st.floats(-POORLY_DISTINGUISHABLE, POORLY_DISTINGUISHABLE))
