@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import gzip
+from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 
@@ -58,3 +60,52 @@ MODELS: dict[str, Model] = {
     "states of a drive": Model(loaded(ARMS["1-1"]), FEEDBACK, "lpv"),
     "torque": Model(loaded(ARMS["2-2"]), Torque(), "lpv"),
 }  # fmt: skip
+
+
+class _Text(HTMLParser):
+    """A line for each heading, paragraph, row and figure; formulas and scripts are left out."""
+
+    LINES = frozenset("h1 h2 h3 h4 p tr li figcaption caption summary dt dd div pre".split())
+    SILENT = frozenset("script style math svg title".split())
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines, self.silent = [""], 0
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.silent += tag in self.SILENT
+        label = dict(attrs).get("aria-label")
+        if tag in self.LINES:
+            self.lines.append(f"{'#' * int(tag[1])} " if tag[0] == "h" else "")
+        if tag == "math":
+            self.lines[-1] += "[formula]"
+        if tag in ("td", "th") and self.lines[-1]:
+            self.lines[-1] += " | "
+        if label:
+            self.lines.append(f"[figure] {label}")
+
+    def handle_endtag(self, tag: str) -> None:
+        self.silent -= tag in self.SILENT
+        if tag in self.LINES:
+            self.lines.append("")
+
+    def handle_data(self, data: str) -> None:
+        self.lines[-1] += "" if self.silent else data
+
+
+def readable(page: str) -> str:
+    """What a person reads in a page, a line per paragraph or row of a table."""
+    parsed = _Text()
+    parsed.feed(page)
+    lines = (" ".join(line.split()) for line in parsed.lines)
+    return "\n".join(line for line in lines if line.strip("| ")) + "\n"
+
+
+def outlined(value: Any) -> Any:
+    """A document with four digits of each number and the first two entries of each long list."""
+    if isinstance(value, dict):
+        return {key: outlined(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        few = [outlined(entry) for entry in value[: 2 if len(value) > 4 else None]]
+        return few if len(few) == len(value) else [*few, f"... {len(value)} in all"]
+    return float(f"{value:.4g}") if isinstance(value, float) else value

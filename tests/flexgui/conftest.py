@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +26,8 @@ from flexgui.core.results import (
     Valley,
     Variant,
 )
+from flexgui.export.export_files import export_outcome
+from tests.flexgui.findings import whole_outcome
 
 EI = 520.8333
 """N m², of the paper's arm."""
@@ -197,18 +201,28 @@ def bare(glocal: Outcome) -> Outcome:
     return Outcome("As given", "glocal", "nonlinear", (), (only,), glocal.model, ())
 
 
-@pytest.fixture
-def renamed(glocal: Outcome) -> Callable[[str], Outcome]:
-    """The same outcome with another title and first recording."""
+@pytest.fixture(scope="session")
+def diagnosed(glocal: Outcome) -> Outcome:
+    """All that an outcome may hold."""
+    return whole_outcome(glocal)
 
-    def rename(name: str) -> Outcome:
-        first, *rest = glocal.comparisons
-        return replace(
-            glocal,
-            title=name,
-            comparisons=(replace(first, recording=name, note=name), *rest),
-            notes=(name,),
-            equations=(Equation(name, rf"\text{{{name}}}"),),
-        )
 
-    return rename
+SCENARIO = 'title = "Seven working points"  # θ2, <b> & "quotes"\n'
+
+
+@pytest.fixture(scope="session")
+def exported(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], Path]:
+    """The folder of the outcome of this name, which is exported once."""
+
+    @cache
+    def export(name: str) -> Path:
+        out = tmp_path_factory.mktemp(name) / "deep" / "report"
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("SOURCE_DATE_EPOCH", "0")
+            beside = {"diagnosed.toml": b'title = "diagnosed"\n'} if name == "diagnosed" else {}
+            export_outcome(request.getfixturevalue(name), SCENARIO, out, beside=beside)
+        return out
+
+    return export

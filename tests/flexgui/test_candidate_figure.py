@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,9 +11,6 @@ from hypothesis import strategies as st
 
 from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.results import LadderStep, MissingTorque, RankedEffect
-from flexgui.session.state import Cursor
-from flexgui.stages.diagnose.panel import DiagnosePanel
-from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
 from flexgui.stages.diagnose.plots import (
     cloud_caption,
     glimpse,
@@ -29,7 +24,7 @@ from flexgui.stages.diagnose.task import MOST_ROWS, thinned
 from flexgui.views.ladder import BAND, ladder
 from flexgui.views.over_speed import OverSpeed, over_speed
 from tests.effects.helpers import KINDS
-from tests.flexgui.test_diagnosis_report import FOUND, step
+from tests.flexgui.findings import FOUND, step
 from tests.helpers import PAPER, looped
 
 SPEED = np.sin(np.linspace(0.0, 20.0, 200))
@@ -125,37 +120,6 @@ def test_the_ladder_falls_into_the_band_with_the_factor_beside_it() -> None:
     assert (band["x0"], band["x1"]) == (BAND, 1.0)
 
 
-@pytest.mark.parametrize(("recording", "begins"), [("th1", 0.0), ("a long one", None)])
-def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
-    recording: str, begins: float | None
-) -> None:
-    moment, seen = CandidateFigure.__new__(CandidateFigure), list[float | None]()
-    session = SimpleNamespace(playback=SimpleNamespace(cursor=Cursor(recording, 1.25)))
-    moment.context = cast(Any, SimpleNamespace(session=session))
-    moment._residual = cast(Any, SimpleNamespace(move_cursor=seen.append))
-    moment._over_time = "th1"
-    moment.move_cursor()
-    assert seen == [begins]
-
-
-def test_a_cursor_that_goes_to_another_recording_takes_the_residual_along() -> None:
-    panel, drawn = DiagnosePanel.__new__(DiagnosePanel), list[str]()
-    version = SimpleNamespace(found=SimpleNamespace(recordings=("th1", "th2")))
-    session = SimpleNamespace(
-        diagnosis=SimpleNamespace(newest=version), playback=SimpleNamespace(cursor=Cursor("th1"))
-    )
-    panel.context = cast(Any, SimpleNamespace(session=session))
-    panel._residual = panel._candidate_figure = cast(
-        Any, SimpleNamespace(move_cursor=lambda *_: None, refresh=lambda: None)
-    )
-    panel._residual_of = "th1"
-    cast(Any, panel)._show_residual = lambda: drawn.append(session.playback.cursor.recording)
-    for name in ("th1", "th2", "only validated"):
-        session.playback.cursor = Cursor(name)
-        panel.move_cursor()
-    assert drawn == ["th2"]
-
-
 VALUES = {"fc1": 1.2, "fc2": 0.4, "fv1": 3.0, "fv2": 2.0, "fb1": 0.5, "fb2": 0.1}
 TIME = np.linspace(0.0, 1.0, 101)
 PLACE = np.column_stack([0.1 * np.sin(6 * TIME), 0.2 * np.cos(5 * TIME)])
@@ -213,17 +177,11 @@ def ticks(error: float) -> list[str]:
     return list(figure["layout"]["xaxis"]["ticktext"])
 
 
-def test_the_axis_names_numbers_that_are_read_at_a_glance() -> None:
-    assert ticks(16.0) == ["1", "2", "5", "10", "20", "50"]
-
-
-def test_a_high_ladder_names_decades_only() -> None:
-    assert ticks(2000.0) == ["1", "10", "100", "1000", "10000"]
-
-
 @pytest.mark.parametrize("error", [0.5, 1.0, 9.99, 10.0, 299.0, 1e5])
-def test_the_floor_is_always_named(error: float) -> None:
+def test_the_axis_names_the_floor_and_numbers_that_are_read_at_a_glance(error: float) -> None:
     assert ticks(error)[0] == "1"
+    assert ticks(16.0) == ["1", "2", "5", "10", "20", "50"]
+    assert ticks(2000.0) == ["1", "10", "100", "1000", "10000"]
 
 
 def test_a_row_is_as_high_however_many_there_are_and_its_name_stands_level() -> None:

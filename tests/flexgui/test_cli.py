@@ -159,10 +159,6 @@ def work(progress: Progress) -> bool:
     return progress.stopped()
 
 
-def test_silence_is_a_progress() -> None:
-    assert work(Silent()) is False
-
-
 def test_elsewhere_a_plain_line_says_what_is_done(capsys: pytest.CaptureFixture[str]) -> None:
     said = ""
     with PlainProgress(every=0.001) as progress:

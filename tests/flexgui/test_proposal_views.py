@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,11 +10,10 @@ import pytest
 
 from flexgui.core.results import Outcome, Proposal
 from flexgui.core.results.proposal import NO_LAW
-from flexgui.export.export_files import export_outcome
+from flexgui.export.report import report_html
 from flexgui.views.layout import Figure, figure_json
 from flexgui.views.proposal import MOST_SHOWN, carrier_shares, law_over_variable, laws_table
-from tests.flexgui.test_diagnosis_report import FOUND
-from tests.sentences.findings import SPACE
+from tests.flexgui.findings import FOUND
 from tests.sentences.proposals import FRICTION, PLACES, STIFFNESS, carrier, law, proposal, term
 
 DRAWN = 1e-6
@@ -89,21 +86,6 @@ def test_small_values_are_drawn_in_small_units_with_law_and_band_in_the_same() -
     assert at == pytest.approx(np.asarray(dots["y"]), abs=0.02 * float(np.max(line["y"])))
 
 
-def test_the_table_has_a_row_per_law() -> None:
-    two = proposal(law(unseen_rms=(17.0, 1.23)), law(title="Another law"))
-    table = laws_table(two)
-    assert table is not None
-    assert [c.title for c in table.columns] == [
-        "Law", "Formula", "Values", "Explains", "Error", "Unseen"
-    ]  # fmt: skip
-    first, second = (tuple(x.replace(SPACE, " ") for x in row.cells) for row in table.rows)
-    assert first[1:] == (
-        "a*max(theta2 - c, 0)", "a = 12.5 ± 0.2 N m/rad; c = 0.400 ± 0.004 rad", "99 %", "1.04",
-        "1.23",
-    )  # fmt: skip
-    assert second[0] == "Another law" and second[-1] == "–"
-
-
 def test_without_carriers_or_laws_there_is_nothing_to_draw() -> None:
     assert carrier_shares(None) is None and carrier_shares(Proposal()) is None
     assert laws_table(None) is None and laws_table(proposal(reason=NO_LAW)) is None
@@ -118,25 +100,7 @@ def test_views_leave_what_they_draw_as_it_is() -> None:
     assert np.array_equal(found.carriers[0].values, before)
 
 
-def exported(glocal: Outcome, found: Proposal, folder: Path) -> tuple[dict[str, Any], str]:
-    """What the files of a result say of its proposal, and the report."""
-    outcome = replace(glocal, diagnosis=replace(FOUND, proposal=found))
-    export_outcome(outcome, "title = 'x'", folder)
-    told = json.loads((folder / "result.json").read_text("utf-8"))
-    return dict(told["diagnosis"]["proposal"]), (folder / "report.html").read_text("utf-8")
-
-
-def test_a_result_and_its_report_hold_the_laws(glocal: Outcome, tmp_path: Path) -> None:
-    told, report = exported(glocal, proposal(law()), tmp_path)
-    (one,) = told["laws"]
-    assert (one["target"], one["formula"]) == ("joint2", "a*max(theta2 - c, 0)")
-    assert one["settings"]["parameters"]["a"]["start"] == STIFFNESS
-    assert (one["rms_before"], one["rms_after"]) == (18.2, 1.04)
-    assert [c["share"] for c in told["carriers"]] == [0.97, 0.41, -0.2]
-    assert "Proposed law" in report and "[[model.own]]" in report
-
-
-def test_a_result_without_a_law_says_why(glocal: Outcome, tmp_path: Path) -> None:
-    told, report = exported(glocal, proposal(reason=NO_LAW), tmp_path)
-    assert told["reason"] == NO_LAW and not told["laws"]
+def test_a_report_without_a_law_says_on_what_the_rest_depends(glocal: Outcome) -> None:
+    found = replace(FOUND, proposal=proposal(reason=NO_LAW))
+    report = report_html(replace(glocal, diagnosis=found), "")
     assert "What the rest depends on" in report and "Proposed law" not in report

@@ -18,27 +18,10 @@ from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.workbench import run_scenario
 from flexgui.export.report import FEWEST, PER_CHANNEL, SIGNALS, points_per_line, report_html
 from flexgui.export.report_motion import report_motion
-from flexgui.export.report_sections import digest, glance
+from flexgui.export.report_sections import digest
 from flexgui.export.template import NO_BREAK, glued
 from flexgui.views.layout import POINTS
 from flexgui.views.summary import DOUBTFUL, provisional_warning
-
-SCENARIO = "[identify]\nseed = 7\n"
-LARGEST = 1_500_000
-
-
-def test_the_first_page_says_what_it_is_of(
-    glocal: Outcome, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
-    facts = dict(glance(glocal, SCENARIO)["facts"])
-    assert facts["Date"] == "1970-01-01"
-    assert facts["Seed"] == "7"
-    assert digest(glocal) in facts["Data"]
-    page = report_html(glocal, SCENARIO)
-    assert page.index('id="glance"') < page.index('id="parameters"') < page.index("Appendix")
-    assert page.index("Appendix") < page.index('id="recordings"')
-    assert len(page) < LARGEST
 
 
 def test_other_data_have_another_digest(glocal: Outcome) -> None:
@@ -65,12 +48,9 @@ def test_all_signals_together_keep_the_budget_or_are_as_coarse_as_can_be(counts:
     assert points == FEWEST or PER_CHANNEL * sum(counts) * points <= SIGNALS
 
 
-def test_few_recordings_are_drawn_as_finely_as_ever() -> None:
-    assert points_per_line(recordings([4, 4])) == POINTS
-
-
 def test_more_recordings_are_never_drawn_finer() -> None:
     found = [points_per_line(recordings([6] * n)) for n in range(1, 40)]
+    assert found[0] == POINTS
     assert found == sorted(found, reverse=True)
 
 
@@ -101,7 +81,7 @@ def test_words_around_it_stay_apart() -> None:
     assert text.replace(NO_BREAK, "_") == "EI is 520.83_±_0.02_N_m² in 3 recordings, and 5 more."
 
 
-@given(st.text())
+@given(st.text("019.,±×⁰⁶²/()%-N mEIθ\u00a0\u202f <&"))
 def test_only_spaces_are_changed(text: str) -> None:
     assert glued(text).replace(NO_BREAK, " ") == text.replace(NO_BREAK, " ")
 

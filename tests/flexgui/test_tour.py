@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -30,21 +29,7 @@ from flexgui.page.tour import to_diagnosis, to_identification
 from flexgui.session.scenario_edits import apply_edits
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES
-from flexgui.session.tour import (
-    ADD,
-    BEGIN,
-    COMPARE,
-    DIAGNOSE,
-    DONE,
-    END,
-    LOOK,
-    OFFERED,
-    STARTED,
-    Card,
-    card,
-    card_has_button,
-    next_stage,
-)
+from flexgui.session.tour import OFFERED, STARTED, card, card_has_button
 from flexgui.stages.diagnose.effects import with_effect
 from flexgui.stages.diagnose.model_versions import (
     Change,
@@ -54,6 +39,7 @@ from flexgui.stages.diagnose.model_versions import (
     error_stayed,
     last_change,
 )
+from tests.approved import approved
 from tests.session.helpers import alone
 
 FRICTION, JOINT = "Coulomb friction", "Elastic joint"
@@ -101,162 +87,127 @@ def go(session: Session, *versions: ModelVersion) -> None:
 
 LACKING = version(9.7, MISSING, FRICTION)
 ADDED = version(0.99, NOTHING, JOINT, FRICTION)
+ROSE = [version(2.7, verdict, "Backlash", JOINT) for verdict in (MISSING, NOTHING, UNLISTED, None)]
+FELL_HALFWAY = version(7.7, MISSING, FRICTION, "Viscous joint friction")
+ADDING = ModelVersion(WITH_FRICTION, FRICTION, "coulomb friction")
 
 
-def at(session: Session, stage: str) -> Card:
-    session.stage = stage
-    shown = card(session)
-    assert shown is not None
-    return shown
+def dismissed(session: Session) -> None:
+    session.tour.step = None
 
 
-@pytest.mark.parametrize("stage", STAGES)
-def test_a_tour_that_was_dismissed_says_nothing(session: Session, stage: str) -> None:
-    session.tour.step, session.stage = None, stage
-    assert card(session) is None
-
-
-def test_it_is_offered_at_the_first_stage_only(session: Session) -> None:
+def offered(session: Session) -> None:
     session.tour.step, session.document.scenario = OFFERED, demo_scenario()
-    assert at(session, "Arm").button == BEGIN
-    session.stage = "Diagnose"
-    assert card(session) is None
 
 
-def test_other_recordings_are_not_the_tours(session: Session) -> None:
+def on_other_recordings(session: Session) -> None:
     session.document.scenario = demo_scenario()
-    session.stage = "Data"
-    assert card(session) is None
+
+
+def nothing_done(session: Session) -> None:
+    go(session)
+
+
+def identifying(session: Session) -> None:
+    session.run.state = JobState(kind="identify", phase=RUNNING)
+
+
+def just_fitted(session: Session) -> None:
+    fitted(session, session.document.scenario)
+
+
+def fitted_at_other_settings(session: Session) -> None:
+    fitted(session, demo_scenario())
+
+
+def looking_for_it(session: Session) -> None:
+    session.diagnosis.pending = ModelVersion(session.document.scenario)
+
+
+def looking_with_a_first_list(session: Session) -> None:
+    session.diagnosis.pending = LACKING
+
+
+def found(session: Session) -> None:
+    just_fitted(session)
+    go(session, LACKING)
+
+
+def found_and_edited_since(session: Session) -> None:
+    go(session, LACKING)
+    session.document.scenario = WITH_FRICTION
+
+
+def to_be_added_when_the_list_is_done(session: Session) -> None:
+    session.diagnosis.pending, session.diagnosis.to_add = LACKING, FRICTION
+
+
+def adding(session: Session) -> None:
+    go(session, LACKING)
+    session.diagnosis.pending = ADDING
+
+
+def added_and_looking_on(session: Session) -> None:
+    go(session, LACKING)
+    session.diagnosis.pending = version(0.99, None, JOINT, FRICTION)
+
+
+def added(session: Session) -> None:
+    go(session, LACKING, ADDED)
+
+
+def added_and_undone(session: Session) -> None:
+    go(session, LACKING, ADDED)
+    go(session, *session.diagnosis.versions[:-1])
+
+
+def added_what_did_not_help(session: Session) -> None:
+    go(session, LACKING, ADDED, ROSE[0])
+
+
+def added_what_helped_halfway(session: Session) -> None:
+    go(session, LACKING, FELL_HALFWAY)
+
+
+STATES: tuple[Callable[[Session], None], ...] = (
+    dismissed, offered, on_other_recordings, nothing_done, identifying, just_fitted,
+    fitted_at_other_settings, looking_for_it, looking_with_a_first_list, found,
+    found_and_edited_since, to_be_added_when_the_list_is_done, adding, added_and_looking_on, added,
+    added_and_undone, added_what_did_not_help, added_what_helped_halfway,
+)  # fmt: skip
+
+
+def test_the_card_of_every_state_at_every_stage(tmp_path: Path) -> None:
+    lines = []
+    for state in STATES:
+        made = alone("a-person", tmp_path / state.__name__)
+        made.document.scenario, made.tour.step = hidden_scenario(), STARTED
+        state(made)
+        lines.append(f"## {state.__name__.replace('_', ' ')}\n")
+        for made.stage in STAGES:
+            shown = card(made)
+            assert card_has_button(made) == (shown is not None and bool(shown.button))
+            if shown is not None:
+                button = f" [{shown.button}]" if shown.button else ""
+                lines.append(f"- {made.stage}: **{shown.title}** {shown.text}{button}")
+        lines.append("")
+        made.close()
+    approved("tour.md", "\n".join(lines))
+
+
+@pytest.mark.parametrize("last", ROSE)
+def test_an_error_that_did_not_fall_is_undone_whatever_the_verdict(
+    session: Session, last: ModelVersion
+) -> None:
+    go(session, LACKING, ADDED, last)
+    session.stage = "Diagnose"
+    shown = card(session)
+    assert shown is not None and "did not fall" in shown.text and "Backlash" not in shown.text
 
 
 def test_an_effect_in_the_model_leaves_the_recordings_those_of_the_tour() -> None:
     assert is_of_tour(WITH_FRICTION)
     assert not is_of_tour(demo_scenario())
-
-
-def test_walking_ahead_does_nothing_that_has_to_be_done(session: Session) -> None:
-    for stage in STAGES:
-        at(session, stage)
-    assert at(session, "Compare").title == COMPARE
-    assert "Identify first" in at(session, "Compare").text
-    shown = at(session, "Diagnose")
-    assert shown.title == DIAGNOSE
-    assert shown.text.startswith("Press Find what is missing")
-
-
-@pytest.mark.parametrize(
-    ("stage", "title"),
-    [("Arm", LOOK), ("Data", LOOK), ("Identify", COMPARE), ("Compare", COMPARE)],
-)
-def test_the_card_goes_back_with_the_person(session: Session, stage: str, title: str) -> None:
-    fitted(session, session.document.scenario)
-    go(session, LACKING)
-    assert at(session, "Diagnose").title == ADD
-    assert at(session, stage).title == title
-    assert at(session, "Diagnose").title == ADD
-
-
-def test_after_the_fit_the_card_points_to_what_is_next(session: Session) -> None:
-    assert "Press Start identification" in at(session, "Identify").text
-    fitted(session, session.document.scenario)
-    assert "Press Next: compare" in at(session, "Identify").text
-
-
-def test_a_fit_of_other_settings_is_to_be_done_again(session: Session) -> None:
-    fitted(session, demo_scenario())
-    assert "Press Start identification" in at(session, "Identify").text
-
-
-def test_no_button_is_pressed_while_the_model_is_fitted(session: Session) -> None:
-    session.run.state = JobState(kind="identify", phase=RUNNING)
-    assert "Press" not in at(session, "Identify").text
-
-
-def test_what_was_found_is_named_with_its_button(session: Session) -> None:
-    go(session, LACKING)
-    assert f"Press Add beside {FRICTION}:" in at(session, "Diagnose").text
-
-
-def test_a_look_at_other_settings_is_to_be_taken_again(session: Session) -> None:
-    go(session, LACKING)
-    session.document.scenario = WITH_FRICTION
-    assert at(session, "Diagnose").title == DIAGNOSE
-
-
-def test_while_it_is_looked_for_nothing_is_pressed(session: Session) -> None:
-    session.diagnosis.pending = ModelVersion(session.document.scenario)
-    shown = at(session, "Diagnose")
-    assert (shown.title, "Press" in shown.text) == (DIAGNOSE, False)
-
-
-def test_while_it_is_added_the_card_says_what_is_fitted(session: Session) -> None:
-    go(session, LACKING)
-    session.diagnosis.pending = ModelVersion(WITH_FRICTION, FRICTION, "coulomb friction")
-    assert f"fitted with {FRICTION}" in at(session, "Diagnose").text
-    session.diagnosis.pending = version(0.99, None, JOINT, FRICTION)
-    shown = at(session, "Diagnose").text
-    assert "fell from 9.7 to 0.99 times the noise floor" in shown
-
-
-def test_once_it_was_added_the_tour_is_done_and_names_no_other_effect(session: Session) -> None:
-    go(session, LACKING, ADDED)
-    shown = at(session, "Diagnose")
-    assert shown.title == DONE
-    assert shown.button == END
-    assert f"fell from 9.7 to 0.99 times the noise floor: {FRICTION} was missing" in shown.text
-    assert "Nothing else is missing" in shown.text
-    assert JOINT not in shown.text
-
-
-def test_once_nothing_is_missing_no_stage_sends_to_the_search_again(session: Session) -> None:
-    go(session, LACKING, ADDED)
-    assert "Press" not in at(session, "Compare").text
-
-
-def test_undoing_leads_back_to_adding(session: Session) -> None:
-    go(session, LACKING, ADDED)
-    go(session, *session.diagnosis.versions[:-1])
-    assert at(session, "Diagnose").title == ADD
-
-
-@pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED, None])
-def test_an_error_that_did_not_fall_is_undone(session: Session, verdict: str | None) -> None:
-    go(session, LACKING, ADDED, version(2.7, verdict, "Backlash", JOINT))
-    shown = at(session, "Diagnose")
-    assert shown.title == ADD
-    assert "did not fall" in shown.text
-    assert "from 0.99 to 2.7" in shown.text
-    assert "Undo the last step" in shown.text
-    assert "Backlash" not in shown.text
-
-
-def test_an_error_that_fell_halfway_leads_on_or_back(session: Session) -> None:
-    go(session, LACKING, version(7.7, MISSING, FRICTION, "Viscous joint friction"))
-    shown = at(session, "Diagnose").text
-    assert "from 9.7 to 7.7" in shown
-    assert f"press Add beside {FRICTION}, or Undo" in shown
-
-
-def test_elsewhere_the_card_says_where_the_tour_goes_on(session: Session) -> None:
-    assert "continues at Identify" in at(session, "Export").text
-    fitted(session, session.document.scenario)
-    assert next_stage(session) == "Compare"
-    go(session, LACKING)
-    assert "continues at Diagnose" in at(session, "Export").text
-
-
-def test_a_tour_that_is_through_holds_nobody_elsewhere(session: Session) -> None:
-    go(session, LACKING, ADDED)
-    session.stage = "Export"
-    assert card(session) is None
-
-
-def test_the_card_has_a_button_only_at_its_ends(session: Session) -> None:
-    for versions in ((), (LACKING,), (LACKING, ADDED)):
-        go(session, *versions)
-        for stage in STAGES:
-            session.stage = stage
-            assert card_has_button(session) == (len(versions) == 2 and stage == "Diagnose")
 
 
 def test_a_change_that_figures_do_not_show_is_none() -> None:
@@ -267,37 +218,31 @@ def test_a_change_that_figures_do_not_show_is_none() -> None:
     assert not error_stayed((LACKING, ADDED))
     needless = (ADDED, version(0.99, NOTHING, "Backlash", JOINT))
     assert error_stayed(needless) and not error_rose(needless)
-    assert error_rose((ADDED, version(2.7, UNLISTED, "Backlash", JOINT)))
+    assert error_rose((ADDED, ROSE[2]))
 
 
-def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
-    run = JobState("diagnose", RUNNING, stage="Trying every known effect", done=11, total=29)
-    text = "Slow sensor (still to be compiled, once: Soft base)"
-    assert status_texts(replace(run, text=text)) == (
-        "Trying every known effect, 11 of 29", ": Slow sensor",
-        "Still to be compiled, once: Soft base",
-    )  # fmt: skip
-    assert status_texts(replace(run, text="Slow sensor"))[2] == ""
-    assert status_texts(replace(run, text=text, simulations=1234))[2] == (
-        "1,234 simulations, still to be compiled, once: Soft base"
-    )
+COMPILING = "Slow sensor (still to be compiled, once: Soft base)"
+TRYING = {"phase": RUNNING, "stage": "Trying every known effect", "done": 11, "total": 29}
 
 
-def test_a_job_that_waits_or_ends_says_so() -> None:
-    assert status_texts(JobState("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
-    assert status_texts(JobState("diagnose", STOPPING, stage="x"))[0] == "Stopping …"
-
-
-def test_an_effect_that_waits_to_be_added_does_not_lead_back_to_diagnosing(
-    session: Session,
+@pytest.mark.parametrize(
+    ("state", "said"),
+    [
+        ({**TRYING, "text": COMPILING}, ("Trying every known effect, 11 of 29", ": Slow sensor",
+                                         "Still to be compiled, once: Soft base")),
+        ({**TRYING, "text": "Slow sensor"}, ("Trying every known effect, 11 of 29",
+                                             ": Slow sensor", "")),
+        ({**TRYING, "text": COMPILING, "simulations": 1234},
+         ("Trying every known effect, 11 of 29", ": Slow sensor",
+          "1,234 simulations, still to be compiled, once: Soft base")),
+        ({"phase": QUEUED, "place": 2}, ("Waiting, place 2 in the queue.", "", "")),
+        ({"phase": STOPPING, "stage": "x"}, ("Stopping …", "", "")),
+    ],
+)  # fmt: skip
+def test_progress_is_one_sentence_and_what_is_compiled_stands_apart(
+    state: dict[str, str], said: tuple[str, str, str]
 ) -> None:
-    session.diagnosis.pending = LACKING
-    shown = at(session, "Diagnose")
-    assert (shown.title, FRICTION in shown.text) == (DIAGNOSE, False), "nothing is decided yet"
-    session.diagnosis.to_add = FRICTION
-    assert at(session, "Diagnose").title == ADD
-    session.diagnosis.pending = ModelVersion(WITH_FRICTION, FRICTION, "coulomb friction")
-    assert at(session, "Diagnose").title == ADD
+    assert status_texts(JobState("diagnose", **state)) == said  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("tours", [True, False])
