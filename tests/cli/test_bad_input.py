@@ -8,10 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.cases import CASES
-from tests.cli.helpers import FILE, Case, arrange, export
-
-LEAST = 200
-"""Cases, so that no kind of slip is looked at once only."""
+from tests.cli.helpers import FILE, TEXT, Case, arrange, export
+from tests.slips import changed, sentences_for
 
 LONGEST = 400
 """Characters of a sentence that is still read to its end."""
@@ -35,11 +33,6 @@ def sentence(case: Case, folder: Path) -> str:
     assert not re.search(r"pydantic|numpy|<class|object at 0x|Errno", said), said
     assert not re.search(r"[^.]\.\.(\s|$)|\?\.|\.\?|: \.\s", said), said
     return said
-
-
-def test_there_are_enough_cases() -> None:
-    assert len(CASES) >= LEAST
-    assert len({case.label for case in CASES}) == len(CASES)
 
 
 def test_the_unspoilt_scenario_runs(tmp_path: Path) -> None:
@@ -78,7 +71,23 @@ def test_it_ends_in_one_sentence_and_leaves_nothing(
     assert sorted(p for p in tmp_path.rglob("*") if p.is_dir()) == folders
 
 
-@pytest.mark.parametrize("case", CASES[:: len(CASES) // 12], ids=str)
+def test_each_slip_in_a_scenario_is_told_in_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("FLEXGUI_DATA", raising=False)
+
+    def said(entry: str) -> str:
+        case = Case(entry, (), changed(TEXT, entry))
+        arrange(case, tmp_path)
+        before = contents(tmp_path)
+        text = sentence(case, tmp_path)
+        assert contents(tmp_path) == before and not (tmp_path / "out").exists()
+        return text.removeprefix("flexgui: ").replace(str(tmp_path), "...").strip()
+
+    sentences_for("slips.txt", said)
+
+
+@pytest.mark.parametrize("case", CASES[:: len(CASES) // 6], ids=str)
 def test_an_older_report_stays_as_it_was(
     case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

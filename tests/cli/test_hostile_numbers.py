@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from flexgui import cli
-from tests.cli.helpers import COLUMNS, FILE, SCENARIO, TEXT, Case, arrange, csv, swapped, table
+from tests.cli.helpers import COLUMNS, FILE, SCENARIO, TEXT, Case, arrange, csv, table
 
 GOOD = Case("good", ())
 LONGEST = 300
@@ -44,43 +44,10 @@ def refused(said: Said, *words: str) -> None:
         assert word in text
 
 
-def simulated(**settings: object) -> str:
-    entries = {"theta2": 1.2, "seconds": 0.05, **settings}
-    inner = ", ".join(f"{name} = {value}" for name, value in entries.items())
-    return swapped('file = "th1.csv"\ntheta2 = 1.2', f"simulate = {{{inner}}}")
-
-
-NUMBERS = {
-    "seconds": (simulated(seconds="1e12"), "seconds", "at most 3600"),
-    "samples": (simulated(seconds=3000.0), "3,000,000 samples", "500,000"),
-    "sample_time": (simulated(sample_time="1e-300"), "sample_time", "at least"),
-    "hold": (simulated(hold="1e300"), "hold", "at most 3600"),
-    "snr_db": (simulated(snr_db="-1e308"), "snr_db", "at least -100"),
-    "amplitude": (simulated(amplitude="1e308"), "amplitude", "at most 1e+06"),
-    "theta2": (simulated(theta2="1e9"), "theta2", "at most 1000"),
-    "gains": (swapped("[60.0, 30.0]", "[1e308, 30.0]"), "gains", "at most 1e+15"),
-    "mass": (swapped('"paper"\n', '"paper"\nmass = 1e300\n'), "mass", "at most 1e+15"),
-    "length": (swapped('"paper"\n', '"paper"\nlength = 1e-300\n'), "length", "at least 1e-15"),
-    "bounds": (swapped("[400.0, 700.0]", "[400.0, 1e300]"), "EI1", "at most 1e+15"),
-    "cutoff": (swapped("generations = 0", "generations = 0\nfilter = {cutoff_hz = 1e-300}"),
-               "cutoff_hz", "at least 1e-06"),
-    "population": (swapped("population = 10", "population = 4000000000"), "population", "10000"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", NUMBERS)
-def test_a_number_out_of_bounds_is_named_with_its_bound(name: str, command, tmp_path) -> None:  # type: ignore[no-untyped-def]
-    text, *words = NUMBERS[name]
-    arrange(Case(name, (), text), tmp_path)
-    refused(command("export", SCENARIO, "--out", "out"), *words)
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.parametrize("column", COLUMNS[1:])
-@pytest.mark.parametrize("cell", ["1e300", "-1e300", "1e160"])
-def test_one_huge_cell_is_one_sentence(column: str, cell: str, command, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_one_huge_cell_is_one_sentence(column: str, command, tmp_path) -> None:  # type: ignore[no-untyped-def]
     lines = table()
-    lines[40][COLUMNS.index(column)] = cell
+    lines[40][COLUMNS.index(column)] = "-1e300"
     (tmp_path / SCENARIO).write_text(TEXT)
     (tmp_path / FILE).write_text(csv(lines))
     refused(command("export", SCENARIO, "--out", "out"), FILE, column, "row 40")
@@ -146,12 +113,6 @@ def test_a_file_in_the_way_of_a_challenge_is_told_before_the_work(
     refused(command("challenge", "--seed", "1", "--out", "taken/x.zip"), "taken", "is a file")
 
 
-def test_a_data_folder_that_is_none_is_told(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
-    arrange(GOOD, tmp_path)
-    said = command("export", SCENARIO, "--out", "out", "--data", "nowhere")
-    refused(said, "--data nowhere is no folder")
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such pipes in folders")
 def test_a_pipe_is_not_waited_for(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     os.mkfifo(tmp_path / "pipe.toml")
@@ -184,11 +145,6 @@ def failing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):  # type: ignore[no
     return prepare
 
 
-def test_a_place_that_the_system_refuses_is_named(command, failing) -> None:  # type: ignore[no-untyped-def]
-    failing(OSError(28, "No space left on device", "out/report.html"))
-    refused(command("export", SCENARIO, "--out", "out"), "out/report.html", "no space left")
-
-
 @pytest.mark.parametrize(
     ("error", "word"),
     [
@@ -212,9 +168,11 @@ def test_only_wrong_input_is_laid_at_the_users_door(
     assert f"{type(error).__name__}" in kept.read_text() and "Traceback" in kept.read_text()
 
 
-def test_the_traceback_of_an_internal_error_is_shown_on_request(
+def test_a_place_that_the_system_refuses_is_named_and_a_traceback_shown_on_request(
     command, failing, capsys: pytest.CaptureFixture[str]
 ) -> None:  # type: ignore[no-untyped-def]
+    failing(OSError(28, "No space left on device", "out/report.html"))
+    refused(command("export", SCENARIO, "--out", "out"), "out/report.html", "no space left")
     assert cli.run(["--help"]) == 0 and "--traceback" in capsys.readouterr().out
     failing(ValueError("operands could not be broadcast together"))
     with pytest.raises(ValueError, match="broadcast"):

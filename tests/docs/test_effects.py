@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from docs.tools.gallery import PAGE, PICTURES, page, section
+from docs.tools.gallery import PAGE, PICTURES, page
 from flexgui.core.effects import catalogue
 
 MOST_BYTES = 2_000_000
@@ -10,12 +10,6 @@ MOST_BYTES = 2_000_000
 
 def test_the_page_is_fresh() -> None:
     assert PAGE.read_text(encoding="utf-8") == page(), "run: python docs/tools/gallery.py"
-
-
-def test_a_section_has_story_law_and_picture() -> None:
-    for kind, effect in catalogue().items():
-        text = section(kind, effect)
-        assert effect.title in text and effect.story in text and effect.formula in text
 
 
 def test_there_is_one_small_picture_of_each_effect() -> None:

@@ -10,18 +10,13 @@ from flexgui.core.diagnose.fitted_model import FittedModel
 from flexgui.core.effects.own import own_effect
 from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.propose.probe import Probe, at_joint, at_tip, responses
-from tests.diagnose.test_stated_effects import bare
+from tests.propose.test_targets import fitted
 
 SMALL = 1e-3
 """N m or N: a response is a slope."""
 
 HELD = 0.03
 """Relative: a signal is held for a sample, a law is not."""
-
-
-def fitted() -> FittedModel:
-    given = bare()
-    return FittedModel(given.data, given.base, ())
 
 
 def answer(model: FittedModel, target: str, formula: str) -> list[np.ndarray]:

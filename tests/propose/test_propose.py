@@ -194,8 +194,5 @@ def test_a_search_says_what_it_is_busy_with_and_a_callback_stops_it() -> None:
 def test_after_a_diagnosis_no_law_is_looked_for_where_its_list_was_enough(verdict: str) -> None:
     told = Diagnosis(verdict, None, rounds=(), steps=FOUND.steps, not_applicable={})
     assert with_proposal(told, bare(), Options(), Silent()) is told
-
-
-def test_after_a_diagnosis_that_was_stopped_none_is_looked_for() -> None:
-    told = Diagnosis(UNLISTED, None, rounds=(), steps=FOUND.steps, not_applicable={})
-    assert with_proposal(told, bare(), Options(), Stopping(0)) is told
+    stopped = Diagnosis(UNLISTED, None, rounds=(), steps=FOUND.steps, not_applicable={})
+    assert with_proposal(stopped, bare(), Options(), Stopping(0)) is stopped

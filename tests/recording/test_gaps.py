@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.errors import InputError
 from flexgui.core.recording.clock import bridged, longest_complete, runs
-from flexgui.core.recording.load import load_recording, load_unchecked
+from flexgui.core.recording.load import load_recording
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.stages.data.rows import parted, rows, settings
 
@@ -44,6 +44,8 @@ def test_straight_lines_bridge_a_short_gap(file: Path) -> None:
     assert found["theta1"] == pytest.approx(2.0 * found.time, abs=1e-12)
     assert found.mask("theta1").all()
     assert "6 cells bridged" in " ".join(found.warnings)
+    with pytest.raises(InputError, match=r"gap from 0.05 s on that is longer than gaps.longest"):
+        load_recording(file, spec(how="interpolate", longest=0.004))
 
 
 def test_a_reference_is_held_over_a_gap(tmp_path: Path) -> None:
@@ -52,12 +54,6 @@ def test_a_reference_is_held_over_a_gap(tmp_path: Path) -> None:
     (tmp_path / "rig.csv").write_text("\n".join(["t,theta1,dtheta1_ref", *lines]) + "\n")
     found = load_recording(tmp_path / "rig.csv", spec(how="mask"))
     assert found["dtheta1_ref"][3:9].tolist() == [3, 4, 4, 4, 7, 8]
-
-
-def test_the_part_that_is_kept_has_no_gaps_to_be_found(file: Path) -> None:
-    raw = load_unchecked(file, spec(how="cut"))
-    assert raw.time is not None and raw.time[0] == pytest.approx(GAP.stop * DT)
-    assert np.isfinite(raw.channels["theta1"]).all()
 
 
 def test_a_file_with_a_long_gap_becomes_two_recordings() -> None:
@@ -71,20 +67,12 @@ def test_a_file_with_a_long_gap_becomes_two_recordings() -> None:
     assert all(RecordingSpec.model_validate(e).gaps is not None for e in entries)
 
 
-def test_masked_gaps_do_not_count(file: Path) -> None:
-    found = load_recording(file, spec(how="mask"))
-    assert np.flatnonzero(~found.mask("theta1")).tolist() == list(range(GAP.start, GAP.stop))
-
-
-def test_the_longest_complete_part_is_kept(file: Path) -> None:
+def test_masked_gaps_do_not_count_or_the_longest_complete_part_is_kept(file: Path) -> None:
+    masked = load_recording(file, spec(how="mask")).mask("theta1")
+    assert np.flatnonzero(~masked).tolist() == list(range(GAP.start, GAP.stop))
     found = load_recording(file, spec(how="cut"))
     assert found.time[0] == pytest.approx(GAP.stop * DT) and len(found.time) == N - GAP.stop
     assert np.isnan(found["z1"]).any()  # a slower camera has no gaps
-
-
-def test_a_gap_that_is_too_long_is_named(file: Path) -> None:
-    with pytest.raises(InputError, match=r"gap from 0.05 s on that is longer than gaps.longest"):
-        load_recording(file, spec(how="interpolate", longest=0.004))
 
 
 def test_runs_and_their_ends() -> None:

@@ -58,20 +58,11 @@ def test_a_unit_at_the_end_of_a_name_counts() -> None:
     assert found["z1"] == Guess("cam_x_mm", "mm")
 
 
-def test_the_time_is_known_by_its_rising_numbers() -> None:
+def test_a_heading_that_says_nothing_or_something_else_is_not_guessed() -> None:
     assert guess_columns(columns(("column 1", "enc_1")), LOOP)["t"].header == "column 1"
-
-
-def test_a_channels_own_name_is_no_other_channel() -> None:
     assert "z1" not in guess_columns(columns(("t", "y1 [rad]")), LOOP)
-
-
-def test_the_only_encoder_of_a_joint_is_the_motors() -> None:
     found = guess_columns(columns(("t", "link1_angle")), (*LOOP, "link_theta1"))
     assert found["theta1"].header == "link1_angle" and "link_theta1" not in found
-
-
-def test_a_heading_that_says_nothing_is_not_guessed() -> None:
     rng = np.random.default_rng(1)
     file = {f"c{k}": rng.standard_normal(50) for k in range(4)}
     assert guess_columns(file, LOOP) == {}

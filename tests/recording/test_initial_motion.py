@@ -120,6 +120,8 @@ def test_what_was_not_recorded_is_taken_to_rest() -> None:
     ]
     assert beginnings(gaps, "loop") == [Beginning.REST] * RUNS
     assert with_beginnings([], 2, ("u1",), held=False) == []
+    short = [cut(r, SAMPLES - 20) for r in campaign("loop")]
+    assert beginnings(short, "loop") == [Beginning.REST] * RUNS
 
 
 def test_joints_that_somebody_leads_are_judged_by_their_first_steps() -> None:
@@ -128,8 +130,3 @@ def test_joints_that_somebody_leads_are_judged_by_their_first_steps() -> None:
         place = np.cos(3.0 * (time + begin))
         led = Recording("r", time, {"theta1": place, "theta2": place})
         assert [r.beginning for r in with_beginnings([led], 2, (), held=False)] == [beginning]
-
-
-def test_a_few_samples_say_nothing() -> None:
-    short = [cut(r, SAMPLES - 20) for r in campaign("loop")]
-    assert beginnings(short, "loop") == [Beginning.REST] * RUNS

@@ -51,15 +51,12 @@ def jittered(seed: int = 0, size: float = 0.3) -> np.ndarray:
 EVEN = {"resample": {"how": "interpolate"}}
 
 
-def test_the_refusal_names_the_setting_and_the_setting_helps(tmp_path: Path) -> None:
+def test_a_jittered_clock_is_made_even_and_the_motion_stays(tmp_path: Path) -> None:
     rows = table(jittered())
     with pytest.raises(InputError, match=r'set resample = \{ how = "interpolate" \}'):
         read(tmp_path, rows)
-    assert len(read(tmp_path, rows, **EVEN).time) == N
-
-
-def test_a_jittered_clock_is_made_even_and_the_motion_stays(tmp_path: Path) -> None:
-    found = read(tmp_path, table(jittered()), **EVEN)
+    found = read(tmp_path, rows, **EVEN)
+    assert len(found.time) == N
     assert found.sample_time == pytest.approx(DT, rel=1e-6)
     assert np.ptp(np.diff(found.time)) < 1e-12
     off = np.abs(found["theta1"] - theta(found.time))
@@ -111,12 +108,8 @@ def test_counted_rows_keep_their_values(tmp_path: Path) -> None:
     assert found.sample_time == pytest.approx(DT, rel=1e-9)
     assert found["theta1"] == pytest.approx(rows["theta1"].to_numpy(), abs=1e-9)
     assert np.array_equal(found["dtheta1_ref"], rows["dtheta1_ref"])
-
-
-def test_rows_are_not_counted_where_some_are_missing(tmp_path: Path) -> None:
-    rows = table(DT * np.arange(N)).drop(index=range(500, 510))
     with pytest.raises(InputError, match="rows are missing; use resample"):
-        read(tmp_path, rows, resample={"how": "count"})
+        read(tmp_path, rows.drop(index=range(500, 510)), resample={"how": "count"})
 
 
 def test_channels_with_rates_of_their_own_share_the_densest_clock(tmp_path: Path) -> None:
@@ -172,13 +165,6 @@ def test_hopeless_clocks_have_one_sentence(tmp_path: Path, change, said: str) ->
     rows["t"] = change(rows["t"].to_numpy())
     with pytest.raises(InputError, match=said):
         read(tmp_path, rows, **EVEN)
-
-
-def test_the_window_acts_before_the_clock_is_judged(tmp_path: Path) -> None:
-    rows = table(np.r_[DT * np.arange(1500), jittered()[1500:]])
-    rows.loc[0:10, "t"] = [-5.0 - 1e-3 * k for k in range(11)]
-    found = read(tmp_path, rows, **EVEN, window=[0.1, 2.0])
-    assert found.time[0] == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize("spoilt", ["jitter", "dropouts", "repeated_times"])

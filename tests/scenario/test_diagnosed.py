@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnosed_scenario import (
-    diagnosed,
     diagnosed_scenario,
     found_texts,
     identified_scenario,
@@ -33,6 +32,7 @@ from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.export.export_files import export_scenario, seen_from
+from tests.approved import approved
 
 SAME_ERROR = 0.02
 """Relative: two fits of the same model that began at different places."""
@@ -81,25 +81,54 @@ def scenario(*parts: str) -> Scenario:
     return parse_scenario("\n".join((HEAD, *parts)), "case.toml")
 
 
-def test_what_was_found_is_in_it_at_its_final_values_with_the_full_equations() -> None:
-    made = diagnosed_scenario(scenario(RECORDING), found())
-    assert made.identify.start == {"EI1": 519.0, "EI2": 522.0}
+HELD = "[model]\neffects = [{id = 'coulomb_friction', fc1 = {start = 0.4, vary = false}}]"
+THERE = "[model]\neffects = [{id = 'coulomb_friction', fc1 = 0.4}]"
+OWN = (
+    "[[model.own]]\ntarget = 'joint1'\nformula = '-a*tanh(dtheta1/0.001)'\n"
+    "parameters = {a = {start = 0.5, unit = 'N m'}}"
+)
+PRIOR = "prior = {EI1 = 5.0}\nstart = {EI1 = 500.0}"
+OTHER = "[[compare]]\ntitle = 'soft'\narm = {modes = 2}"
+STARTS = {"values": {**VALUES, "start_theta1@a": 1e-4}}
+SHARED = {
+    "effects": tuple({"id": kind, "Jh1": {"start": 0.5}}
+                     for kind in ("rotor_inertia", "joint_elasticity")),
+    "values": {**VALUES, "Jh1": 0.4}, "origins": {**ORIGINS, "Jh1": "joint_elasticity"},
+}  # fmt: skip
+FORMULA = {"values": {**VALUES, "a": 0.7}, "origins": {**ORIGINS, "a": "own_1"}}
+CASES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
+    "what was found, at its final values, with the full equations": ((RECORDING,), {}),
+    "a diagnosis is still asked for": ((RECORDING, "[diagnose]\nmax_effects = 0"), {}),
+    "starts of the only recording": ((RECORDING,), STARTS),
+    "starts of several recordings": ((RECORDING, RECORDING.replace("'a'", "'b'")), STARTS),
+    "a prior stays about what it was about": ((PRIOR, RECORDING), {}),
+    "an effect that was there goes on from its fit": ((RECORDING, THERE), {}),
+    "what two effects share is said once": ((RECORDING,), SHARED),
+    "what the user holds stays held": ((RECORDING, HELD), {}),
+    "a formula goes on from its fit": ((RECORDING, OWN), FORMULA),
+    "models that were compared are left out": ((RECORDING, OTHER), {}),
+}
+
+
+def test_the_scenario_with_what_was_found() -> None:
+    """Each text reads back as the same scenario."""
+    texts = []
+    for name, (parts, more) in CASES.items():
+        stated, diagnosis = scenario(*parts), found(**more)
+        text = found_texts(stated, identified(diagnosis))["diagnosed.toml"]
+        assert parse_scenario(text, "diagnosed.toml") == diagnosed_scenario(stated, diagnosis)
+        texts.append(f"# {name.upper()}\n\n{text}")
+    approved("diagnosed.toml", "\n".join(texts))
+
+
+def test_the_values_of_what_was_found_are_in_its_model() -> None:
+    made = diagnosed_scenario(scenario(RECORDING, THERE), found())
     assert base_model(made).effect_values["fc1"] == 1.21
-    assert (made.model.level, made.identify.generations) == ("nonlinear", 0)
-
-
-def test_the_text_reads_back_as_the_same_scenario_and_still_asks_for_a_diagnosis() -> None:
-    stated = scenario(RECORDING, "[diagnose]\nmax_effects = 0")
-    text = found_texts(stated, identified(found()))["diagnosed.toml"]
-    read = parse_scenario(text, "diagnosed.toml")
-    assert read == diagnosed_scenario(stated, found())
-    assert "diagnose" in read.model_fields_set
-
-
-def test_without_a_diagnosis_the_identified_values_are_where_the_next_fit_begins() -> None:
-    held = "[model]\neffects = [{id = 'coulomb_friction', fc1 = {start = 0.4}}]"
+    made = diagnosed_scenario(scenario(RECORDING), found(**SHARED))
+    assert base_model(made).effect_values["Jh1"] == 0.4
+    held = THERE.replace("fc1 = 0.4", "fc1 = {start = 0.4}")
     made = identified_scenario(scenario(RECORDING, held), identified(None))
-    assert made.identify.start == {"EI1": 519.0, "EI2": 522.0}
+    assert made.identify.start == {"EI1": 519.0, "EI2": 522.0}, "without a diagnosis"
     assert base_model(made).effect_values["fc1"] == 1.21
     assert (made.model.level, made.identify.generations) == ("auto", 0)
 
@@ -111,70 +140,9 @@ def test_values_that_an_added_effect_has_moved_are_not_written() -> None:
     assert set(found_texts(stated, identified(found()))) == {"identified.toml", "diagnosed.toml"}
 
 
-def test_starts_of_the_only_recording_are_stated_and_those_of_several_are_not() -> None:
-    own = {**VALUES, "start_theta1@a": 1e-4}
-    one = scenario(RECORDING)
-    assert diagnosed_scenario(one, found(values=own)).identify.start["start_theta1"] == 1e-4
-    two = scenario(RECORDING, RECORDING.replace("'a'", "'b'"))
-    assert "start_theta1" not in diagnosed_scenario(two, found(values=own)).identify.start
-
-
-def test_a_prior_stays_about_what_it_was_about() -> None:
-    stated = scenario("prior = {EI1 = 5.0}\nstart = {EI1 = 500.0}", RECORDING)
-    prior = diagnosed_scenario(stated, found()).identify.prior["EI1"]
-    assert (prior.value, prior.std) == (500.0, 5.0)
-
-
-def test_effects_that_were_there_are_not_listed_twice_and_go_on_from_their_fit() -> None:
-    stated = scenario(RECORDING, "[model]\neffects = [{id = 'coulomb_friction', fc1 = 0.4}]")
-    made = diagnosed_scenario(stated, found())
-    assert [e.id for e in made.model.effects] == ["coulomb_friction"]
-    assert base_model(made).effect_values["fc1"] == 1.21
-
-
-def test_what_an_effect_shares_with_one_that_it_includes_is_said_once() -> None:
-    """As the ladder tells it: the rotor's inertia is that of the soft joint too."""
-    both = ("rotor_inertia", {"start": 0.5}), ("joint_elasticity", {"start": 0.5})
-    effects = tuple({"id": kind, "Jh1": dict(entry)} for kind, entry in both)
-    values, origins = {**VALUES, "Jh1": 0.4}, {**ORIGINS, "Jh1": "joint_elasticity"}
-    made = diagnosed_scenario(
-        scenario(RECORDING), found(effects=effects, values=values, origins=origins)
-    )
-    assert [e.id for e in made.model.effects] == ["rotor_inertia", "joint_elasticity"]
-    assert base_model(made).effect_values["Jh1"] == 0.4
-
-
-def test_what_the_user_holds_stays_held() -> None:
-    held = "[model]\neffects = [{id = 'coulomb_friction', fc1 = {start = 0.4, vary = false}}]"
-    made = diagnosed_scenario(scenario(RECORDING, held), found())
-    assert base_model(made).effect_values["fc1"] == 0.4
-
-
-def test_a_formula_goes_on_from_its_fit() -> None:
-    own = (
-        "[[model.own]]\ntarget = 'joint1'\nformula = '-a*tanh(dtheta1/0.001)'\n"
-        "parameters = {a = {start = 0.5, unit = 'N m'}}"
-    )
-    values, origins = {**VALUES, "a": 0.7}, {**ORIGINS, "a": "own_1"}
-    made = diagnosed_scenario(scenario(RECORDING, own), found(values=values, origins=origins))
-    assert base_model(made).effect_values["a"] == 0.7
-
-
-def test_models_that_were_compared_with_the_first_are_left_out() -> None:
-    stated = scenario(RECORDING, "[[compare]]\ntitle = 'soft'\narm = {modes = 2}")
-    assert "compare" not in diagnosed(stated, found())
-
-
-def test_a_file_is_named_from_where_the_text_lies(tmp_path: Path) -> None:
+def test_a_file_is_named_from_where_the_text_lies_and_one_elsewhere_whole(tmp_path: Path) -> None:
     data, out = tmp_path / "data", tmp_path / "reports" / "mine"
-    data.mkdir()
-    out.mkdir(parents=True)
-    (data / "th1.csv").touch()
-    assert (out / seen_from(data / "th1.csv", out)).samefile(data / "th1.csv")
     assert seen_from(data / "th1.csv", out) == "../../data/th1.csv"
-
-
-def test_a_file_elsewhere_is_named_whole() -> None:
     assert seen_from(Path("/one/th1.csv"), Path("/other/out")) == "/one/th1.csv"
 
 

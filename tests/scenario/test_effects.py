@@ -17,6 +17,7 @@ from flexgui.core.scenario.stated_effects import (
 )
 from flexgui.core.workbench import run_scenario
 from tests.helpers import refusal
+from tests.slips import sentences_for
 
 HEAD = """
 title = "effects"
@@ -167,70 +168,11 @@ def said(*parts: str) -> str:
     return refusal(used)
 
 
-@pytest.mark.parametrize(
-    ("entries", "words"),
-    [
-        ('{id = "colomb_friction"}', "did you mean 'coulomb_friction'?"),
-        ('{id = "coulomb_friction", fc3 = 1.0}', "has no parameter 'fc3'; did you mean"),
-        ('{id = "coulomb_friction", fc1 = -1.0}', "fc1 is -1; it cannot be less than zero."),
-        (
-            '{id = "coulomb_friction", fc1 = "1"}',
-            "[model] effects.fc1 entry 1 is '1'; it must be a table of settings.",
-        ),
-        (
-            '{id = "coulomb_friction", fc1 = true}',
-            "effects.fc1 entry 1 is True; it must be a table of settings.",
-        ),
-        (
-            '{id = "coulomb_friction", fc1 = {strat = 1.0}}',
-            "effects.fc1.strat entry 1 is not a setting; did you mean 'start'?",
-        ),
-        (
-            '{id = "coulomb_friction", fc1 = {start = 1.0, upper = 0.5}}',
-            "starts at 1, outside its bounds",
-        ),
-        (
-            '{id = "coulomb_friction", fc1 = {lower = 1.0, upper = 0.5}}',
-            "[1, 0.5]; the lower must be less",
-        ),
-        ('{id = "coulomb_friction", fc1 = 0.0, fc2 = 0.0}', "where it vanishes"),
-        ('{id = "coulomb_friction"}, {id = "coulomb_friction"}', "'coulomb_friction' twice"),
-        ("{fc1 = 1.0}", "[model] effects.id entry 1 is missing; add it."),
-    ],
-)
-def test_what_is_wrong_with_a_stated_effect_is_told(entries, words):
-    assert words in said(f"[model]\neffects = [{entries}]\n")
-
-
-@pytest.mark.parametrize(
-    ("what", "words"),
-    [
-        (
-            "colomb = {}",
-            "Recording a: hidden.colomb is not known; did you mean 'coulomb_friction'?",
-        ),
-        ("coulomb_friction = {fc = 1.0}", "has no parameter 'fc'; did you mean"),
-        ('coulomb_friction = {fc1 = "x"}', "hidden.coulomb_friction.fc1 is 'x'; it must be a num"),
-        ("coulomb_friction = {fc1 = true}", "is True; it must be a number."),
-        ("coulomb_friction = {fc1 = inf}", "is inf; it must be a number."),
-        ("coulomb_friction = {fc1 = -2}", "fc1 is -2; it cannot be less than zero."),
-    ],
-)
-def test_what_is_wrong_with_a_hidden_effect_is_told(what, words):
-    assert words in said(hidden(what))
-
-
-def test_a_linear_simulation_cannot_have_a_nonlinear_effect():
-    text = hidden("coulomb_friction = {}", ', level = "lpv"')
-    assert "a linear simulation cannot have the hidden effect coulomb_friction" in said(text)
-
-
 def test_a_linear_simulation_has_a_linear_effect():
     text = hidden("viscous_friction = {fv1 = 5.0}", ', level = "lpv"')
     plain = hidden("viscous_friction = {fv1 = 0.0, fv2 = 0.0}", ', level = "lpv"')
     assert np.abs(loaded(text)[0]["z1"] - loaded(plain)[0]["z1"]).max() > 1e-5
 
 
-def test_an_unknown_candidate_is_told():
-    text = '[diagnose]\ncandidates = ["tip_paylod"]\n'
-    assert "[diagnose] candidates: 'tip_paylod' is not known; did you mean" in said(text)
+def test_what_is_wrong_with_effects_is_told():
+    sentences_for("wrong_effects.txt", said)

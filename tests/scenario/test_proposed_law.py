@@ -53,18 +53,18 @@ def test_a_law_in_a_scenario_is_the_effect_that_was_proposed(one: ProposedLaw) -
 
 
 def test_its_model_begins_where_the_law_ended() -> None:
-    model = base_model(with_laws(law()))
+    one = law()
+    before = one.settings
+    scenario = with_laws(one)
+    assert one.settings == before and "id" not in before
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    assert {"a", "c"} <= set(spec.parameters)
     assert model.effect_values == {"a": STIFFNESS, "c": BEGINS}
     (own,) = model.effects
     assert isinstance(own, OwnEffect) and own.target == "joint2"
     assert {q.parameter.name: (q.parameter.lower, q.parameter.upper) for q in own.own_parameters} \
         == {e.name: (e.lower, e.upper) for e in SIZES}  # fmt: skip
-
-
-def test_its_parameters_are_estimated_within_their_bounds() -> None:
-    scenario = with_laws(law())
-    spec = with_effect_parameters(scenario.identify, base_model(scenario), scenario.model)
-    assert {"a", "c"} <= set(spec.parameters)
 
 
 def test_a_bound_that_there_is_none_of_is_left_out() -> None:
@@ -94,10 +94,3 @@ def test_a_law_goes_beside_what_a_person_wrote() -> None:
     assert [own.id for own in scenario.model.own] == ["own_4", "own_5", "own_6"]
     assert scenario.model.effects == given.model.effects
     assert scenario.model.own[0] == given.model.own[0]
-
-
-def test_a_law_is_no_part_of_what_it_was_taken_from() -> None:
-    one = law()
-    before = one.settings
-    with_laws(one, HYSTERESIS)
-    assert one.settings == before and "id" not in before
