@@ -113,6 +113,12 @@ def test_a_file_in_the_way_of_a_challenge_is_told_before_the_work(
     refused(command("challenge", "--seed", "1", "--out", "taken/x.zip"), "taken", "is a file")
 
 
+def test_a_data_folder_that_is_none_is_told(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    arrange(GOOD, tmp_path)
+    said = command("export", SCENARIO, "--out", "out", "--data", "nowhere")
+    refused(said, "--data nowhere is no folder")
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such pipes in folders")
 def test_a_pipe_is_not_waited_for(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     os.mkfifo(tmp_path / "pipe.toml")
@@ -126,7 +132,7 @@ def test_thousands_of_columns_do_not_fill_the_sentence(command, tmp_path: Path) 
     (tmp_path / SCENARIO).write_text(TEXT)
     lines = "x" + "," * 5000 + "\n" + "0" + ",0" * 5000 + "\n"
     (tmp_path / FILE).write_text(lines)
-    refused(command("export", SCENARIO, "--out", "out"), FILE, "no column t", "more")
+    refused(command("export", SCENARIO, "--out", "out", "--quiet"), FILE, "no column t", "more")
 
 
 @pytest.fixture

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import base64
+import ctypes
 import gzip
+import subprocess
+from collections.abc import Mapping
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from flexgui.core.drives import build_drive
 from flexgui.core.drives.torque import Torque
@@ -16,6 +21,7 @@ from flexgui.core.results import Outcome
 from flexgui.core.simulate.descriptor import descriptor
 from flexgui.core.simulate.mechanism import mechanism
 from flexgui.core.simulate.state_equations import state_equations
+from flexgui.export.formats.fmu import compiler
 from tests.helpers import ARMS, loaded, looped
 
 
@@ -40,6 +46,27 @@ def figure_text(page: str) -> str:
     packed = page.split('id="figures">')[1].split("<")[0]
     content = gzip.decompress(base64.b64decode(packed))
     return content[4 : 4 + int.from_bytes(content[:4], "little")].decode()
+
+
+STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror", "-ffp-contract=off")
+needs_compiler = pytest.mark.skipif(
+    compiler() is None, reason="there is no C compiler (cc, gcc or clang) on this machine"
+)
+
+
+def shared_object(sources: Mapping[str, str], room: Path) -> ctypes.CDLL:
+    """Sources, compiled and loaded; any warning is an error."""
+    for name, text in sources.items():
+        (room / name).write_text(text, encoding="utf-8")
+    files = [name for name in sources if name.endswith(".c")]
+    order = [str(compiler()), *STRICT, "-shared", "-fPIC", "-o", "made.so", *files, "-lm"]
+    subprocess.run(order, cwd=room, check=True)
+    return ctypes.CDLL(str(room / "made.so"))
+
+
+def doubles(values: np.ndarray) -> Any:
+    """A pointer to them; to the array itself, where it already is one of doubles in a row."""
+    return np.ascontiguousarray(values, float).ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
 GRAVITY = (1.5, -9.81)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -15,41 +14,31 @@ from flexgui.core.simulate.linear import respond
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.posture_interpolation import midpoints
 from flexgui.export.expressions import in_c
+from flexgui.export.formats.arm_c import FOLDER as ARM_FOLDER
+from flexgui.export.formats.arm_c import ArmC
 from flexgui.export.formats.c_code import FOLDER, CCode, c_sources
-from flexgui.export.formats.fmu import compiler
 from flexgui.export.model_format import scheduled
-from tests.export.helpers import MODELS, inputs, outcome_of
-from tests.helpers import looped, relative_to_largest, straight
+from tests.export.helpers import (
+    MODELS,
+    doubles,
+    inputs,
+    needs_compiler,
+    outcome_of,
+    shared_object,
+)
+from tests.helpers import relative_to_largest, straight
 
 SAME = 1e-12
 """Relative to the largest value of each output: two implementations of the same exact step."""
 
 SAMPLES, STEP = 2000, 1e-3
 
-STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror", "-ffp-contract=off")
-
-needs_compiler = pytest.mark.skipif(
-    compiler() is None, reason="there is no C compiler (cc, gcc or clang) on this machine"
-)
-
-
-def library(outcome: Outcome, room: Path) -> ctypes.CDLL:
-    for name, text in c_sources(outcome).items():
-        (room / name).write_text(text, encoding="utf-8")
-    order = [str(compiler()), *STRICT, "-shared", "-fPIC", "-o", "model.so", "flexmodel.c", "-lm"]
-    subprocess.run(order, cwd=room, check=True)
-    return ctypes.CDLL(str(room / "model.so"))
-
-
-def doubles(values: np.ndarray):  # type: ignore[no-untyped-def]
-    return np.ascontiguousarray(values, float).ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
 
 def stepped(
     outcome: Outcome, room: Path, start: np.ndarray, postures: np.ndarray, u: np.ndarray
 ) -> np.ndarray:
     """(N, ny) outputs; the struct of the header is doubles from its first to its last member."""
-    code, model = library(outcome, room), outcome.model
+    code, model = shared_object(c_sources(outcome), room), outcome.model
     nx, nu = len(model.states), len(model.inputs)
     memory = np.zeros(nx + 1 + max(postures.shape[1], 1) + nx * nx + nx * nu)
     code.flexmodel_init(doubles(memory))
@@ -105,7 +94,7 @@ def test_the_step_is_that_of_our_own_simulation(name: str, sweeps: bool, tmp_pat
 def test_the_matrices_are_made_once_for_a_posture(tmp_path: Path) -> None:
     """What lies after the states in the struct stays where posture and step stay."""
     outcome = outcome_of(MODELS["loop 1-1"])
-    code, model = library(outcome, tmp_path), outcome.model
+    code, model = shared_object(c_sources(outcome), tmp_path), outcome.model
     nx, nu = len(model.states), len(model.inputs)
     memory, u = np.zeros(nx + 2 + nx * nx + nx * nu), np.ones(nu)
     for expected_change, theta in ((True, 0.4), (False, 0.4), (True, 0.5)):
@@ -116,46 +105,29 @@ def test_the_matrices_are_made_once_for_a_posture(tmp_path: Path) -> None:
         assert (not np.array_equal(before, memory[nx:])) == expected_change
 
 
-def test_no_memory_is_allocated_and_nothing_is_global() -> None:
-    text = c_sources(outcome_of(MODELS["loop 2-2"]))["flexmodel.c"]
-    assert not [word for word in ("malloc", "calloc", "alloca", "stdlib") if word in text]
-    lines = [line for line in text.splitlines() if line.startswith("static ") and "(" not in line]
-    assert lines
-    assert all(line.startswith("static const") for line in lines)
+def test_functions_of_the_posture_in_c_and_nothing_else() -> None:
+    names = ("theta1", "theta2", "theta3")
+    assert in_c("1", names) == "1.0"
+    assert in_c("-sin(theta2 + theta3)", names) == "(-sin((theta[1] + theta[2])))"
+    assert in_c("0.5*theta1**2", names) == "(0.5 * (theta[0]*theta[0]))"
+    for text in ("system(1)", "theta9", "__import__('os')", "lambda: 1"):
+        with pytest.raises(ValueError, match="no translation of"):
+            in_c(text, ("theta1",))
 
 
-def test_a_title_cannot_leave_its_comment() -> None:
-    outcome = outcome_of(MODELS["loop 1-1"], title='evil */ int main(){} /* \n#include "x" \\')
-    header = c_sources(outcome)["flexmodel.h"]
-    comment = header[: header.index("#ifndef FLEXMODEL_H")].rstrip()
-    assert comment.startswith("/*")
-    assert comment.find("*/") == len(comment) - 2
+EVIL = 'evil */ int main(){} /* \n#include "x" \\'
 
 
-def test_both_files_lie_in_one_folder() -> None:
-    files = CCode().files(outcome_of(MODELS["loop 1-1"]))
-    assert set(files) == {f"{FOLDER}/flexmodel.c", f"{FOLDER}/flexmodel.h"}
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("1", "1.0"),
-        ("cos(theta2)", "cos(theta[1])"),
-        ("-sin(theta2 + theta3)", "(-sin((theta[1] + theta[2])))"),
-        ("0.5*theta1**2", "(0.5 * (theta[0]*theta[0]))"),
-    ],
-)
-def test_functions_of_the_posture_in_c(text: str, expected: str) -> None:
-    assert in_c(text, ("theta1", "theta2", "theta3")) == expected
-
-
-@pytest.mark.parametrize("text", ["system(1)", "theta9", "__import__('os')", "lambda: 1"])
-def test_anything_else_is_no_function_of_the_posture(text: str) -> None:
-    with pytest.raises(ValueError, match="no translation of"):
-        in_c(text, ("theta1",))
-
-
-def test_the_same_model_gives_the_same_text() -> None:
-    model = looped(MODELS["loop 1-1"].arm)
-    assert c_sources(outcome_of(model)) == c_sources(outcome_of(model))
+@pytest.mark.parametrize(("format", "name"), [(CCode(), "flexmodel"), (ArmC(), "flexarm")])
+def test_two_files_take_no_memory_hold_nothing_global_and_a_title_in_a_comment(
+    format: CCode | ArmC, name: str
+) -> None:
+    files = format.files(outcome_of(MODELS["loop 1-1"], EVIL))
+    folder = {CCode: FOLDER, ArmC: ARM_FOLDER}[type(format)]
+    source, header = (files.pop(f"{folder}/{name}.{end}").decode() for end in "ch")
+    assert not files
+    assert not [word for word in ("malloc", "calloc", "alloca", "stdlib") if word in source]
+    lines = [line for line in source.splitlines() if line.startswith("static ") and "(" not in line]
+    assert lines and all(line.startswith("static const") for line in lines)
+    comment = header[: header.index(f"#ifndef {name.upper()}_H")].rstrip()
+    assert comment.startswith("/*") and comment.find("*/") == len(comment) - 2

@@ -204,12 +204,8 @@ def test_a_turning_base_swings_as_in_the_model() -> None:
     assert outcome.mechanism.frequencies == pytest.approx(first_frequencies(outcome), rel=MODES)
 
 
-def test_without_a_mechanism_there_is_a_sentence() -> None:
-    outcome = replace(outcome_of(MODELS["torque"]), mechanism=None)
-    assert Mjcf().unable(outcome)
-
-
-def test_a_title_cannot_leave_its_comment() -> None:
+def test_a_title_cannot_leave_its_comment_and_a_missing_mechanism_is_told() -> None:
+    assert Mjcf().unable(replace(outcome_of(MODELS["torque"]), mechanism=None))
     outcome = outcome_of(MODELS["torque"], title="evil --> <worldbody/> --")
     root = ElementTree.fromstring(Mjcf().files(outcome)["model.xml"])
     assert [child.tag for child in root][-4:] == ["worldbody", "tendon", "actuator", "sensor"]

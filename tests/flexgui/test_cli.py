@@ -23,8 +23,6 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.progress import PlainProgress, TerminalProgress
 from tests.cli.helpers import FILE, TEXT, csv, table
 
-HEAVY = ("numpy", "numba", "sympy", "scipy", "pandas", "plotly", "viser")
-
 
 def run(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, [str(a) for a in arguments])
@@ -71,39 +69,23 @@ def test_export_writes_the_folder(scenario: Path, workbench: list, tmp_path: Pat
     assert isinstance(progress, Silent)
 
 
-def test_bad_input_is_one_sentence_and_2(scenario: Path, workbench: list, tmp_path: Path) -> None:
+def test_bad_input_is_one_sentence_and_2_and_an_interrupt_130(
+    scenario: Path, workbench: list, tmp_path: Path
+) -> None:
     workbench.append(InputError("th1.csv, row 7, column theta1:\nnot a number; correct it."))
     result = run("export", scenario, "--out", tmp_path / "out")
     assert result.exit_code == 2
     assert result.stderr == "flexgui: th1.csv, row 7, column theta1: not a number; correct it.\n"
     assert not (tmp_path / "out").exists()
-
-
-def test_ctrl_c_is_130_and_says_that_nothing_was_overwritten(
-    scenario: Path, workbench: list, tmp_path: Path
-) -> None:
-    workbench.append(KeyboardInterrupt())
+    workbench[:] = [KeyboardInterrupt()]
     result = run("export", scenario, "--out", tmp_path / "out")
-    assert result.exit_code == 130
-    assert "nothing was overwritten" in result.stderr
+    assert result.exit_code == 130 and "nothing was overwritten" in result.stderr
 
 
-def test_an_output_in_the_way_is_refused_before_the_work(
-    scenario: Path, workbench: list, tmp_path: Path
-) -> None:
-    result = run("export", scenario, "--out", scenario)
-    assert result.exit_code == 2
-    assert "is a file" in result.stderr
-    assert workbench == []
-
-
-def test_wrong_usage_is_2() -> None:
+def test_wrong_usage_is_2_and_the_version_is_printed() -> None:
+    assert run("--version").output.strip() == f"flexgui {__version__}"
     assert run("export").exit_code == 2
     assert run("no-such-command").exit_code == 2
-
-
-def test_the_version_is_printed() -> None:
-    assert run("--version").output.strip() == f"flexgui {__version__}"
 
 
 def test_a_slip_is_told_before_what_computes_is_imported(tmp_path: Path) -> None:
@@ -132,31 +114,6 @@ def test_a_slip_is_told_before_what_computes_is_imported(tmp_path: Path) -> None
     assert done.stderr.count("did you mean 'teaching/friction'") == 3
     assert done.stderr.count("did you mean 'hidden_friction'") == 5
     assert done.stderr.count("'EI9' is not a parameter of this arm") == 3
-
-
-def test_help_imports_nothing_heavy() -> None:
-    code = (
-        "import sys, flexgui.cli\n"
-        "from typer.testing import CliRunner\n"
-        "assert CliRunner().invoke(flexgui.cli.app, ['export', '--help']).exit_code == 0\n"
-        f"print([name for name in {HEAVY!r} if name in sys.modules])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
-    )
-    assert done.stdout.strip() == "[]"
-
-
-GENERATION = Generation(3, 1.25, 2.0, 3.0, np.zeros(2))
-
-
-def work(progress: Progress) -> bool:
-    progress.stage("Fitting", total=2)
-    progress.advance(text="th1")
-    progress.generation("glocal", GENERATION)
-    progress.stage("Writing")
-    progress.advance()
-    return progress.stopped()
 
 
 def test_elsewhere_a_plain_line_says_what_is_done(capsys: pytest.CaptureFixture[str]) -> None:
@@ -191,18 +148,18 @@ def test_while_one_step_takes_long_its_simulations_are_counted(
             time.sleep(0.01)
 
 
-def test_what_has_no_stage_leaves_the_terminal_as_it_was() -> None:
-    screen = io.StringIO()
-    with TerminalProgress(Console(file=screen, force_terminal=True)):
-        pass
-    assert screen.getvalue() == ""
-
-
 def test_the_terminal_shows_stages_and_generations() -> None:
     screen = io.StringIO()
     console = Console(file=screen, force_terminal=True, width=100)
+    with TerminalProgress(console):
+        pass
+    assert screen.getvalue() == "", "without a stage it stays as it was"
     with TerminalProgress(console) as progress:
-        work(progress)
+        progress.stage("Fitting", total=2)
+        progress.advance(text="th1")
+        progress.generation("glocal", Generation(3, 1.25, 2.0, 3.0, np.zeros(2)))
+        progress.stage("Writing")
+        progress.advance()
     text = screen.getvalue()
     assert "Fitting" in text
     assert "Writing" in text

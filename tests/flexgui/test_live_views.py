@@ -20,7 +20,6 @@ from flexgui.sentences.written import channel_symbol
 from flexgui.views.dynamics import (
     NEGLIGIBLE,
     frequency_response,
-    mode_table,
     phase_response,
     poles,
     step,
@@ -84,17 +83,12 @@ def test_far_poles_are_told_and_not_drawn() -> None:
     assert min(drawn["x"]) >= left
 
 
-def test_every_swinging_pole_is_inside_the_plot() -> None:
+def test_swinging_poles_and_names_of_lines_of_equal_damping_are_inside_the_plot() -> None:
     for name in NAMES:
         here = at(name)
-        left, top, _ = window(here.poles)
-        for mode in vibration_modes(here):
-            assert left < mode.pole.real
-            assert mode.pole.imag < top
-
-
-def test_every_line_of_equal_damping_is_named_inside_the_plot() -> None:
-    for name in NAMES:
+        edge, top, _ = window(here.poles)
+        modes = vibration_modes(here)
+        assert all(edge < mode.pole.real and mode.pole.imag < top for mode in modes)
         figure = FIGURES["poles"](at(name))
         rays, named = figure["data"][:2]
         left, top = figure["layout"]["xaxis"]["range"][0], figure["layout"]["yaxis"]["range"][1]
@@ -118,22 +112,9 @@ def test_each_pair_of_reference_and_output_has_its_line() -> None:
     names = [trace["name"] for trace in FIGURES["step"](at("2-2"))["data"]]
     pairs = [(r, y) for y in ("ydot1", "ydot2") for r in ("dtheta1", "dtheta2")]
     assert names == [f"{channel_symbol(r)}* → {channel_symbol(y)}" for r, y in pairs]
-
-
-def test_a_coupling_that_is_not_there_has_no_line() -> None:
-    """Segments on the ground do not feel each other."""
-    here = at("ground")
+    names = [trace["name"] for trace in FIGURES["step"](at("ground"))["data"]]
     absent = f"{channel_symbol('dtheta1')}* → {channel_symbol('deflection2')}"
-    names = [trace["name"] for trace in FIGURES["step"](here)["data"]]
-    assert names
-    assert absent not in names
-
-
-def test_modes_are_told_with_frequency_and_damping() -> None:
-    modes = vibration_modes(at("2-2"), clamped=True)
-    table = mode_table(modes)
-    assert len(table.rows) == 4
-    assert all(row.cells[2] == "0" for row in table.rows)
+    assert names and absent not in names, "segments on the ground do not feel each other"
 
 
 def test_vectors_travel_as_plotly_itself_sends_them() -> None:

@@ -14,7 +14,7 @@ from flexgui.export.report import report_html
 from flexgui.views.layout import Figure, figure_json
 from flexgui.views.proposal import MOST_SHOWN, carrier_shares, law_over_variable, laws_table
 from tests.flexgui.findings import FOUND
-from tests.sentences.proposals import FRICTION, PLACES, STIFFNESS, carrier, law, proposal, term
+from tests.sentences.proposals import PLACES, STIFFNESS, carrier, law, proposal, term
 
 DRAWN = 1e-6
 """Relative: figures are drawn with single precision at the least."""
@@ -64,15 +64,6 @@ def test_places_that_nothing_was_seen_of_are_not_drawn() -> None:
     assert "the law" not in drawn
     assert drawn["what the rest shows"]["x"] == pytest.approx(PLACES[:-1])
     assert np.isfinite(drawn["± 2 standard deviations"]["y"]).all()
-
-
-def test_axes_and_caption_say_what_is_drawn() -> None:
-    plain, turned = law_over_variable(carrier())["layout"], law_over_variable(FRICTION)["layout"]
-    assert plain["xaxis"]["title"]["text"] == "Position of joint 2 [rad]"
-    assert plain["yaxis"]["title"]["text"] == "missing [N m]"
-    assert plain["meta"]["caption"] == "At joint 2, over the position of joint 2."
-    assert turned["yaxis"]["title"]["text"] == "function [N m]"
-    assert "times the sign of the speed." in turned["meta"]["caption"]
 
 
 def test_small_values_are_drawn_in_small_units_with_law_and_band_in_the_same() -> None:

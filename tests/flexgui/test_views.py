@@ -180,15 +180,10 @@ def test_a_line_breaks_where_samples_are_missing_for_long() -> None:
     (gap,) = np.flatnonzero(np.isnan(y))
     assert x[gap - 1] < 2.0 + 1e-6
     assert x[gap + 1] > 2.5 - 1e-6
-
-
-def test_a_slow_camera_draws_one_line() -> None:
-    time = np.arange(3000) * 1e-3
-    values = np.full(3000, np.nan)
-    values[::10] = np.sin(time[::10])
-    _, y = trace(time, values)
-    assert y.size == 300
-    assert np.isfinite(y).all()
+    camera = np.full(5000, np.nan)
+    camera[::10] = np.sin(time[::10])
+    _, y = trace(time, camera)
+    assert y.size == 500 and np.isfinite(y).all(), "a slow camera draws one line"
 
 
 @given(every=st.integers(1, 400), first=st.integers(0, 399))
@@ -219,6 +214,9 @@ HOSTILE = (r"\text{<script>alert(1)</script>}", r"<img src=x onerror=alert(1)>",
 def test_formulas_become_well_formed_mathml(latex: str) -> None:
     root = ET.fromstring(mathml(latex))
     assert root.tag == f"{{{NAMESPACE}}}math"
+    if "bmatrix" in latex:
+        text = str(mathml(latex))
+        assert 'class="square"' in text and "[" not in text, "without a mathematical font"
 
 
 @pytest.mark.parametrize("latex", HOSTILE)
@@ -226,17 +224,8 @@ def test_formulas_carry_no_other_elements_and_no_links(latex: str) -> None:
     text = str(mathml(latex))
     assert "<script" not in text
     assert "<img" not in text
+    for nothing in (r"\bad{", "}{", ""):
+        ET.fromstring(mathml(nothing))
     for element in ET.fromstring(text).iter():
         assert element.tag == "code" or element.tag.split("}")[-1] in ALLOWED
         assert not set(element.attrib) & {"href", "style", "onerror", "src"}
-
-
-@pytest.mark.parametrize("latex", [r"\bad{", "}{", ""])
-def test_what_is_no_formula_is_shown_as_text(latex: str) -> None:
-    ET.fromstring(mathml(latex))
-
-
-def test_brackets_of_matrices_do_not_need_a_mathematical_font() -> None:
-    text = str(mathml(r"\begin{bmatrix} 0 & I \\ -K & -D \end{bmatrix}"))
-    assert 'class="square"' in text
-    assert "[" not in text

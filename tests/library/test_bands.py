@@ -6,33 +6,31 @@ import numpy as np
 import pytest
 
 import flexgui as fg
+from tests.library.rigs import QUICK, rig
 
-LOOP = fg.drives.VelocityLoop(gains=(60.0, 30.0))
 NOISE = {"camera_noise": 1e-4, "encoder_noise": 1e-4}
-FIT = {"parameters": ["EI1", "EI2"], "output": ["z", "encoder"], "generations": 0}
-EI = 520.8333
-"""N m², of the paper's arm."""
-FULL = {"level": "nonlinear"}
 
 
 def machine() -> fg.Project:
-    return fg.project("paper", LOOP, model=FULL, sensors=NOISE)
+    return rig(sensors=NOISE)
 
 
-def rig(seed: int = 1, seconds: float = 0.3, **identify: object) -> fg.Project:
-    made = machine().simulate(theta2=1.1, seconds=seconds, seed=seed)
-    settings = {**FIT, **identify}
-    return fg.project("paper", LOOP, made, model=FULL, sensors=NOISE, identify=settings)
+def noisy(seed: int = 1, **identify: object) -> fg.Project:
+    made = machine().simulate(theta2=1.1, seconds=0.3, seed=seed)
+    return rig(made, sensors=NOISE, identify={**QUICK, **identify})
 
 
 @pytest.fixture(scope="module")
 def found() -> fg.Identification:
-    return rig().identify()
+    return noisy().identify()
 
 
 def test_measurements_lie_in_the_band_as_often_as_it_says(found: fg.Identification) -> None:
     level, inside = 0.9, []
     predicted = found.predict(theta2=0.8, seconds=0.3, level=level)
+    table = predicted.to_dataframe()
+    assert (table["z1 lower"] < table["z1"]).all() and (table["z1"] < table["z1 upper"]).all()
+    assert predicted.plot().data and "90 % bands" in repr(predicted)
     for seed in range(5):
         seen = machine().simulate(theta2=0.8, seconds=0.3, seed=seed).recording
         moved = found.predict(theta2=0.8, seconds=0.3, level=level, seed=seed)
@@ -61,14 +59,6 @@ def test_a_band_without_noise_is_the_covariance_through_the_model(
     assert np.linalg.norm(np.std(drawn, axis=0)) == pytest.approx(np.linalg.norm(spread), rel=0.35)
 
 
-def test_a_prediction_is_a_table_and_a_figure(found: fg.Identification) -> None:
-    predicted = found.predict(theta2=0.8, seconds=0.1)
-    table = predicted.to_dataframe()
-    assert (table["z1 lower"] < table["z1"]).all() and (table["z1"] < table["z1 upper"]).all()
-    assert predicted.plot().data
-    assert "95 % bands" in repr(predicted)
-
-
 def test_the_profile_of_a_well_known_parameter_agrees_with_its_deviation(
     found: fg.Identification,
 ) -> None:
@@ -79,11 +69,13 @@ def test_the_profile_of_a_well_known_parameter_agrees_with_its_deviation(
     assert (e.value - lower) / e.std == pytest.approx(1.96, rel=0.05)
     assert list(profile.to_dataframe().columns[:2]) == ["EI1", "deviance"]
     assert profile.plot().data and "95 % interval" in repr(profile)
+    with pytest.raises(fg.InputError, match="'EI3' is not estimated; did you mean"):
+        found.profile("EI3")
 
 
 def test_what_the_recordings_leave_free_has_no_end() -> None:
     """Young's modulus and width enter as epsilon d^4 alone."""
-    free = rig(parameters=["epsilon", "d"], bounds={"epsilon": [1e7, 1e11], "d": [0.005, 0.2]})
+    free = noisy(parameters=["epsilon", "d"], bounds={"epsilon": [1e7, 1e11], "d": [0.005, 0.2]})
     found = free.identify()
     assert found.criteria is not None
     assert found.criteria.parameters == 2  # EI, which follows from both, is none
@@ -93,21 +85,16 @@ def test_what_the_recordings_leave_free_has_no_end() -> None:
     assert profile.found.deviance.max() < profile.found.threshold
 
 
-def test_a_stopped_profile_holds_whole_fits_alone() -> None:
+def test_a_stopped_profile_holds_whole_fits_alone(found: fg.Identification) -> None:
     seen: list[str] = []
 
     def stop(update: fg.Update) -> bool:
         seen.append(update.text)
         return sum(text.startswith("EI1 =") for text in seen) < 3
 
-    profile = rig().identify().profile("EI1", progress=stop)
+    profile = found.profile("EI1", progress=stop)
     assert 1 <= len(profile.found.values) < 7
     assert (profile.found.deviance < 20.0).all()
-
-
-def test_a_profile_names_what_is_estimated(found: fg.Identification) -> None:
-    with pytest.raises(fg.InputError, match="'EI3' is not estimated; did you mean"):
-        found.profile("EI3")
 
 
 def test_a_local_fit_needs_its_recording() -> None:
@@ -115,9 +102,7 @@ def test_a_local_fit_needs_its_recording() -> None:
         machine().simulate(theta2=p, seconds=0.2, seed=k, name=f"r{k}")
         for k, p in enumerate((0.7, 1.4))
     ]
-    local = fg.project(
-        "paper", LOOP, machines, model=FULL, sensors=NOISE, identify={**FIT, "method": "local"}
-    ).identify()
+    local = rig(machines, sensors=NOISE, identify={**QUICK, "method": "local"}).identify()
     assert local.criteria is not None
     assert local.criteria.parameters == 4  # two of each recording
     with pytest.raises(fg.InputError, match="choose a recording of r0 and r1"):
@@ -128,7 +113,7 @@ def test_a_local_fit_needs_its_recording() -> None:
 def test_the_criteria_prefer_the_model_of_the_machine() -> None:
     missing = {"coulomb_friction": {"fc1": 1.2, "fc2": 0.5}}
     made = machine().simulate(theta2=1.1, seconds=0.3, hidden=missing)
-    plain = fg.project("paper", LOOP, made, model=FULL, sensors=NOISE, identify=FIT)
+    plain = rig(made, sensors=NOISE, identify=QUICK)
     whole = plain.with_effects("coulomb_friction")
     with_it, without = (p.identify().criteria for p in (whole, plain))
     assert with_it is not None and without is not None

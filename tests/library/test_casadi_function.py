@@ -60,7 +60,7 @@ def test_rates_at_random_states_are_those_of_arm_drive_and_laws(name: str) -> No
         np.testing.assert_allclose(found, expected, rtol=SAME, atol=SAME)
 
 
-@pytest.mark.parametrize("name", ["dry friction", "elastic joints", "limited drive", "formula"])
+@pytest.mark.parametrize("name", ["dry friction", "limited drive"])
 def test_cvodes_moves_it_as_we_simulate(name: str) -> None:
     f, model, (task, ours) = function(name), WHOLE[name], motion(name)
     ca = sys.modules["casadi"]
@@ -111,13 +111,10 @@ def test_a_result_gives_the_function_with_what_is_free() -> None:
     assert found.to_casadi().name_in() == ["x", "r"]
 
 
-def test_a_result_whose_joints_follow_a_recording_says_what_to_do() -> None:
+def test_what_cannot_be_made_or_free_is_refused() -> None:
     outcome = outcome_of(Model(PAPER, PrescribedJoints()))
     with pytest.raises(InputError, match="control loop"):
         Identification(fg.load("paper_glocal"), outcome).to_casadi()
-
-
-def test_what_cannot_be_free_is_refused() -> None:
     with pytest.raises(InputError, match="'mass' cannot be free"):
         function("dry friction", "mass")
 

@@ -34,18 +34,16 @@ def script_of(notebook: Path) -> str:
     return "\n".join(lines)
 
 
-def test_there_are_five_and_one_is_a_notebook() -> None:
-    assert [p.name[:2] for p in sorted([*SCRIPTS, *NOTEBOOKS])] == ["01", "02", "03", "04", "05"]
-    assert len(NOTEBOOKS) == 1
+def test_examples_say_what_one_learns_and_are_kept_without_outputs() -> None:
+    texts = {p.name[:2]: p.read_text(encoding="utf-8") for p in [*SCRIPTS, *NOTEBOOKS]}
+    assert sorted(texts) == ["01", "02", "03", "04", "05"] and len(NOTEBOOKS) == 1
+    assert all("What you learn" in text for text in texts.values())
+    cells = json.loads(texts["05"])["cells"]
+    assert not any(c.get("outputs") or c.get("execution_count") for c in cells)
 
 
-@pytest.mark.parametrize("path", [*SCRIPTS, *NOTEBOOKS], ids=lambda p: p.stem)
-def test_an_example_says_what_one_learns(path: Path) -> None:
-    assert "What you learn" in path.read_text(encoding="utf-8")
-
-
-SLOW = ("03", "04")
-"""Examples that diagnose."""
+SLOW = ("01", "03", "04")
+"""Examples that search or diagnose."""
 
 
 def marked(path: Path) -> object:
@@ -76,9 +74,3 @@ def test_a_notebook_runs_in_another_folder(
     script = tmp_path / "notebook.py"
     script.write_text(script_of(path), encoding="utf-8")
     assert ("system" in runpy.run_path(str(script))) is with_control
-
-
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
-def test_a_notebook_is_kept_without_outputs(path: Path) -> None:
-    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
-    assert not any(c.get("outputs") or c.get("execution_count") for c in cells)

@@ -25,38 +25,31 @@ from flexgui.core.scenario.read import parse_scenario, read_scenario
 from flexgui.core.workbench import run_scenario
 from flexgui.export.folder import dumps
 from flexgui.export.result import result as as_document
+from tests.library.rigs import EI, LOOP, QUICK
+from tests.library.rigs import rig as full
 
 ROOT = Path(__file__).resolve().parents[2]
 IMPORT_SECONDS = 0.3
 """CPU seconds of `import flexgui` alone; the wall clock would measure who else works here."""
-EI = 520.8333
-"""N m², of the paper's arm."""
 DIGITS = 1e-9
 """Two ways to one number through the same code."""
-
-LOOP = fg.drives.VelocityLoop(gains=(60.0, 30.0))
-QUICK = {"parameters": ["EI1", "EI2"], "output": ["z", "encoder"], "generations": 0}
-
-
-def quick_project() -> fg.Project:
-    drive = fg.drives.VelocityLoop(gains=(60.0, 30.0))
-    machine = fg.project("paper", drive, model={"level": "nonlinear"})
-    made = machine.simulate(theta2=1.1, seconds=0.5, seed=4)
-    check = machine.simulate(theta2=1.6, seconds=0.5, seed=5).to_dataframe()
-    recordings = [made.recording, {"table": check, "role": "validate", "name": "check"}]
-    return fg.project(
-        "paper", drive, recordings, title="Quick", model={"level": "nonlinear"}, identify=QUICK
-    )
 
 
 @pytest.fixture(scope="module")
 def rig() -> fg.Project:
-    return quick_project()
+    machine = full()
+    made = machine.simulate(theta2=1.1, seconds=0.5, seed=4)
+    check = machine.simulate(theta2=1.6, seconds=0.5, seed=5).to_dataframe()
+    recordings = [made.recording, {"table": check, "role": "validate", "name": "check"}]
+    return full(recordings, title="Quick", identify=QUICK)
+
+
+UPDATES: list[fg.Update] = []
 
 
 @pytest.fixture(scope="module")
 def found(rig: fg.Project) -> fg.Identification:
-    return rig.identify()
+    return rig.identify(UPDATES.append)
 
 
 def test_importing_loads_nothing_and_is_quick() -> None:
@@ -71,12 +64,10 @@ def test_importing_loads_nothing_and_is_quick() -> None:
 
 def test_every_public_name_is_there_and_explained() -> None:
     names = [n for n in dir(fg) if n[0] != "_" and n in fg._MODULES]
-    assert len(names) > 25
+    assert len(names) > 25 and {"load", "project", "Segment"} <= set(names)
+    assert not {"Any", "TYPE_CHECKING", "import_module", "annotations"} & set(dir(fg))
     for name in names:
         assert getattr(fg, name).__doc__, name
-
-
-def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="identfy"):
         fg.identfy  # type: ignore[attr-defined]  # noqa: B018
 
@@ -113,64 +104,21 @@ def run(*arguments: str) -> int:
     return run_command(arguments)
 
 
-def test_the_command_line_lists_what_ships_and_prints_the_reference(
+def test_scenarios_are_listed_with_their_titles_and_loaded_by_name(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
+    known = fg.scenarios()
+    assert known["paper_glocal"] == "The paper: seven working points at once"
+    assert "mujoco/nothing" in known and "mujoco/truth" not in known
+    assert fg.load("paper_glocal").scenario == read_scenario(ROOT / "scenarios/paper_glocal.toml")
     assert run("scenarios") == 0
     assert "paper_glocal" in capsys.readouterr().out
-    assert run("reference") == 0
-    kept = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
-    assert capsys.readouterr().out == kept
-
-
-TAKES_A_NAME = {
-    "export": ("flexgui.export.export_files.export_scenario", ["--out"], ()),
-    "plan": ("flexgui.export.plan_files.plan_scenario", ["--out"], ()),
-    "check": ("flexgui.core.check.run_checks.check_scenario", [], ()),
-    "study": ("flexgui.core.montecarlo.study.study", ["--out"], (step for step in ())),
-    "serve": ("flexgui.server.serve.serve", [], None),
-}
-"""Command -> what works for it, the options that end in a folder, and what that gives."""
-
-
-@pytest.mark.parametrize("command", TAKES_A_NAME)
-def test_each_command_takes_the_name_of_a_scenario(
-    command: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    worker, options, gives = TAKES_A_NAME[command]
-    taken: list[str] = []
-    monkeypatch.setattr(worker, lambda *given, **_: taken.append(repr(given)) or gives)
-    rest = [*options, str(tmp_path)] if options else []
-    where = ["--scenario"] if command == "serve" else []
-    assert run(command, *where, "paper_glocal", *rest) == 0
-    assert "paper" in taken[0].lower()
-    assert run(command, *where, "paper_glocl", *rest) == 2
-    assert "did you mean 'paper_glocal'?" in capsys.readouterr().err
 
 
 def test_a_file_beside_wins_over_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("paper_glocal").write_text('title = "mine"\n[arm]\npreset = "paper"\n', encoding="utf-8")
     assert fg.load("paper_glocal").title == "mine"
-
-
-def test_scenarios_are_listed_with_their_titles() -> None:
-    known = fg.scenarios()
-    assert known["paper_glocal"] == "The paper: seven working points at once"
-    assert "mujoco/nothing" in known
-    assert "mujoco/truth" not in known
-
-
-def test_a_shipped_scenario_is_loaded_by_name() -> None:
-    assert fg.load("paper_glocal").scenario == read_scenario(ROOT / "scenarios/paper_glocal.toml")
-
-
-def test_a_misspelt_name_is_met_with_the_nearest_scenario() -> None:
-    with pytest.raises(fg.InputError, match="paper_glocal"):
-        fg.load("paper_glocl")
 
 
 @pytest.mark.parametrize("name", sorted(fg.scenarios()))
@@ -189,12 +137,8 @@ def test_objects_and_a_file_give_the_same_numbers(
     shared = [e for e in outcome.fits[0].estimates if e.recording is None]
     for ours, theirs in zip(found.parameters, shared, strict=True):
         assert ours.value == pytest.approx(theirs.value, rel=DIGITS)
-
-
-def test_an_identification_finds_the_stiffness(found: fg.Identification) -> None:
     assert abs(found["EI1"].value - EI) < 5.0 * found["EI1"].std
-    assert found.values["EI1"] == found["EI1"].value
-    assert not found.stopped
+    assert found.values["EI1"] == found["EI1"].value and not found.stopped
 
 
 def test_results_are_frozen(rig: fg.Project, found: fg.Identification) -> None:
@@ -210,6 +154,9 @@ def test_results_are_tables_figures_and_html(rig: fg.Project, found: fg.Identifi
         assert isinstance(result.plot(), go.Figure)
         assert "<table" in result._repr_html_()
     assert "<table" in rig._repr_html_()
+    poles = linear.to_dataframe()
+    assert np.isclose(poles["damped_hz"], linear.modes[0].frequency).any()
+    assert (poles["natural_hz"] >= poles["damped_hz"]).all()
     assert isinstance(compared.plot("error_by_frequency", "check"), go.Figure)
     table = found.to_dataframe()
     assert {"EI1", "EI2"} == set(table["parameter"][table["recording"].isna()])
@@ -221,14 +168,6 @@ def test_a_result_prints_as_a_few_lines(rig: fg.Project, found: fg.Identificatio
         assert len(lines) <= 5 and all(len(line) < 200 for line in lines), lines
         assert "array(" not in repr(result)
     assert any(line.startswith("EI₁ = ") for line in repr(found).splitlines())
-
-
-def test_a_pole_has_its_natural_and_its_damped_frequency_by_name(rig: fg.Project) -> None:
-    linear = rig.linear(theta2=1.0)
-    table = linear.to_dataframe()
-    assert np.isclose(table["damped_hz"], linear.modes[0].frequency).any()
-    assert (table["natural_hz"] >= table["damped_hz"]).all()
-    assert "Damped frequency" in linear._repr_html_()
 
 
 @pytest.mark.parametrize(
@@ -244,11 +183,6 @@ def test_a_wrong_setting_of_an_object_is_one_sentence(make: Any, names: str) -> 
     with pytest.raises(fg.InputError, match=names) as told:
         make()
     assert "\n" not in str(told.value) and "pydantic" not in str(told.value)
-
-
-def test_the_public_names_are_those_that_are_documented() -> None:
-    assert {"load", "project", "Segment"} <= set(dir(fg))
-    assert not {"Any", "TYPE_CHECKING", "import_module", "annotations"} & set(dir(fg))
 
 
 def test_a_view_that_is_not_known_is_met_with_the_nearest(found: fg.Identification) -> None:
@@ -270,16 +204,21 @@ def as_read(found: fg.Identification | fg.Diagnosis) -> str:
     return dumps({**as_document(found.outcome, ()), "seconds": None})
 
 
-def test_one_processor_finds_the_same_as_all(rig: fg.Project, found: fg.Identification) -> None:
+def test_one_processor_finds_the_same_as_all_and_tells_what_is_done(
+    rig: fg.Project, found: fg.Identification
+) -> None:
+    check_counters(UPDATES)
     assert as_read(rig.identify(workers=1)) == as_read(found)
     with pytest.raises(fg.InputError, match="workers is 0"):
         rig.identify(workers=0)
+    unchecked, words = rig.identify(check=False), "The recordings were not checked for faults."
+    assert words in unchecked.outcome.notes and words not in found.outcome.notes
 
 
 def lacking() -> fg.Project:
     """A rig with a friction that its model lacks."""
     hidden = {"coulomb_friction": {"fc1": 4.0}}
-    made = fg.project("paper", LOOP).simulate(theta2=1.1, seconds=0.5, hidden=hidden)
+    made = fg.project("paper", LOOP).simulate(theta2=1.1, seconds=0.3, hidden=hidden)
     return fg.project("paper", LOOP, made, identify=QUICK)
 
 
@@ -295,12 +234,6 @@ def check_counters(updates: list[fg.Update]) -> None:
             assert (now.done, now.simulations) == (0, 0), now
 
 
-def test_what_is_done_rises_to_the_total_of_its_stage(rig: fg.Project) -> None:
-    updates: list[fg.Update] = []
-    rig.identify(updates.append)
-    check_counters(updates)
-
-
 @pytest.mark.long
 def test_a_diagnosis_on_one_processor_finds_the_same_as_on_two() -> None:
     seen: dict[int, list[fg.Update]] = {1: [], 2: []}
@@ -311,13 +244,6 @@ def test_a_diagnosis_on_one_processor_finds_the_same_as_on_two() -> None:
     ended = {u.stage: u for u in seen[1]}
     assert ended["Trying every known effect"].done == ended["Trying every known effect"].total
     assert ended["Fitting the most promising effects"].simulations > 0
-
-
-def test_a_result_without_the_check_says_so(rig: fg.Project, found: fg.Identification) -> None:
-    words = "The recordings were not checked for faults."
-    assert words not in found.outcome.notes
-    unchecked = rig.identify(check=False)
-    assert words in unchecked.outcome.notes and not unchecked.outcome.findings
 
 
 def test_progress_is_told_and_false_stops(rig: fg.Project) -> None:
@@ -334,8 +260,6 @@ def test_progress_is_told_and_false_stops(rig: fg.Project) -> None:
 
 
 def test_a_diagnosis_that_was_stopped_says_so() -> None:
-    hidden = {"coulomb_friction": {"fc1": 4.0}}
-    made = fg.project("paper", LOOP).simulate(theta2=1.1, seconds=0.3, hidden=hidden)
     stages: list[str] = []
 
     def stop_in_the_diagnosis(update: fg.Update) -> bool:
@@ -343,27 +267,9 @@ def test_a_diagnosis_that_was_stopped_says_so() -> None:
         compared = [k for k, stage in enumerate(stages) if stage.startswith("Comparing")]
         return not compared or set(stages[compared[-1] :]) == {stages[compared[-1]]}
 
-    told = fg.project("paper", LOOP, made, identify=QUICK).diagnose(stop_in_the_diagnosis)
+    told = lacking().diagnose(stop_in_the_diagnosis)
     assert told.stopped and told.final_verdict is None
     assert "search was stopped" in told.words[0] and "search was stopped" in repr(told)
-
-
-def test_an_export_runs_again_from_its_folder(
-    found: fg.Identification, rig: fg.Project, tmp_path: Path
-) -> None:
-    assert found.export(tmp_path / "out").is_file()
-    again = fg.load(tmp_path / "out" / "scenario.toml")
-    for ours, theirs in zip(again.recordings(), rig.recordings(), strict=True):
-        assert np.array_equal(ours["z1"], theirs["z1"])
-
-
-def test_units_in_a_tables_headings_are_converted() -> None:
-    machine = fg.project("paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)))
-    made = machine.simulate(theta2=1.1, seconds=0.2)
-    degrees = made.to_dataframe().set_index("t [s]")
-    degrees["theta1 [deg]"] = np.degrees(degrees.pop("theta1 [rad]"))
-    read = fg.project("paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)), [degrees]).recordings()
-    assert read[0]["theta1"] == pytest.approx(made.recording["theta1"], abs=1e-12)
 
 
 MADE_AS = {
@@ -448,15 +354,11 @@ def test_effects_are_given_by_id_class_table_and_formula(rig: fg.Project) -> Non
 
 
 def test_what_is_no_plug_in_is_not_registered() -> None:
-    with pytest.raises(fg.InputError, match="no subclass"):
-        fg.register(dict)
-
-    class Taken(fg.Drive):
-        kind = "torque"
-
-    with pytest.raises(fg.InputError, match="torque"):
-        fg.register(Taken)
-    assert fg.drives["torque"] is not Taken
+    taken = type("Taken", (fg.Drive,), {"kind": "torque"})
+    for kind, words in ((dict, "no subclass"), (taken, "torque")):
+        with pytest.raises(fg.InputError, match=words):
+            fg.register(kind)
+    assert fg.drives["torque"] is not taken
 
 
 def test_scipy_and_control_have_the_same_poles_as_the_model(rig: fg.Project) -> None:

@@ -9,28 +9,17 @@ import pandas as pd
 import pytest
 
 import flexgui as fg
+from tests.library.rigs import EI, LOOP, QUICK, rig
 
-EI = 520.8333
-"""N m², of the paper's arm."""
 OTHER_STEPS = 1e-6
 """rad: two simulations of one motion whose integrators chose their steps for themselves."""
-
-
-def machine() -> fg.Project:
-    drive = fg.drives.VelocityLoop(gains=(60.0, 30.0))
-    return fg.project("paper", drive, model={"level": "nonlinear"})
 
 
 @pytest.fixture(scope="module")
 def found() -> fg.Identification:
     noise = {"camera_noise": 1e-4, "encoder_noise": 1e-5}
-    recorded = machine().with_settings(sensors=noise).simulate(theta2=1.1, seconds=0.5, seed=4)
-    settings = {"parameters": ["EI1", "EI2"], "output": ["z", "encoder"], "generations": 0}
-    rig = fg.project(
-        "paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)), [recorded.recording],
-        model={"level": "nonlinear"}, sensors=noise, identify=settings,
-    )  # fmt: skip
-    return rig.identify()
+    recorded = rig(sensors=noise).simulate(theta2=1.1, seconds=0.5, seed=4)
+    return rig([recorded.recording], sensors=noise, identify=QUICK).identify()
 
 
 def references(samples: int = 400) -> pd.DataFrame:
@@ -38,25 +27,15 @@ def references(samples: int = 400) -> pd.DataFrame:
     return pd.DataFrame({"t": t, "dtheta1_ref": 0.2 * np.sin(20.0 * t), "dtheta2_ref": 0.0 * t})
 
 
-def test_the_covariance_has_the_deviations_on_its_diagonal(found: fg.Identification) -> None:
-    table = found.covariance()
-    assert list(table.index) == list(table.columns) == [e.label for e in found.parameters]
-    assert np.sqrt(np.diag(table)) == pytest.approx([e.std for e in found.parameters])
-    assert np.allclose(table, table.T)
-
-
-@pytest.fixture(scope="module", params=["glocal", "local"])
-def loads(request: pytest.FixtureRequest) -> fg.Identification:
+@pytest.fixture(scope="module")
+def loads() -> fg.Identification:
     """Of an arm that carries another load in each recording."""
     made = [
-        machine().simulate(theta2=1.1, seconds=0.3, seed=k, name=name, values={"mt2": load})
+        rig().simulate(theta2=1.1, seconds=0.2, seed=k, name=name, values={"mt2": load})
         for k, (name, load) in enumerate(LOADS.items())
     ]
-    settings = {"parameters": ["EI1"], "per_recording": ["mt2"], "output": ["z", "encoder"]}
-    return fg.project(
-        "paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)), made, model={"level": "nonlinear"},
-        identify={**settings, "generations": 0, "method": request.param},
-    ).identify()  # fmt: skip
+    settings = {**QUICK, "parameters": ["EI1"], "per_recording": ["mt2"]}
+    return rig(made, identify=settings).identify()
 
 
 LOADS = {"empty": 0.1, "full": 1.5}
@@ -73,6 +52,10 @@ def test_what_belongs_to_a_recording_is_named_with_it(loads: fg.Identification) 
     table = loads.covariance()
     assert table.index.is_unique and list(table.index) == list(table.columns)
     assert {"mt2@empty", "mt2@full"} < set(table.index)
+    mechanism = loads.outcome.mechanism
+    assert mechanism is not None, "what is exported is of one recording and says which"
+    assert mechanism.links[1].tip_mass == pytest.approx(LOADS["empty"], rel=NEAR)
+    assert any("mt2 of empty" in note for note in loads.outcome.notes)
 
 
 @pytest.mark.parametrize("name", LOADS)
@@ -81,11 +64,11 @@ def test_a_model_has_the_values_of_the_recording_that_is_meant(
 ) -> None:
     truth = {"mt2": LOADS[name]}
     modes = loads.linear(theta2=1.1, recording=name).modes
-    expected = machine().linear(theta2=1.1, values=truth).modes
+    expected = rig().linear(theta2=1.1, values=truth).modes
     assert modes[0].frequency == pytest.approx(expected[0].frequency, rel=NEAR)
     played = {"references": references(), "theta2": 1.1}
     z = loads.simulate(recording=name, **played).recording["z1"]
-    assert np.abs(z - machine().simulate(values=truth, **played).recording["z1"]).max() < 1e-5
+    assert np.abs(z - rig().simulate(values=truth, **played).recording["z1"]).max() < 1e-5
 
 
 def test_a_value_that_differs_by_recording_is_asked_for(loads: fg.Identification) -> None:
@@ -100,41 +83,36 @@ def test_a_value_that_differs_by_recording_is_asked_for(loads: fg.Identification
     )
 
 
-def test_an_exported_model_is_that_of_one_recording_and_says_which(
-    loads: fg.Identification,
-) -> None:
-    mechanism = loads.outcome.mechanism
-    assert mechanism is not None
-    assert mechanism.links[1].tip_mass == pytest.approx(LOADS["empty"], rel=NEAR)
-    assert any("mt2 of empty" in note for note in loads.outcome.notes)
-
-
-def test_residuals_are_measured_minus_modelled(found: fg.Identification) -> None:
+def test_covariance_and_residuals_are_those_of_the_fit(found: fg.Identification) -> None:
+    table = found.covariance()
+    assert list(table.index) == list(table.columns) == [e.label for e in found.parameters]
+    assert np.sqrt(np.diag(table)) == pytest.approx([e.std for e in found.parameters])
+    assert np.allclose(table, table.T)
     comparison = found.compare()
-    table, one = comparison.residuals(), comparison.recordings[0]
-    assert set(table["recording"]) == {each.recording for each in comparison.recordings}
+    left, one = comparison.residuals(), comparison.recordings[0]
     for channel in one.channels:
         assert np.allclose(
-            table[channel.channel], channel.measured - channel.model, rtol=0.0, equal_nan=True
+            left[channel.channel], channel.measured - channel.model, rtol=0.0, equal_nan=True
         )
-    assert comparison.residuals(one.recording).equals(table)
+    assert comparison.residuals(one.recording).equals(left)
+    with pytest.raises(fg.InputError, match="start: m1 is -1; it must be greater than 0"):
+        found.given.with_settings(identify={"start": {"m1": -1.0}}).identify()
 
 
 def test_own_references_are_played_as_they_are(found: fg.Identification) -> None:
     predicted = found.simulate(references=references(), theta2=1.1).to_dataframe()
     assert np.allclose(predicted["t [s]"], references()["t"])
     assert np.allclose(predicted["dtheta1_ref [rad/s]"], references()["dtheta1_ref"])
-    truth = machine().simulate(references=references(), theta2=1.1, noise=False).to_dataframe()
+    truth = rig().simulate(references=references(), theta2=1.1, noise=False).to_dataframe()
     assert found.values["EI1"] == pytest.approx(EI, rel=0.01)
     assert np.abs(predicted["theta1 [rad]"] - truth["theta1 [rad]"]).max() < 1e-4  # 1 % of EI
 
 
 def test_stated_values_are_those_of_the_simulated_model() -> None:
-    soft = machine().simulate(references=references(), theta2=1.1, values={"EI1": 100.0})
-    same = fg.project(
-        {"preset": "paper", "EI": [100.0, EI]}, fg.drives.VelocityLoop(gains=(60.0, 30.0)),
-        model={"level": "nonlinear"},
-    ).simulate(references=references(), theta2=1.1)  # fmt: skip
+    soft = rig().simulate(references=references(), theta2=1.1, values={"EI1": 100.0})
+    arm = {"preset": "paper", "EI": [100.0, EI]}
+    same = fg.project(arm, LOOP, model={"level": "nonlinear"})
+    same = same.simulate(references=references(), theta2=1.1)
     z, expected = (s.to_dataframe()["z1 [m]"] for s in (soft, same))
     assert np.abs(z - expected).max() < OTHER_STEPS
 
@@ -150,19 +128,19 @@ def test_stated_values_are_those_of_the_simulated_model() -> None:
 )
 def test_what_cannot_be_played_is_one_sentence(table: pd.DataFrame, sentence: str) -> None:
     with pytest.raises(fg.InputError, match=sentence):
-        machine().simulate(references=table)
+        rig().simulate(references=table)
 
 
 @pytest.mark.parametrize("index", ["rows", "t [s]", "durations"])
 def test_a_simulation_is_played_again_from_its_own_table(index: str) -> None:
-    first = machine().simulate(theta2=1.1, seconds=0.4, seed=3)
+    first = rig().simulate(theta2=1.1, seconds=0.4, seed=3)
     table = first.to_dataframe()
     if index != "rows":
         table = table.set_index("t [s]")
     if index == "durations":
         table.index = pd.to_timedelta(table.index, unit="s").rename(None)
     table["dtheta1_ref [deg/s]"] = np.degrees(table.pop("dtheta1_ref [rad/s]"))
-    again = machine().simulate(references=table, theta2=1.1)
+    again = rig().simulate(references=table, theta2=1.1)
     assert np.abs(again.recording["z1"] - first.recording["z1"]).max() < OTHER_STEPS
 
 
@@ -196,21 +174,16 @@ def test_a_value_that_cannot_be_is_one_sentence(
         asked(found.given, values)
 
 
-def test_a_stated_value_that_cannot_be_is_refused(found: fg.Identification) -> None:
-    with pytest.raises(fg.InputError, match="start: m1 is -1; it must be greater than 0"):
-        found.given.with_settings(identify={"start": {"m1": -1.0}}).identify()
-
-
 @pytest.mark.parametrize("level", ["nonlinear", "lpv"])
 def test_a_motion_begins_in_the_state_that_is_stated(level: str) -> None:
     rest = references().assign(dtheta1_ref=0.0)
     state = {"theta1": 0.02, "dtheta1": 0.1, "v2_1": 1e-3}
-    begun = machine().simulate(references=rest, theta2=1.1, state=state, level=level).recording
+    begun = rig().simulate(references=rest, theta2=1.1, state=state, level=level).recording
     rate = np.diff(begun["theta1"])[0] / begun.sample_time
     assert begun["theta1"][0] == pytest.approx(0.02)
     assert 0.0 < rate < 0.1  # the loop brakes at once
     assert begun["deflection2"][0] == pytest.approx(0.5 * 1e-3)  # v l of the shape v x^2
-    still = machine().simulate(references=rest, theta2=1.1, level=level).recording
+    still = rig().simulate(references=rest, theta2=1.1, level=level).recording
     assert np.ptp(still["z2"]) < OTHER_STEPS < np.ptp(begun["z2"])
 
 
@@ -220,7 +193,7 @@ def test_a_motion_begins_in_the_state_that_is_stated(level: str) -> None:
 )
 def test_a_state_that_cannot_be_is_one_sentence(state: dict[str, float], sentence: str) -> None:
     with pytest.raises(fg.InputError, match=sentence):
-        machine().simulate(theta2=1.1, seconds=0.1, state=state)
+        rig().simulate(theta2=1.1, seconds=0.1, state=state)
 
 
 def test_what_a_complete_model_leaves_follows_no_input(found: fg.Identification) -> None:

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 import flexgui as fg
+from tests.library.rigs import LOOP, QUICK
 
-LOOP = fg.drives.VelocityLoop(gains=(60.0, 30.0))
-FIT = {"parameters": ["EI1", "EI2"], "output": ["z", "encoder"], "generations": 0}
 EXPORT_AGAIN = """
 import sys
 import flexgui as fg
@@ -28,10 +27,10 @@ def rig(**more: object) -> fg.Project:
     machine = fg.project("paper", LOOP)
     friction = {"coulomb_friction": {"fc1": 1.2, "fc2": 0.5}}
     tables = [
-        machine.simulate(theta2=p, seconds=0.5, seed=k, hidden=friction).to_dataframe()
+        machine.simulate(theta2=p, seconds=0.3, seed=k, hidden=friction).to_dataframe()
         for k, p in enumerate((0.8, 1.7), start=1)
     ]
-    return fg.project("paper", LOOP, tables, title="Rig", identify=FIT, **more)
+    return fg.project("paper", LOOP, tables, title="Rig", identify=QUICK, **more)
 
 
 @pytest.fixture(scope="module")
@@ -49,25 +48,18 @@ def content(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
-@pytest.mark.parametrize("of", ["identified", "diagnosed"])
+@pytest.mark.parametrize("command", [False, True])
 def test_opened_in_another_process_it_exports_the_same_files(
-    of: str, request: pytest.FixtureRequest, tmp_path: Path
+    command: bool, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    found = request.getfixturevalue(of)
+    found = request.getfixturevalue("identified" if command else "diagnosed")
     found.export(tmp_path / "first")
     found.save(tmp_path / "saved")
-    places = [str(tmp_path / name) for name in ("saved", "again")]
-    subprocess.run([sys.executable, "-c", EXPORT_AGAIN, *places], check=True)
+    asked = ["-m", "flexgui", "export", "first", "--out", "again"]
+    asked = asked if command else ["-c", EXPORT_AGAIN, "saved", "again"]
+    subprocess.run([sys.executable, *asked], check=True, cwd=tmp_path)
     first, again = content(tmp_path / "first"), content(tmp_path / "again")
     assert set(first) == set(again)
-    assert [name for name in first if first[name] != again[name]] == []
-
-
-def test_the_command_line_exports_it_again(identified: fg.Identification, tmp_path: Path) -> None:
-    identified.export(tmp_path / "first")
-    command = [sys.executable, "-m", "flexgui", "export", "first", "--out", "again"]
-    subprocess.run(command, check=True, cwd=tmp_path)
-    first, again = content(tmp_path / "first"), content(tmp_path / "again")
     assert [name for name in first if first[name] != again[name]] == []
 
 
@@ -92,18 +84,13 @@ def test_an_export_can_be_opened_too_and_moved(
     shutil.move(tmp_path / "report", tmp_path / "elsewhere")
     opened = fg.open(tmp_path / "elsewhere")
     assert opened.values == identified.values
-    for ours, theirs in zip(opened.given.recordings(), identified.given.recordings(), strict=True):
-        assert np.array_equal(ours["z1"], theirs["z1"])
-
-
-def test_a_scenario_keeps_the_words_of_the_person_who_wrote_it(
-    identified: fg.Identification, tmp_path: Path
-) -> None:
     path = identified.given.save(tmp_path / "rig" / "rig.toml")
     path.write_text("# by hand\n" + path.read_text("utf-8"), "utf-8")
     project = fg.load(path)
-    assert project.to_toml().startswith("# by hand")
+    assert project.to_toml().startswith("# by hand"), "the words of who wrote it are kept"
     assert not project.with_settings(title="other").to_toml().startswith("# by hand")
+    for ours, theirs in zip(opened.given.recordings(), identified.given.recordings(), strict=True):
+        assert np.array_equal(ours["z1"], theirs["z1"])
 
 
 def test_the_project_with_what_was_found_begins_where_the_fit_ended(
@@ -131,19 +118,15 @@ def test_a_result_with_tables_is_pickled(of: str, request: pytest.FixtureRequest
         assert np.array_equal(ours["z1"], theirs["z1"])
 
 
-def test_a_folder_without_a_result_is_named(tmp_path: Path) -> None:
+def test_what_lacks_a_result_a_table_or_the_end_of_a_file_is_named(
+    identified: fg.Identification, tmp_path: Path
+) -> None:
     with pytest.raises(fg.InputError, match=r"holds no saved result \(result\.flexgui"):
         fg.open(tmp_path)
-
-
-def test_a_damaged_file_is_no_result(identified: fg.Identification, tmp_path: Path) -> None:
-    file = identified.save(tmp_path) / "result.flexgui"
-    file.write_bytes(file.read_bytes()[:-100])
-    with pytest.raises(fg.InputError, match="cannot be opened: it is damaged"):
-        fg.open(tmp_path)
-
-
-def test_a_table_that_is_missing_is_named(identified: fg.Identification, tmp_path: Path) -> None:
     (identified.save(tmp_path) / "2.parquet").unlink()
     with pytest.raises(fg.InputError, match=r"lacks 2\.parquet, which belongs to the result"):
         fg.open(tmp_path)
+    file = identified.save(tmp_path / "other") / "result.flexgui"
+    file.write_bytes(file.read_bytes()[:-100])
+    with pytest.raises(fg.InputError, match="cannot be opened: it is damaged"):
+        fg.open(tmp_path / "other")

@@ -25,10 +25,8 @@ from flexgui.core.plugins import look_again
 from flexgui.core.recording import channels as known_channels
 from flexgui.core.recording.load import load_recording
 from flexgui.core.recording.spec import RecordingSpec
-from flexgui.core.scenario.rig_spec import SensorsSpec
 from flexgui.core.scenario.schema import DiagnoseSpec
 from flexgui.reference import reference_text
-from flexgui.stages.arm import panel as arm_panel
 from flexgui.stages.challenge.panel import GuessFields
 from flexgui.stages.compare import panel as compare_panel
 from flexgui.views.names import channel_title
@@ -252,16 +250,13 @@ def test_a_sensor_is_one_file_and_the_noise_of_the_others_stays(add: Add, tmp_pa
     assert read["a2"] == pytest.approx(after["a2"], rel=1e-12)
 
 
-def test_a_new_sensor_is_where_its_class_says_and_called_what_it_says(add: Add) -> None:
-    add("flexgui.core.sensors", "tip_accelerometer", SENSOR)
-    single = fg.project("single_axis", "torque", model={"level": "nonlinear"})
-    assert "a1" not in single.simulate(seconds=0.1).recording.channels
-    assert "a1" in machine().simulate(theta2=1.2, seconds=0.1).recording.channels
-    assert channel_title("a1") == "tip acceleration a1"
-
-
 def test_a_new_sensor_is_identified_from_and_its_noise_is_known(add: Add) -> None:
     add("flexgui.core.sensors", "tip_accelerometer", SENSOR)
+    single = fg.project("single_axis", "torque", model={"level": "nonlinear"})
+    assert "a1" not in single.simulate(seconds=0.1).recording.channels, "where its class says"
+    assert channel_title("a1") == "tip acceleration a1"
+    with pytest.raises(fg.InputError, match="'accelerometer_noise'"):
+        machine(sensors={"acelerometer_noise": 0.1})
     stated = {"accelerometer_noise": NOISE, "encoder_noise": 1e-5}
     made = machine(sensors=stated).simulate(theta2=1.2, seconds=0.5, seed=7)
     outputs = {**QUICK, "output": ["acceleration", "encoder"]}
@@ -308,13 +303,6 @@ def test_a_new_sensor_has_a_delay_of_its_own(add: Add) -> None:
         assert found[name].value == pytest.approx(0.004, rel=RECOVERED)
     assert abs(found["te1"].value) < 1e-5
     assert rig.model.parameter("tacceleration2").title == "delay of tip accelerometer 2"
-
-
-def test_a_misspelt_noise_setting_is_met_with_the_nearest(add: Add) -> None:
-    add("flexgui.core.sensors", "tip_accelerometer", SENSOR)
-    with pytest.raises(fg.InputError, match="'accelerometer_noise'"):
-        machine(sensors={"acelerometer_noise": 0.1})
-    assert SensorsSpec().noise_of("camera_noise") is None
 
 
 DRIVE = '''
@@ -437,21 +425,6 @@ def test_a_drive_with_another_servo_is_one_file(add: Add, monkeypatch: pytest.Mo
     assert found["EI2"].value == pytest.approx(EI, rel=RECOVERED)
     assert asked and {drive.kind for drive in asked} == {"lightly_served"}
     assert [t.joint for t in found.compare().recordings[0].missing_torque] == [1, 2]
-
-
-def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
-    add("flexgui.core.drives", "damped", DRIVE)
-    drive = {"kind": "damped", "stiffness": [900.0, 400.0], "damping": [60.0, 30.0]}
-    document = SimpleNamespace(scenario=fg.project("paper", drive).scenario)
-    session = SimpleNamespace(document=document)
-    shown: list[str] = []
-    monkeypatch.setattr(arm_panel, "slider", lambda context, label, *rest: shown.append(label))
-    panel = arm_panel.ArmSliders.__new__(arm_panel.ArmSliders)
-    panel.context = cast(Any, SimpleNamespace(session=session))
-    panel._scenario, panel._built = document.scenario, fg.presets()["paper"]
-    panel._build_more()
-    assert {"k1 [N m/rad]", "k2 [N m/rad]"} <= set(shown)
-    assert not any(label.startswith("λ") for label in shown)
 
 
 VIEW = '''

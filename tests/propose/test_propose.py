@@ -178,18 +178,6 @@ def test_a_search_that_is_stopped_ends_soon_and_says_so(after: int) -> None:
     assert found.stopped and not found.laws
 
 
-def test_a_search_says_what_it_is_busy_with_and_a_callback_stops_it() -> None:
-    stages: list[str] = []
-
-    def until_asking(update: Any) -> bool:
-        stages.append(update.stage)
-        return not update.stage.startswith("Asking what the rest depends on")
-
-    found = spring().propose(until_asking)
-    assert found.stopped and not found.laws
-    assert "Reading the recordings" in stages and stages[-1].startswith("Asking")
-
-
 @pytest.mark.parametrize("verdict", [NOTHING, MISSING])
 def test_after_a_diagnosis_no_law_is_looked_for_where_its_list_was_enough(verdict: str) -> None:
     told = Diagnosis(verdict, None, rounds=(), steps=FOUND.steps, not_applicable={})
