@@ -16,7 +16,7 @@ from ..montecarlo.rig import Rig, rig_of
 from ..montecarlo.settings import StudySettings
 from ..plugins import discover
 from ..processors import at_most
-from ..resumable.executor import Executor, Processes, Stop, never
+from ..resumable.executor import Executor, Here, Stop, never
 from ..resumable.journal import Finished, Journal, resume
 from ..sentences import did_you_mean
 
@@ -42,7 +42,7 @@ def study(
     """Yields every case once, as `resume` does; `path` is the file that keeps what is found."""
     journal = None if path is None else Journal(path, settings.identity)
     cases, order = study_cases(settings, only), partial(order_text, settings)
-    return resume(cases, order, answer_text, executor or Processes(), journal, stop)
+    return resume(cases, order, answer_text, executor or Here(), journal, stop)
 
 
 FOLDER = f"{__package__}.parts"

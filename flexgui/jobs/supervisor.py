@@ -13,7 +13,7 @@ import time
 from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any
 
-from flexgui.core.resumable.executor import one_thread_each
+from flexgui.core.processors import one_thread_each
 from flexgui.jobs.job import Job
 from flexgui.jobs.messages import Ended, Failed, Order, PoolSettings, Ready, Stopped, WorkerLost
 from flexgui.jobs.worker import TOO_LONG, work
@@ -308,12 +308,12 @@ def _reported(job: Job, ending: Ended) -> Ended:
         return ending
     if ending.traceback:
         log.error("%s failed unexpectedly\n%s", job.task.title, ending.traceback)
-        return _failed(job, ending.sentence)
+        return _failed(job, ending.sentence, ending.traceback)
     return ending if job.stop_requested_at is None else Stopped()
 
 
-def _failed(job: Job, error: str) -> Failed:
-    return Failed(f"{job.task.title} failed unexpectedly ({error}); details are in the log.")
+def _failed(job: Job, error: str, trace: str = "") -> Failed:
+    return Failed(f"{job.task.title} failed unexpectedly ({error}); details are in the log.", trace)
 
 
 def _worker_lost(job: Job, worker: WorkerProcess) -> Ended:

@@ -18,19 +18,9 @@ import pytest
 
 from flexgui.core.errors import InputError
 from flexgui.core.montecarlo.study import study, study_cases
-from flexgui.core.resumable.executor import (
-    MOST_LOSSES,
-    THREADS,
-    Answers,
-    Cluster,
-    Executor,
-    Here,
-    Processes,
-    Stop,
-    Work,
-    never,
-    one_thread_each,
-)
+from flexgui.core.processors import THREADS, one_thread_each
+from flexgui.core.resumable.executor import Answers, Cluster, Executor, Here, Stop, Work, never
+from flexgui.jobs.executor import MOST_LOSSES, Processes
 from tests.paper_study.failing import fill_memory, lose_key
 from tests.paper_study.helpers import FITS, numbers, records_of, short
 

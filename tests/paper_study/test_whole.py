@@ -12,8 +12,8 @@ from flexgui.core.montecarlo.paper_values import FITS
 from flexgui.core.montecarlo.settings import make_settings
 from flexgui.core.montecarlo.study import study
 from flexgui.core.montecarlo.summary import Summary, summarise
-from flexgui.core.resumable.executor import Processes
 from flexgui.core.scenario.read import read_scenario
+from flexgui.jobs.executor import Processes
 from flexgui.stages.study.findings import ratio_of_deviations
 from tests.paper_study.helpers import records_of
 

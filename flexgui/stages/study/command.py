@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterator
 from contextlib import closing
@@ -43,12 +44,15 @@ def study(
 
     # What computes is slow to load, and a slip in the scenario is said before.
     from flexgui.core.montecarlo.study import study as steps_of
-    from flexgui.core.resumable.executor import Cluster, Processes
+    from flexgui.core.resumable.executor import Cluster
     from flexgui.export.folder import check_writable
+    from flexgui.jobs.executor import Processes
     from flexgui.stages.study.findings import findings
     from flexgui.stages.study.report import REPORT
     from flexgui.stages.study.task import JOURNAL, write_report
 
+    # What the pool logs for a server is an error here, and said as one.
+    logging.getLogger("flexgui.jobs").addHandler(logging.NullHandler())
     folder = out or Path("studies") / scenario.stem
     executor = Processes(workers) if cluster is None else Cluster(cluster)
     check_writable(folder)

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from flexgui.core.errors import InputError
 from flexgui.core.montecarlo.settings import StudySettings
-from flexgui.core.resumable.executor import Executor, Here
+from flexgui.core.resumable.executor import Executor, Here, WorkFailedError
 from flexgui.core.resumable.journal import Finished as FinishedCase
 from flexgui.core.resumable.journal import Journal, Record
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Task
+from flexgui.jobs.executor import QueueExecutor
 from flexgui.places import has_saved_work, hide_paths
 from flexgui.session.scheduling import LatestRequest
 from flexgui.session.state import PagePart, Topic
@@ -35,7 +36,7 @@ from flexgui.stages.study.state import (
     remaining,
     shown,
 )
-from flexgui.stages.study.task import JOURNAL, QueueExecutor, study_report
+from flexgui.stages.study.task import JOURNAL, study_report
 
 if TYPE_CHECKING:
     from flexgui.core.montecarlo.study import Case
@@ -271,7 +272,7 @@ class StudyRun:
             self._go_through()
             done = self._state.done == self._state.total
             self._change(phase=DONE if done else STOPPED)
-        except InputError as error:
+        except (InputError, WorkFailedError) as error:
             self._change(phase=FAILED, sentence=hide_paths(str(error), self.folder))
         except Exception as error:
             log.exception("A study failed")

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from flexgui.core.processors import WORKERS, at_most
-from flexgui.core.resumable.executor import Processes, Work
+from flexgui.core.resumable.executor import Work
 from flexgui.core.resumable.journal import Journal, Keyed, Record, resume
+from flexgui.jobs.executor import Processes
 
 C = TypeVar("C", bound=Keyed)
 
