@@ -55,7 +55,7 @@ RANKS = {
     "core.profile_likelihood": 10.9,
     "core.workbench": 11,
     "core.experiments": 11.5,
-    "core.study": 12,
+    "core.challenge": 12,
     "core.montecarlo": 12.5,
     "flexgui.plain_words": 13.5,
     "flexgui.library.shipped": 13.6,

@@ -20,7 +20,7 @@ def challenge(
     level: Annotated[str, typer.Option(help="easy: one hidden effect; hard: two.")] = "easy",
 ) -> None:
     """Write recordings with hidden effects, the truth sealed beside them."""
-    from flexgui.core.study.challenge import make_challenge, write_challenge
+    from flexgui.core.challenge.challenge import make_challenge, write_challenge
     from flexgui.export.folder import check_writable
 
     check_writable(out.parent if out.suffix.lower() == ".zip" else out)
@@ -51,9 +51,9 @@ def hand_in(
 ) -> None:
     """Seal a guess at a challenge into one file, to be graded."""
     from flexgui.classroom.hand_in import HandIn, most_guesses, stated_guess
+    from flexgui.core.challenge.challenge import obfuscated_truth
     from flexgui.core.errors import InputError
     from flexgui.core.files import replacing
-    from flexgui.core.study.challenge import obfuscated_truth
 
     obfuscated = obfuscated_truth(place)
     if len(guess) > most_guesses(obfuscated):

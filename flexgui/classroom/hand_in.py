@@ -11,10 +11,10 @@ from pathlib import Path
 
 import msgspec
 
+from flexgui.core.challenge.challenge import LEVELS, obfuscate, reveal
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import did_you_mean
-from flexgui.core.study.challenge import LEVELS, obfuscate, reveal
 from flexgui.stages.challenge.judging import NONE_GUESSED, Guess, judge, plain_name, truth_text
 
 HEAD = "FlexGUI hand-in, sealed. `flexgui grade` checks it."

@@ -107,7 +107,7 @@ def test_a_file_in_the_way_of_a_challenge_is_told_before_the_work(
     def begun(*given: object) -> None:
         raise AssertionError("the work has begun")
 
-    monkeypatch.setattr("flexgui.core.study.challenge.make_challenge", begun)
+    monkeypatch.setattr("flexgui.core.challenge.challenge.make_challenge", begun)
     (tmp_path / "taken").touch()
     refused(command("challenge", "--seed", "1", "--out", "taken"), "taken", "is a file")
     refused(command("challenge", "--seed", "1", "--out", "taken/x.zip"), "taken", "is a file")

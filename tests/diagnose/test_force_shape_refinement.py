@@ -22,7 +22,7 @@ from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
 from flexgui.core.noise.whitening import no_whitening
-from flexgui.core.study.study_rig import bare_model
+from flexgui.core.challenge.study_rig import bare_model
 from tests.diagnose import fits
 from tests.marks import long_except
 

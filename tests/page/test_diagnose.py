@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.study.challenge import reveal
+from flexgui.core.challenge.challenge import reveal
 from flexgui.jobs.messages import DEFAULT
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
@@ -219,7 +219,7 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
 def test_guess_and_reveal(page: Any, session: Session) -> None:
     """The recordings are made by the session's tests; here the seal is opened by hand."""
     few(session)
-    from flexgui.core.study.challenge import obfuscate
+    from flexgui.core.challenge.challenge import obfuscate
 
     truth = {
         "seed": 4, "level": "easy", "effects": ["coulomb_friction"], "EI": 520.0,

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flexgui.core.challenge.challenge import reveal
 from flexgui.core.scenario.read import read_scenario
-from flexgui.core.study.challenge import reveal
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import fetch_files

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import viser
 
-from flexgui.core.study.study_rig import bare_model
+from flexgui.core.challenge.challenge_rig import bare_model
 from flexgui.scene import paint
 from flexgui.scene.arm_scene import FAINT, ArmScene
 from flexgui.scene.error_board import AWAY, EMPTY, ErrorBoard, cells, error_paint, shade

@@ -19,9 +19,9 @@ from flexgui.classroom.hand_in import (
     stated_guess,
 )
 from flexgui.cli import app
+from flexgui.core.challenge.challenge import HEAD as CHALLENGE
+from flexgui.core.challenge.challenge import TRUTH_FILE, obfuscate
 from flexgui.core.errors import InputError
-from flexgui.core.study.challenge import HEAD as CHALLENGE
-from flexgui.core.study.challenge import TRUTH_FILE, obfuscate
 from flexgui.stages.challenge.judging import NONE_GUESSED, Guess
 from tests.approved import approved
 

@@ -21,7 +21,7 @@ from flexgui.core.simulate.response import (
     linear_output,
     step_response,
 )
-from flexgui.core.study.study_rig import bare_model
+from flexgui.core.challenge.study_rig import bare_model
 from tests.helpers import ARMS, loaded, looped
 from tests.simulate.test_linear_model import FILTERED
 

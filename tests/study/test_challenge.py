@@ -15,13 +15,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from flexgui.cli import app
-from flexgui.core.effects import catalogue
-from flexgui.core.errors import InputError
-from flexgui.core.loading import load_recordings
-from flexgui.core.progress import Silent
-from flexgui.core.scenario.read import read_scenario
-from flexgui.core.scenario.stated_effects import base_model
-from flexgui.core.study.challenge import (
+from flexgui.core.challenge.challenge import (
     HEAD,
     SCENARIO,
     TRUTH_FILE,
@@ -30,6 +24,12 @@ from flexgui.core.study.challenge import (
     reveal,
     write_challenge,
 )
+from flexgui.core.effects import catalogue
+from flexgui.core.errors import InputError
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.stages.challenge.judging import truth_of, truth_text
 
 
@@ -72,8 +72,8 @@ def test_the_model_has_no_effect_and_no_file_names_one(folder: Path) -> None:
 
 @pytest.mark.parametrize(("level", "count"), [("easy", 1), ("hard", 2)])
 def test_as_many_effects_are_hidden_as_the_level_says(level: str, count: int) -> None:
-    from flexgui.core.study.challenge import _kinds
-    from flexgui.core.study.hidden_effect import prerequisites
+    from flexgui.core.challenge.challenge import _kinds
+    from flexgui.core.challenge.hidden_effect import prerequisites
 
     for seed in range(30):
         kinds = _kinds(count, np.random.default_rng(seed))

@@ -14,15 +14,15 @@ from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import simulate_within
-from flexgui.core.study.detectability import CLOSE, Detectability, UnreachableError, crossing
-from flexgui.core.study.hidden_effect import (
+from flexgui.core.challenge.detectability import CLOSE, Detectability, UnreachableError, crossing
+from flexgui.core.challenge.hidden_effect import (
     LEVELS_OF_MODEL,
     candidates,
     hide_effect,
     parameters_on,
     prerequisites,
 )
-from flexgui.core.study.study_rig import (
+from flexgui.core.challenge.study_rig import (
     AR_COEFFICIENT,
     AR_COEFFICIENTS,
     STDS,

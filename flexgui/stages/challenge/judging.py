@@ -134,14 +134,14 @@ def size_fields(kind: str) -> tuple[SizeField, ...]:
 
 
 def _parameters(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
-    from flexgui.core.study.study_rig import bare_model, study_rig
+    from flexgui.core.challenge.challenge_rig import bare_model, challenge_rig
 
     model = bare_model().with_effects([effect(kind) for kind in kinds], {})
     return {
         hidden.kind: tuple(
             k.parameter
             for k in hidden.parameters(model.arm, model.drive, typical(model.arm))
-            if hidden.shown(k.parameter.name, study_rig(model))
+            if hidden.shown(k.parameter.name, challenge_rig(model))
         )
         for hidden in model.effects
     }
@@ -228,9 +228,9 @@ def plain_name(text: str) -> str:
 
 def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str, str]:
     """(scenario as TOML, obfuscated truth); the recordings lie in `folder` afterwards."""
+    from flexgui.core.challenge.challenge import make_challenge
     from flexgui.core.recording.save import save_recording
     from flexgui.core.scenario.read import scenario_toml
-    from flexgui.core.study.challenge import make_challenge
 
     progress.stage("Hiding an effect in an arm, and recording it")
     made = make_challenge(seed, level)
@@ -244,14 +244,14 @@ def truth_of(place: Path) -> str:
 
     `place` is a challenge's folder, its zip, or the obfuscated file itself.
     """
-    from flexgui.core.study.challenge import TRUTH_FILE, obfuscated_truth, reveal
+    from flexgui.core.challenge.challenge import TRUTH_FILE, obfuscated_truth, reveal
 
     return truth_text(reveal(obfuscated_truth(place), TRUTH_FILE))
 
 
 def truth_text(text: str, names: bool = True) -> str:
     """The truth as text: effects, sizes, visibility; with `names` also their ids in scenarios."""
-    from flexgui.core.study.study_rig import bare_model
+    from flexgui.core.challenge.challenge_rig import bare_model
 
     truth = json.loads(text)
     values, shown = truth["values"], truth["shown"]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from flexgui.core.challenge.challenge import LEVELS
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
-from flexgui.core.study.challenge import LEVELS
 from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragraph, stage_macros
 from flexgui.sentences.figures import validation_rms

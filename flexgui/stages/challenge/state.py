@@ -76,7 +76,7 @@ class Challenge:
     @property
     def count(self) -> int:
         """How many effects are hidden at this level."""
-        from flexgui.core.study.challenge import LEVELS
+        from flexgui.core.challenge.challenge import LEVELS
 
         return LEVELS[self.level][0] if self.level in LEVELS else 1
 
@@ -192,7 +192,7 @@ class Challenges:
 
     def reveal(self) -> bool:
         """Reveals the truth after a guess, and uses the tool if it was not used yet."""
-        from flexgui.core.study.challenge import reveal
+        from flexgui.core.challenge.challenge import reveal
 
         state = self.state
         if state is None or not state.guesses or state.changing:

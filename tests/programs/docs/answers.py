@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import flexgui as fg
+from flexgui.core.challenge.challenge import TRUTH_FILE, make_challenge, reveal
 from flexgui.core.results import Diagnosis, Estimate, LadderStep
-from flexgui.core.study.challenge import TRUTH_FILE, make_challenge, reveal
 from flexgui.sentences.identifiability import identifiability_sentences
 from flexgui.sentences.written import format_number
 from flexgui.stages.challenge.judging import truth_text

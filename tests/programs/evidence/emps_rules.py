@@ -17,6 +17,7 @@ import pandas as pd
 from scipy.signal import butter, sosfiltfilt
 
 from flexgui.core.arm.arm import Arm
+from flexgui.core.challenge.challenge_rig import simulate_exactly
 from flexgui.core.drives.drive import Drive
 from flexgui.core.drives.law import DriveLaw
 from flexgui.core.parameters import Parameter
@@ -24,7 +25,6 @@ from flexgui.core.results import Outcome
 from flexgui.core.scenario.read import check_scenario, read_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.simulate.motion import Task, at_rest
-from flexgui.core.study.study_rig import simulate_exactly
 from flexgui.core.workbench import run_scenario
 
 ESTIMATED, JUDGED = "emps.csv", "emps_pulses.csv"

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from flexgui.core.study.detectability import UnreachableError
+from flexgui.core.challenge.detectability import UnreachableError
 from tests.programs.sample.cases import TRUTH
 from tests.programs.studies.plain_matrix import COUNTS
 from tests.programs.studies.plain_matrix_hidden import Sight, hide

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from flexgui.core.challenge.detectability import UnreachableError
 from flexgui.core.effects import catalogue
 from flexgui.core.effects.sizes import typical
 from flexgui.core.model import Model
@@ -27,7 +28,6 @@ from flexgui.core.recording.save import save_recording
 from flexgui.core.results import Diagnosis
 from flexgui.core.scenario.read import read_scenario, write_scenario
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.study.detectability import UnreachableError
 from flexgui.core.workbench import run_scenario
 from flexgui.sentences.verdict import verdict_paragraphs
 from tests.programs.studies.plain_matrix_hidden import Sight, hide

@@ -20,6 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
+from flexgui.core.challenge.detectability import UnreachableError, crossing
 from flexgui.core.diagnose.base_fit import compared_outputs
 from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
 from flexgui.core.diagnose.force_shape_refinement import ShapedChanges, best_force_shape
@@ -43,7 +44,6 @@ from flexgui.core.noise.whitening import no_whitening
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import ABOVE
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.study.detectability import UnreachableError, crossing
 from flexgui.sentences.ranked import nesting
 from tests.programs.studies.plain_matrix_rigs import STEPS_HZ
 from tests.programs.studies.plain_matrix_rigs import Rig as Bench

@@ -9,6 +9,7 @@ import numpy as np
 import sympy as sp
 
 from flexgui.core.arm.arm import Arm
+from flexgui.core.challenge.detectability import crossing
 from flexgui.core.drives.drive import Drive
 from flexgui.core.effects.effect import Effect, EffectParameter, Values
 from flexgui.core.effects.per_joint import joint_direction
@@ -18,7 +19,6 @@ from flexgui.core.forces.law import V, W, joint_law
 from flexgui.core.recording.recording import Recording
 from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.motion import Task
-from flexgui.core.study.detectability import crossing
 from flexgui.core.trajectory import Trajectory
 from tests.programs.studies.plain_matrix_hidden import STRONG, Sight
 from tests.programs.studies.plain_matrix_rigs import STEPS_HZ, Rig

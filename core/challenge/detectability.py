@@ -11,16 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..effects.sizes import sizes_of
-from ..identify.predictor import Predictor
-from ..identify.prepared_recording import prepare
-from ..identify.processing import Processing
-from ..identify.residuals import Residuals
-from ..identify.unknowns import Unknown, Unknowns, unknowns_with_starts
-from ..model import Model
-from ..recording.recording import Recording
-from ..sensors import sensor
-from ..study.study_rig import (
+from ..challenge.challenge_rig import (
     IDENTIFY,
     KINDS,
     STDS,
@@ -30,6 +21,15 @@ from ..study.study_rig import (
     recording,
     simulate_roughly,
 )
+from ..effects.sizes import sizes_of
+from ..identify.predictor import Predictor
+from ..identify.prepared_recording import prepare
+from ..identify.processing import Processing
+from ..identify.residuals import Residuals
+from ..identify.unknowns import Unknown, Unknowns, unknowns_with_starts
+from ..model import Model
+from ..recording.recording import Recording
+from ..sensors import sensor
 
 RANK = 1e-10
 """Relative singular value below which a nuisance direction is absent."""

@@ -20,6 +20,25 @@ from typing import Any
 
 import numpy as np
 
+from ..challenge.challenge_rig import (
+    CHANNELS,
+    GAINS,
+    STDS,
+    Experiment,
+    bare_model,
+    readings,
+    recording,
+    simulate_exactly,
+    with_noise,
+)
+from ..challenge.detectability import UnreachableError
+from ..challenge.hidden_effect import (
+    HiddenEffect,
+    candidates,
+    hide_effect,
+    prerequisites,
+    with_added,
+)
 from ..drives.velocity_loop import VelocityLoop
 from ..effects import effect, with_included
 from ..errors import InputError
@@ -31,19 +50,6 @@ from ..recording.spec import SimulateSpec
 from ..scenario.read import scenario_toml
 from ..scenario.schema import Scenario
 from ..sentences import did_you_mean
-from ..study.detectability import UnreachableError
-from ..study.hidden_effect import HiddenEffect, candidates, hide_effect, prerequisites, with_added
-from ..study.study_rig import (
-    CHANNELS,
-    GAINS,
-    STDS,
-    Experiment,
-    bare_model,
-    readings,
-    recording,
-    simulate_exactly,
-    with_noise,
-)
 
 SCENARIO, TRUTH_FILE = "scenario.toml", "truth.sealed"
 

@@ -1,7 +1,8 @@
 """Hidden effects of a chosen size.
 
-Weak effects show half the noise, strong ones three times the noise (core.study.detectability). Each
-joint or segment has a random share of the size, and a random sign if signs are free.
+Weak effects show half the noise, strong ones three times the noise
+(core.challenge.detectability). Each joint or segment has a random share of the size, and a random
+sign if signs are free.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..challenge.challenge_rig import Experiment, bare_model, challenge_rig
+from ..challenge.detectability import Detectability, crossing
 from ..effects import catalogue, effect, with_included
 from ..effects.effect import Effect, EffectParameter
 from ..effects.sizes import Sizes, typical
 from ..model import Model
-from ..study.detectability import Detectability, crossing
-from ..study.study_rig import Experiment, bare_model, study_rig
 
 SPLIT = (0.5, 1.5)
 """Each joint's or segment's share of the common size."""
@@ -35,8 +36,8 @@ missing."""
 
 
 def candidates() -> dict[str, Effect]:
-    """All effects that the rig of the studies can show."""
-    rig = study_rig(bare_model())
+    """All effects that the rig of the challenges can show."""
+    rig = challenge_rig(bare_model())
     return {
         kind: e
         for kind, e in catalogue().items()
@@ -55,9 +56,9 @@ def prerequisites(e: Effect) -> tuple[Effect, ...]:
 def parameters_on(
     e: Effect, model: Model, sizes: Sizes | None = None
 ) -> tuple[EffectParameter, ...]:
-    """The effect's parameters on its arm, where the studies show them."""
+    """The effect's parameters on its arm, where the challenges show them."""
     arm = e.changed_arm(model.arm, {})
-    quantities, rig = e.parameters(arm, model.drive, sizes or typical(arm)), study_rig(model)
+    quantities, rig = e.parameters(arm, model.drive, sizes or typical(arm)), challenge_rig(model)
     return tuple(quantity for quantity in quantities if e.shown(quantity.parameter.name, rig))
 
 

@@ -1,4 +1,4 @@
-"""The rig of the studies: the paper's arm in its velocity loop, with encoders and camera."""
+"""The rig of the challenges: the paper's arm in its velocity loop, with encoders and camera."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def bare_model(level: str = "nonlinear", modes: int = 1) -> Model:
     return Model(arm.model_copy(update={"segments": segments}), VelocityLoop(gains=GAINS), level)
 
 
-def study_rig(model: Model) -> Rig:
-    """What the studies' recordings of a model can show."""
+def challenge_rig(model: Model) -> Rig:
+    """What the recordings of a challenge can show of a model."""
     return Rig(model.arm, model.drive, model.level, KINDS)
 
 

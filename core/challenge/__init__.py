@@ -1,0 +1,1 @@
+"""Challenges for people: recordings in which effects of a chosen size are hidden."""

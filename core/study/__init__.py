@@ -1,1 +1,0 @@
-"""Studies: hidden effects of a chosen size, and challenges for people."""
