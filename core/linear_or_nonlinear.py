@@ -24,7 +24,7 @@ LINEAR_ERROR = 0.5
 to the noise's standard deviation, and changes no estimate by more than its own."""
 
 
-MOST_SAMPLES = 30_000
+MOST_SAMPLES_TO_DECIDE = 30_000
 """Samples of all recordings together, which decide within two seconds; of a longer one, the part in
 which the joints move most."""
 
@@ -43,7 +43,7 @@ def choose_level(
     tolerance, as a share of a channel's spread.
     """
     chosen = [r for r in recordings if r.role == "estimate"]
-    chosen = [r.excerpt(max(MOST_SAMPLES // len(chosen), FEWEST_SAMPLES)) for r in chosen]
+    chosen = [r.excerpt(max(MOST_SAMPLES_TO_DECIDE // len(chosen), FEWEST_SAMPLES)) for r in chosen]
     full = full_equations(model)
     if full.steering is not None or not _linear(model):
         return LevelChoice("nonlinear")

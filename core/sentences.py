@@ -10,7 +10,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-LONGEST = 300
+LONGEST_SENTENCE = 300
 """Characters of a sentence that somebody still reads to its end."""
 LONGEST_LIST = 150
 """Characters of the names that are offered where a name is wrong."""
@@ -24,11 +24,11 @@ def one_line(text: str) -> str:
 
 
 def brief(text: str) -> str:
-    """One line of at most LONGEST characters: very long names and lists lose their middle."""
+    """One line, at most LONGEST_SENTENCE long: very long names and lists lose their middle."""
     words = one_line(text).split(" ")
-    if sum(map(len, words)) + len(words) > LONGEST:
+    if sum(map(len, words)) + len(words) > LONGEST_SENTENCE:
         words = [_cut(word, LONGEST_QUOTE) for word in words]
-    return _cut(" ".join(words), LONGEST)
+    return _cut(" ".join(words), LONGEST_SENTENCE)
 
 
 def _cut(text: str, length: int) -> str:

@@ -53,7 +53,7 @@ from ..sentences import did_you_mean
 
 SCENARIO, TRUTH_FILE = "scenario.toml", "truth.sealed"
 
-SECONDS, SWEEP_SECONDS = 2.0, 5.0
+MOVE_SECONDS, SWEEP_SECONDS = 2.0, 5.0
 
 LEVELS: Mapping[str, tuple[int, float, float]] = {"easy": (1, 3.0, 10.0), "hard": (2, 2.0, 4.0)}
 """level -> number of hidden effects, and their least and largest size in noise rms per sample."""
@@ -108,7 +108,7 @@ def _experiments(rng: np.random.Generator) -> list[Experiment]:
     points = [
         Experiment(
             f"th{k}",
-            SimulateSpec(theta2=float(k * np.pi / 8), seconds=SECONDS, seed=int(seeds[k - 1])),
+            SimulateSpec(theta2=float(k * np.pi / 8), seconds=MOVE_SECONDS, seed=int(seeds[k - 1])),
         )
         for k in range(1, 8)
     ]

@@ -111,15 +111,15 @@ def crossing(shown: Callable[[float], float], level: float) -> tuple[float, floa
     return high, float(level * np.exp(f_high))
 
 
-LEAST = 1e-3
+LEAST_SEEN_SHARE = 1e-3
 """Share of the level below which an effect counts as not seen at all."""
 
 
 def _gap(size: float, level: float) -> float:
     """log(size / level), bounded below; infinite for a motion that diverged."""
     if not np.isfinite(size):
-        return float(-np.log(LEAST))
-    return float(np.log(max(size / level, LEAST)))
+        return float(-np.log(LEAST_SEEN_SHARE))
+    return float(np.log(max(size / level, LEAST_SEEN_SHARE)))
 
 
 def _bracket(shown: Callable[[float], float], level: float) -> tuple[float, float, float, float]:

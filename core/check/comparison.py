@@ -26,13 +26,13 @@ from ..recording.recording import Recording
 from ..scenario.schema import IdentifySpec
 from ..sensors import sensor
 
-SECONDS = 2.0
+COMPARED_SECONDS = 2.0
 """Of motion that are compared: periods enough of a slow arm, and soon simulated."""
 MOVES = 0.01
 """Of its range: what a joint has left when the motion begins."""
 LEAD = 40
 """Samples before the motion that are compared too."""
-STEP = 1e-3
+COMPARED_STEP = 1e-3
 """s, of a simulation, and at least between samples: a motion within a per cent."""
 MOST_ROWS = 500
 """Samples of a channel that are compared."""
@@ -139,7 +139,7 @@ class Comparison:
                 prepared[id(r)] = prepare(self.model, r, self.setup.outputs, self.setup.processing)
         place = {key: k for k, key in enumerate(prepared)}
         levels = {k: self._noise_levels(e.recording) for k, e in prepared.items() if self.noise}
-        steps = int(np.ceil(self.recording.sample_time / STEP - JITTER))
+        steps = int(np.ceil(self.recording.sample_time / COMPARED_STEP - JITTER))
         predictor = Predictor(list(prepared.values()), self.unknowns, {}, steps=max(steps, 1))
         keys = [_moved_by(prepared[id(r)], x) for r, x in asked]
         first = {key: k for k, key in reversed(list(enumerate(keys)))}
@@ -216,7 +216,7 @@ def _stiffnesses(model: Model) -> list[str]:
 
 
 def first_moves(measured: MeasuredRecording, faults: Sequence[ColumnFault]) -> Recording | None:
-    """The first SECONDS of motion on an even clock, with faults taken back; None without
+    """The first COMPARED_SECONDS of motion on an even clock, with faults taken back; None without
     encoders."""
     joints = measured.names("theta#")
     if not joints:
@@ -229,5 +229,5 @@ def first_moves(measured: MeasuredRecording, faults: Sequence[ColumnFault]) -> R
     q = np.column_stack([whole[n] for n in joints])
     away = np.max(np.abs(q - q[0]) / (np.ptp(q, axis=0) + 1e-300), axis=1)
     first = max(int(np.argmax(away > MOVES)) - LEAD, 0)
-    every = max(int(STEP / measured.step + JITTER), 1)
-    return whole.rows(slice(first, first + LEAD + int(SECONDS / measured.step), every))
+    every = max(int(COMPARED_STEP / measured.step + JITTER), 1)
+    return whole.rows(slice(first, first + LEAD + int(COMPARED_SECONDS / measured.step), every))

@@ -13,7 +13,7 @@ from ..trajectory import Trajectory
 
 FLOOR = 1e-4
 """Of a channel's variance: what no model explains."""
-MOST = 20.0
+LARGEST_UNEXPLAINED = 20.0
 """The same: a motion beyond is as wrong as one that diverges."""
 MAINLY = 0.5
 """Of a channel's unexplained variance that a fault takes at least."""
@@ -64,7 +64,7 @@ class Equation:
     def share_of(self, error: np.ndarray) -> float:
         """The share of another `error` (M,)."""
         left = float(np.mean(error**2)) + self.tolerance**2
-        return min(left / self.size**2, MOST) + FLOOR
+        return min(left / self.size**2, LARGEST_UNEXPLAINED) + FLOOR
 
     @cached_property
     def is_white(self) -> bool:

@@ -15,7 +15,7 @@ from ..recording.initial_motion import with_beginnings
 from ..recording.recording import Beginning, Recording
 from ..scenario.schema import IdentifySpec
 
-FEWEST = 50
+FEWEST_SAMPLES = 50
 """Fewest samples for statistics of a channel."""
 
 
@@ -103,7 +103,7 @@ class MeasuredRecording:
     def _without_outliers(self, channel: str) -> np.ndarray:
         values = self.counted(channel).copy()
         good = np.flatnonzero(np.isfinite(values))
-        if len(good) >= FEWEST and not is_reference(channel):
+        if len(good) >= FEWEST_SAMPLES and not is_reference(channel):
             values[good[far_out(values[good])]] = np.nan
         return values
 
@@ -120,8 +120,8 @@ class MeasuredRecording:
 
     def has(self, *names: str) -> bool:
         """Whether all channels exist with enough samples."""
-        return len(self.grid) >= FEWEST and all(
-            name in self.channels and np.isfinite(self.counted(name)).sum() >= FEWEST
+        return len(self.grid) >= FEWEST_SAMPLES and all(
+            name in self.channels and np.isfinite(self.counted(name)).sum() >= FEWEST_SAMPLES
             for name in names
         )
 

@@ -18,7 +18,7 @@ SHARE_AT_LIMIT = 0.01
 """Share of the samples; real recordings have 0.2 % at their largest value."""
 FEWEST_AT_LIMIT = 8
 """Fewest samples at a limit."""
-LONGEST = 20
+LONGEST_CONSTANT_RUN = 20
 """Equal samples in a row: noise and motion never repeat a value so often."""
 FAR = 8.0
 """Times what nearly all samples stand out by at most; white noise stays below four."""
@@ -37,7 +37,7 @@ def jumps(x: np.ndarray) -> list[tuple[int, float]]:
     for k in np.flatnonzero(steps > FAR * usual):
         around = slice(max(k - 2, 0), k + 3)
         alone = np.sum(steps[around] > steps[k] / FAR) == 1
-        if alone and steps[max(k - LONGEST, 0) : k].any() and x[k] * x[k + 1] != 0.0:
+        if alone and steps[max(k - LONGEST_CONSTANT_RUN, 0) : k].any() and x[k] * x[k + 1] != 0.0:
             found.append((int(k) + 1, float(moves[k] - np.median(moves[around]))))
     return found
 
@@ -81,11 +81,11 @@ def _at(x: np.ndarray, top: float, side: float) -> tuple[float, float] | None:
 
 OF_SPREAD = 0.5
 """Of the channel's standard deviation: in recordings of real drives, currents stand out by 0.3."""
-MOST = 0.03
+MOST_OUTLIERS = 0.03
 """Of the samples; more are no outliers."""
 
 
-def far_out(x: np.ndarray, share: float = MOST) -> np.ndarray:
+def far_out(x: np.ndarray, share: float = MOST_OUTLIERS) -> np.ndarray:
     """(N,) True where one or two samples of x (N,) stand out to the same side of both neighbours,
     further than all but a `share` of the samples do."""
     bad = np.zeros(len(x), dtype=bool)

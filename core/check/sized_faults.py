@@ -27,7 +27,7 @@ LAGS = (1.0, 4.0, 8.0, 13.0)
 """Samples of lag where a fit begins, which finds what is within half a period."""
 GROWING = (-13.0, -4.0, 4.0, 13.0)
 """The same of a growing lag, at the end."""
-LARGEST = 30.0
+LARGEST_LOG_FACTOR = 30.0
 """In the logarithm of a factor."""
 GEARS, WHOLE = (3, 300), 0.03
 """Factors of an encoder that are a gear's, and the share by which friction and noise may move them
@@ -53,7 +53,7 @@ class Kind:
 
 
 def _scaled(group: Group, size: float) -> ColumnFault:
-    factor = float(np.exp(np.clip(size, -LARGEST, LARGEST)))
+    factor = float(np.exp(np.clip(size, -LARGEST_LOG_FACTOR, LARGEST_LOG_FACTOR)))
     return ColumnFault("scale", group, factor, is_usual=False)
 
 

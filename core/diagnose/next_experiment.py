@@ -33,7 +33,7 @@ from ..trajectory import Trajectory
 
 NAME = "planned"
 
-POINTS = (np.pi / 4.0, np.pi / 2.0, 3.0 * np.pi / 4.0)
+WORKING_POINTS = (np.pi / 4.0, np.pi / 2.0, 3.0 * np.pi / 4.0)
 """rad, working points of an arm with an elbow."""
 
 STRONGER = (1.0, 2.0)
@@ -42,7 +42,7 @@ STRONGER = (1.0, 2.0)
 HOLDS = (0.02, 0.1)
 """s: a fast excitation, and one with steady motion."""
 
-LONGEST = 3.0
+LONGEST_EXPERIMENT = 3.0
 """s: as long as the existing recordings, but no longer."""
 
 
@@ -52,7 +52,7 @@ def possible_experiments(data: FitProblem) -> tuple[SimulateSpec, ...]:
     if data.bare.steering is not None:
         return ()
     recording = data.experiments[0].recording
-    seconds = min(LONGEST, len(recording.time) * recording.sample_time)
+    seconds = min(LONGEST_EXPERIMENT, len(recording.time) * recording.sample_time)
     elbow = data.bare.arm.joints > 1
     size = _amplitude(data.bare, recording)
     dt = recording.sample_time
@@ -61,7 +61,7 @@ def possible_experiments(data: FitProblem) -> tuple[SimulateSpec, ...]:
             theta2=float(point) if elbow else None, amplitude=float(factor * size), hold=hold,
             seconds=float(round(seconds / dt) * dt), sample_time=float(dt),
         )
-        for point, factor, hold in product(POINTS if elbow else (0.0,), STRONGER, HOLDS)
+        for point, factor, hold in product(WORKING_POINTS if elbow else (0.0,), STRONGER, HOLDS)
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised, with_values
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, starts
 from ..effects.effect import Effect
-from ..identify.uncertainty import NOTHING, covariance
+from ..identify.uncertainty import LEAST_EIGENVALUE, covariance
 from ..least_squares import (
     FIRST_DAMPING,
     GOOD_ENOUGH,
@@ -169,7 +169,7 @@ def with_robust_covariance(refit: Refit) -> Refit:
 
 
 def robust_covariance(
-    refit: Refit, relative: float = NOTHING, ignore_bounds: bool = False
+    refit: Refit, relative: float = LEAST_EIGENVALUE, ignore_bounds: bool = False
 ) -> np.ndarray:
     """(P, P) covariance of a least-squares minimum under coloured noise; NaN for parameters at a
     bound, unless `ignore_bounds`.

@@ -24,7 +24,7 @@ import numpy as np
 from ..arm.arm import Structure
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parameter_names, parametrised
 from ..effects.effect import Effect
-from ..identify.refinement import FEWEST_PER_UNKNOWN, HORIZON_TOLERANCE, SHARES, first_parts
+from ..identify.refinement import FEWEST_PER_UNKNOWN, HORIZON_TOLERANCE, HORIZONS, first_parts
 from ..lanes.wide import LANES
 from ..least_squares import (
     as_finite,
@@ -276,7 +276,7 @@ def _informative_share(data: FitProblem, base: ParametrisedModel, unknowns: int)
     """The smallest share of each recording over which the error of `base` exceeds noise; None:
     none."""
     errors = base.errors(base.vector)
-    for share in SHARES:
+    for share in HORIZONS:
         cost, count = 0.0, 0
         for e, r in zip(data.experiments, errors, strict=True):
             part = slice(0, int(np.ceil(share * len(r))))

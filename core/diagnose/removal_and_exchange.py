@@ -130,7 +130,7 @@ def _simpler_replacements(effects: Sequence[Effect], place: int) -> list[tuple[E
 TRIED = 2
 """Replacements of one effect, or of all pairs, that are refitted: the best by predicted share."""
 
-SHARE = 0.5
+LEAST_REPLACED_SHARE = 0.5
 """Least predicted share of what an effect explains, for a replacement to be refitted. The refit
 changes the other effects too; predictions are right within a factor of two at most sizes."""
 
@@ -271,7 +271,7 @@ def _competitors(
         if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in removed):
             continue  # an effect and its part are compared by the fit of their sizes
         shaped = best_force_shape(s.effect, screened.output_changes, products)
-        if shaped.explained.cost_reduction > SHARE * explained:
+        if shaped.explained.cost_reduction > LEAST_REPLACED_SHARE * explained:
             chosen = [screened.output_changes[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
             scanned = tuple(c.parameter for c in chosen if c.scanned)

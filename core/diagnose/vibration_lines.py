@@ -173,7 +173,7 @@ RESONANT = 0.3
 RESONANCE_MARGIN = 0.05
 """Relative error of a resonance of a model that lacks something."""
 
-PLACES = 9
+SCHEDULE_POSTURES = 9
 """Postures of a moving schedule at which resonances are computed."""
 
 
@@ -256,7 +256,7 @@ def _resonances(fitted: ParametrisedModel, i: int) -> tuple[tuple[float, float],
     smooth = [effect for effect in fitted.model.effects if effect.linear]
     model = fitted.model.with_effects(smooth, {**fitted.model.effect_values, **values})
     numbers, schedule = model.numbers(values), e.task.schedule
-    rows = np.unique(np.linspace(0, len(schedule) - 1, PLACES).astype(int))
+    rows = np.unique(np.linspace(0, len(schedule) - 1, SCHEDULE_POSTURES).astype(int))
     modes = [
         mode
         for row in rows

@@ -7,12 +7,9 @@ from ..arm.arm import Arm
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import sized
-from ..effects.sizes import Sizes
+from ..effects.sizes import FRICTION_SHARE, Sizes
 from ..forces.element import Element
 from ..forces.law import ForceLaw
-
-SHARE = 0.1
-"""Of the typical torque, through the whole reach at the typical tip speed: a size to begin with."""
 
 EDGE = 1e-6
 """m/s: makes the law smooth at rest, where the root of zero has no slope."""
@@ -42,7 +39,7 @@ class AirDrag(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         reach = sum(s.length for s in arm.segments)
-        start = SHARE * float(sizes.torque.max()) / (reach * sizes.tip_speed**2)
+        start = FRICTION_SHARE * float(sizes.torque.max()) / (reach * sizes.tip_speed**2)
         return (sized("cd", start, "N s²/m²", "drag of the tip"),)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:

@@ -7,7 +7,7 @@ from ..arm.arm import Arm
 from ..arm.slots import TWIST_STIFFNESS, slot
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Values
-from ..effects.joint_load import LEAST, hub_parameters, joint_load, with_twisting_joints
+from ..effects.joint_load import LEAST_LOAD, hub_parameters, joint_load, with_twisting_joints
 from ..effects.per_joint import each_joint
 from ..effects.sizes import Sizes
 from ..forces.element import Element
@@ -31,10 +31,10 @@ CONTACT_TIME = 1e-4
 EDGE = 3e-5
 """rad (m) over which the teeth meet: a hard edge would cost the simulation its order."""
 
-SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)
+TRIED_GAPS = (0.003, 0.01, 0.03, 0.1, 0.3)
 """Of the joint's travel."""
 
-SMALLEST, LARGEST = 1e-4, 1.0
+SMALLEST_GAP, LARGEST_GAP = 1e-4, 1.0
 """Of the joint's travel."""
 
 PLACEHOLDER = 1e-3
@@ -78,10 +78,10 @@ class Backlash(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         gaps = each_joint(
             arm, "bl", "half the gap of joint {}", lambda j: j.coordinate_unit,
-            SHARES[1] * sizes.travel, lower=SMALLEST * sizes.travel,
-            upper=LARGEST * sizes.travel, grid=np.outer(sizes.travel, SHARES),
+            TRIED_GAPS[1] * sizes.travel, lower=SMALLEST_GAP * sizes.travel,
+            upper=LARGEST_GAP * sizes.travel, grid=np.outer(sizes.travel, TRIED_GAPS),
         )  # fmt: skip
-        return gaps + hub_parameters(arm, least=LEAST, secondary=True)
+        return gaps + hub_parameters(arm, least=LEAST_LOAD, secondary=True)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         elements = []

@@ -10,7 +10,7 @@ from ..effects.per_joint import sized
 from ..effects.sizes import Sizes
 from ..sensors import sensors
 
-START, LONGEST = 5.0, 200.0
+START_DELAY, LONGEST_DELAY = 5.0, 200.0
 """In sample times."""
 
 
@@ -39,8 +39,8 @@ class CameraDelay(Effect):
         return no_camera(rig)
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start = START * sizes.sample_time
-        most = LONGEST * sizes.sample_time
+        start = START_DELAY * sizes.sample_time
+        most = LONGEST_DELAY * sizes.sample_time
         return (sized("td", start, "s", "delay of the camera", upper=most),)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:

@@ -9,7 +9,7 @@ from ..effects.effect import Effect, EffectParameter, Rig, Values
 from ..effects.per_joint import sized
 from ..effects.sizes import Sizes
 
-START, LARGEST = 0.01, 0.5
+START_MISALIGNMENT, LARGEST_MISALIGNMENT = 0.01, 0.5
 """rad, and share of the scale."""
 
 
@@ -36,8 +36,8 @@ class CameraMisalignment(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         turn, scale = "rotation of the camera", "error of the camera's scale"
         return (
-            sized("ca", START, "rad", turn, signed=True, upper=LARGEST),
-            sized("cs", START, "", scale, signed=True, upper=LARGEST),
+            sized("ca", START_MISALIGNMENT, "rad", turn, signed=True, upper=LARGEST_MISALIGNMENT),
+            sized("cs", START_MISALIGNMENT, "", scale, signed=True, upper=LARGEST_MISALIGNMENT),
         )
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:

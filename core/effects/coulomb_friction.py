@@ -8,14 +8,11 @@ from ..drives.drive import Drive
 from ..effects.bristle import IDEALISED, LONGEST_STEP, bristle_law, bristles
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import each_joint
-from ..effects.sizes import Sizes
+from ..effects.sizes import FRICTION_SHARE, Sizes
 from ..forces.element import Element
 
 _FC = sp.Symbol("f_c", nonnegative=True)
 LAW = bristle_law(_FC, (_FC,))
-
-SHARE = 0.1
-"""Of the typical torque: a size to begin with."""
 
 
 class CoulombFriction(Effect):
@@ -40,7 +37,7 @@ class CoulombFriction(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start, title = SHARE * sizes.torque, "Coulomb friction of joint {}"
+        start, title = FRICTION_SHARE * sizes.torque, "Coulomb friction of joint {}"
         return each_joint(arm, "fc", title, lambda j: j.effort_unit, start)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:

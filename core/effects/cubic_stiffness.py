@@ -16,7 +16,7 @@ from ..forces.law import X, joint_law
 _K3 = sp.Symbol("k_3", nonnegative=True)
 LAW = joint_law(-_K3 * X**3, (_K3,))
 
-SHARE = 0.2
+START_STIFFENING = 0.2
 """Of the beam's own tip stiffness, at the typical deflection: a size to begin with."""
 
 
@@ -44,7 +44,7 @@ class CubicStiffness(Effect):
         def make(k: int) -> EffectParameter:
             s = arm.segments[k]
             stiffness = 3.0 * s.bending_stiffness / s.length**3
-            start = SHARE * stiffness / float(sizes.deflection[k]) ** 2
+            start = START_STIFFENING * stiffness / float(sizes.deflection[k]) ** 2
             title = f"cubic stiffness of segment {k + 1}"
             return sized(f"k3{k + 1}", start, "N/m³", title, symbol=rf"k_{{3,{k + 1}}}")
 

@@ -7,7 +7,7 @@ from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Rig
 from ..effects.sizes import Sizes
 
-SHARE = 0.1
+START_GAIN_ERROR = 0.1
 """Of the stated gain: torque constants on data sheets are good to a tenth."""
 
 FURTHEST = 2.0
@@ -49,7 +49,7 @@ class DriveGain(Effect):
             EffectParameter(
                 replace(
                     item,
-                    value=(1.0 + SHARE) * item.value,
+                    value=(1.0 + START_GAIN_ERROR) * item.value,
                     lower=item.value / FURTHEST,
                     upper=item.value * FURTHEST,
                 ),

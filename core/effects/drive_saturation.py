@@ -11,7 +11,7 @@ from ..effects.effect import Effect, EffectParameter, Rig, Values, torque_is_rep
 from ..effects.per_joint import each_joint
 from ..effects.sizes import Sizes
 
-SHARES = (0.95, 0.8, 0.6, 0.4, 0.25)
+LIMITS = (0.95, 0.8, 0.6, 0.4, 0.25)
 """Of the largest torque that the unlimited model asks for."""
 
 NEVER = 1e9
@@ -43,8 +43,8 @@ class DriveSaturation(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         peak = sizes.peak_torque
         return each_joint(
-            arm, "ul", "largest torque of drive {}", lambda j: j.effort_unit, SHARES[2] * peak,
-            lower=0.01 * peak, upper=10.0 * peak, neutral=NEVER, grid=np.outer(peak, SHARES),
+            arm, "ul", "largest torque of drive {}", lambda j: j.effort_unit, LIMITS[2] * peak,
+            lower=0.01 * peak, upper=10.0 * peak, neutral=NEVER, grid=np.outer(peak, LIMITS),
         )  # fmt: skip
 
     def law(self, law: DriveLaw, arm: Arm, p: np.ndarray, values: Values) -> DriveLaw:

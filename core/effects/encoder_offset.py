@@ -9,7 +9,7 @@ from ..effects.effect import Effect, EffectParameter, Rig, Values
 from ..effects.per_joint import each_joint
 from ..effects.sizes import Sizes
 
-START, LARGEST = 0.01, 0.5
+START_OFFSET, LARGEST_OFFSET = 0.01, 0.5
 """rad (m on a slide)"""
 
 
@@ -45,8 +45,8 @@ class EncoderOffset(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return each_joint(
-            arm, "eo", "encoder offset of joint {}", lambda j: j.coordinate_unit, START,
-            signed=True, upper=LARGEST,
+            arm, "eo", "encoder offset of joint {}", lambda j: j.coordinate_unit, START_OFFSET,
+            signed=True, upper=LARGEST_OFFSET,
         )[1:]  # fmt: skip
 
     def started(self, joints: np.ndarray, values: Values) -> np.ndarray:

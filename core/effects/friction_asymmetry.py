@@ -14,7 +14,7 @@ from ..forces.law import V, joint_law
 _FA = sp.Symbol("f_a", real=True)
 LAW = joint_law(-_FA * sp.Abs(V), (_FA,))
 
-SHARE = 0.03
+ASYMMETRY_SHARE = 0.03
 """Of the typical torque at the typical speed: a third of where viscous friction begins."""
 
 
@@ -36,7 +36,7 @@ class FrictionAsymmetry(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start = SHARE * (sizes.torque / sizes.speed)
+        start = ASYMMETRY_SHARE * (sizes.torque / sizes.speed)
         title = "half the difference of viscous friction of joint {}"
         return each_joint(arm, "fa", title, lambda j: j.damping_unit, start, signed=True)
 

@@ -6,10 +6,10 @@ from ..effects.effect import Effect, EffectParameter
 from ..effects.per_segment import arm_parameter
 from ..effects.sizes import Sizes
 
-START = 0.1
+START_TILT = 0.1
 """m/s^2: a tilt of about 0.6 degrees."""
 
-LARGEST = 9.81
+LARGEST_TILT = 9.81
 """m/s^2 beside the stated gravity: a plane that is upright where it was thought level."""
 
 
@@ -35,6 +35,6 @@ class GravityTilt(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return tuple(
-            arm_parameter(arm, f"g{i + 1}", START, own - LARGEST, own + LARGEST)
+            arm_parameter(arm, f"g{i + 1}", START_TILT, own - LARGEST_TILT, own + LARGEST_TILT)
             for i, own in enumerate(arm.gravity)
         )

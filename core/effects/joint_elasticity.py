@@ -5,14 +5,14 @@ import numpy as np
 from ..arm.arm import Arm
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Values
-from ..effects.joint_load import LEAST, hub_parameters, rotor_parameters, with_twisting_joints
+from ..effects.joint_load import LEAST_LOAD, hub_parameters, rotor_parameters, with_twisting_joints
 from ..effects.per_joint import each_joint
 from ..effects.sizes import Sizes
 
 TWISTS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
 """rad (m): by how much the joint twists at the largest torque."""
 
-SMALLEST, LARGEST = 1e-6, 1.0
+LEAST_TWIST, MOST_TWIST = 1e-6, 1.0
 """rad (m) at the largest torque."""
 
 PLACEHOLDER = 1e-4
@@ -47,7 +47,7 @@ class JointElasticity(Effect):
         grid = np.array(TWISTS) / sizes.peak_torque[:, None]
         twists = each_joint(
             arm, "c", "compliance of joint {}", lambda j: j.compliance_unit, grid[:, 2],
-            lower=SMALLEST / sizes.peak_torque, upper=LARGEST / sizes.peak_torque, grid=grid,
+            lower=LEAST_TWIST / sizes.peak_torque, upper=MOST_TWIST / sizes.peak_torque, grid=grid,
         )  # fmt: skip
-        motors = hub_parameters(arm, least=LEAST, secondary=True)
+        motors = hub_parameters(arm, least=LEAST_LOAD, secondary=True)
         return twists + motors + rotor_parameters(arm, secondary=True)

@@ -12,13 +12,13 @@ from ..arm.catalogue import arm_parameters
 from ..arm.joints import joint
 from ..effects.effect import EffectParameter
 
-SHARE = 0.05
+START_LOAD = 0.05
 """Of what the joint moves: a plausible rotor and gear to begin with."""
 
 HEAVIEST = 10.0
 """Times what the joint moves, or its own: the most that a motor or a column plausibly has."""
 
-LEAST = 0.01
+LEAST_LOAD = 0.01
 """Of what the joint moves: an elastic joint's motor without inertia would have no motion of its
 own, and one far lighter than this shows nothing of its size."""
 
@@ -45,7 +45,7 @@ def hub_parameters(
     gear, what a carried motor turns with its joint turns with the segment that carries it too."""
     return tuple(
         replace(
-            _inertia(arm, k, f"Jh{k + 1}", SHARE, least, secondary),
+            _inertia(arm, k, f"Jh{k + 1}", START_LOAD, least, secondary),
             ruled_out_by="direct_drive" if arm.carries_motor(k) else "",
         )
         for k in range(arm.joints)
@@ -56,7 +56,7 @@ def rotor_parameters(arm: Arm, *, secondary: bool = False) -> tuple[EffectParame
     """The inertia Jr of a rotor without a gear, of every joint whose motor is carried along."""
     return tuple(
         replace(
-            _inertia(arm, k, f"Jr{k + 1}", LEAST, 0.0, secondary),
+            _inertia(arm, k, f"Jr{k + 1}", LEAST_LOAD, 0.0, secondary),
             separate=True,
             ruled_out_by="gear_ratio",
         )
@@ -82,13 +82,13 @@ def with_twisting_joints(
     """The arm with the joints (from 0) whose size is above zero made elastic.
 
     `compliance(k, size)` is in rad/(N m) (m/N). The motor of such a joint gets a hub of
-    at least LEAST times what the joint moves.
+    at least LEAST_LOAD times what the joint moves.
     """
     segments = list(arm.segments)
     for k, size in sizes.items():
         if size > 0.0:
             s = segments[k]
-            hub = max(s.hub_inertia, LEAST * joint_load(arm, k))
+            hub = max(s.hub_inertia, LEAST_LOAD * joint_load(arm, k))
             update = {"joint_compliance": compliance(k, size), "hub_inertia": hub}
             segments[k] = s.model_copy(update=update)
     return arm.model_copy(update={"segments": tuple(segments)})

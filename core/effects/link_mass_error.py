@@ -6,7 +6,7 @@ from ..effects.effect import Effect, EffectParameter
 from ..effects.per_segment import arm_parameter
 from ..effects.sizes import Sizes
 
-START = 0.1
+START_MASS_ERROR = 0.1
 BELIEVED = 0.3
 """Shares of the stated mass: where to begin, and how wrong a drawing can be."""
 
@@ -31,6 +31,6 @@ class LinkMassError(Effect):
         def make(k: int) -> EffectParameter:
             own = arm.segments[k].mass
             low, high = (1.0 - BELIEVED) * own, (1.0 + BELIEVED) * own
-            return arm_parameter(arm, f"m{k + 1}", START * own, low, high)
+            return arm_parameter(arm, f"m{k + 1}", START_MASS_ERROR * own, low, high)
 
         return tuple(make(k) for k in range(arm.joints))

@@ -19,10 +19,10 @@ LAW = bristle_force(
 )
 """l_d |u| against the motion where u and W have the same sign, else l_b |u|."""
 
-START = 0.1
+START_LOSS = 0.1
 """Of the torque: a good gear loses less, a worm gear much more."""
 
-MOST = 0.95
+MOST_LOSS = 0.95
 """Of the torque: with all of it lost while driving, nothing would ever move."""
 
 
@@ -58,7 +58,7 @@ class LoadFriction(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def share(letter: str, while_: str) -> tuple[EffectParameter, ...]:
             title = f"share of the torque that joint {{}} loses while it {while_}"
-            return each_joint(arm, f"l{letter}", title, lambda _: "", START, upper=MOST)
+            return each_joint(arm, f"l{letter}", title, lambda _: "", START_LOSS, upper=MOST_LOSS)
 
         return share("d", "is driven") + share("b", "is braked")
 

@@ -24,7 +24,7 @@ from ..sensors.sensor import Sensor
 from ..sentences import did_you_mean
 
 ENCODER = "encoder"
-STEPS = 20
+PLACE_ITERATIONS = 20
 """Of the iteration for the true place; the law's slope is small, or the reading is no place."""
 
 Change = Callable[..., np.ndarray]
@@ -69,7 +69,7 @@ class OwnReading(Effect):
         if self.sensor != ENCODER:
             return joints
         true = np.array(joints, dtype=float)
-        for _ in range(STEPS):
+        for _ in range(PLACE_ITERATIONS):
             true[:, self.number] = joints[:, self.number] - self.added(true, dt, values)
         return true
 

@@ -10,10 +10,10 @@ from ..effects.effect import Effect, EffectParameter
 from ..effects.per_joint import each_joint
 from ..effects.sizes import Sizes
 
-SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)
+TRIED_BREAKAWAYS = (0.003, 0.01, 0.03, 0.1, 0.3)
 """Of the joint's travel: breakaway displacements to try."""
 
-SMALLEST, LARGEST = 1e-4, 1.0 / np.log(20.0)
+SMALLEST_BREAKAWAY, LARGEST_BREAKAWAY = 1e-4, 1.0 / np.log(20.0)
 """Of the joint's travel: below, it slips at once; above, a move through the whole travel leaves
 more than 5 % of the Coulomb level unreached, so that it is a spring, of a cable or a hose, rather
 than a friction that slips."""
@@ -50,7 +50,7 @@ class PreslidingFriction(Effect):
         softest = np.array([SOFTEST[joint(s.joint).coordinate_unit] for s in arm.segments])
         return each_joint(
             arm, BREAKAWAY, "breakaway displacement of joint {}", lambda j: j.coordinate_unit,
-            SHARES[1] * sizes.travel, lower=SMALLEST * sizes.travel,
-            upper=np.maximum(LARGEST * sizes.travel, softest),
-            grid=np.outer(sizes.travel, SHARES),
+            TRIED_BREAKAWAYS[1] * sizes.travel, lower=SMALLEST_BREAKAWAY * sizes.travel,
+            upper=np.maximum(LARGEST_BREAKAWAY * sizes.travel, softest),
+            grid=np.outer(sizes.travel, TRIED_BREAKAWAYS),
         )  # fmt: skip

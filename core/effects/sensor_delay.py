@@ -10,7 +10,7 @@ from ..effects.per_channel import ChannelEffect
 from ..effects.per_joint import sized
 from ..effects.sizes import Sizes
 
-START, LONGEST = 3.0, 100.0
+START_DELAY, LONGEST_DELAY = 3.0, 100.0
 """In sample times: a value that waits for a bus is some samples old."""
 
 
@@ -39,7 +39,7 @@ class SensorDelay(ChannelEffect):
     letter = "t"
 
     def parameter(self, name: str, channel: str, sizes: Sizes) -> EffectParameter:
-        start, most = START * sizes.sample_time, LONGEST * sizes.sample_time
+        start, most = START_DELAY * sizes.sample_time, LONGEST_DELAY * sizes.sample_time
         return sized(name, start, "s", f"delay of {channel}", signed=True, upper=most)
 
     def followed(self, joints: np.ndarray, dt: float, values: Values) -> np.ndarray:

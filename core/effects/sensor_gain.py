@@ -9,7 +9,7 @@ from ..effects.per_channel import ChannelEffect
 from ..effects.per_joint import sized
 from ..effects.sizes import Sizes
 
-START = 0.05
+START_GAIN_ERROR = 0.05
 """Share of the scale: a strain gauge that nobody calibrated is easily off by that."""
 
 LEAST, MOST = -0.5, 1.0
@@ -49,7 +49,7 @@ class SensorGain(ChannelEffect):
 
     def parameter(self, name: str, channel: str, sizes: Sizes) -> EffectParameter:
         title = f"error of the scale of {channel}"
-        return sized(name, START, "", title, lower=LEAST, upper=MOST)
+        return sized(name, START_GAIN_ERROR, "", title, lower=LEAST, upper=MOST)
 
     def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
         scale = self._scale("encoder", values)

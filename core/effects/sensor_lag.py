@@ -10,7 +10,7 @@ from ..effects.per_joint import sized
 from ..effects.sizes import Sizes
 from ..sensors import sensors
 
-START, LONGEST = 5.0, 200.0
+START_LAG, LONGEST_LAG = 5.0, 200.0
 """In sample times."""
 
 
@@ -40,8 +40,8 @@ class SensorLag(Effect):
         return "Neither a camera's nor a strain gauge's output is compared."
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start = START * sizes.sample_time
-        most = LONGEST * sizes.sample_time
+        start = START_LAG * sizes.sample_time
+        most = LONGEST_LAG * sizes.sample_time
         return (sized("ts", start, "s", "lag of the sensor", upper=most),)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:

@@ -14,6 +14,11 @@ from ..trajectory import Trajectory
 FLOOR = 1e-12
 """Keeps a size positive where nothing moves."""
 
+FRICTION_SHARE = 0.1
+"""Of the typical torque, at the typical speed: friction and drag to begin with."""
+DISTURBANCE_SHARE = 0.05
+"""Of the typical torque: what is added to it, to begin with."""
+
 
 @dataclass(frozen=True)
 class Sizes:

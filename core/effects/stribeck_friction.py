@@ -10,17 +10,17 @@ from ..drives.drive import Drive
 from ..effects.bristle import IDEALISED, LONGEST_STEP, bristle_law, bristles
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import each_joint
-from ..effects.sizes import Sizes
+from ..effects.sizes import FRICTION_SHARE, Sizes
 from ..forces.element import Element
 from ..forces.law import V
 
 _FB, _VS = sp.Symbol("f_b", nonnegative=True), sp.Symbol("v_s", positive=True)
 LAW = bristle_law(_FB * sp.exp(-((V / _VS) ** 2)), (_FB, _VS))
 
-SHARE = 0.05
+PEAK_SHARE = 0.5 * FRICTION_SHARE
 """Of the typical torque: half of where Coulomb friction begins."""
 
-LARGEST = 40.0
+LARGEST_PEAK = 40.0
 """Times the start, twice the typical torque: rubbing surfaces stick at most a few times harder
 than they slide, and an unbounded peak at standstill explains anything that happens there."""
 
@@ -54,12 +54,12 @@ class StribeckFriction(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start, title = SHARE * sizes.torque, "extra friction of joint {} at standstill"
+        start, title = PEAK_SHARE * sizes.torque, "extra friction of joint {} at standstill"
         narrowest = np.array([NARROWEST[joint(s.joint).coordinate_unit] for s in arm.segments])
         grid = np.maximum(np.outer(sizes.speed, SPEEDS), narrowest[:, None])
         return (
             *each_joint(
-                arm, "fb", title, lambda j: j.effort_unit, start, upper=LARGEST * abs(start)
+                arm, "fb", title, lambda j: j.effort_unit, start, upper=LARGEST_PEAK * abs(start)
             ),
             *each_joint(
                 arm, "vs", "Stribeck speed of joint {}", lambda j: f"{j.coordinate_unit}/s",

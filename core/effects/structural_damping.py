@@ -9,7 +9,7 @@ from ..effects.sizes import Sizes
 RATIO = 0.02
 """Damping ratio of the clamped segment at the start: that of a bolted or a plastic beam."""
 
-LARGEST = 50.0
+LARGEST_DAMPING = 50.0
 """Times the start: a clamped segment at its critical damping."""
 
 
@@ -37,6 +37,6 @@ class StructuralDamping(Effect):
         def make(k: int) -> EffectParameter:
             own = arm.segments[k].damping_time
             step = 2.0 * RATIO / clamped_frequency(arm, k)
-            return arm_parameter(arm, f"tau{k + 1}", step, 0.0, own + LARGEST * step)
+            return arm_parameter(arm, f"tau{k + 1}", step, 0.0, own + LARGEST_DAMPING * step)
 
         return tuple(make(k) for k in bending(arm))

@@ -6,10 +6,10 @@ from ..effects.effect import Effect, EffectParameter
 from ..effects.per_segment import arm_parameter
 from ..effects.sizes import Sizes
 
-SHARE = 0.1
+START_SHARE_OF_MASS = 0.1
 """Of the segment's mass: a payload to begin with."""
 
-LARGEST = 10.0
+LARGEST_SHARE_OF_MASS = 10.0
 """Times the segment's mass: no light arm carries more."""
 
 
@@ -38,7 +38,7 @@ class TipPayload(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def make(k: int) -> EffectParameter:
             s = arm.segments[k]
-            most = s.tip_mass + LARGEST * s.mass
-            return arm_parameter(arm, f"mt{k + 1}", SHARE * s.mass, 0.0, most)
+            most = s.tip_mass + LARGEST_SHARE_OF_MASS * s.mass
+            return arm_parameter(arm, f"mt{k + 1}", START_SHARE_OF_MASS * s.mass, 0.0, most)
 
         return tuple(make(k) for k in free_ends(arm))

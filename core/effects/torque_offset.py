@@ -7,15 +7,12 @@ from ..arm.arm import Arm
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import each_joint, joint_elements
-from ..effects.sizes import Sizes
+from ..effects.sizes import DISTURBANCE_SHARE, Sizes
 from ..forces.element import Element
 from ..forces.law import joint_law
 
 _TO = sp.Symbol("t_o", real=True)
 LAW = joint_law(_TO, (_TO,))
-
-SHARE = 0.05
-"""Of the typical torque: a size to begin with."""
 
 
 class TorqueOffset(Effect):
@@ -34,7 +31,7 @@ class TorqueOffset(Effect):
     acts_at = "drive"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start, title = SHARE * sizes.torque, "torque offset of joint {}"
+        start, title = DISTURBANCE_SHARE * sizes.torque, "torque offset of joint {}"
         return each_joint(arm, "to", title, lambda j: j.effort_unit, start, signed=True)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:

@@ -8,16 +8,13 @@ from ..arm.joints import joint
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import each_joint, joint_elements, sized
-from ..effects.sizes import Sizes
+from ..effects.sizes import DISTURBANCE_SHARE, Sizes
 from ..forces.element import Element
 from ..forces.law import X, joint_law
 
 _RA, _RB = sp.Symbol("r_a", real=True), sp.Symbol("r_b", real=True)
 _NR = sp.Symbol("n_r", positive=True)
 LAW = joint_law(_RA * sp.cos(_NR * X) + _RB * sp.sin(_NR * X), (_RA, _RB, _NR))
-
-SHARE = 0.05
-"""Of the typical torque: a size to begin with."""
 
 _PITCHES = (0.06, 0.03, 0.02, 0.01)
 """m: distances of the magnets of linear motors, leads of screws."""
@@ -29,7 +26,7 @@ ORDERS = {
 """By the joint's unit, periods per turn (radians per metre): poles, slots and gear teeth."""
 
 
-FEWEST = 3
+FEWEST_ORDERS = 3
 """Orders to try; where the travel shows fewer of the usual ones, multiples of its lowest."""
 
 MULTIPLES = (1.0, 1.5, 2.5, 4.0)
@@ -39,10 +36,10 @@ def visible_orders(usual: tuple[float, ...], travel: float) -> tuple[float, ...]
     """Orders of which a travel (rad or m) shows one whole wave: less of it is an offset."""
     least = 2.0 * np.pi / travel
     visible = tuple(order for order in usual if order >= least)
-    return visible if len(visible) >= FEWEST else tuple(least * m for m in MULTIPLES)
+    return visible if len(visible) >= FEWEST_ORDERS else tuple(least * m for m in MULTIPLES)
 
 
-MOST = 4000
+MOST_ORDERS = 4000
 """Orders of a second look."""
 
 
@@ -50,7 +47,7 @@ def every_order(grid: tuple[float, ...], span: float) -> tuple[float, ...]:
     """From the lowest to the highest of a `grid`, a quarter of a wave over the `span` (rad or m) of
     all positions apart: waves that differ by a whole one look nothing alike, so a descent finds no
     way between them."""
-    count = int(np.clip((grid[-1] - grid[0]) * span / (0.5 * np.pi), len(grid), MOST))
+    count = int(np.clip((grid[-1] - grid[0]) * span / (0.5 * np.pi), len(grid), MOST_ORDERS))
     return tuple(np.linspace(grid[0], grid[-1], count + 1).tolist())
 
 
@@ -71,7 +68,8 @@ class TorqueRipple(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def part(letter: str, wave: str) -> tuple[EffectParameter, ...]:
-            start, title = SHARE * sizes.torque, f"{wave} part of the torque ripple of joint {{}}"
+            start = DISTURBANCE_SHARE * sizes.torque
+            title = f"{wave} part of the torque ripple of joint {{}}"
             return each_joint(arm, f"r{letter}", title, lambda j: j.effort_unit, start, signed=True)
 
         def order(k: int) -> EffectParameter:

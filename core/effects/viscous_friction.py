@@ -7,15 +7,12 @@ from ..arm.arm import Arm
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import each_joint, joint_elements
-from ..effects.sizes import Sizes
+from ..effects.sizes import FRICTION_SHARE, Sizes
 from ..forces.element import Element
 from ..forces.law import V, joint_law
 
 _FV = sp.Symbol("f_v", nonnegative=True)
 LAW = joint_law(-_FV * V, (_FV,))
-
-SHARE = 0.1
-"""Of the typical torque at the typical speed: a size to begin with."""
 
 
 class ViscousFriction(Effect):
@@ -34,7 +31,7 @@ class ViscousFriction(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        start = SHARE * (sizes.torque / sizes.speed)
+        start = FRICTION_SHARE * (sizes.torque / sizes.speed)
         title = "viscous friction of joint {}"
         return each_joint(arm, "fv", title, lambda j: j.damping_unit, start)
 

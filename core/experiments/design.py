@@ -38,13 +38,13 @@ from ..results import Estimate
 from ..scenario.rig_spec import LimitsSpec
 from ..sentences import did_you_mean
 
-SECONDS = 60.0
+SECONDS_AVAILABLE = 60.0
 """s available, if nothing else is stated."""
 
-LONGEST, SHORTEST = 10.0, 1.0
+LONGEST_EXPERIMENT, SHORTEST_EXPERIMENT = 10.0, 1.0
 """s of one experiment: as long as the existing recordings, within these."""
 
-MOST = 12
+MOST_EXPERIMENTS = 12
 """Experiments of one plan."""
 
 
@@ -52,7 +52,7 @@ MOST = 12
 class ExperimentRequest:
     """What a user wants of the next experiments."""
 
-    seconds: float = SECONDS
+    seconds: float = SECONDS_AVAILABLE
     """s, of all experiments together."""
     parameters: tuple[str, ...] = ()
     """Parameters to be determined better; empty: all that are estimated."""
@@ -177,7 +177,7 @@ def _candidates(
 ) -> list[Candidate]:  # fmt: skip
     first = fitted.data.experiments[0].recording
     length = (len(first.time) - 1) * first.sample_time
-    seconds = min(max(length, SHORTEST), LONGEST, request.seconds)
+    seconds = min(max(length, SHORTEST_EXPERIMENT), LONGEST_EXPERIMENT, request.seconds)
     dt = first.sample_time
     first_sizes, doubt, steps = _sizes(fitted), fitted.motion_errors, fitted.steps
     normal: list[NormalMatrix] = list(on_all_cores(shared_normal_matrix, competing))
@@ -221,7 +221,7 @@ def _chosen(
     """The most informative experiments, one after the other."""
     if not candidates:
         return []
-    count = min(max(int(request.seconds / candidates[0].trial.seconds + 1e-9), 1), MOST)
+    count = min(max(int(request.seconds / candidates[0].trial.seconds + 1e-9), 1), MOST_EXPERIMENTS)
     chosen: list[Candidate] = []
     remaining = list(candidates)
 

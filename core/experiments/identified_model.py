@@ -25,7 +25,7 @@ from ..trajectory import Trajectory
 TRUSTED = 6
 """Recordings used to measure the model's reliability."""
 
-FEWEST, MOST_STEPS = 4, 64
+FEWEST_STEPS, MOST_STEPS = 4, 64
 """Steps per sample."""
 CLOSE = 0.02
 """Share of a peak: a tenth of the margin to a limit."""
@@ -78,7 +78,7 @@ class IdentifiedModel:
     def steps(self) -> int:
         """Steps per sample, such that twice as many change no peak by more than CLOSE."""
         recording = self.data.experiments[0].recording
-        task, steps = make_task(model_without_servo(self.h), recording), FEWEST
+        task, steps = make_task(model_without_servo(self.h), recording), FEWEST_STEPS
         peaks = _peaks(simulate_reference(self.h, task, steps))
         while steps < MOST_STEPS:
             finer = _peaks(simulate_reference(self.h, task, 2 * steps))

@@ -26,7 +26,7 @@ FORMS: tuple[tuple[str, Mapping[str, Any]], ...] = (
 )
 """From link vibrations to steady motion, in which friction and gains show."""
 
-PLACES = (1.0 / 6.0, 0.5, 5.0 / 6.0)
+START_SHARES = (1.0 / 6.0, 0.5, 5.0 / 6.0)
 """Shares of a joint's range at which experiments start, with space to move."""
 
 MOST_POSTURES = 5
@@ -41,7 +41,7 @@ MOST_TRIES = 8
 GROWTH = 4.0
 """Largest factor on the amplitude per try: friction and limits are nonlinear."""
 
-STEPS = 16
+TRIAL_STEPS = 16
 """Steps per sample for a chosen experiment."""
 
 
@@ -73,7 +73,7 @@ class Trial:
             references[:, k] = at + size * (references[:, k] - at)
         return replace(task, references=references), point
 
-    def motion(self, h: ParametrisedModel, steps: int = STEPS) -> Trajectory:
+    def motion(self, h: ParametrisedModel, steps: int = TRIAL_STEPS) -> Trajectory:
         """The motion of a fitted model."""
         return simulate_reference(h, self.task(model_without_servo(h))[0], steps)
 
@@ -111,7 +111,7 @@ def trials(limits: RigLimits, seconds: float, sample_time: float) -> list[Trial]
 
 
 def _inside(low: float, high: float) -> list[float]:
-    return sorted({_round(low + share * (high - low), high - low) for share in PLACES})
+    return sorted({_round(low + share * (high - low), high - low) for share in START_SHARES})
 
 
 def _round(place: float, span: float) -> float:

@@ -127,7 +127,7 @@ def linear_matrices(elements: Sequence[Element], q: np.ndarray) -> tuple[np.ndar
         x, v, w = rows @ q, np.zeros(k), np.zeros(len(e.law.states))
         values = np.array(e.values, dtype=float)
         for j in range(k):
-            step = STEP * np.eye(k)[j]
+            step = FORCE_STEP * np.eye(k)[j]
             slope_x = _slope(lambda s: compiled(x + s, v, w, values)[:k], step)  # noqa: B023
             slope_v = _slope(lambda s: compiled(x, v + s, w, values)[:k], step)  # noqa: B023
             K -= rows.T @ np.outer(slope_x, rows[j])
@@ -135,9 +135,9 @@ def linear_matrices(elements: Sequence[Element], q: np.ndarray) -> tuple[np.ndar
     return K, D
 
 
-STEP = 1e-6
+FORCE_STEP = 1e-6
 """rad, m or their rates: forces of a linear model are linear far beyond it."""
 
 
 def _slope(force, step: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]
-    return np.asarray((force(step) - force(-step)) / (2.0 * STEP))
+    return np.asarray((force(step) - force(-step)) / (2.0 * FORCE_STEP))

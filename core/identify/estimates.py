@@ -143,7 +143,7 @@ MOST_SHOWN = 4
 
 
 SECTION_NAMES = ("epsilon", "d")
-STEP = 1e-6
+DERIVED_STEP = 1e-6
 """Relative step of differences for derived quantities."""
 
 
@@ -161,7 +161,7 @@ def derived_estimates(
     slopes = np.zeros((len(base), len(vector)))
     for i, item in enumerate(unknowns.items):
         if item.recording is None:
-            step = STEP * item.parameter.scale
+            step = DERIVED_STEP * item.parameter.scale
             moved = {**values, item.parameter.name: float(vector[i]) + step}
             slopes[:, i] = (_stiffness(model, moved) - base) / step
     scales = relative_scales(unknowns, vector)

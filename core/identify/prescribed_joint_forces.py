@@ -30,7 +30,7 @@ from ..simulate.elements import call_element
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
-POINTS = 4
+FINER = 4
 """Points per sample at which forces are evaluated: a speed may reverse within a sample."""
 
 NEWTON_STEPS = 50
@@ -156,34 +156,34 @@ def _overcoming_torque(
     address, whole = compile_law(law).address, _linear_between(torque)
     written = np.array([_linear_between(x) for x in signals]).reshape(len(signals), len(whole))
     as_it_is = bool(e.loads) or not is_prescribed(model, simulated)
-    every = POINTS if as_it_is or not law.states else 1
+    every = FINER if as_it_is or not law.states else 1
     _along(
-        address, len(law.states), loaded_at, x, v, dt / POINTS, values, first, written, scale,
+        address, len(law.states), loaded_at, x, v, dt / FINER, values, first, written, scale,
         every, whole, out,
     )  # fmt: skip
     if as_it_is:
-        return np.ascontiguousarray(whole[::POINTS])
+        return np.ascontiguousarray(whole[::FINER])
     # As the rest of this torque is, which a loaded force already sees.
     if not law.states:
-        return torque + averaged((whole[::POINTS] - torque)[:, None])[:, 0]
-    weights = (POINTS - np.abs(np.arange(1 - POINTS, POINTS))) / POINTS**2
+        return torque + averaged((whole[::FINER] - torque)[:, None])[:, 0]
+    weights = (FINER - np.abs(np.arange(1 - FINER, FINER))) / FINER**2
     added = scipy.ndimage.convolve1d(whole - _linear_between(torque), weights, mode="nearest")
-    return torque + added[::POINTS]
+    return torque + added[::FINER]
 
 
 def _linear_between(x: np.ndarray) -> np.ndarray:
     """(FINER (N - 1) + 1,) straight between samples x (N,)."""
-    return np.interp(np.arange(POINTS * (len(x) - 1) + 1) / POINTS, np.arange(len(x)), x)
+    return np.interp(np.arange(FINER * (len(x) - 1) + 1) / FINER, np.arange(len(x)), x)
 
 
 def _spline_between(x: np.ndarray) -> np.ndarray:
     """(FINER (N - 1) + 1, k) along the cubic splines through x (N, k), so that a fast vibration
     keeps its size; NaN where a sample is."""
-    count = POINTS * (len(x) - 1) + 1
+    count = FINER * (len(x) - 1) + 1
     if len(x) < 2 or not np.isfinite(x).all():
         return np.full((count, x.shape[1]), np.nan)
     spline = scipy.interpolate.CubicSpline(np.arange(len(x)), x)
-    return np.asarray(spline(np.arange(count) / POINTS))
+    return np.asarray(spline(np.arange(count) / FINER))
 
 
 @njit(**OPTIONS)

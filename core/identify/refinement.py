@@ -133,7 +133,7 @@ class _WatchedResiduals:
         return self.on_step(self.cost)
 
 
-SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
+HORIZONS = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
 """Shares of each recording. A stiffness error of 30 % puts a vibration out of phase after three
 periods; recordings have some dozens."""
 
@@ -154,7 +154,7 @@ def starts_over_horizon(
     vectors = list(starts)
     if all(e.model.arm.coordinates == e.model.arm.joints for e in residuals.experiments):
         return vectors  # what does not swing does not run out of step
-    for share in SHARES:
+    for share in HORIZONS:
         parts = first_parts(residuals.experiments, share)
         counted = sum(int(e.counted.sum()) for e in parts)
         if counted < FEWEST_PER_UNKNOWN * len(residuals.unknowns):

@@ -14,7 +14,7 @@ import scipy
 
 from ..results import Disagreement, Estimate, Repeated
 
-FEWEST = 3
+FEWEST_RUNS = 3
 """Fewest runs: of two that differ, either may be the odd one."""
 SIGNIFICANCE = 0.05
 """Probability of any false statement, shared among all tests."""
@@ -24,9 +24,9 @@ from a cold to a warm room."""
 
 
 def repeatability(runs: Mapping[str, Sequence[Estimate]]) -> tuple[Repeated, ...]:
-    """Repeatability of every parameter that each run has estimated; empty for fewer than FEWEST
-    runs. `runs`: name of the run -> its estimates."""
-    if len(runs) < FEWEST:
+    """Repeatability of every parameter that each run has estimated; empty for fewer than
+    FEWEST_RUNS. `runs`: name of the run -> its estimates."""
+    if len(runs) < FEWEST_RUNS:
         return ()
     tables = [{e.name: e for e in estimates} for estimates in runs.values()]
     names = [n for n in tables[0] if all(n in table for table in tables)]
@@ -44,7 +44,7 @@ def _repeated(runs: Sequence[str], estimates: Sequence[Estimate], tests: int) ->
     s = np.array([e.std for e in estimates])
     odd: list[Disagreement] = []
     kept = list(range(len(x)))
-    while len(kept) >= FEWEST:  # one odd run makes the others' scatter look large: the worst first
+    while len(kept) >= FEWEST_RUNS:  # one odd run makes all scatter look large: the worst first
         tests_of = [_compare_with_others(x, s, i, [k for k in kept if k != i]) for i in kept]
         worst = int(np.argmin([p for p, _ in tests_of]))
         p, share = tests_of[worst]

@@ -24,14 +24,14 @@ QUIET_LAGS = 5
 LONGEST_SHARE = 0.2
 """No lag beyond this share of a recording is used: there are too few products to average."""
 
-NOTHING = 1e-12
+LEAST_EIGENVALUE = 1e-12
 """Relative eigenvalue of the normal equations below which nothing shows a direction: the square of
 core.identify.identifiability.RANK_TOLERANCE."""
 
 
 def covariance(
     sensitivities: Sequence[np.ndarray], residuals: Sequence[np.ndarray],
-    counted: Sequence[np.ndarray], free: int, relative: float = NOTHING,
+    counted: Sequence[np.ndarray], free: int, relative: float = LEAST_EIGENVALUE,
     known: np.ndarray | float = np.inf, level: float = 1.0,
 ) -> np.ndarray:  # fmt: skip
     """(P, P) from S_i (M, k, P) and residuals (M, k) per recording, both weighted and zero where a

@@ -217,7 +217,7 @@ def least_scatter(numbers: Numbers) -> float:
     return abs(4.0 * d_std / d - epsilon_std / epsilon)
 
 
-STEPS = 20001
+VALLEY_STEPS = 20001
 """Of the integral over the valley; its error is far below a digit that is shown."""
 
 WITHIN = 0.25
@@ -276,7 +276,7 @@ def flat_prior(bounds: Mapping[str, tuple[float, float]], EI: float) -> dict[str
 
     With (ε, EI) instead of (ε, d) the density is |dd/dEI| = d / (4 EI), so ∝ d along the valley.
     """
-    epsilon = np.linspace(*bounds["epsilon"], STEPS)
+    epsilon = np.linspace(*bounds["epsilon"], VALLEY_STEPS)
     d = (12.0 * EI / epsilon) ** 0.25
     low, high = bounds["d"]
     weight = np.where((d >= low) & (d <= high), d, 0.0)

@@ -46,7 +46,7 @@ SERVO_SUBSTEPS = 2
 SERVO_NOISE_BAND = 4.0
 """Times the servo's frequency: above it the servo torque is encoder noise."""
 
-SEED = 20
+DRAWS_SEED = 20
 """Seed of the draws: a noise floor must be reproducible."""
 
 LEAST_LOGGER_GAIN = 0.1
@@ -209,7 +209,7 @@ class NoisePath:
         self, column_noise: Mapping[str, ColumnNoise], number: int, least: int = 1
     ) -> Iterator[np.ndarray]:
         """Draws (M, k) of the noise in the outputs, at least `least`; `number` of the recording."""
-        rng = np.random.default_rng([SEED, number])
+        rng = np.random.default_rng([DRAWS_SEED, number])
         smooth = {
             n: self.noise_free(n) for s in self.experiment.outputs for n in self.source_columns(s)
         }

@@ -265,7 +265,7 @@ def stated_noise(
     return levels
 
 
-MOST_SAMPLES = 4000
+MOST_NOISE_SAMPLES = 4000
 """Samples of all recordings together; a standard deviation from 4000 is good to a hundredth."""
 
 MOST_RECORDINGS = 16
@@ -296,7 +296,7 @@ def _noise_bound(
 ) -> float | None:
     """The bound from some recordings, as the smallest of `chosen_of`; None if they are too
     short."""
-    each = MOST_SAMPLES // len(recordings)
+    each = MOST_NOISE_SAMPLES // len(recordings)
     lags = np.vstack([_lagged(r[name][:each]) for r in recordings])
     other_lags = [np.vstack([_lagged(r[n][:each]) for r in recordings]) for n in others]
     predictors = np.hstack([np.ones((len(lags), 1)), *other_lags])

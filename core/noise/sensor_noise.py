@@ -94,7 +94,7 @@ def is_command(column: np.ndarray) -> bool:
     """Whether a column (N,) is a command and no reading: most samples repeat the one before, and
     its levels are few or uneven. The spectrum of its jumps would count as noise."""
     values = column[np.isfinite(column)]
-    if len(values) < FEWEST or np.mean(np.diff(values) == 0.0) < 0.5:
+    if len(values) < FEWEST_IN_SPECTRUM or np.mean(np.diff(values) == 0.0) < 0.5:
         return False
     levels = len(np.unique(values))
     return 1 < levels <= FEW_LEVELS or (levels > 1 and common_quantisation_step([values]) == 0.0)
@@ -134,7 +134,7 @@ class Spectrum(NamedTuple):
     """Whose mean over all angles is the variance"""
 
 
-FEWEST = 64
+FEWEST_IN_SPECTRUM = 64
 """Fewest samples of a stretch for a spectrum."""
 
 
@@ -142,7 +142,7 @@ def spectrum(pieces: Sequence[np.ndarray]) -> Spectrum:
     """The spectrum of evenly sampled stretches (M,) of one column; none need be long."""
     angles, powers = [np.zeros(0)], [np.zeros(0)]
     for x in pieces:
-        if len(x) < FEWEST:
+        if len(x) < FEWEST_IN_SPECTRUM:
             continue
         window = np.hanning(len(x))
         trend = np.polyval(np.polyfit(np.arange(len(x)), x, 1), np.arange(len(x)))

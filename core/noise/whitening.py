@@ -26,7 +26,7 @@ HIGHEST_ORDER = 6
 LONGEST_LAG = 1000
 """Lag in samples beyond which noise counts as independent."""
 
-SMALLEST = 1e-300
+SMALLEST_VARIANCE = 1e-300
 """Of a variance, against division by zero."""
 ROUNDING = 1e-14
 """Of a variance: less is rounding."""
@@ -156,17 +156,17 @@ def _autocovariance(pieces: Sequence[tuple[np.ndarray, np.ndarray]]) -> _Autocov
     forward = backward = _on_grid(pieces)
     values = forward[np.isfinite(forward)]
     variance = float(values @ values) / max(len(values), 1)
-    if variance <= SMALLEST:
+    if variance <= SMALLEST_VARIANCE:
         return _Autocovariance(0, _extended(np.ones(1), np.zeros(0)))
     gamma, taps, best, criterion, least = [variance], np.zeros(0), np.zeros(0), 0.0, 0.0
     for _ in range(HIGHEST_ORDER):
         forward, backward = forward[1:], backward[:-1]
         rows = np.isfinite(forward + backward)
         f, b = forward[rows], backward[rows]
-        reflection = 2.0 * float(f @ b) / max(float(f @ f + b @ b), SMALLEST)
+        reflection = 2.0 * float(f @ b) / max(float(f @ f + b @ b), SMALLEST_VARIANCE)
         gamma.append(float(taps @ gamma[:0:-1]) + reflection * variance)
         variance *= 1.0 - reflection**2
-        if variance <= SMALLEST:
+        if variance <= SMALLEST_VARIANCE:
             break
         taps = np.append(taps - reflection * taps[::-1], reflection)
         forward, backward = forward - reflection * backward, backward - reflection * forward
@@ -216,5 +216,5 @@ def _predict_channel(rows: np.ndarray, autocovariance: _Autocovariance) -> Chann
     ] * np.eye(p)
     to = np.where(present, gamma[np.minimum(kinds, LONGEST_LAG)], 0.0)
     a = np.linalg.solve(among, to[:, :, None])[:, :, 0]
-    deviation = np.sqrt(np.maximum(gamma[0] - np.sum(a * to, axis=1), SMALLEST))
+    deviation = np.sqrt(np.maximum(gamma[0] - np.sum(a * to, axis=1), SMALLEST_VARIANCE))
     return ChannelPrediction(rows, a[which.ravel()], deviation[which.ravel()])

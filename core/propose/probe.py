@@ -34,7 +34,7 @@ from ..simulate.motion import Task
 SIZE = "probe_size"
 SIGNAL = "probe"
 
-SHARE = 0.02
+SIGNAL_SHARE = 0.02
 """Of the typical torque: the rms of a signal as it is tried."""
 
 _A, _S = sp.symbols("a s", real=True)
@@ -80,7 +80,7 @@ class Probe(Effect):
     inputs: tuple[str, ...] = (SIGNAL,)
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        return (sized(SIZE, SHARE * float(np.max(sizes.torque)), "", "size", signed=True),)
+        return (sized(SIZE, SIGNAL_SHARE * float(np.max(sizes.torque)), "", "size", signed=True),)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         return (self.acts.element(arm, (values[SIZE], 0.0)),)
@@ -128,7 +128,7 @@ class _ProbedRun:
     def of(cls, model: FittedModel, probe: Probe) -> _ProbedRun:
         base, data = model.refit.parametrised, _with_signal(model.data)
         own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
-        size = SHARE * float(np.max(data.sizes.torque))
+        size = SIGNAL_SHARE * float(np.max(data.sizes.torque))
         values = {**base.model.effect_values, **base.values(), SIZE: size}
         effects = [*model.effects, probe]
         h = parametrised(data, effects, values, freed=own, refine=TRIAL_SUBSTEPS)

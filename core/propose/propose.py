@@ -57,7 +57,7 @@ MOST_LAWS = 4
 SAME = 0.01
 """Relative difference below which two laws are one."""
 
-PLACES = 200
+CURVE_POINTS = 200
 """Points of a law's curve."""
 
 
@@ -295,7 +295,7 @@ class _Proposing:
 
 
 def _term(law: ShortLaw) -> LawTerm:
-    places = np.linspace(*ends(law.function.variable), PLACES)
+    places = np.linspace(*ends(law.function.variable), CURVE_POINTS)
     return LawTerm(carrier_of(law.function), places, law.values(places))
 
 

@@ -109,7 +109,7 @@ WAYS = (0.02, 0.06, 0.2, 0.6)
 MOST_MOVED = 30.0
 """Factor by which a refit may move a way."""
 
-SHARES = 5
+BRISTLE_KNOTS = 5
 """Knots of a function of a bristle's share, from -1 to 1."""
 
 
@@ -123,7 +123,7 @@ def bristle_shares(motions: Sequence[Trajectory], k: int, unit: str) -> list[Var
         along = tuple(share_of_bristle(x, way) for x in places)
         free = FreeConstant("way", way, unit, way / MOST_MOVED, way * MOST_MOVED)
         word = f"hysteresis(theta{k + 1}, {{way}})"
-        variables.append(Variable(word, title, "", along, SHARES, constants=(free,)))
+        variables.append(Variable(word, title, "", along, BRISTLE_KNOTS, constants=(free,)))
     return variables
 
 

@@ -51,7 +51,7 @@ a campaign of coarse encoders that was cut seemed to begin at rest (1.95; with f
 FEWEST_PER_COLUMN = 4
 """Rows per column of the samples side by side, below which noise seems predicted by chance."""
 
-MOST_SAMPLES = 20_000
+MOST_START_SAMPLES = 20_000
 """Of all recordings together."""
 
 WORSE = 2.5
@@ -82,7 +82,7 @@ def with_beginnings(
     able = [r for r in recordings if _complete(r, [*names, *references])]
     if not able:
         return list(recordings)
-    share = max(MOST_SAMPLES // len(able), 4 * LAGS)
+    share = max(MOST_START_SAMPLES // len(able), 4 * LAGS)
     sensors = _sensors(able)
     places = [_columns(r, [*names, *sensors], share) for r in able]
     driving = [_columns(r, references, share) for r in able]

@@ -10,7 +10,7 @@ from ..plugins import discover
 from ..recording.table import Reading, Table, TableReader, Watching, damaged
 from ..sentences import few, install_command
 
-START = 4096
+SIGNATURE_BYTES = 4096
 """Bytes that show what a file is: every signature stands there, and some lines of text."""
 
 
@@ -28,7 +28,7 @@ def read_table(path: Path, progress: Watching | None = None) -> Table:
     _check_file(path)
     try:
         with path.open("rb") as file:
-            start = file.read(START)
+            start = file.read(SIGNATURE_BYTES)
     except OSError as error:
         raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from None
     if not start:

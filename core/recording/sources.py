@@ -137,7 +137,7 @@ def unused(table: Table, sources: dict[str, Source]) -> list[str]:
     return [f"Not used from {table.source}: {few(left)}."] if left else []
 
 
-WORDS: dict[str, tuple[str, ...]] = {
+SPELLINGS: dict[str, tuple[str, ...]] = {
     "time": ("t", "time", "clock", "timestamp", "stamp", "zeit", "sec", "seconds", "temps"),
     "reference": (
         "ref", "reference", "set", "setpoint", "cmd", "command", "commanded", "des", "desired",
@@ -182,15 +182,17 @@ JOINT = {"first": 1, "one": 1, "shoulder": 1, "base": 1, "second": 2, "two": 2, 
          "x": 1, "y": 2}  # fmt: skip
 """Words that state the number of a joint or an axis."""
 
-UNITS = {"deg": "deg", "degree": "deg", "degrees": "deg", "mm": "mm", "cm": "cm", "ms": "ms",
-         "us": "us", "rpm": "rpm", "mnm": "mN m", "ma": "mA", "mv": "mV", "mrad": "mrad",
-         "degps": "deg/s", "dps": "deg/s"}  # fmt: skip
+UNIT_SPELLINGS = {
+    "deg": "deg", "degree": "deg", "degrees": "deg", "mm": "mm", "cm": "cm", "ms": "ms", "us": "us",
+    "rpm": "rpm", "mnm": "mN m", "ma": "mA", "mv": "mV", "mrad": "mrad", "degps": "deg/s",
+    "dps": "deg/s",
+}  # fmt: skip
 """Parts of a name that are a unit."""
 
 FITS, HALF, WRONG, NUMBERED, MISNUMBERED = 4.0, 1.5, -3.0, 2.0, -4.0
 """Scores: each kind of word that is there, one of two, one that belongs to another channel, the
 right number and a wrong one. One wrong word weighs more than a number that fits."""
-LEAST = 2.0
+LEAST_SCORE = 2.0
 """Score below which nothing is guessed: a number alone says nothing."""
 
 
@@ -216,7 +218,7 @@ def guess_columns(columns: Mapping[str, np.ndarray], channels: Sequence[str]) ->
     guesses = {
         channels[i]: Guess(headers[j], _unit_in(headers[j], channels[i]))
         for i, j in zip(rows, chosen, strict=True)
-        if scores[i, j] >= LEAST
+        if scores[i, j] >= LEAST_SCORE
     }
     for channel in [c for c in guesses if c.startswith("link_")]:
         only = channel.removeprefix("link_")
@@ -240,7 +242,7 @@ def _numbered_from(headers: Sequence[str]) -> int:
 
 
 def _kinds(parts: Sequence[str]) -> set[str]:
-    return {kind for kind, names in WORDS.items() if any(p in names for p in parts)}
+    return {kind for kind, names in SPELLINGS.items() if any(p in names for p in parts)}
 
 
 def _score(channel: str, header: str, values: np.ndarray, first: int) -> float:
@@ -277,7 +279,7 @@ def _unit_in(header: str, channel: str) -> str:
     if parse_header(header)[1] or parse_header(header)[0] == channel:
         return ""
     parts = _parts(header)
-    unit = next((UNITS[p] for p in reversed(parts) if p in UNITS), "")
+    unit = next((UNIT_SPELLINGS[p] for p in reversed(parts) if p in UNIT_SPELLINGS), "")
     speed = channel_kind(channel).units[0].endswith("/s")
     if unit and speed and not unit.endswith("/s") and unit != "rpm":
         unit = f"{unit}/s"

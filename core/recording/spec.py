@@ -118,9 +118,9 @@ class ResampleSpec(Settings):
     a symmetric low-pass, without aliasing."""
 
 
-LONGEST = 3600.0
+LONGEST_SIMULATION = 3600.0
 """s of one simulated recording."""
-Duration = Annotated[float, Field(strict=True, gt=0, le=LONGEST, allow_inf_nan=False)]
+Duration = Annotated[float, Field(strict=True, gt=0, le=LONGEST_SIMULATION, allow_inf_nan=False)]
 MOST_SAMPLES = 500_000
 """Of one simulated recording: eight minutes at 1 kHz, which take twenty seconds to simulate."""
 Place = Annotated[float, Field(strict=True, ge=-1e3, le=1e3, allow_inf_nan=False)]

@@ -24,7 +24,7 @@ FALLING = 5.0
 """Times the level of the uppermost octave that the one below has where it is a motion still and no
 noise: a white acceleration falls by seven."""
 
-WIDTH = 1.06
+BAND_RATIO = 1.06
 """From an end of a band of frequencies to the other: a twelfth of an octave."""
 
 FEWEST = 6
@@ -107,7 +107,7 @@ def _spectrum(x: np.ndarray, dt: float) -> _Spectrum | None:
     power = power[1:] / (2.0 - 2.0 * np.cos(angle)) ** 2
     ends = [0]
     while ends[-1] < len(power):
-        ends.append(min(max(ends[-1] + FEWEST, int(ends[-1] * WIDTH) + 1), len(power)))
+        ends.append(min(max(ends[-1] + FEWEST, int(ends[-1] * BAND_RATIO) + 1), len(power)))
     count = np.diff(ends)
     mean = np.add.reduceat(power, ends[:-1]) / count
     upper = angle[np.array(ends[1:]) - 1]

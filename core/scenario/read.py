@@ -18,7 +18,7 @@ from ..scenario.data_folder import refuse_special
 from ..scenario.schema import Scenario
 from ..sentences import one_line, validation_sentence
 
-LONGEST = 500_000
+LONGEST_SCENARIO = 500_000
 """Characters: a scenario with as many recordings as it may have, everything said of each."""
 MOST_VALUES, MOST_PARTS, DEEPEST = 50_000, 32, 32
 """Keys, lists and their entries in a scenario (500 recordings of a hundred each), parts of one
@@ -45,7 +45,7 @@ def read_scenario(path: Path) -> Scenario:
     refuse_special(path)
     try:
         with path.open(encoding="utf-8-sig") as file:
-            text = file.read(LONGEST + 1)
+            text = file.read(LONGEST_SCENARIO + 1)
     except UnicodeDecodeError:
         raise InputError(f"{path.name} is not UTF-8 text; save it as UTF-8.") from None
     except OSError as error:
@@ -56,10 +56,10 @@ def read_scenario(path: Path) -> Scenario:
 def parse_scenario(text: str, source: str) -> Scenario:
     """The scenario in a TOML text, else InputError; `source` is how messages name where it comes
     from."""
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_SCENARIO:
         raise InputError(
-            f"{source} has more than {LONGEST:,} characters; store recordings in files of their "
-            f"own and write their names."
+            f"{source} has more than {LONGEST_SCENARIO:,} characters; store recordings in files of "
+            f"their own and write their names."
         )
     _check_extent(text, source)
     try:

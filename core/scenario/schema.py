@@ -35,7 +35,7 @@ from ..sentences import did_you_mean, listed, quoted
 
 MOST_RECORDINGS = 500
 """Of a scenario: the longest campaigns of a rig have a tenth of that."""
-MOST_SAMPLES = 1_000_000
+MOST_SIMULATED = 1_000_000
 """Simulated in one scenario: twenty minutes at 1 kHz."""
 
 
@@ -181,9 +181,9 @@ class Scenario(Settings):
     @classmethod
     def _few_samples(cls, specs: tuple[RecordingSpec, ...]) -> tuple[RecordingSpec, ...]:
         samples = sum(spec.simulate.samples for spec in specs if spec.simulate is not None)
-        if samples > MOST_SAMPLES:
+        if samples > MOST_SIMULATED:
             raise ValueError(
-                f"ask for {samples:,} simulated samples in total; at most {MOST_SAMPLES:,} are "
+                f"ask for {samples:,} simulated samples in total; at most {MOST_SIMULATED:,} are "
                 f"allowed."
             )
         return specs

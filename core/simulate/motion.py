@@ -58,7 +58,7 @@ def full_start(task: Task, numbers: Numbers) -> np.ndarray:
     return out
 
 
-STEPS = 20_000
+STRETCH_STEPS = 20_000
 """Of a stretch: a step takes 1 to 20 us, alone or in lanes, so that a stop waits for less than half
 a second."""
 
@@ -67,7 +67,7 @@ def stretches(samples: int, substeps: int) -> Iterator[slice]:
     """Rows of each stretch; the last row of one is the first of the next. One slice with all
     rows where there are few. Before each StoppedError where the user asked to stop.
     """
-    rows = max(STEPS // substeps, 1)
+    rows = max(STRETCH_STEPS // substeps, 1)
     first = 0
     while True:
         check_stopped()

@@ -38,7 +38,7 @@ POPULATION = types.Tuple((types.float64[:, :, :, ::1],) * 8)
 COMPARE, WEIGH, STORE = range(3)
 """What happens to outputs: squared errors, weighted squared errors, or they are written."""
 
-LONGEST = 32
+LONGEST_PIECE = 32
 """Samples of a piece at most: beyond it the outputs' rows leave the first-level cache."""
 
 
@@ -80,7 +80,7 @@ def cut(edges: np.ndarray, samples: int, longest: int) -> Pieces:
 
 def pieces(
     references: Sequence[np.ndarray], samples: int, states: int, inputs: int, outputs: int,
-    longest: int = LONGEST,
+    longest: int = LONGEST_PIECE,
 ) -> Pieces:  # fmt: skip
     """The pieces of least work for a system with that many states, held inputs and outputs."""
     edges = changes(references, samples)

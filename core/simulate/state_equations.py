@@ -30,7 +30,7 @@ from ..trajectory import Trajectory
 
 _ENTRY = re.compile(r"\b([A-Za-z]+)\[(\d+)(?:, (\d+))?\]")
 _LOCAL = re.compile(r"\b([sc]\d+)\b")
-NOTHING = ("0.0", "-0.0")
+ZERO_TEXTS = ("0.0", "-0.0")
 
 Texts = np.ndarray
 """Of strings: what stands in a statement for each number of an array."""
@@ -202,7 +202,7 @@ def _scaled(share: float, text: str) -> str:
 def _sum(coefficients: Sequence[str], symbols: Sequence[str], sign: str = "") -> list[str]:
     """The terms of a product of two vectors, those with zero left out."""
     pairs = zip(coefficients, symbols, strict=True)
-    return [f"{sign}{c}*{symbol}" for c, symbol in pairs if c not in NOTHING]
+    return [f"{sign}{c}*{symbol}" for c, symbol in pairs if c not in ZERO_TEXTS]
 
 
 def _total(*terms: list[str]) -> str:

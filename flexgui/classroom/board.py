@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from flexgui.stages.challenge.judging import Entry, plain_name
 from flexgui.views.table import Column, Row, Table
 
-CLASSES, MOST = 50, 200
+MOST_CLASSES, MOST_ENTRIES = 50, 200
 """Seeds that are remembered, and entries of each; the oldest go first."""
 
 
@@ -33,7 +33,7 @@ class Board:
         """Notes that a session, by its key, has guessed."""
         with self._lock:
             state = self._of(seed, level)
-            if key not in state.entries and len(state.guessing) < MOST:
+            if key not in state.entries and len(state.guessing) < MOST_ENTRIES:
                 state.guessing.add(key)
         self._notify()
 
@@ -43,7 +43,7 @@ class Board:
             state = self._of(seed, level)
             state.guessing.discard(key)
             state.entries.setdefault(key, replace(entry, name=plain_name(entry.name)))
-            while len(state.entries) > MOST:
+            while len(state.entries) > MOST_ENTRIES:
                 state.entries.pop(next(iter(state.entries)))
         self._notify()
 
@@ -75,7 +75,7 @@ class Board:
     def _of(self, seed: int, level: str) -> _Class:
         state = self._classes.setdefault((seed, level), _Class())
         self._classes.move_to_end((seed, level))
-        while len(self._classes) > CLASSES:
+        while len(self._classes) > MOST_CLASSES:
             self._classes.popitem(last=False)
         return state
 

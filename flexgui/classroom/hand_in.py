@@ -20,7 +20,7 @@ from flexgui.stages.challenge.judging import NONE_GUESSED, Guess, judge, plain_n
 HEAD = "FlexGUI hand-in, sealed. `flexgui grade` checks it."
 ENDING = ".handin"
 
-LARGEST = 100_000
+LARGEST_HAND_IN = 100_000
 """Bytes: a hand-in has under ten thousand."""
 
 
@@ -60,7 +60,7 @@ class HandIn:
 def read_hand_in(path: Path) -> HandIn:
     """A hand-in from its file; InputError if it is not one or its checksum is wrong."""
     try:
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > LARGEST_HAND_IN:
             raise InputError(f"{path.name} is too large for a hand-in.")
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:

@@ -74,7 +74,7 @@ def export_outcome(
         ) from None
 
 
-SMALLEST = 1e-280
+SMALLEST_ROUNDED = 1e-280
 """Smallest rounded number: the factor of a smaller one would overflow."""
 
 
@@ -88,7 +88,7 @@ def _csv(table: pd.DataFrame, path: Path) -> None:
 
 def _rounded(values: np.ndarray) -> np.ndarray:
     """Values (N,) to DIGITS significant digits."""
-    usual = np.isfinite(values) & (np.abs(values) > SMALLEST)
+    usual = np.isfinite(values) & (np.abs(values) > SMALLEST_ROUNDED)
     factor = 10.0 ** (DIGITS - 1 - np.floor(np.log10(np.where(usual, np.abs(values), 1.0))))
     return np.asarray(np.where(usual, np.round(values * factor) / factor, values))
 

@@ -15,7 +15,7 @@ from plotly.offline import get_plotlyjs
 from flexgui.export.plotly_js import with_traces
 from flexgui.views.layout import Figure, plain_value
 
-STEPS, GAP = 65_534, 65_535
+LINE_LEVELS, NO_VALUE = 65_534, 65_535
 """Between the least and the greatest value of a line, a hundred to a pixel; and no value at all."""
 LOGARITHMIC = 100.0
 """Positive values with a larger ratio may stand on a logarithmic axis: they remain float32."""
@@ -75,7 +75,7 @@ def _stored(values: np.ndarray, vectors: bytearray) -> dict[str, float]:
         vectors += values.astype("<f4").tobytes()
         return where
     low, step = float(known.min()), float(np.ptp(known)) / steps or 1.0
-    codes = np.full(values.shape, GAP, dtype=np.uint16)
+    codes = np.full(values.shape, NO_VALUE, dtype=np.uint16)
     codes[finite] = np.round((known - low) / step)
     # Differences, all high bytes before all low ones: packed they are a fifth shorter.
     changes = np.diff(codes, prepend=np.uint16(0))
@@ -87,8 +87,8 @@ def _steps(known: np.ndarray) -> int:
     """Steps from the least to the greatest value: those of a common grid, as times have, if it is
     not too fine; 0 for values of many decades."""
     span, gaps = float(np.ptp(known)), np.diff(known)
-    if gaps.size and gaps.min() > 0.0 and (whole := round(span / gaps.min())) <= STEPS:
+    if gaps.size and gaps.min() > 0.0 and (whole := round(span / gaps.min())) <= LINE_LEVELS:
         places = (known - known[0]) * (whole / span)
         if np.abs(places - np.round(places)).max() < EVEN:
             return whole
-    return 0 if 0.0 < LOGARITHMIC * known.min() < known.max() else STEPS
+    return 0 if 0.0 < LOGARITHMIC * known.min() < known.max() else LINE_LEVELS

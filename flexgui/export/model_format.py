@@ -12,7 +12,7 @@ from flexgui import __version__
 from flexgui.core.results import Outcome, PresentEffect
 from flexgui.sentences.written import format_number
 
-WIDTH = 92
+HEADER_WIDTH = 92
 """Characters in a line of a header."""
 
 OUTSIDE = "NOT in this file, because its format cannot hold it"
@@ -80,7 +80,7 @@ def no_equations(outcome: Outcome) -> str:
 def header(
     outcome: Outcome, what: str, carried: Iterable[PresentEffect], limits: Iterable[str]
 ) -> list[str]:
-    """Lines of at most WIDTH characters.
+    """Lines of at most HEADER_WIDTH characters.
 
     Args:
         outcome: Whose model it is.
@@ -98,7 +98,7 @@ def header(
             these = [e for e in some if (e.kind in found) == new]
             texts += [f"{origin}{place}: {_listed(these)}."] if these else []
     texts += limits
-    return [line for text in texts for line in textwrap.wrap(text, WIDTH)]
+    return [line for text in texts for line in textwrap.wrap(text, HEADER_WIDTH)]
 
 
 def _effects(outcome: Outcome) -> tuple[PresentEffect, ...]:

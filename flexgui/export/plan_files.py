@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexgui.core.errors import InputError
-from flexgui.core.experiments.design import MOST, Candidate, Design, ExperimentRequest
+from flexgui.core.experiments.design import MOST_EXPERIMENTS, Candidate, Design, ExperimentRequest
 from flexgui.core.experiments.design_files import Names, expected, references, with_planned
 from flexgui.core.experiments.plan import plan
 from flexgui.core.loading import joint_units
@@ -27,7 +27,7 @@ SCENARIO = "planned.toml"
 PLAN = "plan.json"
 TEXT = "plan.txt"
 
-LONGEST = 86_400.0
+LONGEST_PLAN = 86_400.0
 """s that a person may have: a day."""
 
 
@@ -43,8 +43,8 @@ def plan_scenario(
     """
     if data is not None and not data.is_dir():
         raise InputError(f"--data {data} is no folder; name the one that holds the recordings.")
-    if not (math.isfinite(seconds) and 0.0 < seconds <= LONGEST):
-        raise InputError(f"--seconds must be above 0 and at most {LONGEST:.0f}.")
+    if not (math.isfinite(seconds) and 0.0 < seconds <= LONGEST_PLAN):
+        raise InputError(f"--seconds must be above 0 and at most {LONGEST_PLAN:.0f}.")
     if len(between) not in (0, 2):
         raise InputError("--between takes two ids of effects, such as tip_payload,link_mass_error.")
     scenario = read_scenario(path)
@@ -79,7 +79,7 @@ def write_plan(
         for path in folder.iterdir():
             path.replace(out / path.name)
     # References of an older plan go, so that nobody plays them; recordings stay.
-    for n in range(len(design.chosen) + 1, MOST + 1):
+    for n in range(len(design.chosen) + 1, MOST_EXPERIMENTS + 1):
         for name in (Names(n).play, Names(n).expected):
             (out / name).unlink(missing_ok=True)
 

@@ -10,7 +10,7 @@ HELPERS = re.compile(r"([\w$]+)=\(e,t,r\)=>\(\)=>.*?[ ,;]([\w$]+)=\(e,t\)=>\(\)=
 REGISTERED = re.compile(r"\.register\(\[([\w$(),]+)\]\)")
 """The list of kinds, in the last module."""
 KIND = re.compile(r'moduleType:"trace",name:"(\w+)"')
-NAME, LONGEST = re.compile(r"[\w$]+$"), 12
+MODULE_NAME, LONGEST_MODULE_NAME = re.compile(r"[\w$]+$"), 12
 """Of a module, and its letters at most."""
 CALL = "()"
 """A module is used by a call without arguments."""
@@ -50,8 +50,8 @@ def with_traces(source: str, kinds: Set[str]) -> str:
 
 def _before(mark: str, text: str) -> list[str]:
     """The names that stand right before a mark; splitting is far quicker than searching them."""
-    ends = (piece[-LONGEST:] for piece in text.split(mark)[:-1])
-    return [name[0] for end in ends if (name := NAME.search(end))]
+    ends = (piece[-LONGEST_MODULE_NAME:] for piece in text.split(mark)[:-1])
+    return [name[0] for end in ends if (name := MODULE_NAME.search(end))]
 
 
 def _kind(modules: dict[str, str], entry: str) -> str:

@@ -31,7 +31,7 @@ from flexgui.views.headline import (
     of_same_recording,
 )
 from flexgui.views.identifiability import correlation, valley
-from flexgui.views.layout import POINTS, Figure, with_height
+from flexgui.views.layout import MOST_POINTS, Figure, with_height
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
@@ -41,7 +41,7 @@ from flexgui.views.table import PAPER, Column, Row, Table, affine, mathml_lines,
 
 SIGNALS = 130_000
 """Points of all signals: 3 bytes each keep a report with its scripts (1.6 MB) near 2 MB."""
-FEWEST = 400
+FEWEST_POINTS = 400
 """Of a line, on an A4 page two to a millimetre; the tables hold every sample."""
 PER_CHANNEL = 4
 """Lines: measured, model, and the residuals of the model as given and as it stands."""
@@ -119,7 +119,7 @@ def _recordings(
 def points_per_line(comparisons: Sequence[RecordingComparison]) -> int:
     """Points per signal: fewer for many recordings, so that the report loads quickly."""
     lines = PER_CHANNEL * sum(len(recording.channels) for recording in comparisons)
-    return min(max(SIGNALS // max(lines, 1), FEWEST), POINTS)
+    return min(max(SIGNALS // max(lines, 1), FEWEST_POINTS), MOST_POINTS)
 
 
 def _drawn(

@@ -118,7 +118,7 @@ def _not_applicable(diagnosis: Diagnosis) -> Table | None:
 DIGITS = 16
 """Of the digest, in hexadecimal: two data sets with the same ones are not met by chance."""
 
-SEED = "identify"
+SEED_TABLE = "identify"
 """The table of a scenario that holds the seed of its search."""
 
 
@@ -155,7 +155,7 @@ def _today() -> str:
 
 def _seed(scenario_text: str) -> str:
     try:
-        stated = tomllib.loads(scenario_text).get(SEED, {}).get("seed")
+        stated = tomllib.loads(scenario_text).get(SEED_TABLE, {}).get("seed")
     except tomllib.TOMLDecodeError:
         stated = None
     return "as by default" if stated is None else str(stated)

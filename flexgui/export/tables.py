@@ -26,13 +26,13 @@ from flexgui.views.headline import (
     of_same_recording,
 )
 
-LONGEST = 80
+LONGEST_FILE_NAME = 80
 
 
 def slug(name: str) -> str:
     """Letters, digits, '.', '_' and '-' only, so that any file system takes it."""
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    return re.sub(r"[^A-Za-z0-9._-]+", "_", plain).strip("._-")[:LONGEST] or "unnamed"
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", plain).strip("._-")[:LONGEST_FILE_NAME] or "unnamed"
 
 
 def unique_slugs(names: Sequence[str]) -> list[str]:

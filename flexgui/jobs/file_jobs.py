@@ -32,7 +32,7 @@ from flexgui.jobs.worker import TOO_LARGE
 MEMORY = 1_500_000_000
 """Bytes: the largest table that is read (160 MB of numbers), its columns in SI units, and room to
 put the pieces of both together and to check them."""
-SECONDS = 60.0
+FILE_SECONDS = 60.0
 """For one file: the largest file, or the longest simulation, takes 20 s on a free machine."""
 WORKERS = 2
 """Two, so that one slow file does not block all others."""
@@ -41,7 +41,7 @@ SETTINGS = PoolSettings(
     start_delay=float("inf"),  # the second worker starts only for a waiting job
     niceness=5,
     memory=MEMORY,
-    seconds=SECONDS,
+    seconds=FILE_SECONDS,
     warm_up="flexgui.jobs.file_jobs:warm_file_worker",
 )
 

@@ -118,7 +118,7 @@ class Page(PageElement):
         return folders
 
     def _build_plots(self, panel: Panel) -> None:
-        HtmlBlock(self.gui, COLUMNS)
+        HtmlBlock(self.gui, COLUMNS_MARK)
         panel.build_plots()
 
     def _draw(self, topics: frozenset[Topic]) -> None:
@@ -180,13 +180,13 @@ FOLLOWS = Markup("<p class='follows'><b>You follow the teacher.</b> {}</p>").for
     "Stages and settings are the teacher's. Turn the arm with the mouse as you like; take your own "
     "copy to change things. It stays yours after a reload."
 )
-COLUMNS = Markup("<span class='fx-plots'></span>")
+COLUMNS_MARK = Markup("<span class='fx-plots'></span>")
 """A mark for the style: in a wide window the plots around it stand in columns."""
-STEPS = Markup(
+STAGE_BAR = Markup(
     "<nav class='steps fx-bar' aria-label='Stages'><div>{}</div>"
     "<div class='beside'>{}<span></span>{} {}</div></nav>"
 )
-STEP = Markup(
+STAGE_BUTTON = Markup(
     "<button type='button' data-action='stage' data-value='{0}' class='{1}'{2}>{0}</button>"
 )
 OLD_FIGURES = Markup("<span class='fx-old'></span>")
@@ -223,12 +223,12 @@ class StageBar(PageElement):
         )
         label = self._tour_label()
         tour = press(label, "tour", kind="link") if label else ""
-        return STEPS.format(steps, beside, tour, settings_menu(self.context))
+        return STAGE_BAR.format(steps, beside, tour, settings_menu(self.context))
 
     def _step(self, stage: str) -> Markup:
         current = stage == self.session.stage
         marked = Markup(" aria-current='step'") if current else ""
-        return STEP.format(stage, "done" if self._panels[stage].done else "", marked)
+        return STAGE_BUTTON.format(stage, "done" if self._panels[stage].done else "", marked)
 
 
 def not_updated(parts: frozenset[PagePart]) -> list[Markup]:

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
     from flexgui.page.panel import PageContext
 
-MARGIN = {"l": 68, "r": 10, "t": 28, "b": 46}
+PLOT_MARGIN = {"l": 68, "r": 10, "t": 28, "b": 46}
 CONFIG = {"displayModeBar": False}
 FONT_SIZE = 12
-WIDTH = 540.0
+PANEL_WIDTH = 540.0
 """px of the panel on the left."""
 
 
@@ -26,7 +26,7 @@ class PlotArea:
     """The width of the figures of one page; in a narrower panel they keep their height in px."""
 
     def __init__(self) -> None:
-        self.width, self.columns = WIDTH, 1
+        self.width, self.columns = PANEL_WIDTH, 1
         self.plots: list[Plot] = []
 
     def resize(self, width: float, columns: int) -> None:
@@ -53,7 +53,7 @@ class Plot:
     ) -> None:
         """`aspect` is height over width in a usual window; `title` for figures that have none;
         `wide`: over all columns."""
-        self._context, self._title, self._height = context, title, aspect * WIDTH
+        self._context, self._title, self._height = context, title, aspect * PANEL_WIDTH
         self._wide = wide
         if wide:
             context.gui.add_html("<span class='fx-wide'></span>")
@@ -72,7 +72,7 @@ class Plot:
         self.fit()
         layout = dict(figure["layout"])
         font = {**layout.get("font", {}), "size": FONT_SIZE}
-        layout |= {"margin": MARGIN, "height": None, "template": {}, "font": font}
+        layout |= {"margin": PLOT_MARGIN, "height": None, "template": {}, "font": font}
         if self._title:
             layout |= titled(self._title, layout)
         self._sent += 1
@@ -85,7 +85,7 @@ class Plot:
     def show_whole(self, figure: Figure | go.Figure | None) -> None:
         """Draws one of the report's figures, as high as it wants to be."""
         drawn = None if figure is None else plain(figure)
-        height = 0.0 if drawn is None else float(drawn["layout"].get("height") or WIDTH / 2)
+        height = 0.0 if drawn is None else float(drawn["layout"].get("height") or PANEL_WIDTH / 2)
         self.show(drawn, height=height)
 
     def fit(self) -> None:

@@ -36,7 +36,7 @@ AWAY = Markup("<span class='fx-away'></span>")
 OPEN_MINE = "Open my recordings"
 """Beside the offer of the tour, for a person with recordings."""
 REOPEN, LEAVE, SKIP = "Tour", "Leave the tour", "Skip tour"
-NOTHING = Card("", "")
+NO_CARD = Card("", "")
 
 
 class Tour(PageElement):
@@ -77,7 +77,7 @@ class Tour(PageElement):
     def refresh(self) -> None:
         """Shows the present card."""
         present_card = self._shown()
-        shown = present_card or NOTHING
+        shown = present_card or NO_CARD
         offers = shown.button == BEGIN
         self._card.show(
             CARD.format("pair" if offers else "", shown.title, shown.text) if present_card else ""

@@ -176,7 +176,7 @@ THINNEST = 0.012
 
 CORNERS = np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)], dtype=float) / 2.0
 """(across, up), in thickness and height."""
-COLUMNS = [0, 1, 1, 2, 2, 3, 3, 0]
+EDGE_COLUMNS = [0, 1, 1, 2, 2, 3, 3, 0]
 """Each side has its own two edges, so that the edges of the beam stay sharp when lit."""
 
 
@@ -211,7 +211,7 @@ def beam_vertices(
     rings = np.empty((len(line), 4, 3), dtype=np.float32)
     rings[:, :, :2] = line[:, None, :] + normal[:, None, :] * corners[None, :, :1]
     rings[:, :, 2] = level + corners[:, 1]
-    sides = rings[:, COLUMNS].reshape(-1, 3)
+    sides = rings[:, EDGE_COLUMNS].reshape(-1, 3)
     return np.concatenate([sides, rings[0], rings[-1]])
 
 

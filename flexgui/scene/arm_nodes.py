@@ -163,11 +163,11 @@ class ArmNodes:
             )  # fmt: skip
 
 
-POINTS = 500
+PATH_POINTS = 500
 """Of a path; more would not be seen."""
 ERRORS = 60
 """Error lines; more would hide the paths."""
-NOTHING = np.zeros((1, 2, 3), dtype=np.float32)
+NO_LINE = np.zeros((1, 2, 3), dtype=np.float32)
 
 
 class PathNodes:
@@ -176,7 +176,7 @@ class PathNodes:
     def __init__(self, scene: SceneApi, path: str, lift: float) -> None:
         self.model, self.measured, self.errors, self.now = (
             scene.add_line_segments(
-                f"{path}/{name}", NOTHING, colour, thickness=thickness, visible=False,
+                f"{path}/{name}", NO_LINE, colour, thickness=thickness, visible=False,
                 thickness_units="screen", position=(0.0, 0.0, lift),
             )
             for name, colour, thickness in (
@@ -205,8 +205,8 @@ def _put(handle: LineSegmentsHandle, points: np.ndarray | None) -> None:
 
 
 def polyline(path: np.ndarray) -> np.ndarray:
-    """(k, 2, 3) segments of a path (N, 3), at most POINTS of them."""
-    chosen = path[_spread(len(path), POINTS)]
+    """(k, 2, 3) segments of a path (N, 3), at most PATH_POINTS of them."""
+    chosen = path[_spread(len(path), PATH_POINTS)]
     return np.stack([chosen[:-1], chosen[1:]], axis=1)
 
 
@@ -221,14 +221,14 @@ def _spread(count: int, most: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
-HEIGHT = 0.40
+CAMERA_HEIGHT = 0.40
 """Of the camera above the arm, as a share of the reach."""
 PICTURE = (0.36, 0.26)
 """Width and depth of what it sees, as shares of the reach."""
 SIZE = 0.07
 CROSS = 0.04
 PALE = (150, 184, 226)
-MARGIN = 0.85
+TIP_MARGIN = 0.85
 """The camera is moved when the tip leaves this share of the picture's half width."""
 DOWN = (0.0, 1.0, 0.0, 0.0)
 """wxyz of a camera that looks down with its picture's upper edge towards +y."""
@@ -243,7 +243,7 @@ class CameraNodes:
         self.centre = np.full(2, np.inf)
         self.frame = scene.add_frame(f"{path}/place", show_axes=False)
         width, depth, height, size, cross = (
-            share * self.reach for share in (*PICTURE, HEIGHT, SIZE, CROSS)
+            share * self.reach for share in (*PICTURE, CAMERA_HEIGHT, SIZE, CROSS)
         )
         scene.add_camera_frustum(
             f"{self.frame.name}/camera", 2.0 * float(np.arctan2(0.5 * depth, height)),
@@ -272,7 +272,7 @@ class CameraNodes:
     def show(self, pose: Pose) -> None:
         """Re-positions the camera where the tip has left its picture."""
         tip = pose.tip.place
-        limits = 0.5 * MARGIN * self.reach * np.array(PICTURE)
+        limits = 0.5 * TIP_MARGIN * self.reach * np.array(PICTURE)
         if np.all(np.abs(tip[:2] - self.centre) <= limits):
             return
         self.centre = tip[:2].copy()

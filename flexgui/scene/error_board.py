@@ -19,7 +19,7 @@ NAME = "error board"
 CELL, LINE = 24, 2
 """px of a cell's picture, and of the gap to the next."""
 
-WIDTH, ROW, HIGHEST = 1.15, 0.062, 0.5
+BOARD_WIDTH, BOARD_ROW, LARGEST_BOARD_HEIGHT = 1.15, 0.062, 0.5
 """Of the board and of its rows, as shares of the arm's reach."""
 
 CENTRE = (0.42, 1.02, 0.16)
@@ -56,8 +56,8 @@ class ErrorBoard:
         """ratio (rows, columns): error in times the floor, NaN where nothing was measured; `dark`:
         for a page of dark ground."""
         self._reach, self._shape = stage.body.reach, ratio.shape
-        self.width = WIDTH * self._reach
-        self.height = min(ROW * len(labels), HIGHEST) * self._reach
+        self.width = BOARD_WIDTH * self._reach
+        self.height = min(BOARD_ROW * len(labels), LARGEST_BOARD_HEIGHT) * self._reach
         self.centre = np.array(CENTRE) * self._reach
         stage.detach(NAME)
         place, rows = f"{stage.anchor('base')}_errors_", len(labels)

@@ -62,7 +62,7 @@ FIELD = 0.62
 HALF_WIDTH, HALF_HEIGHT = 0.78, 0.60
 """In sight on either side of the aim, in shares of the reach."""
 
-MARGIN = 0.25
+PICTURE_MARGIN = 0.25
 """Of the reach, around a motion that leaves the usual picture."""
 
 FARTHEST = 3.0
@@ -111,7 +111,7 @@ def view_of(
     ):
         low, high = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
         aim[:2] = 0.5 * (low + high)
-        half = np.maximum(half, 0.5 * (high - low) + MARGIN * reach)
+        half = np.maximum(half, 0.5 * (high - low) + PICTURE_MARGIN * reach)
     distance = max(half[1] / spread, half[0] / (spread * max(aspect, 0.2)))
     lifted, turned = DIRECTIONS[side]
     away = np.array([np.sin(turned), -np.cos(turned), 0.0]) * (np.cos(lifted) * distance)
@@ -144,7 +144,7 @@ RADIUS = 1.9
 """Of the lines around the place that is looked at; at its edge they are as the page's ground."""
 LAST = 0.97
 """Of the radius: a line that only grazes the circle is left out."""
-WIDTH, FADE = 8.0, 5.0
+FLOOR_WIDTH, FLOOR_FADE = 8.0, 5.0
 """Of the shaded floor, and where its lines end. All but `LAST` are shares of the reach."""
 
 FINEST = 0.25
@@ -178,8 +178,8 @@ def add_floor(scene: SceneApi, path: str, reach: float, dark: bool, fine: bool) 
     if fine:
         size = spacing(reach)
         grid = scene.add_grid(
-            path, WIDTH * reach, WIDTH * reach, plane="xy", cell_size=size,
-            section_size=EVERY * size, shadow_opacity=0.14, fade_distance=FADE * reach,
+            path, FLOOR_WIDTH * reach, FLOOR_WIDTH * reach, plane="xy", cell_size=size,
+            section_size=EVERY * size, shadow_opacity=0.14, fade_distance=FLOOR_FADE * reach,
             position=(0.0, 0.0, -DEPTH * reach),
         )  # fmt: skip
 

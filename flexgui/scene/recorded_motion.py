@@ -29,7 +29,7 @@ from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.trajectory import Trajectory
 from flexgui.scene.arm_geometry import ArmGeometry
 
-SHARE = 0.09
+LARGEST_DEFLECTION = 0.09
 """Of the reach: so far the tip is drawn from where a stiff arm had it, at the most."""
 FACTORS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 FRAMES = 400
@@ -49,11 +49,11 @@ def largest_deflection(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
 
 def fitting_factor(arm: Arm, p: np.ndarray, q: np.ndarray) -> float:
     """The factor among FACTORS that draws the largest deflection of an arm with numbers p (np,),
-    over postures q (N, n), nearest to SHARE of the reach."""
+    over postures q (N, n), nearest to LARGEST_DEFLECTION of the reach."""
     bent = largest_deflection(arm, p, q)
     if not np.isfinite(bent) or bent <= 0.0:
         return FACTORS[0]
-    ideal = SHARE * ArmGeometry(arm, p).reach / bent
+    ideal = LARGEST_DEFLECTION * ArmGeometry(arm, p).reach / bent
     limits = [np.sqrt(a * b) for a, b in pairwise(FACTORS)]
     return FACTORS[int(np.searchsorted(limits, ideal))]
 
@@ -165,7 +165,7 @@ def simulated_motion(
     return RecordedMotion(recording.name, frames, ghost, bool(values))
 
 
-STEPS = 5
+NEWTON_STEPS = 5
 """Newton steps; the tip is nearly linear in the bending, so each takes two digits or more."""
 
 REGULARISATION = 1e-3
@@ -230,7 +230,7 @@ def _add_tip(
     if not measured.size:
         return
     bent = q[measured]
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         tips, slopes = zip(*(compiled.tip_place(row, p) for row in bent), strict=True)
         miss, J = z[measured] - np.array(tips), np.array(slopes)
         yielding = J @ flexibility

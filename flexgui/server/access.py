@@ -162,7 +162,7 @@ def single_header(headers: Headers, name: str) -> str | None:
     return values[0] if len(values) == 1 else None
 
 
-LONGEST = 150_000
+LONGEST_CURTAIN = 150_000
 """ms after which the curtain is removed from a page whose stages are shown: longer than the first
 compilation. An empty page stays covered, with the sentence below."""
 SLOW = (
@@ -201,8 +201,8 @@ def behind_curtain(page: bytes) -> bytes:
     steps = "".join(f"<li>{step}</li>" for step in (CONNECTING, PREPARING, BUILDING, DRAWING))
     version = hashlib.sha256(plotly_script().encode()).hexdigest()[:16]
     curtain = Template(asset("curtain.html")).substitute(
-        purpose=html.escape(PURPOSE), steps=steps, theme=THEME_KEPT_AS, longest=LONGEST, soon=SOON,
-        slow=json.dumps(SLOW), plots=f"{PLOTLY}?{version}",
+        purpose=html.escape(PURPOSE), steps=steps, theme=THEME_KEPT_AS, longest=LONGEST_CURTAIN,
+        soon=SOON, slow=json.dumps(SLOW), plots=f"{PLOTLY}?{version}",
     )  # fmt: skip
     page = page.replace(b"<title>Viser</title>", b"<title>FlexGUI</title>")
     return page.replace(b"<body>", b"<body>" + curtain.encode(), 1)

@@ -14,8 +14,8 @@ from msgspec import Meta
 
 from flexgui.server.services import Limits
 
-LARGEST = sys.float_info.max
-Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
+LARGEST_FLOAT = sys.float_info.max
+Number = Annotated[float, Meta(ge=-LARGEST_FLOAT, le=LARGEST_FLOAT)]
 """A finite number."""
 Pair = tuple[Number, Number]
 Triple = tuple[Number, Number, Number]

@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 
 FIRST_PAGE_WAIT = 6.0
 """s after which compilers and workers start even if no page was shown."""
-LONGEST = 120.0
+LONGEST_WAIT = 120.0
 """s that a page waits for the arm's equations; then it derives them itself."""
 
 
@@ -53,7 +53,7 @@ class Warming(Silent):
 
     def wait(self) -> None:
         """Waits until the equations are derived, so that a page does not derive them again."""
-        self._loaded.wait(LONGEST)
+        self._loaded.wait(LONGEST_WAIT)
 
     def page_is_shown(self) -> None:
         """The first page is shown: the workers may start."""

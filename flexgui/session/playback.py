@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 RATE = 25.0
 """Frames per second; the page draws arm and cursor at each."""
-MOST_SAMPLES = 30_000
+MOST_PLAYED_SAMPLES = 30_000
 """Samples, as in the paper (3 s at 0.1 ms): simulated in half a second with a few MB."""
 
 
@@ -158,7 +158,7 @@ class Playback:
 
 def _short(scenario: Scenario, name: str) -> bool:
     simulate = next((s.simulate for s in scenario.recordings if s.name == name), None)
-    return simulate is not None and simulate.samples <= MOST_SAMPLES
+    return simulate is not None and simulate.samples <= MOST_PLAYED_SAMPLES
 
 
 def _data_part(scenario: Scenario) -> Scenario:

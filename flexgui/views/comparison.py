@@ -9,12 +9,12 @@ import numpy as np
 from flexgui.core.results import ChannelComparison, RecordingComparison
 from flexgui.sentences.written import channel_symbol, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import POINTS, Figure, Pane, axis, headline, line, panes, trace
+from flexgui.views.layout import MOST_POINTS, Figure, Pane, axis, headline, line, panes, trace
 from flexgui.views.names import output_title
 
 HEIGHT_PER_CHANNEL, HEIGHT_OF_FRAME = 330, 100
 SIGNAL_SHARE, RESIDUAL_SHARE = 0.64, 0.36
-GAP = 0.05
+PANE_GAP = 0.05
 """Below each pane, as a share of an output's height."""
 TICKS = (5, 5)
 """Numbers on the axes of a signal and of its error, at most: more overlap in a low row."""
@@ -26,7 +26,7 @@ def comparison(
     recording: RecordingComparison,
     channels: Sequence[ChannelComparison] | None = None,
     before: RecordingComparison | None = None,
-    points: int = POINTS,
+    points: int = MOST_POINTS,
     floors: Mapping[str, float] | None = None,
     beside: tuple[str, RecordingComparison] | None = None,
 ) -> Figure:
@@ -51,7 +51,7 @@ def comparison(
             f"tables hold every sample."
         )
     height = HEIGHT_OF_FRAME + HEIGHT_PER_CHANNEL * len(shown)
-    gap = GAP / max(len(shown), 1)
+    gap = PANE_GAP / max(len(shown), 1)
     return panes(parts, axis("time [s]"), text, height, gap, hovermode="x unified")
 
 

@@ -139,7 +139,7 @@ RATIOS = (0.1, 0.3, 0.7)
 INSIDE = 0.99
 """Of their way to the frame: a text that begins on the frame may not be drawn."""
 
-MARGIN = 1.15
+POLE_MARGIN = 1.15
 """The axes reach this much further than the poles that swing."""
 
 FAR = 3.0
@@ -188,8 +188,8 @@ def window(values: np.ndarray) -> tuple[float, float, np.ndarray]:
     reach = max(width, 0.05 * top)
     decaying = values[(np.abs(values.imag) <= 1e-6 * np.abs(values)) & (values.real < 0.0)]
     inside = decaying[np.abs(decaying.real) <= FAR * reach]
-    left = MARGIN * max(reach, float(np.abs(inside.real).max(initial=0.0)))
-    return -left, MARGIN * (top if top > 0.0 else left), decaying[np.abs(decaying.real) > left]
+    left = POLE_MARGIN * max(reach, float(np.abs(inside.real).max(initial=0.0)))
+    return -left, POLE_MARGIN * (top if top > 0.0 else left), decaying[np.abs(decaying.real) > left]
 
 
 def _marks(

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 ALIGNED, END = r"\begin{aligned}", r"\end{aligned}"
-ROW = r" \\ "
+NEXT_ROW = r" \\ "
 NEXT = r"&\quad "
 """Before a line that goes on with the one above."""
 SEPARATOR = re.compile(r",\s*\\qquad\s*")
@@ -22,9 +22,9 @@ def in_lines(latex: str, width: int) -> str:
     if _length(latex) <= width or ("begin{" in latex and not latex.startswith(ALIGNED)):
         return latex
     inner = latex.removeprefix(ALIGNED).removesuffix(END).strip()
-    equations = [e for row in inner.split(ROW) for e in SEPARATOR.split(row)]
+    equations = [e for row in inner.split(NEXT_ROW) for e in SEPARATOR.split(row)]
     lines = [line for equation in equations for line in _lines(equation.strip(), width)]
-    return f"{ALIGNED} {ROW.join(lines)} {END}"
+    return f"{ALIGNED} {NEXT_ROW.join(lines)} {END}"
 
 
 def _lines(equation: str, width: int) -> Iterator[str]:
@@ -56,7 +56,7 @@ def _terms(equation: str) -> Iterator[str]:
 
 def _length(latex: str) -> int:
     """About as many characters as are seen in the widest line: of a fraction, its longer part."""
-    rows = latex.removeprefix(ALIGNED).removesuffix(END).split(ROW)
+    rows = latex.removeprefix(ALIGNED).removesuffix(END).split(NEXT_ROW)
     return max(_seen(row) for row in rows)
 
 

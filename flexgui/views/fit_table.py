@@ -26,7 +26,7 @@ FIT_IS = "FIT: 100 % is a perfect match, 0 % is no better than a constant."
 ROLES = {ESTIMATE: "estimation", VALIDATE: "validation"}
 
 OF_ROW = texts("Recording", "Role", "Output")
-COLUMNS = (
+FIT_COLUMNS = (
     *OF_ROW, *numbers("FIT [%]", "Rms error", "‖r‖ / ‖y − mean‖ [–]", "‖r‖ / ‖y‖ [–]")
 )  # fmt: skip
 Error = ChannelComparison | ChannelError
@@ -58,7 +58,7 @@ def fit_table(
             figures = (format_number(x, 3, keep_zeros=True) for x in ratios)
             was = as_given.get((recording.recording, c.channel))
             add(bar_label(recording, comparisons), recording.role, c, figures, was)
-    columns = (*COLUMNS, *GIVEN_COLUMNS) if before else COLUMNS
+    columns = (*FIT_COLUMNS, *GIVEN_COLUMNS) if before else FIT_COLUMNS
     return Table(
         columns,
         tuple(rows),
@@ -135,7 +135,7 @@ def variants(outcome: Outcome) -> Table | None:
     )
 
 
-LEAST, MOST = 0.01, 100.0
+LEAST_MISFIT, LARGEST_MISFIT = 0.01, 100.0
 """100 % − FIT: the axis has equal steps from 0 to 90, 99, 99.9, …"""
 NUMBERED = (0.0, 50.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.9, 99.99)
 """%, the FITs at which an axis may begin and end."""
@@ -160,14 +160,14 @@ def fit_dots(comparisons: Sequence[RecordingComparison]) -> Figure | None:
         return None
     rows, parts = list(dict.fromkeys(label for label, _, _ in fits)), list[Pane]()
     ends = _ends([c.fit_percent for _, _, c in fits])
-    first, last = (float(np.log10(max(100.0 - fit, LEAST))) for fit in ends)
+    first, last = (float(np.log10(max(100.0 - fit, LEAST_MISFIT))) for fit in ends)
     end = first + (last - first) / DOTS
     for name in dict.fromkeys(c.channel for _, _, c in fits):
         of = [(rows.index(label), role, c) for label, role, c in fits if c.channel == name]
         traces = [_fit_numbers([(row, c.fit_percent) for row, _, c in of], 10.0**end)]
         for role, style in LOOK.items():
             chosen = [(row, c.fit_percent) for row, found, c in of if found == role]
-            left = [min(max(100.0 - fit, LEAST), MOST) for _, fit in chosen]
+            left = [min(max(100.0 - fit, LEAST_MISFIT), LARGEST_MISFIT) for _, fit in chosen]
             found = dots(left, [row for row, _ in chosen], f"FIT, {ROLES[role]}", colours.MODEL)
             found["marker"] |= style
             found |= {"customdata": [fit for _, fit in chosen]}

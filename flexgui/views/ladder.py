@@ -32,7 +32,7 @@ BAND = 0.5
 NUMBERS = 0.2
 """Share of the axis right of the longest bar: the bar's number stands there."""
 
-ROW, AROUND = 46, 92
+STEP_ROW, AROUND_ROWS = 46, 92
 """px: of one step, and of the legend and the axis together."""
 
 LEAST_REDUCTION = 1.1
@@ -92,7 +92,7 @@ def ladder(
             tickangle=0, automargin=True, **_ticks(10 ** (low + length)),
         ),
         named_axis(labels, **rows),
-        text, AROUND + ROW * len(steps), barmode="group", bargap=0.25, bargroupgap=0.1,
+        text, AROUND_ROWS + STEP_ROW * len(steps), barmode="group", bargap=0.25, bargroupgap=0.1,
         yaxis2=named_axis(reductions(estimation[:other]), **rows, **factors),
         shapes=[
             height | {

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 FONT = "-apple-system, BlinkMacSystemFont, 'Segoe UI', Roboto, Helvetica, Arial, sans-serif"
-HEIGHT = 260
+PANEL_HEIGHT = 260
 """px, for a panel about 560 px wide."""
 
 Figure = dict[str, Any]
@@ -71,7 +71,7 @@ def figure(
     x: Figure,
     y: Figure,
     caption: str = "",
-    height: int = HEIGHT,
+    height: int = PANEL_HEIGHT,
     **layout: Any,
 ) -> Figure:
     """Traces over one pair of axes."""
@@ -98,7 +98,7 @@ def panes(
     parts: Sequence[Pane],
     x: Figure | None = None,
     caption: str = "",
-    height: int = HEIGHT,
+    height: int = PANEL_HEIGHT,
     gap: float = 0.05,
     beside: bool = False,
     **layout: Any,
@@ -210,16 +210,16 @@ def plain(figure: Figure | go.Figure) -> Figure:
 def with_height(drawn: Figure | go.Figure) -> Figure:
     """Plain data of a figure with a height and a caption, which Plotly's own may lack."""
     figure = plain(drawn)
-    return figure | {"layout": {"height": HEIGHT, "meta": {"caption": ""}} | figure["layout"]}
+    return figure | {"layout": {"height": PANEL_HEIGHT, "meta": {"caption": ""}} | figure["layout"]}
 
 
-POINTS = 2000
+MOST_POINTS = 2000
 """Enough for a plot 2000 pixels wide; more only makes the report heavy."""
-GAP = 5.0
+LONGEST_PAUSE = 5.0
 """A pause longer than this many usual steps breaks the line."""
 
 
-def decimate(time: np.ndarray, values: np.ndarray, points: int = POINTS) -> np.ndarray:
+def decimate(time: np.ndarray, values: np.ndarray, points: int = MOST_POINTS) -> np.ndarray:
     """Indices (k,), k <= points, that keep minimum and maximum of each interval of `values` (N,)
     over `time` (N,)."""
     index = np.flatnonzero(np.isfinite(values) & np.isfinite(time))
@@ -236,7 +236,7 @@ def decimate(time: np.ndarray, values: np.ndarray, points: int = POINTS) -> np.n
 
 
 def trace(
-    time: np.ndarray, values: np.ndarray, points: int = POINTS
+    time: np.ndarray, values: np.ndarray, points: int = MOST_POINTS
 ) -> tuple[np.ndarray, np.ndarray]:
     """A line to draw, float32, of `values` (N,) over `time` (N,): decimated, and broken (NaN) where
     samples are missing for long."""
@@ -246,7 +246,7 @@ def trace(
     if index.size < 2:
         return x, y
     steps = np.diff(time[present])
-    starts = present[np.flatnonzero(steps > GAP * np.median(steps))]
+    starts = present[np.flatnonzero(steps > LONGEST_PAUSE * np.median(steps))]
     breaks = np.unique(np.searchsorted(index, starts, side="right"))
     breaks = breaks[(breaks > 0) & (breaks < index.size)]
     return np.insert(x, breaks, x[breaks - 1]), np.insert(y, breaks, np.float32(np.nan))

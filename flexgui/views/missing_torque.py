@@ -9,17 +9,17 @@ import numpy as np
 from flexgui.core.results import ErrorOver, MissingTorque
 from flexgui.sentences.written import ShownUnit, channel_symbol, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import POINTS, Figure, Pane, axis, dots, line, panes, trace
+from flexgui.views.layout import MOST_POINTS, Figure, Pane, axis, dots, line, panes, trace
 from flexgui.views.over_speed import OverSpeed
 
 HEIGHT_OF_FRAME, HEIGHT_PER_JOINT, HEIGHT_PER_ROW = 100, 260, 230
 DIRECTIONS = (("forwards", colours.RESIDUAL), ("backwards", colours.BACKWARDS))
 SMALL_POINTS = 600
-MARGIN = 0.06
+CLOUD_MARGIN = 0.06
 """Of the span of a cloud, above and below it."""
 
 
-def missing_over_time(torques: Sequence[MissingTorque], points: int = POINTS) -> Figure:
+def missing_over_time(torques: Sequence[MissingTorque], points: int = MOST_POINTS) -> Figure:
     """A row per joint: applied and missing torque over time in s."""
     text = "Missing torque: applied by the drive minus needed by the model for the same motion."
     return panes(
@@ -50,7 +50,7 @@ def _over_time(torque: MissingTorque, points: int, with_applied: bool = False) -
     return Pane(lines, axis(unit.label(_what(torque))))
 
 
-def missing_over_velocity(torques: Sequence[MissingTorque], points: int = POINTS) -> Figure:
+def missing_over_velocity(torques: Sequence[MissingTorque], points: int = MOST_POINTS) -> Figure:
     """A row per joint: the missing torque as a cloud over the joint's velocity."""
     parts = []
     for torque in torques:
@@ -121,7 +121,7 @@ def _span(torque: MissingTorque, unit: ShownUnit) -> list[float]:
     if not values.size:
         return [-1.0, 1.0]
     low, high = float(values.min()), float(values.max())
-    margin = MARGIN * (high - low) or 1.0
+    margin = CLOUD_MARGIN * (high - low) or 1.0
     return [low - margin, high + margin]
 
 

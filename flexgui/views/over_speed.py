@@ -12,7 +12,7 @@ from flexgui.core.effects.effect import Effect, Values
 from flexgui.core.effects.per_joint import joint_direction
 from flexgui.core.forces.element import Element
 
-POINTS = 401
+POINTS_OVER_SPEED = 401
 """Of a line; odd, so that it has one at rest."""
 
 
@@ -49,8 +49,8 @@ def over_speed(
         line = not any(set(e.law.x) & e.law.forces[0].free_symbols for e in own)
         x, v = place[:, k], speed[:, k]
         if line:
-            v = np.linspace(v.min(), v.max(), POINTS)
-            x = np.zeros(POINTS)
+            v = np.linspace(v.min(), v.max(), POINTS_OVER_SPEED)
+            x = np.zeros(POINTS_OVER_SPEED)
         torque = sum((_torque(e, x, v) for e in own), np.zeros(len(v)))
         laws.append(OverSpeed(k + 1, v, torque, line))
     return tuple(laws)

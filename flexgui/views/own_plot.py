@@ -13,9 +13,8 @@ from flexgui.core.results import RecordingComparison
 from flexgui.sentences.written import channel_symbol, reference_symbol, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, panes, trace
+from flexgui.views.sketch import PANEL_POINTS
 
-POINTS = 600
-"""Of a line; a panel is about as many pixels wide."""
 PARTS = {"measured": "solid", "model": "dash", "residual": "dot"}
 """What there is of an output, and its dash."""
 
@@ -66,7 +65,7 @@ def own_plot(signals: Mapping[str, Signal], chosen: Sequence[str]) -> Figure | N
         unit = shown_unit(np.concatenate([s.values for s in alike]), si)
         lines = []
         for signal in alike:
-            x, y = trace(signal.time, signal.values * unit.factor, POINTS)
+            x, y = trace(signal.time, signal.values * unit.factor, PANEL_POINTS)
             hover = f"{signal.title} %{{y:.4g}} {unit.name}<extra></extra>"
             colour = colours.series(drawn.index(signal))
             lines.append(line(x, y, signal.title, colour, hover, width=1.3, dash=signal.dash))

@@ -38,7 +38,7 @@ from flexgui.views.table import Row, Table, numbers, texts
 NORMAL_95 = 1.959964
 """Half the width of a 95 % interval in standard deviations of a normal distribution."""
 
-COLUMNS = (
+PARAMETER_COLUMNS = (
     *texts("Parameter"), *numbers("Estimate ± std", "95 % interval", "Start", "Bounds"),
     *texts("Identifiable"),
 )  # fmt: skip
@@ -73,7 +73,7 @@ def parameters(fits: Sequence[Fit]) -> Table:
         OF_MEAN if several else "",
         STARTS if len(shown) < len(everything) else "",
     )
-    return Table((*texts(*first), *COLUMNS), tuple(rows), caption)
+    return Table((*texts(*first), *PARAMETER_COLUMNS), tuple(rows), caption)
 
 
 def final_parameters(outcome: Outcome) -> Table:
@@ -97,7 +97,7 @@ def final_parameters(outcome: Outcome) -> Table:
         STARTS if starts else "",
     )
     heads = texts("Belongs to", *(("Recording",) if own else ()))
-    return Table((*heads, *COLUMNS), tuple(rows), caption)
+    return Table((*heads, *PARAMETER_COLUMNS), tuple(rows), caption)
 
 
 def first_parameters(outcome: Outcome) -> Table | None:
@@ -107,7 +107,7 @@ def first_parameters(outcome: Outcome) -> Table | None:
     table = parameters(outcome.fits)
     if outcome.as_given:
         rows = tuple(Row(_cells(e, False)) for e in outcome.as_given)
-        table = Table(COLUMNS, rows, COLOURED)
+        table = Table(PARAMETER_COLUMNS, rows, COLOURED)
     prefix = f"{BIASED[0].upper()}{BIASED[1:]}." if first_is_biased(outcome) else ""
     return replace(table, caption=_joined(prefix, table.caption))
 

@@ -12,7 +12,7 @@ from flexgui.sentences.written import channel_symbol, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, panes, trace
 
-ROW, FRAME = 150, 100
+OUTPUT_ROW, AROUND_ROWS = 150, 100
 """px of an output, and of what surrounds all of them."""
 
 
@@ -24,7 +24,7 @@ def prediction(
     probability `level`; `units` of outputs that may have several."""
     caption = f"Predicted outputs; {100.0 * level:g} % of the measurements lie in the band."
     rows = [_row(recording, name, *ends, units) for name, ends in bands.items()]
-    height = FRAME + ROW * len(rows)
+    height = AROUND_ROWS + OUTPUT_ROW * len(rows)
     return panes(rows, axis("time [s]"), caption, height, gap=0.12 / max(len(rows), 1))
 
 

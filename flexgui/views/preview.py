@@ -14,11 +14,9 @@ from flexgui.core.recording.recording import Recording
 from flexgui.sentences.written import ShownUnit, channel_symbol, reference_symbol, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, line, number, panes, trace
-from flexgui.views.sketch import sparkline
+from flexgui.views.sketch import PANEL_POINTS, sparkline
 
-POINTS = 600
-"""A panel is about as many pixels wide."""
-COLUMNS = 6
+PREVIEW_COLUMNS = 6
 """Of a file that is not read yet."""
 ROWS = 5
 """More kinds than these do not fit beside the arm; the first ones are shown."""
@@ -58,7 +56,7 @@ def as_in_file(
     """
     ordered = [h for h in dict.fromkeys((*first, *pictures)) if h in pictures and h != time]
     clock, parts = pictures.get(time, ((), ())), list[Pane]()
-    for k, heading in enumerate(ordered[:COLUMNS]):
+    for k, heading in enumerate(ordered[:PREVIEW_COLUMNS]):
         rows, values = pictures[heading]
         x = np.interp(rows, *clock) if len(clock[0]) else rows
         hover = "%{y:.4g}<extra></extra>"
@@ -97,7 +95,7 @@ def _unit(name: str, slides: Sequence[bool]) -> str:
 
 def _line(recording: Recording, name: str, start: float, unit: ShownUnit, symbol: str) -> Figure:
     """A line in the colour and dash of its joint."""
-    x, y = trace(recording.time, (recording[name] - start) * unit.factor, POINTS)
+    x, y = trace(recording.time, (recording[name] - start) * unit.factor, PANEL_POINTS)
     joint = joint_of(name)
     style = colours.joint(int(re.sub(r"\D", "", name) or 1) - 1)
     colour = colours.MEASURED if joint is None else style["color"]

@@ -9,7 +9,7 @@ from flexgui.sentences.written import shown_unit, with_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, dots, line, panes
 
-HEIGHT = 420
+PROFILE_HEIGHT = 420
 """px"""
 FOLLOWING = 6
 """Parameters that are drawn: those that change most."""
@@ -37,7 +37,7 @@ def profile(found: Profile) -> Figure:
     label = f"{e.name}{f'@{e.recording}' if e.recording else ''} [{unit.name or '–'}]"
     caption = "Deviance of the best fit with the parameter held there; below it the others."
     rows = [Pane(traces, axis("deviance", rangemode="tozero")), *_others(found, x)]
-    return panes(rows, axis(label), caption, HEIGHT, gap=0.08)
+    return panes(rows, axis(label), caption, PROFILE_HEIGHT, gap=0.08)
 
 
 def interval_sentence(found: Profile) -> str:

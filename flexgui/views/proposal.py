@@ -12,7 +12,7 @@ from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, dots, figure, line, named_axis
 from flexgui.views.table import Row, Table, numbers, texts
 
-ROW, AROUND = 30, 80
+VARIABLE_ROW, AROUND_ROWS = 30, 80
 """px: of one variable, and of the axis."""
 
 MOST_SHOWN = 5
@@ -37,7 +37,7 @@ def carrier_shares(proposal: Proposal | None) -> Figure | None:
     }  # fmt: skip
     rows = named_axis(names, range=[len(shown) - 0.5, -0.5], automargin=True, ticks="")
     x_axis = axis("explained [%]", range=[0, 100])
-    return figure([bars], x_axis, rows, text, AROUND + ROW * len(shown))
+    return figure([bars], x_axis, rows, text, AROUND_ROWS + VARIABLE_ROW * len(shown))
 
 
 def law_over_variable(carrier: Carrier, term: LawTerm | None = None) -> Figure:

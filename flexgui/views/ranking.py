@@ -23,7 +23,7 @@ SHOWN = 10
 LEAST_SEEN = 0.5
 """%: a shorter bar is one or two pixels wide, and a figure of such bars looks empty."""
 
-COLUMNS = (
+RANKING_COLUMNS = (
     *texts("Effect"),
     *numbers("Explains, refitted [%]", "Estimate before refitting [%]"),
     *numbers("Evidence ΔBIC", "Chance of noise"),
@@ -81,7 +81,7 @@ def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -
     )
     if len(shown) < len(ranked):
         text += f" Not listed, as they explain nothing: {len(ranked) - len(shown)}."
-    return Table(COLUMNS, rows, text)
+    return Table(RANKING_COLUMNS, rows, text)
 
 
 def _row(ranked: RankedEffect, titles: dict[str, str], accepted: str | None, best: str) -> Row:

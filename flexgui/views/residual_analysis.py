@@ -11,7 +11,7 @@ from flexgui.sentences.written import channel_symbol, reference_symbol, shown_un
 from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, dots, line, panes
 
-ROW, FRAME = 110, 100
+RESIDUAL_ROW, AROUND_ROWS = 110, 100
 """px of a row, and of what surrounds all of them."""
 FOLLOWS = 0.5
 """Coherence from which a response is drawn: more of the output follows the inputs than not."""
@@ -29,7 +29,7 @@ def correlations(found: ResidualAnalysis, recording: str) -> Figure | None:
         f"Correlation of each residual with itself and with the inputs, over its "
         f"{100.0 * found.level:g} % band (shaded): inside nothing is left to explain."
     )
-    height = FRAME + ROW * len(rows)
+    height = AROUND_ROWS + RESIDUAL_ROW * len(rows)
     return panes(parts, axis(clock.label("lag")), caption, height, gap=0.12 / len(rows))
 
 
@@ -68,7 +68,7 @@ def responses(found: ResidualAnalysis, recording: str) -> Figure | None:
         "measured (dots), and of the modelled output by the same estimate (lines)."
     )
     x = axis("frequency [Hz]", type="log", range=ends, dtick=1)
-    return panes(parts, x, caption, FRAME + ROW * len(parts), gap=0.12 / len(parts))
+    return panes(parts, x, caption, AROUND_ROWS + RESIDUAL_ROW * len(parts), gap=0.12 / len(parts))
 
 
 SYMBOLS = ("circle", "x", "diamond")

@@ -11,6 +11,8 @@ from markupsafe import Markup
 from flexgui.views import colours
 from flexgui.views.layout import trace
 
+PANEL_POINTS = 600
+"""Of a line; a panel is about as many pixels wide."""
 POINTS = 170
 """As many as the eye distinguishes in a picture that is hardly wider."""
 MARGIN = 2.0

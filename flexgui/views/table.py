@@ -31,12 +31,12 @@ def html_table(table: Table) -> Markup:
     )
     caption = f"<p class='soft caption'>{escape(table.caption)}</p>" if table.caption else ""
     return Markup(
-        f"<div class='scroll{' tall' if len(table.rows) > TALL else ''}'><table>"
+        f"<div class='scroll{' tall' if len(table.rows) > TALL_ROWS else ''}'><table>"
         f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{caption}"
     )
 
 
-TALL, WORDS = 16, 24
+TALL_ROWS, LONG_CELL = 16, 24
 """Rows above which a report scrolls a table, and letters above which it breaks the line of a
 cell."""
 
@@ -49,7 +49,7 @@ def _cells(row: Row, columns: Sequence[Column]) -> str:
 
 
 def _cell(tag: str, column: Column, text: str, best: bool = False) -> str:
-    long = tag == "td" and len(text) > WORDS and len(Markup(text).striptags()) > WORDS
+    long = tag == "td" and len(text) > LONG_CELL and len(Markup(text).striptags()) > LONG_CELL
     named = {"number": column.numeric, "best": best, "words": long}
     classes = " ".join(name for name, true in named.items() if true)
     return f"<{tag} class='{classes}'>{escape(text)}</{tag}>"

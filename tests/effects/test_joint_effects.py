@@ -12,7 +12,7 @@ from flexgui.core.drives import build_drive
 from flexgui.core.drives.law import DriveLaw
 from flexgui.core.effects import effect
 from flexgui.core.effects.drive_lag import lagged
-from flexgui.core.effects.joint_load import LEAST, joint_load
+from flexgui.core.effects.joint_load import LEAST_LOAD, joint_load
 from flexgui.core.effects.torque_ripple import LAW as RIPPLE
 from flexgui.core.forces.compiled import compile_law
 from flexgui.core.model import Model
@@ -143,7 +143,7 @@ def test_the_twist_is_the_compliance_times_the_torque_that_the_arm_needs() -> No
 def test_a_motor_of_an_elastic_joint_keeps_some_inertia_whatever_a_fit_tries() -> None:
     model = with_effect("joint_elasticity", BASE, {"c1": 1e-4, "c2": 1e-4})
     p = model.numbers({"Jh1": 0.0, "Jh2": 0.0, "c1": 0.0}).p
-    least = LEAST * joint_load(PAPER, 0)
+    least = LEAST_LOAD * joint_load(PAPER, 0)
     assert 0.0 < p[slot(0, HUB_INERTIA)] <= least
     assert np.isfinite(p).all()
     for name in ("Jh1", "Jh2"):

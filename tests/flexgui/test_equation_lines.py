@@ -10,7 +10,7 @@ from flexgui.core.effects import catalogue
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.simulate.equations import equations
 from flexgui.library.shipped import demo_scenario
-from flexgui.views.equation_lines import ROW, in_lines
+from flexgui.views.equation_lines import NEXT_ROW, in_lines
 from flexgui.views.table import mathml
 
 WIDTH = 48
@@ -49,12 +49,12 @@ def test_the_widest_equation_is_broken_into_lines_of_a_panel() -> None:
 
 def widest_row(latex: str) -> int:
     """Characters that are seen, of a fraction those of both parts."""
-    rows = (re.sub(r"\\[A-Za-z]+", "x", row) for row in latex.split(ROW))
+    rows = (re.sub(r"\\[A-Za-z]+", "x", row) for row in latex.split(NEXT_ROW))
     return max(len(re.sub(r"[{}_^]", "", signs(row))) for row in rows)
 
 
 def test_a_sum_is_broken_before_its_signs() -> None:
     terms = " + ".join(f"a_{{{k}}} \\sin{{\\left(x_{{{k}}} \\right)}}" for k in range(30))
-    lines = in_lines(f"y = {terms}", WIDTH).split(ROW)
+    lines = in_lines(f"y = {terms}", WIDTH).split(NEXT_ROW)
     assert in_lines("a = b + c", WIDTH) == "a = b + c"
     assert len(lines) > 3 and all("+" in line[:12] for line in lines[1:])

@@ -25,7 +25,7 @@ from flexgui.views.dynamics import (
     step,
     window,
 )
-from flexgui.views.layout import HEIGHT, Figure, figure_json, short
+from flexgui.views.layout import PANEL_HEIGHT, Figure, figure_json, short
 from tests.helpers import ARMS, looped
 
 LARGEST_MESSAGE = 60_000
@@ -61,7 +61,7 @@ def test_axes_carry_units_and_panels_fit(name: str, arm: str) -> None:
     for key in ("xaxis", "yaxis"):
         assert re.search(r"\[.+\]$", layout[key]["title"]["text"])
         assert np.all(np.isfinite(layout[key].get("range", [0.0, 1.0])))
-    assert layout["height"] == HEIGHT
+    assert layout["height"] == PANEL_HEIGHT
     assert layout["meta"]["caption"].endswith(".")
     assert len(figure_json(figure)) < LARGEST_MESSAGE
     assert figure_json(figure) == figure_json(FIGURES[name](at(arm)))

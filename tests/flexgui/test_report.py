@@ -16,11 +16,11 @@ from markupsafe import Markup
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.workbench import run_scenario
-from flexgui.export.report import FEWEST, PER_CHANNEL, SIGNALS, points_per_line, report_html
+from flexgui.export.report import FEWEST_POINTS, PER_CHANNEL, SIGNALS, points_per_line, report_html
 from flexgui.export.report_motion import report_motion
 from flexgui.export.report_sections import digest
 from flexgui.export.template import NO_BREAK, glued
-from flexgui.views.layout import POINTS
+from flexgui.views.layout import MOST_POINTS
 from flexgui.views.summary import DOUBTFUL, provisional_warning
 
 
@@ -44,13 +44,13 @@ def recordings(counts: list[int]) -> Any:
 @given(st.lists(st.integers(0, 12), max_size=200))
 def test_all_signals_together_keep_the_budget_or_are_as_coarse_as_can_be(counts: list[int]) -> None:
     points = points_per_line(recordings(counts))
-    assert FEWEST <= points <= POINTS
-    assert points == FEWEST or PER_CHANNEL * sum(counts) * points <= SIGNALS
+    assert FEWEST_POINTS <= points <= MOST_POINTS
+    assert points == FEWEST_POINTS or PER_CHANNEL * sum(counts) * points <= SIGNALS
 
 
 def test_more_recordings_are_never_drawn_finer() -> None:
     found = [points_per_line(recordings([6] * n)) for n in range(1, 40)]
-    assert found[0] == POINTS
+    assert found[0] == MOST_POINTS
     assert found == sorted(found, reverse=True)
 
 

@@ -125,7 +125,7 @@ def test_stretches_change_nothing(
     numbers = model.numbers()
     jobs = [Job(model, numbers, task), Job(model, model.numbers({"EI1": 300.0}), task)]
     alone, together = run(model, numbers, task, 2), run_many(jobs, 2)
-    monkeypatch.setattr(motion, "STEPS", 501)
+    monkeypatch.setattr(motion, "STRETCH_STEPS", 501)
     again = run(model, numbers, task, 2)
     assert np.array_equal(alone.q, again.q) and np.array_equal(alone.torque, again.torque)
     for a, b in zip(together, run_many(jobs, 2), strict=True):

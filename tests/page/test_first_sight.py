@@ -8,7 +8,7 @@ import pytest
 
 from flexgui.page.in_browser import PURPOSE
 from flexgui.page.layout import DARK
-from flexgui.server.access import LONGEST, SLOW, behind_curtain
+from flexgui.server.access import LONGEST_CURTAIN, SLOW, behind_curtain
 from flexgui.session.session import Session
 from tests.page.conftest import Desktop
 from tests.page.helpers import press, ready, sees, still, visit
@@ -89,7 +89,7 @@ def test_an_empty_page_stays_covered_however_long_it_takes(chromium: Any) -> Non
     page = context.new_page()
     page.clock.install()
     page.set_content(behind_curtain(b"<html><body></body></html>").decode())
-    page.clock.fast_forward(LONGEST + 1000)
+    page.clock.fast_forward(LONGEST_CURTAIN + 1000)
     sees(page, SLOW)
     assert page.locator("#fx-curtain").is_visible()
     page.evaluate("document.body.insertAdjacentHTML('beforeend', '<div class=fx-bar></div>')")

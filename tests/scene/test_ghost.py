@@ -11,7 +11,7 @@ from flexgui.core.recording.recording import Recording
 from flexgui.scene.arm_geometry import ArmGeometry
 from flexgui.scene.recorded_motion import (
     FACTORS,
-    SHARE,
+    LARGEST_DEFLECTION,
     filled,
     fitting_factor,
     largest_deflection,
@@ -159,7 +159,7 @@ def test_the_largest_deflection_is_drawn_at_a_share_of_the_reach(by: float) -> N
     drawn = fitting_factor(PAPER, P, q) * largest_deflection(PAPER, P, q) / REACH
     least, most = FACTORS[0], FACTORS[-1]
     if least < fitting_factor(PAPER, P, q) < most:
-        assert SHARE / STEP <= drawn <= SHARE * STEP
+        assert LARGEST_DEFLECTION / STEP <= drawn <= LARGEST_DEFLECTION * STEP
 
 
 def test_a_larger_bending_is_not_exaggerated_more() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.classroom.board import MOST, Board, board_table
+from flexgui.classroom.board import MOST_ENTRIES, Board, board_table
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
@@ -157,10 +157,10 @@ def test_sizes_are_read_as_people_write_them(
 def test_a_board_keeps_no_more_than_a_class_needs() -> None:
     board = Board()
     entry = Entry("x" * 99, "nothing", 0, 1, False, "", 1.0, False)
-    for k in range(MOST + 5):
+    for k in range(MOST_ENTRIES + 5):
         board.committed(1, "easy", str(k))
         board.put(1, "easy", str(k), entry)
-    assert len(board.entries(1, "easy")) == MOST and not board.guessing(1, "easy")
+    assert len(board.entries(1, "easy")) == MOST_ENTRIES and not board.guessing(1, "easy")
     assert len(board.entries(1, "easy")[0].name) < 30
     for seed in range(200):
         board.put(seed, "easy", "k", entry)

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from flexgui.classroom.hand_in import (
     HEAD,
-    LARGEST,
+    LARGEST_HAND_IN,
     HandIn,
     as_csv,
     grades,
@@ -60,7 +60,7 @@ def test_a_table_of_hand_ins_judges_each_and_names_what_is_wrong_with_it(tmp_pat
     odd = {
         "changed": "".join(changed).encode(), "empty": b"", "no_text": b"\xff\xfe\x00",
         "head_alone": CHALLENGE.encode(), "own_seal": TRUTH_SEALED.encode(),
-        "far_too_long": b"x" * (LARGEST + 1),
+        "far_too_long": b"x" * (LARGEST_HAND_IN + 1),
     }  # fmt: skip
     for name, text in (("list", "[]"), ("no_json", "no json"), ("no_name", '{"name": 3}')):
         odd[name] = obfuscate(text, "s", HEAD).encode()

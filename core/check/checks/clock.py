@@ -12,7 +12,7 @@ from ...recording.clock import JITTER
 
 SLOWEST = 0.25
 """s: no logger of a moving arm samples more seldom than 4 Hz."""
-UNITS = ((1e3, "ms"), (1e6, "us"), (1e9, "ns"))
+CLOCK_UNITS = ((1e3, "ms"), (1e6, "us"), (1e9, "ns"))
 
 
 class TimeUnit(Check):
@@ -24,7 +24,7 @@ class TimeUnit(Check):
         step = case.recording.stated_step
         if step <= SLOWEST:
             return
-        factor, unit = next((u for u in UNITS if step / u[0] <= SLOWEST), UNITS[-1])
+        factor, unit = next((u for u in CLOCK_UNITS if step / u[0] <= SLOWEST), CLOCK_UNITS[-1])
         sentence = f"t steps by {step:g}; as seconds that is {1 / step:.3g} Hz, so it is in {unit}"
         fix = case.columns({"t": ("t", {"unit": unit})})
         yield case.finding(self.kind, "t", factor, "", sentence, fix)

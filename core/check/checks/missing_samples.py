@@ -8,7 +8,7 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import RESAMPLE_LINE, Check, Finding
-from ...check.signals import LONGEST
+from ...check.signals import LONGEST_CONSTANT_RUN
 from ...noise.sensor_noise import common_quantisation_step
 from ...recording.channels import is_reference
 from ...recording.resampling import GAP
@@ -94,7 +94,7 @@ class Dead(Check):
         for name in recording.channels:
             values = recording.counted(name)
             good = np.flatnonzero(np.isfinite(values))
-            if len(good) < LONGEST:
+            if len(good) < LONGEST_CONSTANT_RUN:
                 continue
             x = values[good]
             if np.ptp(x) == 0.0:
@@ -112,7 +112,7 @@ class Dead(Check):
         if _released_from_friction(x, after):
             return
         longest, second = lengths[order[0]], lengths[order[1]] if len(order) > 1 else 0
-        if longest < max(LONGEST, LONGER * second) or _clipped(x, x[starts[order[0]]]):
+        if longest < max(LONGEST_CONSTANT_RUN, LONGER * second) or _clipped(x, x[starts[order[0]]]):
             return
         time = case.recording.time[good]
         begin = time[starts[order[0]]]

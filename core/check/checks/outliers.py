@@ -8,11 +8,11 @@ import numpy as np
 
 from ...check.case import Case
 from ...check.finding import Check, Finding
-from ...check.signals import MOST, far_out
+from ...check.signals import MOST_OUTLIERS, far_out
 from ...recording.channels import Role, is_reference, role_of
 
-PLACES = (Role.PLACE, Role.TIP)
-"""Which inertia keeps from standing out anywhere: as many samples as MOST may be outliers."""
+PLACE_ROLES = (Role.PLACE, Role.TIP)
+"""Which inertia keeps from standing out anywhere: up to MOST_OUTLIERS of them may be outliers."""
 JUMPING = 0.01
 """Of the samples of all other channels: a velocity loop's torque stands out wherever its reference
 jumps, in two of a hundred samples (scenarios/mujoco), and is held against these."""
@@ -32,8 +32,8 @@ class Outliers(Check):
             good = np.flatnonzero(np.isfinite(values))
             if len(good) < 50:
                 continue
-            bad = far_out(values[good], MOST if role_of(name) in PLACES else JUMPING)
-            if 0 < bad.sum() <= MOST * len(good):
+            bad = far_out(values[good], MOST_OUTLIERS if role_of(name) in PLACE_ROLES else JUMPING)
+            if 0 < bad.sum() <= MOST_OUTLIERS * len(good):
                 times = recording.time[good][bad]
                 count = int(bad.sum())
                 first = ", ".join(f"{t:.4g}" for t in times[:3])

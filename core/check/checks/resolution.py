@@ -12,7 +12,7 @@ from ...check.signals import far_out, lattice_step, quiet_noise
 from ...noise.sensor_noise import noise_of
 from ...recording.channels import is_reference
 
-FEWEST = 10.0
+LEAST_MOTION_OVER_NOISE = 10.0
 """Times its noise must a joint move: with less, 10 % of what is estimated is noise."""
 
 
@@ -28,10 +28,10 @@ class WeakExcitation(Check):
             q = q[np.isfinite(q)]
             q = q[~far_out(q)]  # outliers are another fault, and look like noise
             moved = float(np.std(q))
-            if 0.0 < 2.0 * FEWEST * noise_of(q) < moved:
+            if 0.0 < 2.0 * LEAST_MOTION_OVER_NOISE * noise_of(q) < moved:
                 continue  # the noise without the motion's own fast part is no larger
             noise = quiet_noise(q)
-            if noise > 0 and moved < FEWEST * noise:
+            if noise > 0 and moved < LEAST_MOTION_OVER_NOISE * noise:
                 sentence = f"{name} moves by {moved:.3g} rms, {moved / noise:.2g} times its noise"
                 yield case.finding(self.kind, name, moved / noise, "", sentence)
 

@@ -12,7 +12,7 @@ from ...check.measured_recording import MeasuredRecording
 from ...check.sized_faults import CLEAR, SURE
 from ...noise.sensor_noise import noise_of
 
-LEAST = 0.5
+LEAST_START_SPEED = 0.5
 """Of a joint's rms speed: below, a model at rest is right within its noise."""
 SPAN, FEWEST_FIRST, MOST_FIRST = 5e-3, 3, 8
 """s, and samples, from which the speed at the start is taken: a drive changes it within ten ms."""
@@ -39,7 +39,7 @@ class StartsMoving(Check):
             q = recording.even(name)
             speed, noise = float(slope @ q[:count]), noise_of(q) * float(np.linalg.norm(slope))
             usual = float(np.sqrt(np.mean(np.gradient(q, recording.step) ** 2)))
-            if abs(speed) > max(SURE * noise, LEAST * usual):
+            if abs(speed) > max(SURE * noise, LEAST_START_SPEED * usual):
                 sentence = f"{name} moves at {speed:.4g}/s when the recording begins"
                 yield case.finding(self.kind, name, speed, "SI/s", sentence)
 

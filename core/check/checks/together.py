@@ -54,7 +54,7 @@ class SameData(Check):
                 yield case.finding(self.kind, shared[0], 1.0, "", sentence)
 
 
-LEAST = 0.01
+LEAST_EXCESS = 0.01
 """Of a channel's variance: what friction at another working point changes is less."""
 
 
@@ -76,7 +76,8 @@ class DifferentRig(Check):
         others = [f.of.answers([(f.recording, usual)])[0] for f in known]
         apart = {
             e.channel: e for e in own.equations
-            if e.excess > LEAST and not any(e.is_like(o) for a in others for o in a.of(e.channel))
+            if e.excess > LEAST_EXCESS
+            and not any(e.is_like(o) for a in others for o in a.of(e.channel))
         }  # fmt: skip
         if len(apart) > 1:  # one alone is a fault of its own
             share = max(e.excess for e in apart.values())

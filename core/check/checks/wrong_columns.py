@@ -26,7 +26,7 @@ SENTENCES = {
     "sample_time": "the motion fits the references with {5:.4g} s per row instead of {6:.4g} s",
     "stated_stiffness": "{0} {fit} the recording if divided by {1:.4g}",
 }
-UNITS = {"degrees": ("rad", "deg"), "millimetres": ("m", "mm")}
+CONFUSED_UNITS = {"degrees": ("rad", "deg"), "millimetres": ("m", "mm")}
 
 
 class WrongColumns(Check):
@@ -91,14 +91,14 @@ def _fix_line(case: Case, fault: ColumnFault) -> str | None:
 
 
 def _settings(case: Case, fault: ColumnFault, name: str) -> Mapping[str, Any]:
-    if fault.fault in UNITS:
-        return {"unit": unit_of(case.recording.model, name).replace(*UNITS[fault.fault])}
+    if fault.fault in CONFUSED_UNITS:
+        return {"unit": unit_of(case.recording.model, name).replace(*CONFUSED_UNITS[fault.fault])}
     if fault.fault == "sign":
         return {"sign": -1}
     return {} if fault.swapped else {"gain": f"{1.0 / fault.factor:.9g}"}
 
 
-SHARE = 0.25
+LARGEST_OFFSET = 0.25
 """Of the channel's own spread: a real drive's current is off by less (0.1 of it at most)."""
 
 
@@ -117,6 +117,7 @@ class Offset(Check):
             a, b = recording.even(reference), recording.even(name)
             # A lag behind a reference cancels in it over forward and back.
             shift = float(np.median(b - a))
-            if abs(shift) > SHARE * float(np.std(b)) and abs(float(np.corrcoef(a, b)[0, 1])) > 0.5:
+            alike = abs(float(np.corrcoef(a, b)[0, 1])) > 0.5
+            if alike and abs(shift) > LARGEST_OFFSET * float(np.std(b)):
                 sentence = f"{name} is {shift:.4g} above {reference} on average"
                 yield case.finding(self.kind, name, shift, "SI", sentence)

@@ -17,7 +17,7 @@ from ...montecarlo.study import Answer, Case, Part
 from ...recording.recording import Recording
 from ...scenario.schema import IdentifySpec
 
-POINTS = 15
+CANDIDATE_POINTS = 15
 """Working points of the candidates, over the range of the study's."""
 
 EXCITATIONS: tuple[tuple[str, Mapping[str, Any]], ...] = (
@@ -30,7 +30,7 @@ EXCITATIONS: tuple[tuple[str, Mapping[str, Any]], ...] = (
 )
 """All of the amplitude and the length of the study's own."""
 
-SEED = 4001
+ADVICE_SEED = 4001
 OWN = "own"
 
 RELATIVE_STEP = 1e-4
@@ -46,7 +46,7 @@ class Advice(Part):
 
     def cases(self, settings: StudySettings) -> tuple[Case, ...]:
         own = Case(self.kind, f"advice/{OWN}", {"point": None})
-        points = range(1, POINTS + 1)
+        points = range(1, CANDIDATE_POINTS + 1)
         return (own, *(Case(self.kind, f"advice/{k:02d}", {"point": k}) for k in points))
 
     def run(self, rig: Rig, options: Mapping[str, Any]) -> Answer:
@@ -61,10 +61,10 @@ class Advice(Part):
 
 def _candidates(rig: Rig, point: int) -> list[tuple[str, Recording]]:
     low, high = min(rig.settings.points), max(rig.settings.points)
-    theta2 = low + (high - low) * (point - 1) / (POINTS - 1)
+    theta2 = low + (high - low) * (point - 1) / (CANDIDATE_POINTS - 1)
     like = rig.settings.experiments[0].simulate
     assert like is not None
-    base = {"theta2": float(theta2), "seed": SEED + point, "options": {}}
+    base = {"theta2": float(theta2), "seed": ADVICE_SEED + point, "options": {}}
     return [
         (name, rig.recording(like.model_copy(update={**base, **update}), name))
         for name, update in EXCITATIONS

@@ -113,7 +113,7 @@ def pole_error(estimated: np.ndarray, true: np.ndarray) -> float:
     return float((apart[rows, columns].sum() + len(relevant) - len(columns)) / len(relevant))
 
 
-NOISE, POPULATION, START = 3, 4, 5
+NOISE_SEED, POPULATION_SEED, START_SEED = 3, 4, 5
 """First number of the seeds of each."""
 
 ESTIMATION_SEED, VALIDATION_SEED = 1001, 2001
@@ -178,7 +178,7 @@ def _estimation(rig: Rig, points: Sequence[float], snr_db: float | None) -> list
         noisy(
             _at(rig, p, ESTIMATION_SEED + k),
             snr_db,
-            seeds(rig.settings, NOISE, len(points), snr_code(snr_db), k),
+            seeds(rig.settings, NOISE_SEED, len(points), snr_code(snr_db), k),
         )
         for k, p in enumerate(points)
     ]
@@ -244,7 +244,7 @@ def _black_box(rig: Rig, data: Sequence[Recording], seed: tuple[int, ...]) -> Co
 
 def _nonlinear(rig: Rig, data: Sequence[Recording], seed: tuple[int, ...]) -> Contender:
     """Output error of the non-linear model, descended from a random place within the bounds."""
-    rng = np.random.default_rng(seeds(rig.settings, START, *seed))
+    rng = np.random.default_rng(seeds(rig.settings, START_SEED, *seed))
     start = {n: float(rng.uniform(*ends)) for n, ends in rig.bounds.items()}
     spec = rig.settings.identify(rig.bounds, 1)
     spec = spec.model_copy(update={"start": start, "generations": 0, "refine": True})
@@ -255,7 +255,7 @@ def _nonlinear(rig: Rig, data: Sequence[Recording], seed: tuple[int, ...]) -> Co
 
 
 def _seed(rig: Rig, seed: tuple[int, ...], number: int) -> int:
-    stream = seeds(rig.settings, POPULATION, *seed, number)
+    stream = seeds(rig.settings, POPULATION_SEED, *seed, number)
     return int(stream.generate_state(1)[0])
 
 

@@ -20,7 +20,7 @@ from ...scenario.schema import IdentifySpec
 from ...sensors.rigid_rates import lengths, rigid_rates
 
 EXCITATIONS = ("prbs_balanced", "prbs")
-SEED = 3001
+BIAS_SEED = 3001
 """Of the excitation: seed + 1000 draw + point."""
 
 REFINED = IdentifySpec(parameters=("EI",), output=("ydot",), generations=0)
@@ -59,7 +59,7 @@ class Bias(Part):
     def _recording(self, rig: Rig, excitation: str, draw: int, k: int) -> Recording:
         like = rig.settings.experiments[k].simulate
         assert like is not None
-        update = {"excitation": excitation, "seed": SEED + 1000 * draw + k, "options": {}}
+        update = {"excitation": excitation, "seed": BIAS_SEED + 1000 * draw + k, "options": {}}
         return rig.recording(like.model_copy(update=update), f"bias {excitation} {k}")
 
 

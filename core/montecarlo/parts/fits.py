@@ -144,7 +144,7 @@ VALLEY = ("epsilon", "d")
 """Parameters that only their product EI shows."""
 
 CASES, DRAWS = 10, 20
-SEED = 6
+FIT_SEED = 6
 """First number of the seeds."""
 
 
@@ -184,6 +184,6 @@ def _search(rig: Rig, draw: int) -> list[float]:
         return np.log(EI / true) ** 2
 
     low, high = np.array([rig.bounds[n] for n in names]).T
-    seed = int(seeds(rig.settings, SEED, draw).generate_state(1)[0])
+    seed = int(seeds(rig.settings, FIT_SEED, draw).generate_state(1)[0])
     best = evolve(costs, low, high, spec.population, spec.generations, seed, lambda _: False)
     return [float(v) for v in best.vector]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from h5py import Dataset, File
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-PLACES = (0, 512, 1024, 2048)
+SIGNATURE_PLACES = (0, 512, 1024, 2048)
 """Where the signature may stand; MAT 7.3 has 512 bytes of its own before it."""
 UNITS = "units"
 """A struct (group) of this name may give units: units.theta1 = 'deg'."""
@@ -32,7 +32,7 @@ class Hdf5Reader(TableReader):
     needs = ("h5py",)
 
     def fits(self, path: Path, start: bytes) -> int:
-        return int(any(start[k : k + len(SIGNATURE)] == SIGNATURE for k in PLACES))
+        return int(any(start[k : k + len(SIGNATURE)] == SIGNATURE for k in SIGNATURE_PLACES))
 
     def read(self, path: Path, reading: Reading) -> Table:
         import h5py

@@ -105,7 +105,7 @@ def _vectors(column: Any) -> np.ndarray:
 
 
 Info = dict[str, Any]
-PLACES = ("info.json", "meta/info.json", "../meta/info.json", "../../meta/info.json")
+INFO_FILES = ("info.json", "meta/info.json", "../meta/info.json", "../../meta/info.json")
 """Seen from the Parquet file; data sets keep it in data/chunk-000."""
 LARGEST_INFO = 1_000_000
 """Bytes."""
@@ -114,7 +114,7 @@ BOOKKEEPING = ("index", "episode_index", "frame_index", "task_index", "next.done
 
 def _info(path: Path) -> Info | None:
     """What the JSON beside the file says, where that is one of a LeRobot data set."""
-    for place in PLACES:
+    for place in INFO_FILES:
         file = path.parent / place
         try:
             if not file.is_file() or file.stat().st_size > LARGEST_INFO:

@@ -17,7 +17,7 @@ LABEL_SIZE = 17
 DASHES = {"solid": [], "dash": [8, 5], "dot": [2, 4]}
 STROKES = {"solid": "━", "dash": "╍", "dot": "┉"}
 """Beside the name: the mark of uPlot's legend shows the colour only."""
-LARGEST = 1e30
+LARGEST_DRAWN = 1e30
 """More has no axis: uPlot would look for its numbers for ever."""
 NO_LINE = [0, 100_000]
 """A dash that never comes: without a width the legend would show no colour."""
@@ -67,7 +67,7 @@ def _decimals(x: Any) -> np.ndarray:
 def _column(trace: Figure, x: np.ndarray, lowest: float) -> np.ndarray:
     """(N,)"""
     values = np.asarray(trace["y"], dtype=float)
-    values = np.where(np.abs(values) < LARGEST, values, np.nan)
+    values = np.where(np.abs(values) < LARGEST_DRAWN, values, np.nan)
     if len(values) < len(x):
         nearest = np.searchsorted(0.5 * (x[1:] + x[:-1]), trace["x"])  # theirs may be rounded
         values, few = np.full(len(x), np.nan), values

@@ -124,7 +124,7 @@ def _all_matrices(described: DescriptorModel) -> Markup:
     return joined(*map(paragraph, sums), html_matrices(matrices(described)))
 
 
-HEIGHT = 210
+CHART_HEIGHT = 210
 """px of a chart, without its title and legend: all three plots fit on a usual screen."""
 PADDING = (6, 12, 0, 0)
 """px: above, right, below, left."""
@@ -140,8 +140,9 @@ class Lines:
         nothing = np.array([0.0, 1.0])
         self._look: dict[str, Any] = {}
         self._handle = context.gui.add_uplot(
-            (nothing, nothing), ({}, {}), title=title, height=HEIGHT, padding=PADDING, visible=False
-        )
+            (nothing, nothing), ({}, {}), title=title, height=CHART_HEIGHT, padding=PADDING,
+            visible=False,
+        )  # fmt: skip
 
     def show(self, figure: Figure) -> None:
         """Draws a figure of lines over one common axis; a figure without lines hides the chart."""

@@ -28,8 +28,8 @@ from flexgui.views.summary import validation_warning
 from flexgui.views.table import html_table
 
 WORDS = stage_macros("challenge")
-MOST = 99_999
-SEED = 30
+LARGEST_SEED = 99_999
+EASY_SEED = 30
 """Easy to begin with: one effect that shows well, another one than the tour's."""
 
 EXPLANATION = (
@@ -58,7 +58,7 @@ class ChallengePanel(Panel):
         with self._form:
             self._guess_controls()
         HtmlBlock(gui, paragraph(EXPLANATION, "soft"))
-        self._seed = gui.add_number("Seed", SEED, min=0, max=MOST, step=1)
+        self._seed = gui.add_number("Seed", EASY_SEED, min=0, max=LARGEST_SEED, step=1)
         self._level = gui.add_dropdown("Level", tuple(LEVELS))
         self._hide = button(context, "Hide an effect", self._hidden)
 
@@ -91,8 +91,8 @@ class ChallengePanel(Panel):
 
     def _hidden(self) -> None:
         seed = self._seed.value
-        if not isinstance(seed, int | float) or not 0 <= seed <= MOST:
-            self.session.refuse(f"The seed must be a whole number from 0 to {MOST}.")
+        if not isinstance(seed, int | float) or not 0 <= seed <= LARGEST_SEED:
+            self.session.refuse(f"The seed must be a whole number from 0 to {LARGEST_SEED}.")
             return
         self.session.challenge.hide(int(seed), str(self._level.value))
 

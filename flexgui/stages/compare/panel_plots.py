@@ -38,7 +38,7 @@ WORDS = stage_macros(
     output_title=output_title, format_number=format_number, stands_out=STANDS_OUT,
 )  # fmt: skip
 ALL, WORST = "all fitted outputs", "largest error"
-HEIGHT, HEIGHT_PER_OUTPUT = 380.0, 200.0
+LEAST_HEIGHT, HEIGHT_PER_OUTPUT = 380.0, 200.0
 """px of the signals: the name of each axis needs its room."""
 
 
@@ -70,7 +70,7 @@ class Signals(PageElement):
         name = bar_label(current, self.session.comparison.shown)
         role = ROLES.get(current.role, current.role)
         self._about.show(paragraph(f"Recording {name}, {role}: {output}", "lead"))
-        height = max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown))
+        height = max(LEAST_HEIGHT, HEIGHT_PER_OUTPUT * len(shown))
         floors = {} if failing is None else failing.floors
         other = self.session.comparison.beside(current.recording)
         curves = live_comparison(current, shown, floors, other)

@@ -24,14 +24,13 @@ from flexgui.core.units import parse_header
 from flexgui.stages.data.fixes import fixed_columns
 from flexgui.stages.data.rows import Rows, headers_of, parted, rows, settings, unit_of
 from flexgui.views.layout import trace
+from flexgui.views.sketch import PANEL_POINTS
 
 if TYPE_CHECKING:
     from flexgui.core.progress import Progress
     from flexgui.core.recording.table import Table
     from flexgui.core.scenario.schema import Scenario
 
-POINTS = 600
-"""Of a picture; a plot is about as many pixels wide."""
 ROUNDS = 3
 """Faults hide one another."""
 SWAPPED = "swapped_joints"
@@ -143,7 +142,7 @@ def inspect_file(
     return Inspection(
         headers=titles,
         columns=columns,
-        pictures={h: trace(np.arange(len(x)), x, POINTS) for h, x in numbers.items()},
+        pictures={h: trace(np.arange(len(x)), x, PANEL_POINTS) for h, x in numbers.items()},
         findings=findings,
         taken_in=taken_in,
         rows=rows(numbers, headers_of(titles, columns), columns),

@@ -36,7 +36,7 @@ from flexgui.views.preview import as_in_file, preview
 from flexgui.views.table import Column, Row, Table, html_table
 
 NONE = "no recordings yet"
-COLUMNS = (Column("Recording"), Column("Role"), Column("From"), Column("Check"))
+RECORDING_COLUMNS = (Column("Recording"), Column("Role"), Column("From"), Column("Check"))
 ROLES = {"estimate": "to fit", "validate": "to validate"}
 DEGREE = math.pi / 180.0
 
@@ -203,4 +203,4 @@ def listed(scenario: Scenario, checked: Mapping[str, str] | None = None) -> Tabl
         if spec.simulate is not None and spec.simulate.snr_db is not None:
             source = f"simulated, {spec.simulate.snr_db:g} dB"
         rows.append(Row((spec.name, ROLES[spec.role], source, findings.get(spec.name, ""))))
-    return Table(COLUMNS, tuple(rows))
+    return Table(RECORDING_COLUMNS, tuple(rows))

@@ -152,7 +152,7 @@ def changes(spec: RecordingSpec) -> dict[str, list[str]]:
     return {reference_symbol(name): words for name, words in changes_of.items() if words}
 
 
-MOST = 5
+MOST_FINDINGS = 5
 """Findings shown at once, as many as fit a screen; faults hide one another, so more follow."""
 
 
@@ -171,7 +171,7 @@ class FindingList(PageElement):
                     button(context, "Mend", partial(self._mend, k)),
                     button(context, "Dismiss", partial(self._dismiss, k)),
                 )
-                for k in range(MOST)
+                for k in range(MOST_FINDINGS)
             ]
             self._applied = HtmlBlock(self.gui)
             self._look = button(
@@ -203,7 +203,7 @@ class FindingList(PageElement):
             if finding is not None:
                 mend.label = f"Mend {finding.channel}"
         lines = lines_applied(check.mended.get(recording, ()))
-        self._applied.show(WORDS.more(len(self._found) - MOST), lines)
+        self._applied.show(WORDS.more(len(self._found) - MOST_FINDINGS), lines)
         self._look.visible = not (check.running or check.is_checked or asked)
 
 

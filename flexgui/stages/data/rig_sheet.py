@@ -53,7 +53,7 @@ LINK = (
 GRAVITY = Quantity("gravity", "Gravity along x, y", "m/s²", hint="0, 0: the arm lies flat.")
 LIMITS = Quantity("limits", "Largest torque", "N m", hint="Where the amplifier saturates. Empty: "
                   "never.")  # fmt: skip
-UNITS = {"m": ("mm", 1e-3), "rad": ("mrad", 1e-3)}
+NOISE_UNITS = {"m": ("mm", 1e-3), "rad": ("mrad", 1e-3)}
 """SI unit of a sensor -> the unit in which its noise is a usual number."""
 
 
@@ -117,7 +117,7 @@ def _sensor_rows(scenario: Scenario, arm: Arm) -> list[SheetRow]:
         if noise is None and (sensor.optional or not sensor.primary):
             continue
         si = channels[0].unit
-        unit, factor = UNITS.get(si, (si, 1.0))
+        unit, factor = NOISE_UNITS.get(si, (si, 1.0))
         quantity = Quantity(sensor.noise, f"Noise, {sensor.title}", unit, factor, NOISE_HINT)
         rows.append(SheetRow("sensors", quantity, (None if noise is None else noise / factor,)))
     return rows

@@ -15,7 +15,7 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.errors import InputError
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.data_folder import check_plain
-from flexgui.core.scenario.read import LONGEST, parse_scenario
+from flexgui.core.scenario.read import LONGEST_SCENARIO, parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.file_jobs import FileJobs, TaskSteps
 from flexgui.jobs.messages import Task
@@ -97,7 +97,7 @@ class Recordings:
                 return (yield from self._read_or_ask(path))
             scenario = path if kind == ".toml" else (yield from self._unpacked(path, limit))
             with scenario.open(encoding="utf-8", errors="replace") as file:
-                text = file.read(LONGEST + 1)
+                text = file.read(LONGEST_SCENARIO + 1)
             self._session.start_with(parse_scenario(text, scenario.name))
             if missing := self.imports.missing:
                 self._session.show_message(f"Upload its recordings too: {', '.join(missing)}.")

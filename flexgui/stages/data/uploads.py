@@ -21,7 +21,7 @@ from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.schema import Scenario
 from flexgui.export.folder import zipped
 
-LONGEST = 80
+LONGEST_FILE_NAME = 80
 MEGA = 1e6
 ZIP_GROWTH = 4
 """Text packs well; a zip that grows more than that over the limit is refused."""
@@ -37,7 +37,7 @@ BROKEN = (
 def safe_name(name: str) -> str:
     """The last part of a name, without characters that a file system or shell may misread."""
     last = PureWindowsPath(name).name  # knows both kinds of slashes
-    plain = re.sub(r"[^\w.\-+= ]+", "_", last)[-LONGEST:].strip(" .") or "recording"
+    plain = re.sub(r"[^\w.\-+= ]+", "_", last)[-LONGEST_FILE_NAME:].strip(" .") or "recording"
     return f"_{plain}" if is_device(plain) else plain
 
 

@@ -126,7 +126,7 @@ class Demonstrations:
             self._cannot(kind, event.sentence)
 
 
-SECONDS = 0.6
+SHOWN_SECONDS = 0.6
 """Of the stretch that is shown: some periods of the first bending mode of a usual arm."""
 
 SEEN = 1e-9
@@ -276,9 +276,9 @@ def _place(
 
 
 def _stretch(time: np.ndarray, change: np.ndarray) -> slice:
-    """The rows of SECONDS s with the largest change."""
+    """The rows of SHOWN_SECONDS s with the largest change."""
     dt = float(time[1] - time[0]) if len(time) > 1 else 1.0
-    rows = min(max(int(SECONDS / dt), 2), len(change))
+    rows = min(max(int(SHOWN_SECONDS / dt), 2), len(change))
     energy = np.concatenate([[0.0], np.cumsum(change**2)])
     at = int(np.argmax(energy[rows:] - energy[:-rows]))
     return slice(at, at + rows)

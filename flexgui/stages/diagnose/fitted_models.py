@@ -20,7 +20,7 @@ from flexgui.stages.diagnose.model_versions import ModelVersion, step_in_floors
 if TYPE_CHECKING:
     from flexgui.session.session import Session
 
-MOST = 30
+MOST_MODELS = 30
 """Models that a session keeps: the newest."""
 GIVEN = "As given"
 
@@ -127,7 +127,7 @@ class FittedModels:
         fitted = FittedModel(way, number, time.time(), seconds)
         if known is not None:
             fitted = replace(fitted, number=known.number, name=known.name)
-        others = [m for m in self.all if m is not known][1 - MOST :]
+        others = [m for m in self.all if m is not known][1 - MOST_MODELS :]
         self.all = tuple(sorted([*others, fitted], key=lambda m: m.number))
 
 

@@ -12,7 +12,7 @@ from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.diagnose.panel_candidates import WORDS
 from flexgui.views.proposal import law_over_variable
 
-HEIGHT = 240.0
+LAW_HEIGHT = 240.0
 """px"""
 
 
@@ -61,7 +61,7 @@ class LawFigure(PageElement):
             self._words.show(WORDS.over_variable(law))
             figures = [law_over_variable(term.carrier, term) for term in law.terms]
         for plot, figure in zip_longest(self._plots, figures):
-            plot.show(figure, height=HEIGHT)
+            plot.show(figure, height=LAW_HEIGHT)
 
 
 def _proposal(version: ModelVersion | None) -> Proposal | None:

@@ -15,13 +15,11 @@ from flexgui.views import colours
 from flexgui.views.layout import Figure, Pane, axis, headline, line, number, panes, trace
 from flexgui.views.missing_torque import OverSpeed, missing_cloud
 from flexgui.views.names import output_title, typeset
+from flexgui.views.sketch import PANEL_POINTS, Curve, sketch
 from flexgui.views.sketch import POINTS as SKETCHED
-from flexgui.views.sketch import Curve, sketch
 
 if TYPE_CHECKING:
     from flexgui.stages.diagnose.model_versions import Demonstration
-
-POINTS = 600
 
 PALE = colours.faded(colours.MEASURED, 0.45)
 """Measured lies below the line that is to meet it."""
@@ -35,7 +33,7 @@ def demonstration(shown: Demonstration) -> Figure:
     small = shown_unit(np.concatenate([change, measured_change]), shown.unit)
 
     def drawn(name: str, values: np.ndarray, colour: str, unit: ShownUnit, width: float) -> Figure:
-        x, y = trace(shown.time, values * unit.factor, POINTS)
+        x, y = trace(shown.time, values * unit.factor, PANEL_POINTS)
         hover = f"{name} %{{y:.4g}} {unit.name}<extra></extra>"
         return line(x, y, name, colour, hover, width=width)
 
@@ -136,7 +134,7 @@ def picture(seen: Glimpse) -> Markup:
 
 
 MORPH = {"morph": True}
-MARGIN = 0.08
+RESIDUAL_MARGIN = 0.08
 """Of the span of a residual, above and below it."""
 BESIDE, TICKS = 2, 5
 """Joints side by side, and ticks of their axes: more do not fit a panel of 320 px."""
@@ -180,7 +178,9 @@ def residual_figure(
 def _span(residual: np.ndarray) -> float:
     """Half the range of an axis for residuals (N,): of these alone, since a linear prediction may
     leave any range."""
-    return max(float(np.nanmax(np.abs(residual), initial=0.0)), LEAST_SPAN) * (1.0 + MARGIN)
+    return max(float(np.nanmax(np.abs(residual), initial=0.0)), LEAST_SPAN) * (
+        1.0 + RESIDUAL_MARGIN
+    )
 
 
 def worst_channel(residual: np.ndarray) -> int:

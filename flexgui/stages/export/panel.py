@@ -167,7 +167,7 @@ def recordings_of_session(session: Session) -> tuple[dict[str, bytes], str]:
 
 
 TITLE = "Next experiment"
-SECONDS = (1.0, 3600.0, None)
+SECONDS_RANGE = (1.0, 3600.0, None)
 LIMITS = {
     "speed": ("Speed limits", "One per joint: 0.5, 0.8 rad/s (m/s on a slide)."),
     "torque": ("Torque limits", "One per joint: 40, 20 N m (N on a slide)."),
@@ -183,7 +183,7 @@ class NextExperiment(PageElement):
         with self.gui.add_folder(TITLE, expand_by_default=False):
             HtmlBlock(self.gui, WORDS.next_experiment())
             number(
-                context, "Time (s)", SECONDS, lambda: self._seconds, self._wait,
+                context, "Time (s)", SECONDS_RANGE, lambda: self._seconds, self._wait,
                 "Total time available.",
             )  # fmt: skip
             self._fields: dict[str, Any] = {

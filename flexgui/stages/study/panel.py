@@ -41,7 +41,7 @@ from flexgui.stages.study.state import (
 )
 
 WORDS = stage_macros("study")
-START, GO_ON = "Start the study", "Go on with the study"
+START_LABEL, GO_ON_LABEL = "Start the study", "Go on with the study"
 
 OPEN = "Open the paper's arm and experiments"
 SAVED = (
@@ -61,7 +61,7 @@ class StudyPanel(Panel):
         self._results = StudyResults(context)
         self._state = HtmlBlock(self.gui)
         self._bar: Any = self.gui.add_progress_bar(0.0, visible=False, animated=True)
-        self._start = button(context, START, session.study.start, prominent=True)
+        self._start = button(context, START_LABEL, session.study.start, prominent=True)
         self._stop = button(context, "Stop", session.study.stop)
         self._open = Opening(context)
         self._results.build_choice()
@@ -105,7 +105,7 @@ class StudyPanel(Panel):
         to_choose = not (refusal or state.busy)
         self._open.show(bool(refusal))
         self._start.visible = to_choose and not self._finished(state)
-        self._start.label = GO_ON if state.done and self._begun(state) else START
+        self._start.label = GO_ON_LABEL if state.done and self._begun(state) else START_LABEL
         self._stop.visible = state.busy and state.phase != STOPPING
         self._bar.visible = state.busy
         self._bar.value = 100.0 * state.share

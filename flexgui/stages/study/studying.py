@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 SHORTEST_PAUSE = 1.0
 """s between two drawings of the results."""
 
-SHARE = 5.0
+REST_PER_DRAWING = 5.0
 """Rests at least so many times as long as a drawing took: others want to be served, too."""
 
 
@@ -198,7 +198,7 @@ class Study:
                 return
             self._sections = sections
         self._session.notify(Topic.STUDY)
-        self._over.wait(max(SHORTEST_PAUSE, SHARE * took))
+        self._over.wait(max(SHORTEST_PAUSE, REST_PER_DRAWING * took))
 
 
 log = logging.getLogger(__name__)
