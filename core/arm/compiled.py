@@ -57,12 +57,6 @@ class CompiledArm:
 
         return call_dynamics(self.dynamics, *_floats(q, v, p))
 
-    def mass_path(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """M (N, n, n) along a motion q (N, n) with the numbers p (np,)."""
-        from ..arm.evaluation import mass_path
-
-        return mass_path(self.dynamics, *_floats(q, p))
-
     def tip_place(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """z (2,) in m and dz/dq (2, n) at q (n,) with the numbers p (np,)."""
         from ..arm.evaluation import call_tip

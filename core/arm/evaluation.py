@@ -17,20 +17,6 @@ def call_dynamics(function, q, v, p):  # type: ignore[no-untyped-def]
     return M.reshape((n, n)), f
 
 
-@kernel(cube(DYNAMICS, matrix, vector))
-def mass_path(function, q, p):  # type: ignore[no-untyped-def]
-    """M (N, n, n) along a motion q (N, n)."""
-    N, n = q.shape
-    masses, still = np.empty((N, n, n)), np.zeros(n)
-    M, f = np.empty(n * n), np.empty(n)
-    for t in range(N):
-        function(q[t], still, p, M, f)
-        for i in range(n):
-            for j in range(n):
-                masses[t, i, j] = M[i * n + j]
-    return masses
-
-
 @kernel(types.Tuple((vector, matrix))(TIP, vector, vector))
 def call_tip(function, q, p):  # type: ignore[no-untyped-def]
     """z (2,) and dz/dq (2, n)."""

@@ -86,12 +86,10 @@ def _by_channel(
     for e, r, w in zip(data.experiments, errors, data.weights, strict=True):
         for k, _ in enumerate(e.channels):
             parts_of.setdefault(e.channels[k][0], []).append((e, k, r[:, k] / w[k]))
-    return {name: _figures(name, parts) for name, parts in parts_of.items()}
+    return {name: _figures(parts) for name, parts in parts_of.items()}
 
 
-def _figures(
-    name: str, parts: Sequence[tuple[Prepared, int, np.ndarray]]
-) -> tuple[str, float, float]:
+def _figures(parts: Sequence[tuple[Prepared, int, np.ndarray]]) -> tuple[str, float, float]:
     unit = parts[0][0].channels[parts[0][1]][1]
     error = np.concatenate([r[e.counted[:, k]] for e, k, r in parts])
     y = [e.measured[e.counted[:, k], k] for e, k, _ in parts]

@@ -105,7 +105,7 @@ def with_whitened_cost(refit: Refit, whitener: Whitener) -> Refit:
 def refit_with(
     data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
     values: Mapping[str, float], whitener: Whitener, slopes: Sequence[np.ndarray],
-    scanned: Sequence[str], stopped: Callable[[], bool], most: int = ROUGH_ITERATIONS,
+    scanned: Sequence[str], stopped: Callable[[], bool],
 ) -> Refit:  # fmt: skip
     """Fit the model with `effects` from the best of several starts, which are compared coarsely
     after a few iterations.
@@ -115,7 +115,9 @@ def refit_with(
     """
     start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
     reused = slopes_by_label(base, slopes)
-    return with_precise_errors(data, fit(start, None, stopped, most - spent, reused), whitener)
+    return with_precise_errors(
+        data, fit(start, None, stopped, ROUGH_ITERATIONS - spent, reused), whitener
+    )
 
 
 def best_start(

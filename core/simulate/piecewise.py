@@ -79,9 +79,8 @@ def cut(edges: np.ndarray, samples: int, longest: int) -> Pieces:
 
 
 def pieces(
-    references: Sequence[np.ndarray], samples: int, states: int, inputs: int, outputs: int,
-    longest: int = LONGEST_PIECE,
-) -> Pieces:  # fmt: skip
+    references: Sequence[np.ndarray], samples: int, states: int, inputs: int, outputs: int
+) -> Pieces:
     """The pieces of least work for a system with that many states, held inputs and outputs."""
     edges = changes(references, samples)
     columns = states + inputs
@@ -94,7 +93,7 @@ def pieces(
         return per_build + candidate.count * states * columns
 
     runs = np.diff(np.concatenate([[0], edges, [samples]]))
-    lengths = sorted({min(int(run), longest) for run in np.unique(runs)} | {1})
+    lengths = sorted({min(int(run), LONGEST_PIECE) for run in np.unique(runs)} | {1})
     return cut(edges, samples, min(lengths, key=work))
 
 

@@ -215,14 +215,14 @@ def beam_vertices(
     return np.concatenate([sides, rings[0], rings[-1]])
 
 
-def beam_faces(stations: int = STATIONS) -> np.ndarray:
+def beam_faces() -> np.ndarray:
     """(F, 3) uint32, outward; the vertices are those of `beam_vertices`."""
     faces = []
-    for i in range(stations - 1):
+    for i in range(STATIONS - 1):
         for side in range(4):
             a, b = 8 * i + 2 * side, 8 * i + 2 * side + 1
             faces += [(a, a + 8, b + 8), (a, b + 8, b)]
-    first = 8 * stations
+    first = 8 * STATIONS
     last = first + 4
     faces += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
     faces += [(last, last + 2, last + 1), (last, last + 3, last + 2)]

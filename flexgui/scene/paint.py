@@ -24,7 +24,7 @@ LINE: Rgb = (108, 116, 126)
 
 
 MEASURED, MODEL = rgb(colours.MEASURED), rgb(colours.MODEL)
-RESIDUAL, ADDED, CONTEXT = rgb(colours.RESIDUAL), rgb(colours.ADDED), rgb(colours.START)
+RESIDUAL, CONTEXT = rgb(colours.RESIDUAL), rgb(colours.START)
 
 
 def about_vertical(angle: float) -> tuple[float, float, float, float]:

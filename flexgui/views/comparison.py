@@ -9,7 +9,7 @@ import numpy as np
 from flexgui.core.results import ChannelComparison, RecordingComparison
 from flexgui.sentences.written import channel_symbol, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import MOST_POINTS, Figure, Pane, axis, headline, line, panes, trace
+from flexgui.views.layout import MOST_POINTS, Figure, Pane, axis, band, headline, line, panes, trace
 from flexgui.views.names import output_title
 
 HEIGHT_PER_CHANNEL, HEIGHT_OF_FRAME = 330, 100
@@ -95,20 +95,11 @@ def _parts(
         was = np.where(before.counted, before.residual, np.nan)
         residual.insert(0, drawn("residual as given", was, GIVEN, small, width=1.0))
     if floor > 0.0:
-        residual.insert(0, _band(channel.time, floor * small.factor))
+        ends, size = channel.time[[0, -1]], np.full(2, floor * small.factor)
+        residual.insert(0, band((ends, size), (ends, -size), "± noise floor", colours.FLOOR))
     first, second = signal.label(symbol), small.label(f"Δ{symbol}")
     yield Pane(signals, axis(first, nticks=TICKS[0]), share=SIGNAL_SHARE)
     yield Pane(residual, axis(second, nticks=TICKS[1]), share=RESIDUAL_SHARE)
-
-
-def _band(time: np.ndarray, floor: float) -> Figure:
-    """A band of one noise floor on each side of zero."""
-    ends = [float(time[0]), float(time[-1])]
-    return {
-        "type": "scatter", "mode": "lines", "name": "± noise floor", "hoverinfo": "skip",
-        "x": [*ends, *reversed(ends)], "y": [floor, floor, -floor, -floor],
-        "fill": "toself", "fillcolor": colours.faded(colours.FLOOR, 0.25), "line": {"width": 0},
-    }  # fmt: skip
 
 
 SMALL_POINTS = 500

@@ -24,6 +24,9 @@ PANEL_HEIGHT = 260
 Figure = dict[str, Any]
 """{'data': traces, 'layout': …}, or a part of it."""
 
+Curve = tuple[np.ndarray, np.ndarray]
+"""x and y (N,)"""
+
 
 def frame(height: int, caption: str) -> Figure:
     """Layout of a whole figure; the caption is stored in `meta`."""
@@ -155,6 +158,15 @@ def line(x: Any, y: Any, name: str, colour: str, hover: str = "", **more: Any) -
     """A line; arrays become float32. `more`: width, dash and other properties of a trace."""
     stroke = {"color": colour, "width": more.pop("width", 1.6), "dash": more.pop("dash", "solid")}
     return _points(x, y, name, hover) | {"mode": "lines", "line": stroke, **more}
+
+
+def band(
+    upper: Curve, lower: Curve, name: str, colour: str, opacity: float = 0.25, **more: Any
+) -> Figure:
+    """What lies between two curves, in a colour that lets others through."""
+    x, y = (np.concatenate([a, b[::-1]]) for a, b in zip(upper, lower, strict=True))
+    shade = {"fill": "toself", "fillcolor": colours.faded(colour, opacity), "hoverinfo": "skip"}
+    return line(x, y, name, colour, width=0, **shade, **more)
 
 
 def dots(x: Any, y: Any, name: str, colour: str, hover: str = "", **marker: Any) -> Figure:

@@ -9,7 +9,7 @@ import numpy as np
 from flexgui.core.results import ErrorOver, MissingTorque
 from flexgui.sentences.written import ShownUnit, channel_symbol, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import MOST_POINTS, Figure, Pane, axis, dots, line, panes, trace
+from flexgui.views.layout import MOST_POINTS, Figure, Pane, axis, band, dots, line, panes, trace
 from flexgui.views.over_speed import OverSpeed
 
 HEIGHT_OF_FRAME, HEIGHT_PER_JOINT, HEIGHT_PER_ROW = 100, 260, 230
@@ -180,11 +180,7 @@ def _direction(error: ErrorOver, k: int, unit: ShownUnit, across: ShownUnit) -> 
     x = (0.5 * (error.edges[:-1] + error.edges[1:]) * across.factor)[finite]
     mean = (error.mean[k] * unit.factor)[finite]
     spread = np.sqrt(np.maximum(error.rms[k] ** 2 - error.mean[k] ** 2, 0.0))[finite] * unit.factor
-    yield line(
-        np.concatenate([x, x[::-1]]), np.concatenate([mean + spread, (mean - spread)[::-1]]), "",
-        colour, width=0, fill="toself", fillcolor=colours.faded(colour, 0.16), legendgroup=name,
-        hoverinfo="skip", showlegend=False,
-    )  # fmt: skip
+    yield band((x, mean + spread), (x, mean - spread), "", colour, 0.16, legendgroup=name)
     hover = f"{name}: %{{y:.4g}} {unit.name} at %{{x:.4g}} {across.name}<extra></extra>"
     points = {"mode": "lines+markers", "marker": {"size": 5}}
     yield line(x, mean, name, colour, hover, width=1.8, **points)

@@ -10,7 +10,7 @@ from flexgui.core.recording.channels import channel_kind
 from flexgui.core.recording.recording import Recording
 from flexgui.sentences.written import channel_symbol, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import Figure, Pane, axis, line, panes, trace
+from flexgui.views.layout import Figure, Pane, axis, band, line, panes, trace
 
 OUTPUT_ROW, AROUND_ROWS = 150, 100
 """px of an output, and of what surrounds all of them."""
@@ -33,11 +33,9 @@ def _row(
 ) -> Pane:
     si = units.get(name) or channel_kind(name).units[0]
     unit = shown_unit(recording[name], si)
-    edges = [trace(recording.time, values * unit.factor) for values in (upper, lower)]
-    x, y = (np.concatenate([edges[0][k], edges[1][k][::-1]]) for k in range(2))
-    fill = {"fill": "toself", "fillcolor": colours.faded(colours.MODEL, 0.25)}
-    band = line(x, y, "band", colours.MODEL, width=0, hoverinfo="skip") | fill
+    top, bottom = (trace(recording.time, values * unit.factor) for values in (upper, lower))
+    inside = band(top, bottom, "band", colours.MODEL)
     x, y = trace(recording.time, recording[name] * unit.factor)
     symbol = channel_symbol(name, si)
     middle = line(x, y, "predicted", colours.MODEL, f"{symbol} %{{y:.5g}} {unit.name}")
-    return Pane([band, middle], axis(f"{symbol} [{unit.name or '–'}]", nticks=5))
+    return Pane([inside, middle], axis(f"{symbol} [{unit.name or '–'}]", nticks=5))

@@ -9,7 +9,7 @@ from flexgui.sentences.figures import short_percent
 from flexgui.sentences.proposal import carrier_words
 from flexgui.sentences.written import estimate_text, format_number, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import Figure, axis, dots, figure, line, named_axis
+from flexgui.views.layout import Figure, axis, band, dots, figure, line, named_axis
 from flexgui.views.table import Row, Table, numbers, texts
 
 VARIABLE_ROW, AROUND_ROWS = 30, 80
@@ -48,13 +48,11 @@ def law_over_variable(carrier: Carrier, term: LawTerm | None = None) -> Figure:
     wide = 2.0 * carrier.deviations * unit.factor
     hover = f"%{{x:.4g}} {place.name}, %{{y:.4g}} {unit.name}<extra></extra>"
     known = np.isfinite(wide) & (wide < np.ptp(y))
-    band = {
-        "type": "scatter", "x": np.concatenate([x[known], x[known][::-1]]),
-        "y": np.concatenate([(y + wide)[known], (y - wide)[known][::-1]]),
-        "fill": "toself", "fillcolor": colours.faded(colours.RESIDUAL, 0.2), "mode": "lines",
-        "line": {"width": 0}, "hoverinfo": "skip", "name": "± 2 standard deviations",
-    }  # fmt: skip
-    traces = [band, dots(x[known], y[known], "what the rest shows", colours.RESIDUAL, hover)]
+    x, y, wide = x[known], y[known], wide[known]
+    traces = [
+        band((x, y + wide), (x, y - wide), "± 2 standard deviations", colours.RESIDUAL, 0.2),
+        dots(x, y, "what the rest shows", colours.RESIDUAL, hover),
+    ]
     if term is not None:
         places, values = term.places * place.factor, term.values * unit.factor
         traces.append(line(places, values, "the law", colours.ADDED, hover, width=2.6))

@@ -9,7 +9,7 @@ import numpy as np
 from flexgui.core.residual_analysis import MeasuredResponse, ResidualAnalysis, ResidualCorrelation
 from flexgui.sentences.written import channel_symbol, reference_symbol, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import Figure, Pane, axis, dots, line, panes
+from flexgui.views.layout import Figure, Pane, axis, band, dots, line, panes
 
 RESIDUAL_ROW, AROUND_ROWS = 110, 100
 """px of a row, and of what surrounds all of them."""
@@ -46,11 +46,10 @@ def _row(row: Sequence[ResidualCorrelation], factor: float, unit: str) -> Pane:
         traces.append(line(c.lag * factor, ratio, name, colours.series(k), hover, width=1.4))
     ratios = np.concatenate([c.value / c.band for c in row])
     ends = [min(-1.5, 1.1 * float(ratios.min())), max(1.5, 1.1 * float(ratios.max()))]
-    lag = np.array([0.0, 1.0, 1.0, 0.0]) * row[0].lag[-1] * factor
-    band = line(lag, [1.0, 1.0, -1.0, -1.0], "band", colours.FLOOR, width=0, hoverinfo="skip")
-    fill = {"fill": "toself", "fillcolor": colours.faded(colours.FLOOR, 0.25)}
+    lag, one = np.array([0.0, row[0].lag[-1] * factor]), np.ones(2)
+    inside = band((lag, one), (lag, -one), "band", colours.FLOOR)
     symbol = channel_symbol(row[0].channel)
-    return Pane([band | fill, *traces], axis(f"Δ{symbol}", range=ends, nticks=5))
+    return Pane([inside, *traces], axis(f"Δ{symbol}", range=ends, nticks=5))
 
 
 def responses(found: ResidualAnalysis, recording: str) -> Figure | None:

@@ -114,12 +114,12 @@ BRACKETS = {"[": "]", "(": ")", "|": "|"}
 
 
 @lru_cache(256)
-def mathml(latex: str, block: bool = True) -> Markup:
+def mathml(latex: str) -> Markup:
     """A formula as MathML; the escaped LaTeX if it cannot be converted."""
     for unknown, replacement in SYNONYMS:
         latex = latex.replace(unknown, replacement)
     try:
-        root = convert_to_element(latex, display="block" if block else "inline")
+        root = convert_to_element(latex, display="block")
         _clean(root)
     except Exception:  # the converter fails in many ways, each with an error of its own
         return Markup("<code class='latex'>") + escape(latex) + Markup("</code>")

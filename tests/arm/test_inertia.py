@@ -50,12 +50,6 @@ def test_inertia_of_the_straight_arm_is_the_closed_form() -> None:
         assert np.abs(compiled(arm).mass_matrix(q, p) - expected).max() < bound
 
 
-def test_inertia_along_a_path_is_that_of_each_place() -> None:
-    p, places = arm_vector(PAPER), np.array([random_state(PAPER, seed)[0] for seed in range(5)])
-    one_by_one = [compiled(PAPER).mass_matrix(q, p) for q in places]
-    assert np.array_equal(compiled(PAPER).mass_path(places, p), one_by_one)
-
-
 @pytest.mark.parametrize("name", EVERY_ARM)
 def test_inertia_is_symmetric_and_positive_when_bent(name: str) -> None:
     arm = loaded(ARMS[name])

@@ -12,6 +12,7 @@ from ...check.case import Case
 from ...check.column_fault import TIME, ColumnFault, unit_of
 from ...check.finding import Check, Finding
 from ...recording.channels import from_camera
+from ...sentences import listed
 
 SENTENCES = {
     "degrees": "{0} {fit} the other channels if divided by 57.3: degrees",
@@ -50,13 +51,13 @@ class WrongColumns(Check):
 def _sentence(case: Case, fault: ColumnFault) -> str:
     many, step = len(fault.channels) > 1, case.recording.step
     sentence = SENTENCES[fault.fault].format(
-        _listed(fault.channels, "and"), fault.factor, abs(fault.shift), fault.lag,
+        listed(fault.channels), fault.factor, abs(fault.shift), fault.lag,
         1e3 * abs(fault.drift), step / fault.factor, step, fit="fit" if many else "fits",
         smaller="smaller" if fault.shift > 0.0 else "larger",
         behind="behind" if fault.drift > 0.0 else "ahead of",
     )  # fmt: skip
     if fault.alternatives:
-        sentence += f"; so would {_listed(fault.alternatives, 'or')}"
+        sentence += f"; so would {listed(fault.alternatives, 'or')}"
     sentence += f" from {fault.since:.4g} s on" if np.isfinite(fault.since) else ""
     if fault.deviation:
         sentence += f" (standard deviation {_percent(fault.deviation / abs(fault.size))})"
@@ -69,11 +70,6 @@ def _sentence(case: Case, fault: ColumnFault) -> str:
 
 def _percent(share: float) -> str:
     return "below 0.01%" if share < 1e-4 else f"{100.0 * share:.3g}%"
-
-
-def _listed(names: tuple[str, ...], last: str) -> str:
-    *first, end = names
-    return f"{', '.join(first)} {last} {end}" if first else end
 
 
 def _fix_line(case: Case, fault: ColumnFault) -> str | None:
