@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flexgui.core.challenge.challenge_rig import bare_model
 from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.diagnose.force_shape_refinement import (
     JointForce,
@@ -22,7 +23,6 @@ from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
 from flexgui.core.noise.whitening import no_whitening
-from flexgui.core.challenge.study_rig import bare_model
 from tests.diagnose import fits
 from tests.marks import long_except
 

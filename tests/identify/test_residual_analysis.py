@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from flexgui.core.errors import InputError
 from flexgui.core.identify.processing import filtered
-from flexgui.core.identify.repeatability import FEWEST, repeatability
+from flexgui.core.identify.repeatability import FEWEST_RUNS, repeatability
 from flexgui.core.identify.standstill import standstills
 from flexgui.core.information_criteria import information_criteria
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
@@ -269,5 +269,5 @@ def test_what_a_run_does_not_know_is_left_out() -> None:
     made = runs(np.random.default_rng(4), 0.02, 0.0)
     made["b"][0] = Estimate("fc1", 0.5, np.nan, "", True)
     assert [one.name for one in repeatability(made)] == ["EI1"]
-    few = dict(list(made.items())[: FEWEST - 1])
+    few = dict(list(made.items())[: FEWEST_RUNS - 1])
     assert repeatability(few) == ()

@@ -126,7 +126,7 @@ def test_a_floor_is_the_same_whatever_the_draws(
     experiments, motions = h.residuals.experiments, h.motions()
     floors = []
     for seed in range(SEEDS):
-        monkeypatch.setattr(noise_propagation, "SEED", seed)
+        monkeypatch.setattr(noise_propagation, "DRAWS_SEED", seed)
         found = output_noise(experiments, motions, {})
         floors.append([found[channel].level for channel, _ in experiments[0].channels])
     ratios = np.array(floors) / np.median(floors, axis=0)

@@ -6,6 +6,7 @@ import control
 import numpy as np
 import pytest
 
+from flexgui.core.challenge.challenge_rig import bare_model
 from flexgui.core.diagnose.force_shape_refinement import spectrum, spectrum_of_error
 from flexgui.core.diagnose.missing_torque import FIRST_FREQUENCY
 from flexgui.core.drives.torque import Torque
@@ -21,7 +22,6 @@ from flexgui.core.simulate.response import (
     linear_output,
     step_response,
 )
-from flexgui.core.challenge.study_rig import bare_model
 from tests.helpers import ARMS, loaded, looped
 from tests.simulate.test_linear_model import FILTERED
 

@@ -8,21 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from flexgui.core.effects import effect
-from flexgui.core.model import Model
-from flexgui.core.recording.spec import SimulateSpec
-from flexgui.core.simulate.batch import run
-from flexgui.core.simulate.motion import Task
-from flexgui.core.simulate.nonlinear import simulate_within
-from flexgui.core.challenge.detectability import CLOSE, Detectability, UnreachableError, crossing
-from flexgui.core.challenge.hidden_effect import (
-    LEVELS_OF_MODEL,
-    candidates,
-    hide_effect,
-    parameters_on,
-    prerequisites,
-)
-from flexgui.core.challenge.study_rig import (
+from flexgui.core.challenge.challenge_rig import (
     AR_COEFFICIENT,
     AR_COEFFICIENTS,
     STDS,
@@ -33,6 +19,20 @@ from flexgui.core.challenge.study_rig import (
     readings,
     simulate_exactly,
 )
+from flexgui.core.challenge.detectability import CLOSE, Detectability, UnreachableError, crossing
+from flexgui.core.challenge.hidden_effect import (
+    LEVELS_OF_MODEL,
+    candidates,
+    hide_effect,
+    parameters_on,
+    prerequisites,
+)
+from flexgui.core.effects import effect
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.batch import run
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.nonlinear import simulate_within
 
 
 def least_squares_rest(truth: Model, bare: Model, experiments: Sequence[Experiment]) -> float:
