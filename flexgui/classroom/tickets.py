@@ -27,7 +27,7 @@ from flexgui.page.in_browser import asset
 from flexgui.server.access import answer, redirect_response, single_header
 from flexgui.server.options import address_group
 from flexgui.server.services import Limits
-from flexgui.server.sessions import private_folder, state_folder
+from flexgui.server.work_folders import private_folder, state_folder
 
 log = logging.getLogger(__name__)
 

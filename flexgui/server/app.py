@@ -22,7 +22,7 @@ from flexgui.server.browser_connection import FOLLOWER, STORED_AS, BrowserConnec
 from flexgui.server.errors import ErrorReporter
 from flexgui.server.options import host_name, loopback_origins, port_of
 from flexgui.server.services import Limits
-from flexgui.server.sessions import SavedWorkFolders, SessionStore
+from flexgui.server.sessions import SessionStore
 from flexgui.server.viser_patches import (
     connection_of,
     guarded_viser,
@@ -30,6 +30,7 @@ from flexgui.server.viser_patches import (
     skip_plotly_upload,
     stop,
 )
+from flexgui.server.work_folders import SavedWorkFolders
 
 if TYPE_CHECKING:
     from flexgui.classroom.tickets import Tickets

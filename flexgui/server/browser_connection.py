@@ -14,7 +14,8 @@ import viser
 
 from flexgui.server.options import address_group, is_loopback
 from flexgui.server.services import Limits
-from flexgui.server.sessions import SessionStore, folder_bytes
+from flexgui.server.sessions import SessionStore
+from flexgui.server.work_folders import folder_bytes
 
 if TYPE_CHECKING:
     from flexgui.page.page import Page

@@ -26,8 +26,8 @@ from flexgui.plain_words import INTERNAL, print_error
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import ServeOptions, bind, port_of
 from flexgui.server.services import Limits, Services
-from flexgui.server.sessions import SavedWorkFolders, state_folder
 from flexgui.server.warming import Warming
+from flexgui.server.work_folders import SavedWorkFolders, state_folder
 
 if TYPE_CHECKING:
     from flexgui.classroom.tickets import Tickets

@@ -51,7 +51,7 @@ MakePlace = Callable[..., Place]
 @pytest.fixture
 def make_place(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[MakePlace]:
     """Makes servers whose pages do as little as they can, and ends them."""
-    monkeypatch.setenv(sessions.STATE_VARIABLE, str(tmp_path / "state"))
+    monkeypatch.setenv(work_folders.STATE_VARIABLE, str(tmp_path / "state"))
     monkeypatch.setattr(app, "welcome", lambda client: None)
     made: list[PageServer] = []
 

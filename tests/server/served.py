@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flexgui.server.sessions import STATE_VARIABLE
+from flexgui.server.work_folders import STATE_VARIABLE
 from tests.server.helpers import Browser, action, announcement, part
 
 ROOT = Path(__file__).resolve().parents[2]

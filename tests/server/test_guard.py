@@ -17,7 +17,7 @@ import pytest
 from flexgui.server import browser_connection
 from flexgui.server.guard import RefusedError, Transfers
 from flexgui.server.messages import FileTransferPart, FileTransferStartUpload
-from flexgui.server.sessions import folder_bytes
+from flexgui.server.work_folders import folder_bytes
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import (
     CAMERA,

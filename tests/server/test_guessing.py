@@ -20,7 +20,7 @@ from flexgui.classroom.tickets import CODE, KEY_FILE, TEACHER, Tickets, new_code
 from flexgui.server.access import AccessHandler
 from flexgui.server.options import address_group
 from flexgui.server.services import Limits
-from flexgui.server.sessions import STATE_VARIABLE
+from flexgui.server.work_folders import STATE_VARIABLE
 from tests.server.helpers import FakeClock
 
 PORT = 8080

@@ -15,7 +15,8 @@ import pytest
 from flexgui.core.errors import InputError
 from flexgui.places import WORK
 from flexgui.server.services import Limits
-from flexgui.server.sessions import SavedWorkFolders, SessionStore
+from flexgui.server.sessions import SessionStore
+from flexgui.server.work_folders import SavedWorkFolders
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import PATIENCE, SILENCE, Browser, FakeClock, SlowDisk, Thing, wait_for
 

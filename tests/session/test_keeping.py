@@ -25,8 +25,8 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.export.serialization import SCHEMA_VERSION, Envelope, deserialize, serialize
 from flexgui.library.shipped import demo_scenario, hidden_scenario, shipped_folder
 from flexgui.places import OWNER, REPLACED_SUFFIX, RESULTS, WORK, earlier_folder, has_saved_work
-from flexgui.server import sessions
-from flexgui.server.sessions import SavedWorkFolders
+from flexgui.server import work_folders
+from flexgui.server.work_folders import SavedWorkFolders
 from flexgui.session import saved_work
 from flexgui.session.saved_work import SavedResults, SavedWork
 from flexgui.session.scenario_edits import apply_edits, set_value
@@ -480,11 +480,11 @@ def test_the_oldest_go_first_and_none_that_is_in_use(
         os.utime(folder / WORK, (1e9 + k, 1e9 + k))
     (root / "0" / OWNER).write_text(str(os.getpid()))
     (root / "none").mkdir()
-    monkeypatch.setattr(sessions, "MOST_BYTES", 250)
-    monkeypatch.setattr(sessions, "LONGEST_AGE", float("inf"))
+    monkeypatch.setattr(work_folders, "MOST_BYTES", 250)
+    monkeypatch.setattr(work_folders, "LONGEST_AGE", float("inf"))
     SavedWorkFolders(root)
     assert {p.name for p in root.iterdir()} == {"0", "4", "5"}
-    monkeypatch.setattr(sessions, "LONGEST_AGE", 1.0)
+    monkeypatch.setattr(work_folders, "LONGEST_AGE", 1.0)
     SavedWorkFolders(root)
     assert {p.name for p in root.iterdir()} == {"0"}
 

@@ -10,11 +10,7 @@ from typing import TYPE_CHECKING
 
 from flexgui.core.errors import InputError
 from flexgui.core.results import (
-    MISSING,
-    Estimate,
-    LinearModel,
     Outcome,
-    ProposedLaw,
     RecordingComparison,
 )
 from flexgui.core.results.identification import final_values
@@ -38,16 +34,12 @@ from flexgui.stages.diagnose.fitted_models import FittedModels
 from flexgui.stages.diagnose.model_versions import (
     ModelFindings,
     ModelVersion,
-    first_estimates,
     last_step_sentence,
-    linear_model_of,
-    proposed_laws,
     stopped_sentence,
     versions_before,
-    with_versions,
 )
 from flexgui.stages.diagnose.task import AFTER, BEFORE, COMPARED, diagnose, propose_laws
-from flexgui.views.headline import estimated_values
+from flexgui.stages.diagnose.version_history import VersionHistory
 
 if TYPE_CHECKING:
     from flexgui.session.session import Session
@@ -55,11 +47,11 @@ if TYPE_CHECKING:
 BUSY = "A computation is running; stop it or wait."
 
 
-class Diagnosis:
+class Diagnosis(VersionHistory):
     """One version per change of the model; the last complete one survives any newer one."""
 
     def __init__(self, session: Session) -> None:
-        self._session = session
+        super().__init__(session)
         self._then: AfterEnd = None
         """What is done once the worker has stopped."""
         self.to_add = ""
@@ -71,69 +63,10 @@ class Diagnosis:
 
     def reset(self) -> None:
         """Another scenario follows."""
-        self.versions: tuple[ModelVersion, ...] = ()
-        """The way so far, each step complete or stopped by the person."""
-        self.pending: ModelVersion | None = None
-        """The version that the worker diagnoses now."""
+        self.versions, self.pending = (), None
         self.models.reset()
         self._started = 0.0
         """When the running diagnosis was started, s (Unix time)."""
-
-    @property
-    def shown_versions(self) -> tuple[ModelVersion, ...]:
-        """The way with what the worker has reported so far."""
-        if self.pending is None or self.pending.found is None:
-            return self.versions
-        return (*versions_before(self.versions, self.pending), self.pending)
-
-    @property
-    def compared_versions(self) -> tuple[ModelVersion, ...]:
-        """The same without one that was just fitted and whose comparison is still to come: its bar,
-        its torque and the arm's colours change in one moment."""
-        versions = self.shown_versions
-        waits = len(versions) > 1 and not versions[-1].comparisons and versions[-2].comparisons
-        return versions[:-1] if waits else versions
-
-    def values_of(self, recording: str) -> dict[str, float]:
-        """name -> value for a recording by the diagnosis' own fit of the present model, or of the
-        one before while an effect is added to it; empty without one."""
-        version, scenario = self.newest, self._session.document.scenario
-        if version is None or version.found is None:
-            return {}
-        if version.scenario != scenario and self.pending is None:
-            return {}
-        return estimated_values(version.found.step.parameters, recording)
-
-    @property
-    def newest(self) -> ModelVersion | None:
-        """The newest of them."""
-        return next(reversed(self.shown_versions), None)
-
-    @property
-    def whole(self) -> Outcome | None:
-        """The last result with what was found missing and added, as the report states it."""
-        outcome, of = self._session.identification.outcome, self._session.identification.outcome_of
-        last = self.versions[-1] if self.versions else None
-        if outcome is None or last is None or last.scenario != of or outcome.diagnosis is not None:
-            return outcome  # that of a run that was opened is whole
-        return with_versions(outcome, self._session.comparison.shown, self.versions)
-
-    @property
-    def first_fit(self) -> tuple[Estimate, ...]:
-        """Estimates of the way's first model, which the last result may no longer be about."""
-        return first_estimates(self.shown_versions)
-
-    @property
-    def linear_model(self) -> LinearModel | None:
-        """What the linear model costs, where the first model of the way was identified with it."""
-        return linear_model_of(self.shown_versions)
-
-    @property
-    def known_biased(self) -> bool:
-        """Whether an effect is known to be missing in the model of the last result."""
-        of = self._session.identification.outcome_of
-        same = [version.diagnosis for version in self.shown_versions if version.scenario == of]
-        return any(found is not None and found.verdict == MISSING for found in same)
 
     @property
     def _estimated(self) -> dict[str, float]:
@@ -204,11 +137,6 @@ class Diagnosis:
         if self._session.run.busy and self.pending is not None:
             return self._after_stop(add, laws[number].title)
         return bool(add())
-
-    @property
-    def laws(self) -> tuple[ProposedLaw, ...]:
-        """Those that are proposed for the model as it stands."""
-        return proposed_laws(self.newest)
 
     def propose(self) -> bool:
         """Looks for laws for what the model leaves."""
