@@ -24,6 +24,8 @@ pytestmark = pytest.mark.long
 REFERENCE = Path(__file__).resolve().parents[2] / "docs" / "scenario.md"
 SHORT = 100
 """Samples: 0.2 s, longer than a reference is held."""
+FEW = 5
+"""Samples, in which a step that is too coarse has long shown."""
 SETTLED = 0.01
 """Relative: how near a quantity at rest is to its formula after the loop has come to rest."""
 
@@ -40,6 +42,13 @@ def single(effect: str, size: float) -> Case:
 def test_what_is_hidden_has_an_id_of_the_catalogue() -> None:
     assert set(EFFECTS) == set(SIZES)
     assert set(EFFECTS) <= set(catalogue())
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=lambda case: case.name)
+def test_every_case_can_be_recorded(case: Case) -> None:
+    arm, rig, _ = case.made()
+    motion = run(rig, arm.postures[0], references(arm, 0)[:FEW], STEP)
+    assert np.abs(motion.tip).max() < 1.5 * arm.reach
 
 
 def published(effect: str) -> set[str]:

@@ -11,7 +11,7 @@ import pytest
 
 from flexgui.classroom import tickets
 from flexgui.page import page as page_module
-from flexgui.server import app, sessions
+from flexgui.server import app, sessions, work_folders
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
 from flexgui.server.services import Limits
