@@ -65,7 +65,7 @@ bench: $(VENV)/.installed-bench
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.programs.bench
 
 # PARTS="emps peers": only these.
-evidence: $(VENV)/.installed-bench
+evidence: $(VENV)/.installed-peers
 	@$(BIN)/python -m tests.programs.evidence $(PARTS)
 
 matrix: $(VENV)/.installed-test
@@ -148,6 +148,11 @@ $(VENV)/.installed-test: $(VENV)/.installed
 $(VENV)/.installed-bench: $(VENV)/.installed-test
 	@echo "Installing what the benchmark compares with"
 	@$(PIP) --editable '.[bench]'
+	@touch $@
+
+$(VENV)/.installed-peers: $(VENV)/.installed-test
+	@echo "Installing what the evidence compares with"
+	@$(PIP) --editable '.[peers]'
 	@touch $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed

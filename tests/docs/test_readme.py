@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.programs.evidence.frame import PAGE, parts
+from tests.programs.evidence.frame import PAGE, heading, parts
 
 pytestmark = pytest.mark.long
 
@@ -17,11 +17,6 @@ ROWS = [
     for line in README.read_text(encoding="utf-8").splitlines()
     if line.startswith("| ") and "PARTS=" in line
 ]
-
-
-def heading(title: str) -> str:
-    """As GitHub makes the anchor of a heading."""
-    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row[0])

@@ -14,7 +14,7 @@ mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install '.[test
 from flexgui.core.effects import catalogue  # noqa: E402
 from tests.programs.mujoco.files import CAMERA_NOISE  # noqa: E402
 from tests.programs.mujoco.wide_arms import ARMS, STEP, references  # noqa: E402
-from tests.programs.mujoco.wide_cases import SIZES, Case  # noqa: E402
+from tests.programs.mujoco.wide_cases import CASES, SIZES, Case  # noqa: E402
 from tests.programs.mujoco.wide_effects import EFFECTS  # noqa: E402
 from tests.programs.mujoco.wide_rig import Rig  # noqa: E402
 from tests.programs.mujoco.wide_run import Motion, World, run  # noqa: E402

@@ -8,7 +8,9 @@ A part is a module with
 - SOURCES, where there are any: patterns below `tests` of what its cases are made with,
 - FIGURES, where there are any: file name without ending -> title and function of (case -> values),
   None where they do not hold what it shows,
-- section(found): Markdown from case -> those values; cases that were not run are missing.
+- section(found): Markdown from case -> those values; cases that were not run are missing,
+- summary(found), where somebody else's figure stands beside ours: its rows of the page's first
+  table, which are (what was asked, FlexGUI's, the best peer's, who is better).
 
 One line of JSON per case; the same command goes on where it stopped. A part whose source has
 changed is run again.
@@ -20,7 +22,9 @@ import datetime
 import hashlib
 import importlib
 import json
+import os
 import platform
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -42,10 +46,13 @@ PAGE = HERE.parents[2] / "docs" / "evidence.md"
 PICTURES = "evidence"
 """The folder of the figures, beside the page."""
 
-PACKAGES = ("flexgui", "numpy", "scipy", "numba", "mujoco")
+PACKAGES = ("flexgui-arm", "numpy", "scipy", "numba", "mujoco", "casadi", "pysindy", "lmfit",
+            "nfoursid")  # fmt: skip
 
 MOST_NAMED = 10
 """Cases that were not run and are named one by one."""
+MOST_ROWS = 12
+"""Of a table or a list that is shown unfolded."""
 
 HEAD = """# Evidence
 
@@ -53,6 +60,14 @@ What FlexGUI finds on recordings of others, and how well, beside the tools of ot
 has the command that makes it. `make evidence` makes them all and continues where it stopped. A part
 that was not run here states this, or keeps what was found before, with its date.
 """
+ASKED = ("asked", "FlexGUI", "best peer", "better", "part")
+
+
+Summary = Sequence[tuple[str, str, str, str]]
+"""What was asked, FlexGUI's figure, the best peer's, who is better."""
+
+EVEN = 0.02
+"""Relative difference of two figures below which neither is better."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +136,7 @@ def run_case(case: Case) -> dict[str, Any]:
         "seconds": round(time.process_time() - clock, 1),
         "date": datetime.date.today().isoformat(),
         "with": versions(),
+        "on": f"{os.cpu_count()} processors, {platform.machine()}",
     }
 
 
@@ -160,12 +176,63 @@ def page(folder: Path | None, journal: Path = JOURNAL, before: str = "") -> str:
     is in the page `before`."""
     records = Journal(journal).records
     kept = {text.splitlines()[0]: f"## {text}" for text in f"\n{before}".split("\n## ")[1:]}
+    done = {name: _records(name, part, records) for name, part in parts().items()}
+    made = [r for each in done.values() for r in each.values() if "found" in r]
+    shared = made[0]["with"] if len({r["with"] for r in made}) == 1 else ""
     sections = [
-        kept[part.TITLE] if part.TITLE in kept and not _records(name, part, records)
-        else _section(name, part, folder, records)
+        kept[part.TITLE] if part.TITLE in kept and not done[name]
+        else _section(name, part, folder, done[name], shared)
         for name, part in parts().items()
     ]  # fmt: skip
-    return "\n\n".join(text.strip() for text in (HEAD, *sections)) + "\n"
+    head = [HEAD, *_made(made, shared), *_summary(done)]
+    return "\n\n".join(text.strip() for text in (*head, *sections)) + "\n"
+
+
+def _made(made: Sequence[Mapping[str, Any]], shared: str) -> list[str]:
+    """How long all took, where, and with what if that was the same for all."""
+    if not made:
+        return []
+    hours = sum(r["seconds"] for r in made) / 3600.0
+    where = " and on ".join(sorted({r.get("on", "a machine that is not known") for r in made}))
+    used = f" All with {shared}." if shared else ""
+    return [f"`make evidence`: {hours:.2g} hours of processor time on {where}.{used}"]
+
+
+def _summary(done: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    rows = [
+        [*row, f"[{name}](#{heading(part.TITLE)})"]
+        for name, part in parts().items()
+        if hasattr(part, "summary")
+        for row in part.summary(_good(done[name]))
+    ]
+    return [table(ASKED, rows)] if rows else []
+
+
+def better(ours: float, peer: float) -> str:
+    """Who has the smaller figure."""
+    if abs(ours - peer) <= EVEN * abs(peer):
+        return "neither"
+    return "FlexGUI" if ours < peer else "**peer**"
+
+
+def heading(title: str) -> str:
+    """The anchor of a heading on GitHub and on the site."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+def folded(text: str) -> str:
+    """Markdown whose long tables and lists are shut until somebody opens them."""
+    blocks = text.split("\n\n")
+    return "\n\n".join(_folded(block) for block in blocks)
+
+
+def _folded(block: str) -> str:
+    lines = block.splitlines()
+    count = len(lines) - 2 if block.startswith("| ") else len(lines)
+    if not block.startswith(("| ", "- ")) or count <= MOST_ROWS:
+        return block
+    title = f"<summary>{count} {'rows' if block.startswith('|') else 'lines'}</summary>"
+    return f'<details markdown="1">\n{title}\n\n{block}\n\n</details>'
 
 
 def pictures(journal: Path = JOURNAL) -> dict[str, str]:
@@ -196,20 +263,22 @@ def _good(done: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
 
 
 def _section(
-    name: str, part: ModuleType, folder: Path | None, records: Mapping[str, dict[str, Any]]
-) -> str:
-    done = _records(name, part, records)
+    name: str, part: ModuleType, folder: Path | None, done: Mapping[str, dict[str, Any]],
+    shared: str,
+) -> str:  # fmt: skip
     good = _good(done)
-    lines = [f"## {part.TITLE}", f"`make evidence PARTS={name}`"]
+    took = sum(r["seconds"] for r in done.values() if "found" in r)
+    spent = f", {took:.0f} s of processor time" if good else ""
+    lines = [f"## {part.TITLE}", f"`make evidence PARTS={name}`{spent}"]
     lines += _not_run(part, folder, done)
     lines += [f"Failed: {w}: {r['failed']}." for w, r in done.items() if "failed" in r]
-    lines += [part.section(good)] if good or not part.CASES else []
+    lines += [folded(part.section(good))] if good or not part.CASES else []
     lines += [
         f"![{title}]({PICTURES}/{file}.svg)"
         for file, (title, draw) in getattr(part, "FIGURES", {}).items()
         if draw(good) is not None
     ]
-    return "\n\n".join(lines + _dated([r for r in done.values() if "found" in r]))
+    return "\n\n".join(lines + _dated([r for r in done.values() if "found" in r], shared))
 
 
 def _not_run(part: ModuleType, folder: Path | None, done: Mapping[str, Any]) -> list[str]:
@@ -226,15 +295,13 @@ def _not_run(part: ModuleType, folder: Path | None, done: Mapping[str, Any]) -> 
     return [f"Not run: {what}." for what in left]
 
 
-def _dated(records: Sequence[Mapping[str, Any]]) -> list[str]:
-    """When, with what, and how long it took; a line per set of versions."""
+def _dated(records: Sequence[Mapping[str, Any]], shared: str) -> list[str]:
+    """When, and with what where the page does not state it for all; a line per set of versions."""
     found = []
     for used in sorted({r["with"] for r in records}):
-        same = [r for r in records if r["with"] == used]
-        days = sorted({r["date"] for r in same})
+        days = sorted({r["date"] for r in records if r["with"] == used})
         span = days[0] if len(days) == 1 else f"{days[0]} to {days[-1]}"
-        spent = sum(r["seconds"] for r in same)
-        found.append(f"*{span}; {used}; {spent:.0f} s of processor time.*")
+        found.append(f"*{span}.*" if used == shared else f"*{span}; {used}.*")
     return found
 
 

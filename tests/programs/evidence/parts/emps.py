@@ -21,6 +21,7 @@ from tests.programs.evidence.emps_rules import (
     loop_of,
     table,
 )
+from tests.programs.evidence.frame import Summary, better
 from tests.programs.evidence.frame import table as markdown
 
 TITLE = "A published slide: EMPS"
@@ -151,6 +152,23 @@ PUBLISHED = {
 }  # fmt: skip
 CLOSED = {"position": ".0080", "velocity": ".479", "acceleration": "19.8", "force": "8.94"}
 OTHERS = "dynoNet 2.64, linear state space 5.53, ARX 12.6, GRU 220"
+
+
+def summary(found: Mapping[str, Any]) -> Summary:
+    """Against the published figures."""
+    if "symmetric" not in found or "asymmetric" not in found:
+        return []
+    force, free = found["symmetric"]["force"]["pulses"], found["asymmetric"]["free_mm"]
+    closed = found["symmetric"]["closed"]["force"]
+    rows = (
+        ("EMPS slide, force on unseen pulses, same structure", force, 5.982, "%"),
+        ("EMPS, force in the known loop", closed, 8.94, "%"),
+        ("EMPS, free run on the pulses", free, 2.64, "mm"),
+    )
+    return [
+        (asked, f"{ours:.3g} {unit}", f"{peer:g} {unit}, published", better(ours, peer))
+        for asked, ours, peer, unit in rows
+    ]
 
 
 def section(found: Mapping[str, Any]) -> str:

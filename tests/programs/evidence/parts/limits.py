@@ -22,11 +22,15 @@ TEXT = """\
 - **ε and d** of a square section cannot be distinguished by any recording of this arm; see
   `docs/teaching/2_valley.md`.
 
-The figures of three studies are not on this page yet:
+Studies with a command of their own, whose figures each call prints anew:
 
-- plain scenarios of random rigs (`make matrix`),
-- the shipped recordings of the independent engine (`python -m pytest -m long X,
-- the paper's Monte Carlo study (`make study`).\
+- `make matrix`: plain scenarios of random rigs, with nothing hidden, with what the catalogue has
+  and with what it has not, and planned experiments; some hours. `make sample` takes thirty of these
+  and of the engine's cases and compares with the stored answers in `tests/programs/sample`.
+- `python -m pytest -m long tests/mujoco`: the shipped recordings of the independent engine; the
+  tests state what must be named, and how near each size must be.
+- `make study`: the paper's Monte Carlo study, as tables and figures in `studies/`; the baselines
+  of one of its settings stand above, under subspace models.\
 """
 
 

@@ -34,13 +34,6 @@ def least_squares_emps(folder: Path) -> dict[str, Any]:
 
 CASES = {"least_squares_emps": least_squares_emps}
 
-OPEN = (
-    "Not made yet: PySINDy on the missing torque, SciPy and lmfit over CVODES as a fit of their "
-    "own, and subspace models whose outputs are interpolated over θ2. `make bench` compares one "
-    "fit with Gauss-Newton on CasADi's sensitivities; `flexgui study` holds interpolated subspace "
-    "models of an earlier make."
-)
-
 
 def section(found: Mapping[str, Any]) -> str:
     """Markdown."""
@@ -55,4 +48,4 @@ def section(found: Mapping[str, Any]) -> str:
             "friction is the sign of a filtered velocity; ours is simulated.",
             table(("friction", "direct", "judged on the pulses"), rows),
         ]
-    return "\n\n".join([*texts, OPEN])
+    return "\n\n".join(texts)

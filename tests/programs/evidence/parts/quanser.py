@@ -10,13 +10,13 @@ from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import DiagnoseSpec
 from flexgui.core.workbench import run_scenario
-from tests.programs.evidence.frame import table
+from tests.programs.evidence.frame import Summary, better, table
 
 TITLE = "Published benches with two flexible links"
 ORDER = 2
 FILES = ("quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv")
 SCENARIO = Path(__file__).resolve().parents[4] / "scenarios" / "bench_2dsfl.toml"
-OURS = "Coupled arm, identified"
+OURS, UNCOUPLED = "Coupled arm, identified", "Two uncoupled stages, identified"
 
 
 def _run(folder: Path, diagnosed: bool) -> Outcome:
@@ -55,6 +55,17 @@ def ladder(folder: Path) -> dict[str, Any]:
 
 
 CASES = {"models": models, "ladder": ladder}
+
+
+def summary(found: Mapping[str, Any]) -> Summary:
+    """Against the manufacturer's model."""
+    if "models" not in found:
+        return []
+    ours, peer = (found["models"][name]["lqr"]["deflection2"] for name in (OURS, UNCOUPLED))
+    return [(
+        "two-link bench, unseen recording: error of the second deflection", f"{ours:.2f}",
+        f"{peer:.2f}, the manufacturer's model, identified", better(ours, peer),
+    )]  # fmt: skip
 
 
 def section(found: Mapping[str, Any]) -> str:
