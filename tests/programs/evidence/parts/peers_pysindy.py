@@ -51,7 +51,7 @@ def library() -> Any:
         "{0} sign({1})": lambda q, v, t: q * np.tanh(v / SLIDING),
         "{0}^2 sign({1})": lambda q, v, t: q**2 * np.tanh(v / SLIDING),
         "{2} sign({1})": lambda q, v, t: t * np.tanh(v / SLIDING),
-        "{1}|{1}|": lambda q, v, t: v * np.abs(v),
+        "{1} abs({1})": lambda q, v, t: v * np.abs(v),
     }
     named = [lambda *names, form=form: form.format(*names) for form in friction]
     own = [ps.CustomLibrary(list(friction.values()), named) for _ in range(2)]

@@ -112,8 +112,8 @@ def arm(_: Path) -> dict[str, Any]:
             for one in found["methods"]}  # fmt: skip
 
 
-REPEATS = 10
-SAMPLES = (1000, 4000, 16000)
+REPEATS = 6
+SAMPLES = (500, 4000)
 
 
 def known_system(_: Path) -> dict[str, Any]:
@@ -147,7 +147,7 @@ def known_system(_: Path) -> dict[str, Any]:
 CASES: dict[str, Callable[[Path], dict[str, Any]]] = {"known_system": known_system, "arm": arm}
 
 ABOUT = f"""\
-`nfoursid` is N4SID as a package. First a known system of four states in much white noise, ten \
+`nfoursid` is N4SID as a package. First a known system of four states in much white noise, six \
 times: is it biased? Then {POINTS} working points of the paper's arm at {SNR_DB:g} dB: a model \
 per point, whose outputs are interpolated over θ2, beside the glocal fit of the stiffness and the \
 program's own subspace models (their outputs interpolated likewise, and their matrices). FIT in \
