@@ -75,7 +75,7 @@ CANDIDATES = {
     "viscous_friction": Candidate(_both("fv", 1.0, 0.5, 0.0, 50.0), _by("viscous", "fv")),
     "coulomb_friction": Candidate(_both("fc", 1.0, 0.3, 0.0, 20.0), _by("coulomb", "fc")),
     "rotor_inertia": Candidate(_both("Jh", 0.1, 0.3, 0.0, 20.0), _by("inertia", "Jh")),
-    "drive_saturation": Candidate(_both("ul", 10.0, 3.0, 0.3, 10.0), _by("limit", "ul")),
+    "drive_saturation": Candidate(_both("ul", 10.0, 1.5, 0.3, 10.0), _by("limit", "ul")),
     "joint_elasticity": Candidate(
         _both("c", 1e-4, 0.5, 0.01, 20.0) | _both("J", 0.03, 1.0, 0.03, 30.0), _elastic
     ),

@@ -180,7 +180,7 @@ def page(folder: Path | None, journal: Path = JOURNAL, before: str = "") -> str:
     made = [r for each in done.values() for r in each.values() if "found" in r]
     shared = made[0]["with"] if len({r["with"] for r in made}) == 1 else ""
     sections = [
-        kept[part.TITLE] if part.TITLE in kept and not done[name]
+        kept[part.TITLE] if part.TITLE in kept and part.CASES and not done[name]
         else _section(name, part, folder, done[name], shared)
         for name, part in parts().items()
     ]  # fmt: skip
@@ -292,7 +292,7 @@ def _not_run(part: ModuleType, folder: Path | None, done: Mapping[str, Any]) -> 
         return [f"Not run: it needs {', '.join(packages)}; pip install '.[peers]'."]
     if len(left) > MOST_NAMED:
         return [f"Not run yet: {len(left)} of {len(part.CASES)} cases; the same command goes on."]
-    return [f"Not run: {what}." for what in left]
+    return [f"Not run: {', '.join(left)}."] if left else []
 
 
 def _dated(records: Sequence[Mapping[str, Any]], shared: str) -> list[str]:

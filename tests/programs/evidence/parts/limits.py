@@ -22,7 +22,7 @@ TEXT = """\
 - **ε and d** of a square section cannot be distinguished by any recording of this arm; see
   `docs/teaching/2_valley.md`.
 
-Studies with a command of their own, whose figures each call prints anew:
+Studies with a command of their own, which prints their figures:
 
 - `make matrix`: plain scenarios of random rigs, with nothing hidden, with what the catalogue has
   and with what it has not, and planned experiments; some hours. `make sample` takes thirty of these
