@@ -22,7 +22,8 @@ export MYPY_CACHE_DIR := $(CACHE)/mypy
 export RUFF_CACHE_DIR := $(CACHE)/ruff
 # Every test with its seconds.
 DURATIONS := reports/durations.xml
-PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
+# Python compiles what is used at its first import; compiling all of it takes twice as long as the rest.
+PIP := $(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt
 
 help:
 	@echo "make run     the workbench in the browser"
