@@ -56,6 +56,14 @@ def test_from_hiding_to_the_truth(session: Session) -> None:
     assert (entry.name, entry.complete) == ("Ada Lovelace", True)
     assert not entry.asked and not entry.changed
     assert session.services.board.guessing(SEED, "easy") == 0
+    until(lambda: session.challenge.tool_answer is not None)
+    answer = session.challenge.tool_answer
+    assert answer is not None and "first in its list" in answer.words, "beside the truth"
+    session.run.stop()
+    until(lambda: not session.run.busy)
+    newest = session.diagnosis.newest
+    if newest is not None and newest.found is not None and newest.found.to_come:
+        assert not session.challenge.tool_answer.whole, "one that was stopped is not judged"
 
 
 def test_a_class_hears_of_each_other(session: Session, tmp_path: Path) -> None:

@@ -8,9 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from flexgui.core.recording.spec import GapsSpec
+from flexgui.library.shipped import demo_scenario
 from flexgui.scene.recorded_motion import read_recording
 from flexgui.session.session import Session
-from flexgui.stages.data.rows import Rows, settings
+from flexgui.stages.data.rows import SHORT_GAP, Rows, settings
+from flexgui.views.preview import as_in_file
 from tests.session.helpers import bring, good_csv, laboratory_csv, settle, waiting_of
 
 TEXT_DIGITS = 1e-9
@@ -38,6 +41,12 @@ def test_a_file_with_other_names_waits_for_its_columns(session: Session) -> None
     assert waiting.missing == ("dtheta1_ref",)
     assert session.message.bad and "missing signal" in session.message.text
     assert (session.folder / "rig.csv").is_file()
+    said = [waiting.words(channel) for channel in waiting.offered]
+    assert len(set(said)) == len(said) and not [text for text in said if "_ref" in text]
+    before = session.document.scenario
+    assert not session.recordings.read_waiting().result()
+    assert session.message.bad and "dtheta1_ref" in session.message.text
+    assert session.document.scenario == before and session.recordings.waiting is waiting
 
 
 def test_chosen_columns_make_it_a_recording(session: Session) -> None:
@@ -56,13 +65,21 @@ def test_chosen_columns_make_it_a_recording(session: Session) -> None:
     assert found["dtheta1_ref"] == pytest.approx(plain["dtheta1_ref"])
 
 
-def test_a_bad_file_is_named_while_another_one_waits(session: Session) -> None:
+def test_a_bad_file_is_named_and_a_good_one_read_while_another_one_waits(
+    session: Session,
+) -> None:
     waits(session)
     before = session.recordings.waiting
     heavy = good_csv(session).replace(b"z1 [m]", b"z1 [kg]", 1)
     assert not session.recordings.upload("heavy.csv", heavy).result()
     assert session.message.bad and "heavy.csv" in session.message.text
+    assert bring(session, "th1.csv", good_csv(session))
     assert session.recordings.waiting == before
+    assert session.recordings.map_column("t", "clock")
+    session.recordings.ask_again()
+    assert session.recordings.waiting == before, "begun again nothing is known"
+    session.recordings.leave_file()
+    assert [path.name for path in session.folder.iterdir()] == ["th1.csv"]
 
 
 def test_columns_of_a_recording_can_be_chosen_again(session: Session) -> None:
@@ -82,6 +99,9 @@ def test_columns_of_a_recording_can_be_chosen_again(session: Session) -> None:
     session.recordings.choose_columns("th1").result()
     session.recordings.leave_waiting()
     assert (session.folder / "th1.csv").is_file()
+    simulated = demo_scenario().recordings[0].name
+    session.choose("demo")
+    assert not session.recordings.choose_columns(simulated).result() and session.message.bad
 
 
 def bare(session: Session) -> bytes:
@@ -226,6 +246,36 @@ def test_an_uneven_clock_is_no_dead_end(session: Session) -> None:
     session.check.close()
 
 
+def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(session: Session) -> None:
+    table = table_of(session)
+    table["clock"] += STEP * np.random.default_rng(0).uniform(-0.3, 0.3, len(table))
+    table.loc[400:405, "enc_1 [rad]"] = np.nan
+    session.recordings.upload("rig.csv", content(table)).result()
+    session.recordings.answer(clock="count", gaps="cut", rate=500.0)
+    assert session.recordings.read_waiting().result(), session.message.text
+    spec = session.document.scenario.recordings[-1]
+    assert spec.resample is not None and (spec.resample.how, spec.resample.rate) == ("count", 500.0)
+    assert spec.gaps is not None and spec.gaps.how == "cut"
+    session.check.close()
+
+
+def test_the_picture_of_a_slow_camera_shows_its_samples(session: Session) -> None:
+    table = table_of(session)
+    camera = table["cam_x [m]"].copy()
+    table.loc[np.arange(len(table)) % 997 != 990, "cam_x [m]"] = np.nan
+    session.recordings.upload("slow.csv", content(table)).result()
+    inspection = waiting_of(session).inspection
+    assert inspection is not None
+    rows, values = inspection.pictures["cam_x [m]"]
+    assert list(rows) == list(range(990, len(table), 997))
+    assert np.allclose(values, camera[rows.astype(int)])
+    drawn = as_in_file(inspection.pictures, "clock", ["cam_x [m]"])
+    assert drawn is not None
+    assert np.allclose(drawn["data"][0]["x"], table["clock"][rows.astype(int)], atol=STEP)
+    times = {"clock": inspection.pictures["clock"]}
+    assert as_in_file(times, "clock", []) is None, "times alone have nothing to draw"
+
+
 def test_a_file_with_other_columns_is_asked_about_next(session: Session) -> None:
     one = table_of(session)
     other = one.rename(columns={"clock": "zeit"})
@@ -240,6 +290,11 @@ def test_a_file_with_other_columns_is_asked_about_next(session: Session) -> None
     assert session.recordings.read_waiting().result() and session.recordings.waiting is None
     files = [spec.file for spec in session.document.scenario.recordings]
     assert files == ["a.csv", "c.csv", "b.csv", "d.csv"]
+    session.recordings.upload("e.csv", content(one)).result()
+    session.recordings.upload("f.csv", content(other)).result()
+    session.recordings.leave_waiting()
+    assert session.recordings.waiting is None
+    assert sorted(path.name for path in session.folder.glob("*.csv")) == sorted(files)
 
 
 def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(session: Session) -> None:
@@ -264,3 +319,4 @@ def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(session: Se
 )
 def test_what_is_proposed_for_rows(rows: Rows, expected: dict[str, object]) -> None:
     assert settings(rows) == expected
+    assert GapsSpec(how="interpolate").longest == SHORT_GAP

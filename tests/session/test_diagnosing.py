@@ -306,3 +306,14 @@ def test_two_who_ask_at_the_same_moment_do_not_take_each_others_look_away(
         thread.join(SOON)
     assert answers == {"first": True, "second": False}
     assert session.diagnosis.pending is not None
+
+
+@pytest.mark.long
+def test_an_effect_in_the_middle_can_go(friction: Session) -> None:
+    for kind in ("viscous_friction", "coulomb_friction"):
+        friction.diagnosis.add(kind)
+        over(friction)
+    assert friction.diagnosis.remove("viscous_friction")
+    over(friction)
+    assert [kind for kind, _ in present(friction.document.scenario)] == ["coulomb_friction"]
+    assert friction.diagnosis.versions[-1].title == "without: Viscous joint friction"

@@ -45,6 +45,13 @@ def put(folder: Path, **given: HandIn) -> Path:
 def test_a_hand_in_comes_back_as_it_was(tmp_path: Path) -> None:
     assert read_hand_in(put(tmp_path, ada=ADA) / "ada.handin") == ADA
     assert ADA.text() == ADA.text()
+    text = ADA.text()
+    assert text.startswith(HEAD) and not [w for w in ("Ada", "coulomb", "fc1") if w in text]
+
+
+NO_HAND_INS = {
+    "list": "[]", "no_json": "no json", "no_name": '{"name": 3}', "guess": '{"guesses": 1}'
+}  # fmt: skip
 
 
 def test_a_table_of_hand_ins_judges_each_and_names_what_is_wrong_with_it(tmp_path: Path) -> None:
@@ -62,7 +69,7 @@ def test_a_table_of_hand_ins_judges_each_and_names_what_is_wrong_with_it(tmp_pat
         "head_alone": CHALLENGE.encode(), "own_seal": TRUTH_SEALED.encode(),
         "far_too_long": b"x" * (LARGEST_HAND_IN + 1),
     }  # fmt: skip
-    for name, text in (("list", "[]"), ("no_json", "no json"), ("no_name", '{"name": 3}')):
+    for name, text in NO_HAND_INS.items():
         odd[name] = obfuscate(text, "s", HEAD).encode()
     for name, content in odd.items():
         (tmp_path / f"odd_{name}.handin").write_bytes(content)

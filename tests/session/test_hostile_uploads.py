@@ -15,7 +15,7 @@ from flexgui.server.viser_patches import CALLBACK_THREADS
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
-from tests.recording.test_large_files import mat_of_zeros
+from tests.recording.test_large_files import long_csv, mat_of_zeros
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import good_csv, largest, until
 
@@ -70,6 +70,15 @@ def test_sliders_answer_while_more_files_than_threads_wait_for_a_worker(
         assert {path.name for path in session.folder.iterdir()} == set(names)
     assert not any(one.result(SOON) for one in read)
     assert session.message.bad and not list(session.folder.iterdir())
+
+
+def test_how_far_a_long_file_is_read_is_said_meanwhile(session: Session, tmp_path: Path) -> None:
+    said: list[str] = []
+    session.subscribe(lambda topic: said.append(session.message.text))
+    content = long_csv(tmp_path / "th1.csv", 60_000).read_bytes()
+    session.recordings.upload("th1.csv", content).result()
+    assert any(text.startswith("th1.csv, ") and "read …" in text for text in said)
+    assert "read …" not in session.message.text
 
 
 def test_a_long_simulation_is_made_elsewhere_and_shown(session: Session) -> None:

@@ -180,14 +180,18 @@ def test_results_are_there_again(session: Session, work: SavedWorkFolders, found
     made.close()
 
 
-def test_a_study_is_there_again_and_goes_on(session: Session, work: SavedWorkFolders) -> None:
+@pytest.mark.parametrize("end", [dead, pytest.param(Session.close, marks=pytest.mark.long)])
+def test_a_study_is_there_again_and_goes_on(
+    session: Session, work: SavedWorkFolders, end: Callable[[Session], None]
+) -> None:
     assert session.open(short().scenario)
     session.study.choose(runs=3, at_once=1)
     assert session.study.start()
-    until(lambda: session.study.state.done >= 2)
+    until(lambda: session.study.state.done >= 2, 3.0 * SOON)
     threads = [t for t in threading.enumerate() if t.name == "study"]
-    session.study.stop()
-    dead(session)
+    if end is dead:
+        session.study.stop()
+    end(session)
     for thread in threads:
         thread.join()
     work.end(session.folder)
@@ -511,5 +515,8 @@ def test_a_number_that_another_process_has_by_now_is_no_owner(
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     assert not SavedWorkFolders(work.root).knows(KEY), "this process has it"
+    assert has_saved_work(session.folder)
+    assert work.root.stat().st_mode & 0o777 == 0o700 == session.folder.stat().st_mode & 0o777
+    assert KEY not in str(session.folder)
     (session.folder / OWNER).write_text(f"{os.getpid()} 1")
     assert SavedWorkFolders(work.root).knows(KEY), "a process of that number, but a younger one"

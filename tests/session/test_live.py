@@ -95,6 +95,18 @@ def test_another_kind_of_arm_is_announced_while_it_is_made(session: Session) -> 
     assert session.message.text == ""
 
 
+def test_a_stiffer_arm_bends_less_at_the_newest_working_point(session: Session) -> None:
+    soft = live(session).q[2:]
+    session.document.change(set_arm(session.document.scenario, "young_modulus", 2e9))
+    assert live(session).q[2:] == pytest.approx(soft / 2.0)
+    told: list[Topic] = []
+    session.subscribe(told.append)
+    for degrees in range(10, 170):
+        session.document.set_live(theta2=np.radians(degrees))
+    assert live(session).q[1] == pytest.approx(np.radians(169))
+    assert told.count(Topic.LIVE) <= 161
+
+
 def test_noise_follows_its_level(session: Session) -> None:
     session.document.set_live(snr_db=20.0)
     loud = live(session).noise

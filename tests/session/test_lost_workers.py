@@ -1,13 +1,14 @@
-"""A worker that dies or stops under a job: told in words, and the next try succeeds."""
+"""A worker that dies or stops under any kind of job: told in words, and the next try succeeds."""
 
 from __future__ import annotations
 
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -49,19 +50,49 @@ def identified(session: Session) -> Session:
     return session
 
 
-def identify(session: Session) -> bool:
-    before = session.identification.outcome
-    assert session.identification.start()
-    until(lambda: not session.run.busy, WARM)
-    return session.identification.outcome is not before
+Try = tuple[Callable[[Session], bool], Callable[[Session], object]]
+"""What begins a job, and what is another one once it has succeeded."""
+REPORTS: list[Path] = []
+TRIES: dict[str, Try] = {
+    "identify": (lambda s: s.identification.start(), lambda s: id(s.identification.outcome)),
+    "diagnose": (lambda s: s.diagnosis.search(), lambda s: len(s.diagnosis.versions)),
+    "add": (lambda s: s.diagnosis.add("coulomb_friction"), lambda s: s.document.scenario.model),
+    "report": (lambda s: s.export.report(REPORTS.append), lambda s: len(REPORTS)),
+    "show": (lambda s: s.demonstration.start("coulomb_friction"), lambda s: s.demonstration.shown),
+    "hide": (lambda s: s.challenge.hide(3, "easy"), lambda s: s.challenge.state),
+}
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_a_lost_worker_costs_one_try(identified: Session, services: Offered, number: int) -> None:
+def succeeds(session: Session, attempt: str) -> bool:
+    begin, found = TRIES[attempt]
+    before, said = found(session), session.message.number
+    assert begin(session)
+    if attempt in ("show", "hide"):
+        until(
+            lambda: (
+                found(session) is not before
+                or session.message.number > said
+                or session.demonstration.not_shown != ""
+            ),
+            WARM,
+        )
+    until(lambda: not session.run.busy and session.diagnosis.pending is None, WARM)
+    return bool(found(session) != before)
+
+
+@pytest.mark.parametrize(
+    ("attempt", "number"),
+    [*((each, signal.SIGKILL) for each in TRIES), ("identify", signal.SIGSTOP)],
+)
+def test_a_lost_worker_costs_one_try(
+    identified: Session, services: Offered, attempt: str, number: int
+) -> None:
+    outcome, versions = identified.identification.outcome, identified.diagnosis.versions
     lose_worker(services.pool, number)
-    assert not identify(identified)
-    assert identified.message.bad and "start it again" in identified.message.text
-    assert identify(identified), identified.message
+    assert not succeeds(identified, attempt)
+    assert "start it again" in identified.message.text + identified.demonstration.not_shown
+    assert (identified.identification.outcome, identified.diagnosis.versions) == (outcome, versions)
+    assert succeeds(identified, attempt), identified.message
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])

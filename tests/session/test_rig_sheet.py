@@ -231,3 +231,13 @@ def test_a_sparkline_breaks_at_gaps_and_escapes_its_title() -> None:
     drawn = sparkline(t, values, title="<script>")
     assert drawn.count("M") == 2 and "<script>" not in drawn
     assert sparkline(t, np.full(100, np.nan)) == ""
+
+
+def test_a_title_follows_the_files_and_leaves_a_persons_own(session: Session) -> None:
+    content = good_csv(session)
+    for name in ("run_1.csv", "run_2.csv"):
+        assert session.recordings.upload(name, content).result()
+    assert session.document.scenario.title == "run"
+    assert session.document.change(set_value(("title",), "Mine"))
+    assert session.recordings.upload("run_3.csv", content).result()
+    assert session.document.scenario.title == "Mine"

@@ -24,7 +24,7 @@ from flexgui.views.comparison import live_worst
 from flexgui.views.convergence import live_descent
 from flexgui.views.profile import interval_sentence
 from tests.session.conftest import SOON
-from tests.session.helpers import LONG, exported, shortened, small, until
+from tests.session.helpers import LONG, bring, exported, good_csv, shortened, small, until
 
 SAME = 1e-9
 """Relative: the same code on the same data; results go through a file with all their digits."""
@@ -99,6 +99,16 @@ def test_stop_keeps_the_last_complete_result(session: Session) -> None:
     assert session.identification.outcome is complete
 
 
+def test_stop_without_an_earlier_result_shows_the_best_so_far(session: Session) -> None:
+    session.document.change(lambda d: d["identify"].update(LONG))
+    session.identification.start()
+    until(lambda: bool(session.run.state.history))
+    session.run.stop()
+    until(lambda: session.identification.outcome is not None)
+    outcome = session.identification.outcome
+    assert outcome is not None and outcome.fits[0].stopped
+
+
 def test_a_scenario_that_cannot_run_says_why(session: Session) -> None:
     session.document.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
     session.identification.start()
@@ -146,6 +156,20 @@ def exporting(session: Session) -> tuple[ExportPanel, dict[str, bytes]]:
     client = SimpleNamespace(send_file_download=send)
     panel.context = cast(Any, SimpleNamespace(client=client, session=session))
     return panel, sent
+
+
+def test_everything_says_which_recording_it_lacks(session: Session) -> None:
+    assert not session.export.report(lambda folder: None), "there is no result yet"
+    small(session)
+    assert bring(session, "own.csv", good_csv(session))
+    session.identification.start()
+    until(lambda: not session.run.busy and session.identification.outcome is not None)
+    (session.folder / "own.csv").unlink()
+    panel, sent = exporting(session)
+    panel.send_export("")
+    until(lambda: not session.run.busy and bool(sent))
+    assert session.message.bad
+    assert "without recordings" in session.message.text and "own.csv" in session.message.text
 
 
 def test_compilers_and_second_servers_run_in_no_process_of_a_page(

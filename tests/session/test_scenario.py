@@ -29,6 +29,7 @@ from flexgui.stages.data.rigs import (
     Experiments,
     arm_choices,
     arm_edit,
+    has_working_points,
     rig_edit,
     rig_of,
 )
@@ -85,6 +86,9 @@ def test_a_subscriber_that_fails_is_told_of_and_hides_no_news_from_others(
 
 
 def test_experiments_replace_the_simulated_recordings_only(session: Session) -> None:
+    assert apply_edits(demo_scenario()) == demo_scenario()
+    papers = apply_edits(demo_scenario(), Experiments().edit(20.0)).recordings
+    assert [s.name for s in papers] == [s.name for s in demo_scenario().recordings]
     session.document.set_noise(30.0)
     levels = [s.simulate.snr_db for s in session.document.scenario.recordings if s.simulate]
     assert levels == [30.0] * 7 + [None], "the sweep has none"
@@ -141,6 +145,8 @@ def test_every_rig_with_every_arm_is_a_scenario(arm: str, rig: str) -> None:
     assert one is not None and one.kind == next(r.kind for r in RIGS if r.title == rig)
     slide = rig.startswith("Slide")
     assert (found.arm.preset == "single_axis") == slide or arm == "single_axis"
+    follows = rig in ("Velocity loops", "Position loops") and found.arm.preset != "single_axis"
+    assert has_working_points(found) == follows, "a second joint follows references"
 
 
 def first_look(scenario: Scenario, file: str) -> WaitingFile:
@@ -171,6 +177,13 @@ def test_columns_say_of_which_kind_of_rig_they_are(file: str) -> None:
     assert found.rig == SUITED[file]
     waiting = waiting_for(path.name, found.headers, base_model(scenario).arm, rigs[0].needed)
     assert waiting is not None and waiting.guessed(found).suits == found.rig
+
+
+@needs_data
+def test_nothing_is_asked_about_the_recorded_slide() -> None:
+    waiting = first_look(chosen("single_axis", "Slide, force recorded"), "emps.csv")
+    assert not waiting.questions and not waiting.inspection.findings
+    assert {c: e["name"] for c, e in waiting.columns.items()} == {"theta1": "q", "u1": "force"}
 
 
 @needs_data

@@ -79,6 +79,15 @@ def test_threads_serve_whoever_has_work_and_end_soon_after() -> None:
     until(lambda: serving() <= before)
 
 
+def test_long_work_holds_up_nobody_else() -> None:
+    crew, held, done = ThreadPool(SHORT), threading.Event(), threading.Event()
+    for _ in range(40):
+        crew.run(held.wait)  # type: ignore[arg-type]
+    crew.run(done.set)
+    assert done.wait(5.0)
+    held.set()
+
+
 def test_a_hundred_workers_at_rest_have_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(inbox, "THREADS", ThreadPool(SHORT))
     before = serving()

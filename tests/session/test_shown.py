@@ -36,6 +36,7 @@ from flexgui.views.convergence import (
     LIVE_POINTS,
     Searched,
     live_convergence,
+    live_parameters,
     live_plane,
 )
 from flexgui.views.error_map import error_text
@@ -157,6 +158,11 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
     )
 
 
+def test_an_exact_sensor_has_a_floor_all_the_same() -> None:
+    exact = seen("a", 1.0, {"theta1": 1e-12})
+    assert where_it_fails((exact,), None).floors["theta1"] > 1e-4, "a thousandth of its motion"
+
+
 def test_only_what_is_twice_its_noise_stands_out() -> None:
     cells = [
         WorstCell("a < b", "theta2", "rad", "frequency", "Hz", 0.0, 3.9, 1e-3, ratio)
@@ -211,6 +217,17 @@ def test_positions_that_hardly_move_are_drawn_as_a_change() -> None:
     assert np.asarray(moved[0]["y"])[0] == pytest.approx(0.0)
     wide = preview(Recording("r", SECOND, {"theta1": SECOND, "theta2": 0.5 + SECOND}))
     assert wide["layout"]["yaxis"]["title"]["text"].startswith("θ₁")
+    assert "[rad]" in wide["layout"]["yaxis"]["title"]["text"]
+    slide = preview(Recording("r", SECOND, {"theta1": SECOND}), [True])
+    assert "[m]" in slide["layout"]["yaxis"]["title"]["text"]
+
+
+def test_each_joint_stands_in_the_legend_once_with_its_own_dash() -> None:
+    channels = {f"{stem}{k}": k * np.sin(SECOND) for stem in ("theta", "u") for k in (1, 2)}
+    data = preview(Recording("r", SECOND, channels))["data"]
+    assert [t["name"] for t in data if t["showlegend"]] == ["joint 1", "joint 2"]
+    looks = {(t["name"], t["line"]["color"], t["line"]["dash"]) for t in data}
+    assert len(looks) == 2 == len({dash for _, _, dash in looks})
 
 
 def test_a_challenge_lists_what_refits_have_shown() -> None:
@@ -256,6 +273,9 @@ def test_the_valley_goes_through_the_best_member() -> None:
     valley = next(t for t in figure["data"] if "valley" in t["name"])
     eps, d = np.array(valley["x"]) * 1e9, np.array(valley["y"]) * 1e-3
     assert eps * d**4 == pytest.approx(1.1e9 * 0.0488**4, rel=1e-4)
+    assert live_plane(history(), SEARCHED[:1]) is None, "one parameter has no plane"
+    table = live_parameters(history(), SEARCHED)
+    assert table is not None and len(table.rows) == 2 and live_parameters({}, SEARCHED) is None
 
 
 @pytest.mark.parametrize("count", [1, LIVE_POINTS, LIVE_POINTS + 1, 2928, 10_000])

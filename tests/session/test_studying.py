@@ -13,8 +13,11 @@ from typing import Any
 import pytest
 
 from flexgui.core.montecarlo.settings import make_settings
+from flexgui.core.montecarlo.study import study
+from flexgui.core.montecarlo.summary import summarise
+from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Journal
-from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.read import parse_scenario, read_scenario, scenario_toml
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import zipped_folder
@@ -24,9 +27,10 @@ from flexgui.stages.study.state import (
     IDLE,
     STOPPED,
     remaining,
+    shown,
 )
 from flexgui.stages.study.task import JOURNAL
-from tests.paper_study.helpers import short
+from tests.paper_study.helpers import numbers, records_of, short
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
@@ -110,6 +114,12 @@ def test_the_export_is_what_the_command_goes_on_from(quick: Session, tmp_path: P
     scenario = read_scenario(out / "scenario.toml")
     known = Journal(out / JOURNAL, make_settings(scenario, runs=2).identity).records
     assert len(known) == 4
+    expected = records_of(study(short(runs=2), executor=Here(), only=["fits"]))
+    assert numbers(known) == numbers(expected), "as without a page"
+    keys = list(known)
+    for count in range(1, len(keys) + 1):  # every beginning of a study can be shown
+        some = {key: known[key] for key in keys[:count]}
+        assert shown(summarise(short(runs=2), some))
 
 
 def test_another_scenario_ends_the_study_of_the_first(quick: Session) -> None:
@@ -148,6 +158,33 @@ def test_a_closed_session_leaves_no_thread(quick: Session) -> None:
     quick.close()
     assert run.wait()
     assert not quick.folder.exists()
+
+
+def test_other_sessions_have_their_turn_and_one_that_leaves_stops_its_study(
+    quick: Session, services: Offered, tmp_path: Path
+) -> None:
+    quick.study.choose(runs=MANY)
+    quick.study.start()
+    until(lambda: quick.study.state.done >= 1)
+    (tmp_path / "other").mkdir()
+    other = Session("another-person", tmp_path / "other", services)
+    try:
+        assert other.open(short().scenario)
+        assert other.identification.start()
+        until(lambda: other.identification.outcome is not None)
+        assert quick.study.state.busy
+    finally:
+        other.close()
+    services.pool.cancel_session(quick.key)
+    ended(quick)
+    assert quick.study.state.phase == STOPPED and quick.study.state.done < quick.study.state.total
+
+
+def test_the_demo_can_be_studied_and_survives_toml(session: Session) -> None:
+    """Else the exported journal would belong to another study than the exported scenario."""
+    assert not session.study.refusal
+    again = parse_scenario(scenario_toml(session.document.scenario), "again")
+    assert make_settings(again).identity == make_settings(session.document.scenario).identity
 
 
 def test_what_cannot_be_started_is_said(quick: Session) -> None:

@@ -133,6 +133,11 @@ def test_files_that_arrive_wait_for_one_answer_and_later_ones_for_none(session: 
     assert session.recordings.upload("a.csv", content).result() and not imports.pending
     files = [s.file for s in session.document.scenario.recordings]
     assert files == ["a.csv", "b.csv", "a-2.csv"]
+    assert imports.replaced
+    session.choose("demo")
+    worked(session)
+    assert not imports.replaced and not imports.restore(), "another scenario forgets them"
+    assert session.recordings.upload("a.csv", content).result() and imports.pending
 
 
 def test_a_zip_of_scenario_and_recordings_can_be_brought_back(session: Session) -> None:
