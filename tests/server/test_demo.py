@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
 from flexgui.classroom import demo as demo_module
 from flexgui.classroom.demo import COPY, FOLLOW, copy_session
 from flexgui.classroom.tickets import Tickets
+from flexgui.places import WORK
+from flexgui.server.browser_connection import BrowserConnection
+from flexgui.server.services import Limits
+from flexgui.server.sessions import SavedWorkFolders, SessionStore
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.stages.diagnose.model_versions import ModelVersion
 from tests.server.conftest import MakePlace, Place
 from tests.server.helpers import (
+    PATIENCE,
     SILENCE,
     Browser,
+    SlowDisk,
     Thing,
     announcement,
     get,
@@ -56,6 +65,27 @@ def test_the_first_is_the_teacher_and_the_others_follow(demo: Place) -> None:
         mine = demo.page(teacher)
         theirs = demo.page(follower)
         assert not mine.read_only and theirs.read_only and theirs.session is mine.session
+
+
+def test_who_follows_does_not_wait_for_another_ones_saved_work(tmp_path: Path) -> None:
+    disk, kept, key = SlowDisk(), SavedWorkFolders(tmp_path / "kept"), "k" * 32
+    folder = kept.begin(key)
+    (folder / WORK).touch()
+    kept.end(folder)
+    store = SessionStore(disk, Limits(), kept)
+    demo = demo_module.Demo(store, lambda browser: None, first_is_teacher=True)
+    teacher, other, follower = (
+        BrowserConnection(cast(Any, SimpleNamespace(client_id=k)), "127.0.0.1", store)
+        for k in range(3)
+    )
+    demo.arrive(teacher, None)
+    with ThreadPoolExecutor(2) as threads, disk.stopped():
+        comes_back = threads.submit(demo.arrive, other, key)
+        assert disk.reached.wait(PATIENCE)
+        threads.submit(demo.arrive, follower, None).result(PATIENCE)
+        assert follower.session is teacher.session and not comes_back.done()
+    assert other.session is not None and other.session.key == key
+    store.close()
 
 
 def test_a_follower_changes_nothing_and_is_told_why(demo: Place) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from websockets.exceptions import InvalidStatus
 
 from tests.server.helpers import Browser
 from tests.server.served import Served, press, sees, served, show, texts, until, upload, widget
@@ -43,6 +44,21 @@ def test_wrong_values_change_nothing_and_end_nothing(tmp_path: Path) -> None:
         moved(browser, 91.0)
         assert angles(browser)[told:] == ["θ₂ = 91.0°"]
         assert server.alive and "Traceback" not in server.log, server.log
+
+
+@pytest.mark.long
+def test_a_class_on_the_network_is_shown_a_code_and_nobody_comes_in_with_another(
+    tmp_path: Path,
+) -> None:
+    options = ("--lan", "--host", "127.0.0.1", "--join-code", "ROBOT-ARM", "--workers", "1")
+    with served(tmp_path, *options) as locked:
+        assert "Join code: ROBOT-ARM" in locked.terminal
+        for path in ("/", "/?code=ROBOT-LEG"):
+            with pytest.raises(InvalidStatus) as refused, locked.browser(path=path):
+                pass
+            assert refused.value.response.status_code == 403
+        with locked.browser(path="/?code=robotarm") as welcome:
+            assert widget(welcome, "θ2 [deg]")
 
 
 def back(server: Served, storage: dict[str, str]) -> Browser:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from flexgui.classroom.tickets import qr_text
 from flexgui.core.errors import InputError
 from flexgui.plain_words import INTERNAL
 from flexgui.server.options import ServeOptions, bind, origin_of
@@ -74,6 +75,14 @@ def test_a_server_that_had_to_be_cut_off_says_so_and_fails() -> None:
     assert "did not end within 0.1 s" in ended.stderr and len(ended.stderr.splitlines()) == 1
 
 
+def test_only_busy_ports_are_one_sentence() -> None:
+    with (
+        socket.create_server(("127.0.0.1", 0)) as taken,
+        pytest.raises(InputError, match="busy; choose another with --port"),
+    ):
+        bind("127.0.0.1", taken.getsockname()[1], 1)
+
+
 def test_an_address_of_another_machine_is_one_sentence() -> None:
     with pytest.raises(InputError, match="check --host"):
         bind("192.0.2.1", 0, 1)
@@ -99,6 +108,8 @@ def test_without_a_word_about_the_network_only_this_machine_is_served() -> None:
     assert ServeOptions().address == "127.0.0.1"
     assert tickets_of(ServeOptions()) is None
     assert tickets_of(ServeOptions(lan=True)) is not None
+    lines = qr_text("http://192.0.2.1:8080/?code=K7QM-2XWP").splitlines()
+    assert len({len(line) for line in lines}) == 1 and len(lines) > 10
 
 
 @pytest.mark.parametrize(
