@@ -9,14 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from flexgui.page.in_browser import asset
 from flexgui.page.layout import (
+    ARM,
     BORDERS,
     CONTROLS,
     LEAST_CONTROLS,
     LEAST_PLOTS,
+    PLOTS,
+    PLOTS_SHARE,
+    TWO_COLUMNS,
     PageLayout,
     Widths,
     Window,
+    aspect,
     widths,
     window_of,
 )
@@ -29,6 +35,25 @@ pytestmark = pytest.mark.long
 
 ROUNDED = 1.0
 """px: widths are whole."""
+
+
+@pytest.mark.parametrize("width", [1100.0, 1366.0, 1500.0, 1920.0, 2560.0])
+def test_a_wide_window_gives_plots_their_share_and_a_narrow_one_the_arm_its_room(
+    width: float,
+) -> None:
+    shares = widths(Window(width, 900.0))
+    if width < 1400.0:
+        assert width - shares.plots - shares.controls - BORDERS == pytest.approx(ARM, abs=ROUNDED)
+    else:
+        assert shares.controls == CONTROLS
+        assert shares.plots == pytest.approx(max(PLOTS_SHARE * width, PLOTS), abs=ROUNDED)
+
+
+def test_plots_stand_in_two_columns_where_there_is_room() -> None:
+    edge = TWO_COLUMNS / PLOTS_SHARE
+    assert [widths(Window(edge + x, 900.0)).columns for x in (3.0, -3.0)] == [2, 1]
+    assert f"@media (min-width: {edge:.0f}px)" in asset("page.css")
+    assert aspect(Window(390.0, 844.0)) == 390.0 / 844.0, "a phone's picture is its whole window"
 
 
 @given(st.floats(100.0, 5000.0), st.floats(100.0, 5000.0))

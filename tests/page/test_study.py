@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
+from flexgui.core.scenario.read import read_scenario
 from flexgui.session.session import Session
+from flexgui.stages.data.uploads import fetch_files
 from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.panel import OPEN
 from tests.page.helpers import enter, plots, press, sees
@@ -18,6 +20,8 @@ from tests.paper_study.helpers import short
 from tests.session.helpers import until
 
 pytestmark = pytest.mark.long
+
+RECORDED = Path(__file__).resolve().parents[2] / "scenarios" / "mujoco" / "tip_payload.toml"
 
 MANY = "200"
 """Runs that last until the test stops them."""
@@ -48,6 +52,17 @@ def test_from_the_button_to_the_tables(page: Any, session: Session, tmp_path: Pa
     assert path.name.endswith("_study.zip")
     with zipfile.ZipFile(path) as archive:
         assert {"study.html", "estimates.csv", "result.json"} <= set(archive.namelist())
+
+
+def test_a_scenario_that_cannot_be_studied_says_what_to_do(page: Any, session: Session) -> None:
+    scenario = read_scenario(RECORDED)
+    assert session.open(fetch_files(scenario, RECORDED.parent, None, session.folder))
+    press(page, "Study")
+    sees(page, "which is a file")
+    assert not page.get_by_role("button", name="Start the study").is_visible()
+    press(page, OPEN)
+    press(page, "Replace my work")
+    sees(page, "10 cases; 5 runs at 7 working points")
 
 
 def test_work_is_replaced_only_after_a_question(page: Any, session: Session) -> None:
