@@ -20,6 +20,7 @@ from tests.jobs.helpers import (
     Listener,
     begun,
     count,
+    eventually,
     half_a_message,
     process_id,
     size_of,
@@ -52,6 +53,13 @@ def test_a_stopped_worker_is_told_to_hang_and_replaced(pool: JobPool) -> None:
     os.kill(before, signal.SIGSTOP)
     said = heard.wait_for(WorkerLost, SILENCE + PATIENCE).sentence
     assert said.startswith("The test stopped responding") and said.endswith("start it again.")
+    assert worker_of(pool) != before
+
+
+def test_an_idle_worker_that_is_stopped_is_replaced(pool: JobPool) -> None:
+    before = worker_of(pool)
+    os.kill(before, signal.SIGSTOP)
+    assert eventually(lambda: before not in pool.worker_pids, 2 * PATIENCE)
     assert worker_of(pool) != before
 
 

@@ -141,6 +141,13 @@ class TestInbox:
         assert heard.wait(PATIENCE)
         assert "broken page" in caplog.text
 
+    def test_a_closed_one_delivers_nothing(self):
+        heard = []
+        inbox = Inbox(heard.append)
+        inbox.close()
+        inbox.put("late")
+        assert inbox.wait_idle(PATIENCE) and heard == []
+
 
 class TestPace:
     @pytest.fixture

@@ -58,9 +58,13 @@ def test_a_job_streams_and_its_generations_are_throttled(pool):
     assert job.state.history["count"][-1].number == 200
 
 
-def test_stop_keeps_what_was_found(pool):
+@pytest.mark.parametrize("paused", [False, True])
+def test_stop_keeps_what_was_found(pool, paused):
     job, heard = begun(pool, count, steps=MANY)
     heard.wait_for(NewGeneration)
+    if paused:
+        job.pause()
+        heard.wait_for(Paused)
     job.stop()
     job.stop()
     assert 0 < heard.wait_for(Stopped).result < MANY
@@ -145,6 +149,18 @@ def test_a_listener_that_fails_harms_nobody(pool):
     second = pool.submit("s", task(count, steps=5), Listener())
     assert first.wait(PATIENCE) and second.wait(PATIENCE)
     assert (first.result, second.result) == (5, 5)
+
+
+def test_a_listener_may_use_its_job(pool):
+    heard, jobs = Listener(), []
+
+    def listener(event: Event) -> None:
+        heard(event)
+        if isinstance(event, NewGeneration):
+            jobs[0].stop()
+
+    jobs.append(pool.submit("s", task(count, steps=MANY), listener))
+    assert heard.wait_for(Stopped).result < MANY
 
 
 def test_many_small_jobs_leave_nothing_behind(pool):

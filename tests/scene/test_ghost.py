@@ -173,3 +173,12 @@ def test_what_does_not_bend_or_has_no_numbers_is_drawn_as_it_is() -> None:
     straight[:, PAPER.joints :] = 0.0
     for q in (straight, straight[:0], unknown):
         assert fitting_factor(PAPER, P, q) == 1.0
+
+
+def test_a_slow_camera_is_followed_in_between() -> None:
+    arm = ARMS["1-1"]
+    q = np.repeat(motion(arm, samples=1), 9, axis=0)
+    z = tips(arm, q)
+    z[1::2] = np.nan
+    found = rebuilt(arm, q, z1=z[:, 0], z2=z[:, 1])
+    assert np.abs(found - q).max() < RECOVERED * np.abs(q[:, 2:]).max()

@@ -9,8 +9,8 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.segment import Segment
 from flexgui.core.arm.slots import arm_vector
-from flexgui.scene.arm_geometry import RIGID, STRIP, beam_faces
-from flexgui.scene.pose import RAIL, STACK, Body
+from flexgui.scene.arm_geometry import RIGID, STATIONS, STRIP, beam_faces
+from flexgui.scene.pose import RAIL, STACK, Body, mark_faces
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, random_state, straight
 
 SAME_PLACE = 1e-12
@@ -97,6 +97,13 @@ def test_beams_whose_section_is_unknown_get_one_that_can_be_seen() -> None:
     assert tuple(Body(rigid, arm_vector(rigid)).sections[0]) == pytest.approx(
         [s * 0.4 for s in RIGID]
     )
+
+
+def test_faces_name_every_vertex_once_or_more() -> None:
+    assert set(beam_faces().ravel()) == set(range(8 * STATIONS + 8))
+    body = Body(ARMS["1-1"], arm_vector(ARMS["1-1"]))
+    mark = body.marks(body.pose(np.zeros(ARMS["1-1"].coordinates)))[0]
+    assert set(mark_faces().ravel()) == set(range(len(mark.vertices)))
 
 
 def test_marks_tell_angles_in_degrees_and_slides_in_metres() -> None:

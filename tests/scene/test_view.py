@@ -12,6 +12,7 @@ from flexgui.scene.paint import (
     FINEST,
     RADIUS,
     SIDE,
+    TOP,
     View,
     floor_lines,
     light_of,
@@ -69,6 +70,13 @@ def test_the_aim_stands_in_the_middle_of_what_a_panel_leaves(side: str, share: f
     moved = view._replace(position=view.position + down, look_at=view.look_at + down)
     _, height = on_picture(moved, view.look_at)
     assert height == pytest.approx(share, abs=1e-9)  # from -1 below to +1 above
+
+
+def test_top_looks_down_and_side_along_the_plane() -> None:
+    for side, least, most in ((TOP, 0.99, 1.0), (SIDE, 0.0, 0.1)):
+        view = view_of(1.0, 1.0, side)
+        ahead = view.look_at - view.position
+        assert least <= abs(ahead[2]) / np.linalg.norm(ahead) <= most
 
 
 def test_neither_a_model_that_diverges_nor_the_usual_motion_moves_the_eye() -> None:
