@@ -12,6 +12,7 @@ import pytest
 from flexgui.core import processors
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent, current_progress, use_progress
+from flexgui.core.resumable import executor
 
 
 @pytest.mark.parametrize("there", [1, 2, 16])
@@ -23,6 +24,11 @@ def test_the_processors_of_this_process_are_counted(
     monkeypatch.delattr(os, "process_cpu_count")
     monkeypatch.setattr(os, "sched_getaffinity", lambda pid: set(range(there)), raising=False)
     assert processors.usable() == there
+
+
+def test_one_setting_serves_all() -> None:
+    assert processors.workers() == processors.WORKERS == processors.usable()
+    assert executor.Processes().count == processors.usable()
 
 
 @pytest.fixture

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -11,6 +13,9 @@ from hypothesis import strategies as st
 
 from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.results import LadderStep, MissingTorque, RankedEffect
+from flexgui.session.state import Cursor
+from flexgui.stages.diagnose.panel import DiagnosePanel
+from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
 from flexgui.stages.diagnose.plots import (
     cloud_caption,
     glimpse,
@@ -118,6 +123,28 @@ def test_the_ladder_falls_into_the_band_with_the_factor_beside_it() -> None:
     assert factors["ticktext"] == [" ", "<b>÷ 25</b>", " "], "none where nothing falls"
     band = next(s for s in figure["layout"]["shapes"] if s["type"] == "rect")
     assert (band["x0"], band["x1"]) == (BAND, 1.0)
+
+
+def told(**parts: Any) -> Any:
+    return SimpleNamespace(**parts)
+
+
+def test_a_cursor_in_another_recording_takes_the_residual_along_and_stretches_no_axis() -> None:
+    playback, seen, drawn = told(cursor=Cursor("th1")), list[float | None](), list[str]()
+    found = told(recordings=("th1", "th2"))
+    session = told(playback=playback, diagnosis=told(newest=told(found=found)))
+    moment = CandidateFigure.__new__(CandidateFigure)
+    panel = cast(Any, DiagnosePanel.__new__(DiagnosePanel))
+    moment.context = panel.context = told(session=session)
+    moment._over_time = panel._residual_of = "th1"
+    moment._residual = cast(Any, told(move_cursor=seen.append))
+    panel._residual = told(move_cursor=lambda _: None)
+    panel._candidate_figure = told(move_cursor=moment.move_cursor, refresh=lambda: None)
+    panel._show_residual = lambda: drawn.append(playback.cursor.recording)
+    for name in ("th1", "th2", "only validated"):
+        playback.cursor = Cursor(name, 1.25)
+        panel.move_cursor()
+    assert (drawn, seen) == (["th2"], [0.0, None, None])
 
 
 VALUES = {"fc1": 1.2, "fc2": 0.4, "fv1": 3.0, "fv2": 2.0, "fb1": 0.5, "fb2": 0.1}

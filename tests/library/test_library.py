@@ -115,6 +115,22 @@ def test_scenarios_are_listed_with_their_titles_and_loaded_by_name(
     assert "paper_glocal" in capsys.readouterr().out
 
 
+COMMANDS = {"export": ["--out"], "plan": ["--out"], "check": [], "study": ["--out"], "serve": []}
+"""Command -> the options that end in a folder."""
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_command_takes_the_name_of_a_scenario(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rest = [*COMMANDS[command], str(tmp_path)] if COMMANDS[command] else []
+    where = ["--scenario"] if command == "serve" else []
+    assert run(command, *where, "paper_glocl", *rest) == 2
+    assert "did you mean 'paper_glocal'?" in capsys.readouterr().err
+    with pytest.raises(fg.InputError, match="paper_glocal"):
+        fg.load("paper_glocl")
+
+
 def test_a_file_beside_wins_over_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("paper_glocal").write_text('title = "mine"\n[arm]\npreset = "paper"\n', encoding="utf-8")

@@ -7,12 +7,13 @@ import pytest
 
 from flexgui.core.montecarlo.interpolated import (
     StateSpace,
+    identify_interpolated,
     identify_subspace,
 )
 from flexgui.core.montecarlo.parts.advice import relative_normal_equations
-from flexgui.core.montecarlo.parts.baselines import pole_error, references
+from flexgui.core.montecarlo.parts.baselines import BlackBox, pole_error, references
 from flexgui.core.montecarlo.parts.fits import fit, run_data
-from flexgui.core.montecarlo.rig import Rig, noise_std, outputs
+from flexgui.core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.simulate.posture import integrators, posture
 from tests.paper_study.helpers import short
@@ -77,6 +78,21 @@ def test_the_arms_poles_are_found_by_one_local_black_box() -> None:
     found = np.log(np.linalg.eigvals(model.A).astype(complex)) / recording.sample_time
     true = posture(rig.model, np.array([0.0, float(recording.theta2 or 0.0)])).poles
     assert pole_error(found, true[~integrators(true)]) < NEAR
+
+
+@pytest.mark.long
+def test_an_interpolated_black_box_follows_the_arm_at_its_points() -> None:
+    rig = Rig(short(points=5))
+    recordings = [
+        rig.recording(e.simulate.model_copy(update={"seconds": 3.0}), e.name)
+        for e in rig.settings.experiments
+        if e.simulate
+    ]
+    pairs = [(references(r), outputs(r)) for r in recordings]
+    points = [float(r.theta2 or 0.0) for r in recordings]
+    box = BlackBox(identify_interpolated(pairs, points, 6), recordings[0].sample_time)
+    assert box.parameters > 100
+    assert np.mean([fit_percent(outputs(r), box.predict(r)) for r in recordings]) > 90.0
 
 
 def test_fisher_information_predicts_the_deviation_that_fits_have() -> None:

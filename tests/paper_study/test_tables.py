@@ -21,7 +21,7 @@ from flexgui.core.montecarlo.summary import Summary, summarise
 from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Record
 from flexgui.core.scenario.read import read_scenario
-from flexgui.stages.study.findings import conclusions
+from flexgui.stages.study.findings import conclusions, findings
 from flexgui.stages.study.report import study_html, write_study
 from tests.paper_study.helpers import paper_scenario, records_of, short
 
@@ -82,6 +82,13 @@ def test_a_table_holds_means_and_deviations_of_the_runs(records: dict[str, Recor
     assert row.mean == pytest.approx(np.mean(values))
     assert row.std == pytest.approx(np.std(values, ddof=1))
     assert [r.label for r in table.rows][-2:] == ["local mean", "glocal"]
+
+
+def test_a_summary_does_not_depend_on_the_order_of_the_records(
+    records: dict[str, Record], summary: Summary
+) -> None:
+    turned = dict(reversed(list(records.items())))
+    assert [*findings(summarise(short(), turned))] == [*findings(summary)]
 
 
 def test_half_a_study_has_half_a_summary(records: dict[str, Record]) -> None:

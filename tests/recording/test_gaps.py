@@ -9,7 +9,7 @@ import pytest
 
 from flexgui.core.errors import InputError
 from flexgui.core.recording.clock import bridged, longest_complete, runs
-from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.load import load_recording, load_unchecked
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.stages.data.rows import parted, rows, settings
 
@@ -73,6 +73,9 @@ def test_masked_gaps_do_not_count_or_the_longest_complete_part_is_kept(file: Pat
     found = load_recording(file, spec(how="cut"))
     assert found.time[0] == pytest.approx(GAP.stop * DT) and len(found.time) == N - GAP.stop
     assert np.isnan(found["z1"]).any()  # a slower camera has no gaps
+    raw = load_unchecked(file, spec(how="cut"))
+    assert raw.time is not None and raw.time[0] == found.time[0], "the check sees the same part"
+    assert np.isfinite(raw.channels["theta1"]).all()
 
 
 def test_runs_and_their_ends() -> None:

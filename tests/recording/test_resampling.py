@@ -193,3 +193,10 @@ file = "rig.csv"
     assert not [f for f in after if f.channel == "t"]
     spec = parse_scenario(text, "a.toml").recordings[0]
     assert len(load_recording(tmp_path / "rig.csv", spec).time) == N
+
+
+def test_the_window_acts_before_the_clock_is_judged(tmp_path: Path) -> None:
+    rows = table(np.r_[DT * np.arange(1500), jittered()[1500:]])
+    rows.loc[0:10, "t"] = [-5.0 - 1e-3 * k for k in range(11)]
+    found = read(tmp_path, rows, **EVEN, window=[0.1, 2.0])
+    assert found.time[0] == pytest.approx(0.1)
