@@ -28,8 +28,6 @@ FOR_USERS = ("page", "cluster", "control", "casadi", "lab")
 """Extras whose packages the program imports; the others are for tests."""
 PAGE = ("page", "server", "scene", "session", "stages", "jobs", "classroom")
 """Folders of flexgui that may import what only the page needs."""
-GENERATED = {"x0"}
-"""What the text of a generated script imports."""
 
 
 def name_of(requirement: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -105,7 +106,8 @@ def test_a_browser_that_is_busy_with_its_new_size_is_asked_again() -> None:
     layout = PageLayout(browser)  # type: ignore[arg-type]
     layout.begin(lambda window, shares: seen.append(shares))
     browser.aspect = 0.5
-    asyncio.run(browser.moved(browser))
+    with ThreadPoolExecutor(1) as apart:  # in this thread the loop of the real browser runs
+        apart.submit(asyncio.run, browser.moved(browser)).result()
     until(lambda: seen[-1] == widths(Window(2560.0, 1440.0)))
     layout.close()
 

@@ -28,9 +28,6 @@ from tests.paper_study.helpers import paper_scenario, records_of, short
 TRUE_EI = 1e9 * 0.05**4 / 12.0
 PRINTED_DIGITS = 5e-4
 """GPa: half a unit of the deviations' third digit, which the paper rounds to."""
-QUADRATURE = 1e-4
-"""Relative error that a histogram of two million draws leaves below 0.1 %; the integral is exact
-to far more digits."""
 DRAWS, SLICE = 2_000_000, 0.002
 MONTE_CARLO = 0.02
 """Relative: of a deviation over the twenty thousand draws that fall into the slice."""

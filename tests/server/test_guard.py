@@ -174,6 +174,31 @@ def test_the_files_of_a_session_have_a_limit_and_no_loop_waits_for_their_count(
         assert "150.0 kB" in browser.notes[0] and on_loop == [False]
 
 
+@pytest.mark.parametrize("shared", ["upload_memory", "session_bytes"])
+def test_windows_share_the_room_of_uploads_until_one_leaves(
+    shared: str, make_place: MakePlace
+) -> None:
+    place = make_place(replace(SMALL, **{"session_bytes": 10**6, shared: 150_000}))
+    storage: dict[str, str] = {}
+    with Browser(place.server, storage=storage) as other:
+        upload = place.page(other).widgets["upload"]._impl.uuid
+        other.until(lambda: storage, "the key")
+        mine = storage if shared == "session_bytes" else {}
+        with Browser(place.server, storage=mine) as first:
+            start = announcement(place.page(first).widgets["upload"]._impl.uuid, 90_000, 2)
+            first.send(start)
+            first.send(part(start, 0, b"x" * 89_999))
+            first.await_message("FileTransferPartAck")
+            other.send(announcement(upload, 90_000, 2, "second.csv"))
+            other.until(lambda: other.notes, "the refusal")
+            assert other.notes[0].startswith("second.csv ")
+        wait_for(lambda: any(shown.closed for shown in place.pages.all))
+        start = announcement(upload, 90_000, 1)
+        other.send(start)
+        other.send(part(start, 0, b"x" * 90_000))
+        wait_for(lambda: place.page(other).session.uploads)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_no_order_of_uploads_holds_more_than_a_session_and_the_server_may(seed: int) -> None:
     """Two windows to a session; each upload waits for its last byte, as long as it can."""

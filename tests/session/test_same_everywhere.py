@@ -10,8 +10,9 @@ import pytest
 
 import flexgui as fg
 from flexgui.core.results import Estimate, LadderStep, Outcome
-from flexgui.core.scenario.read import scenario_toml
+from flexgui.core.scenario.read import parse_scenario, scenario_toml
 from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.workbench import run_scenario
 from flexgui.export.export_files import export_run
 from flexgui.export.saved_run import SavedRun, Source, read_run
@@ -19,6 +20,7 @@ from flexgui.export.serialization import serialize
 from flexgui.server.serve import beginning
 from flexgui.session.scenario_edits import ScenarioDict, apply_edits, set_value
 from flexgui.session.session import Session
+from flexgui.stages.data.uploads import found_file
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.model_versions import combined_diagnosis, ladder_steps
 from flexgui.views.headline import criteria, final_comparisons
@@ -159,6 +161,16 @@ def test_the_model_holds_the_effect_and_keeps_what_was_stated(opened: Session, r
     assert opened.identification.current is not None
     errors = [c.rms for r in opened.comparison.shown for c in r.channels]
     assert errors == [c.rms for r in final_comparisons(saved(run)[1]) for c in r.channels]
+
+
+def test_the_scenario_of_what_was_found_goes_on_from_its_fit(opened: Session) -> None:
+    whole = opened.diagnosis.whole
+    assert whole is not None and whole.diagnosis is not None
+    name, content = found_file(opened.document.scenario, whole, opened.folder)
+    assert name.endswith("_diagnosed.toml")
+    values = base_model(parse_scenario(content.decode(), name)).effect_values
+    fitted = {e.name: e.value for e in whole.diagnosis.parameters}
+    assert values["fc1"] == pytest.approx(fitted["fc1"])
 
 
 def test_each_model_has_the_criteria_that_the_report_states(opened: Session, run: Path) -> None:
