@@ -6,26 +6,13 @@ import ast
 import importlib
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 
 import pytest
 
 from tests.programs.lint.docstrings import Asked, asked, facts
+from tests.test_layers import trees
 
-ROOT = Path(__file__).parents[1]
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
-
-
-@cache
-def sources() -> tuple[tuple[str, ast.Module], ...]:
-    """(dotted name, tree) of every module."""
-    paths = sorted(p for room in ("core", "flexgui") for p in (ROOT / room).rglob("*.py"))
-    return tuple((dotted(p), ast.parse(p.read_text(encoding="utf-8"))) for p in paths)
-
-
-def dotted(path: Path) -> str:
-    parts = path.relative_to(ROOT).with_suffix("").parts
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
 def undocumented(name: str, tree: ast.Module) -> Iterator[str]:
@@ -60,7 +47,7 @@ def inherits_its_docstring(name: str) -> bool:
 def test_every_public_name_has_a_docstring(room: str) -> None:
     found = [
         name
-        for module, tree in sources()
+        for module, tree in trees().items()
         if module.split(".")[0] == room
         for name in undocumented(module, tree)
         if not inherits_its_docstring(name)
@@ -69,7 +56,7 @@ def test_every_public_name_has_a_docstring(room: str) -> None:
 
 
 def test_every_module_has_a_docstring() -> None:
-    assert not [name for name, tree in sources() if not ast.get_docstring(tree)]
+    assert not [name for name, tree in trees().items() if not ast.get_docstring(tree)]
 
 
 STATED = 0.95

@@ -20,6 +20,7 @@ from flexgui.sentences.written import channel_symbol
 from flexgui.views.dynamics import (
     NEGLIGIBLE,
     frequency_response,
+    mode_table,
     phase_response,
     poles,
     step,
@@ -115,6 +116,11 @@ def test_each_pair_of_reference_and_output_has_its_line() -> None:
     names = [trace["name"] for trace in FIGURES["step"](at("ground"))["data"]]
     absent = f"{channel_symbol('dtheta1')}* → {channel_symbol('deflection2')}"
     assert names and absent not in names, "segments on the ground do not feel each other"
+
+
+def test_modes_are_told_with_frequency_and_damping() -> None:
+    rows = mode_table(vibration_modes(at("2-2"), clamped=True)).rows
+    assert len(rows) == 4 and all(row.cells[2] == "0" for row in rows)
 
 
 def test_vectors_travel_as_plotly_itself_sends_them() -> None:

@@ -111,24 +111,10 @@ def test_scenarios_are_listed_with_their_titles_and_loaded_by_name(
     assert known["paper_glocal"] == "The paper: seven working points at once"
     assert "mujoco/nothing" in known and "mujoco/truth" not in known
     assert fg.load("paper_glocal").scenario == read_scenario(ROOT / "scenarios/paper_glocal.toml")
+    with pytest.raises(fg.InputError, match="did you mean 'paper_glocal'"):
+        fg.load("paper_glocl")
     assert run("scenarios") == 0
     assert "paper_glocal" in capsys.readouterr().out
-
-
-COMMANDS = {"export": ["--out"], "plan": ["--out"], "check": [], "study": ["--out"], "serve": []}
-"""Command -> the options that end in a folder."""
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_each_command_takes_the_name_of_a_scenario(
-    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    rest = [*COMMANDS[command], str(tmp_path)] if COMMANDS[command] else []
-    where = ["--scenario"] if command == "serve" else []
-    assert run(command, *where, "paper_glocl", *rest) == 2
-    assert "did you mean 'paper_glocal'?" in capsys.readouterr().err
-    with pytest.raises(fg.InputError, match="paper_glocal"):
-        fg.load("paper_glocl")
 
 
 def test_a_file_beside_wins_over_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,6 +86,14 @@ def test_camera_pose_is_applied(write):
     assert posed.camera.scale == 1.0  # already applied: nobody may apply it again
 
 
+def test_logger_filter_role_and_working_point_are_kept(write):
+    logger = {"theta1": {"frequency": 12.57, "damping": 0.9}}
+    settings = {"logger_filter": logger, "role": "validate", "theta2": 0.4}
+    recording = _load(write(_text()), camera={"delay": 0.01}, **settings)
+    assert recording.logger_filters["theta1"].frequency == 12.57
+    assert (recording.role, recording.theta2, recording.camera.delay) == ("validate", 0.4, 0.01)
+
+
 def test_small_jitter_becomes_an_even_grid(write):
     rng = np.random.default_rng(3)
     time = 1e-3 * np.arange(ROWS) + 4e-6 * rng.uniform(-1, 1, ROWS)
