@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,12 +17,13 @@ from hypothesis import strategies as st
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.rig_spec import SensorsSpec
+from flexgui.jobs import JobPool
 from flexgui.session.scenario_edits import apply_edits, set_value
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
-from tests.session.conftest import UPLOAD_LIMIT
+from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.helpers import bring, good_csv, waiting_of, worked
 
 
@@ -249,3 +251,29 @@ def test_a_scenario_waits_for_the_recordings_that_come_after_it(session: Session
     assert "all recordings are here" in session.message.text
     assert len(session.document.scenario.recordings) == 2
     assert session.wait_idle() and session.playback.recording is not None
+
+
+ROWS = 1_330_000
+LONG = 240.0
+"""s, on a busy machine."""
+
+
+@pytest.mark.long
+def test_as_many_numbers_as_an_upload_may_hold_become_a_recording_and_are_played(
+    tmp_path: Path, job_pool: JobPool
+) -> None:
+    """A text of seventy megabytes; the workers' memory is limited."""
+    t = np.arange(ROWS) / 5000.0
+    speeds = [0.4 * np.sign(np.sin(2.0 * np.pi * f * t)) for f in (0.7, 0.9)]
+    theta = np.cumsum(speeds, axis=1) / 5000.0 + np.array([[0.0], [1.0]])
+    z = np.cumsum([0.5 * f(np.cumsum(theta, axis=0)) for f in (np.cos, np.sin)], axis=1)[:, -1]
+    names = ("t", "dtheta1_ref", "dtheta2_ref", "theta1", "theta2", "z1", "z2")
+    table = pd.DataFrame(dict(zip(names, (t, *speeds, *theta, *z), strict=True)))
+    session = Session("long", tmp_path, Offered(job_pool, upload_limit_bytes=10**8))
+    content = table.round(6).to_csv(index=False).encode()
+    assert session.recordings.upload("long.csv", content).result(LONG), session.message
+    session.playback.refresh()
+    assert session.wait_idle(LONG) and not session.message.bad, session.message
+    assert session.playback.recording is not None and session.playback.motion is not None
+    assert len(session.playback.recording.time) == ROWS
+    session.close()
