@@ -177,11 +177,7 @@ def state_matrices(
 
 
 def state_rate(
-    model: Model,
-    numbers: Numbers,
-    x: np.ndarray,
-    r: np.ndarray,
-    inertia: np.ndarray | None = None,
+    model: Model, numbers: Numbers, x: np.ndarray, r: np.ndarray, inertia: np.ndarray | None = None
 ) -> np.ndarray:
     """x' of the non-linear model for x = [q, q', s]; with a given M instead of M(q) if asked."""
     p, law = numbers.p, numbers.law

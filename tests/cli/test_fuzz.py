@@ -19,10 +19,7 @@ CASES = 180
 
 @pytest.mark.parametrize("number", range(CASES))
 def test_whatever_is_given_it_runs_or_says_one_sentence(
-    number: int,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("FLEXGUI_DATA", raising=False)

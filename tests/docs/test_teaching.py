@@ -27,9 +27,7 @@ def questions(content: str) -> int:
 
 
 @pytest.mark.parametrize("scenario", SHEETS)
-def test_a_sheet_has_one_page_a_challenge_and_fresh_answers(
-    scenario: str,
-) -> None:
+def test_a_sheet_has_one_page_a_challenge_and_fresh_answers(scenario: str) -> None:
     content = sheet(scenario).read_text(encoding="utf-8")
     title, seed, level, _ = SHEETS[scenario]
     assert content.startswith(f"# {title}\n")

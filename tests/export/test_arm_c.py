@@ -16,13 +16,7 @@ from flexgui.core.effects import catalogue
 from flexgui.core.model import Model
 from flexgui.core.results import Outcome
 from flexgui.export.formats.arm_c import ArmC, arm_sources
-from tests.export.helpers import (
-    MODELS,
-    doubles,
-    needs_compiler,
-    outcome_of,
-    shared_object,
-)
+from tests.export.helpers import MODELS, doubles, needs_compiler, outcome_of, shared_object
 from tests.export.whole import (
     SAMPLES,
     STEP,

@@ -18,14 +18,7 @@ from flexgui.export.formats.arm_c import FOLDER as ARM_FOLDER
 from flexgui.export.formats.arm_c import ArmC
 from flexgui.export.formats.c_code import FOLDER, CCode, c_sources
 from flexgui.export.model_format import scheduled
-from tests.export.helpers import (
-    MODELS,
-    doubles,
-    inputs,
-    needs_compiler,
-    outcome_of,
-    shared_object,
-)
+from tests.export.helpers import MODELS, doubles, inputs, needs_compiler, outcome_of, shared_object
 from tests.helpers import relative_to_largest, straight
 
 SAME = 1e-12

@@ -67,9 +67,7 @@ LARGE = np.zeros(2_000_000)
 """16 MB: more than any pipe holds."""
 
 
-def test_a_worker_that_stands_still_while_it_is_sent_a_large_job_is_replaced(
-    pool: JobPool,
-) -> None:
+def test_a_worker_that_stands_still_while_it_is_sent_a_large_job_is_replaced(pool: JobPool) -> None:
     before, heard = worker_of(pool), Listener()
     os.kill(before, signal.SIGSTOP)
     pool.submit("s", task(size_of, values=LARGE), heard)

@@ -42,9 +42,7 @@ def test_measurements_lie_in_the_band_as_often_as_it_says(found: fg.Identificati
     assert set(predicted.noise) >= {"z1", "theta1"}
 
 
-def test_a_band_without_noise_is_the_covariance_through_the_model(
-    found: fg.Identification,
-) -> None:
+def test_a_band_without_noise_is_the_covariance_through_the_model(found: fg.Identification) -> None:
     """Against draws from the covariance."""
     rng, covariance = np.random.default_rng(0), found.covariance()
     names = list(covariance.index)

@@ -165,10 +165,7 @@ ASKED = {
     ],
 )
 def test_a_value_that_cannot_be_is_one_sentence(
-    asked: Callable[..., object],
-    values: dict[str, float],
-    sentence: str,
-    found: fg.Identification,
+    asked: Callable[..., object], values: dict[str, float], sentence: str, found: fg.Identification
 ) -> None:
     with pytest.raises(fg.InputError, match=sentence):
         asked(found.given, values)

@@ -29,11 +29,7 @@ def test_headers_with_units_are_converted(write):
 
 
 def test_columns_are_mapped_with_unit_gain_and_sign(write):
-    columns = {
-        "t": "clock",
-        "theta1": {"name": "enc [deg]", "gain": 2.0, "sign": -1},
-        "z1": "cam",
-    }
+    columns = {"t": "clock", "theta1": {"name": "enc [deg]", "gain": 2.0, "sign": -1}, "z1": "cam"}
     recording = _load(write(_text("clock,enc,cam [mm],theta1")), columns=columns)
     assert recording["theta1"][50] == pytest.approx(-2 * np.deg2rad(np.sin(0.45)))
     assert recording["z1"][0] == pytest.approx(1e-3)

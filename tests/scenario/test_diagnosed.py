@@ -11,11 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.diagnosed_scenario import (
-    diagnosed_scenario,
-    found_texts,
-    identified_scenario,
-)
+from flexgui.core.diagnosed_scenario import diagnosed_scenario, found_texts, identified_scenario
 from flexgui.core.loading import load_recordings
 from flexgui.core.progress import Silent
 from flexgui.core.recording.save import save_recording

@@ -138,9 +138,7 @@ def test_the_camera_moves_only_when_the_tip_leaves_its_picture(fresh: viser.Vise
     assert np.allclose(stage.camera.frame.position[:2], stage.pose.tip.place[:2])
 
 
-def test_anchors_are_nodes_of_the_scene_and_what_is_attached_goes(
-    fresh: viser.ViserServer,
-) -> None:
+def test_anchors_are_nodes_of_the_scene_and_what_is_attached_goes(fresh: viser.ViserServer) -> None:
     stage, _ = stage_of(fresh)
     for place in ("base", "joint1", "origin2", "end1", "tip", "camera"):
         assert stage.anchor(place) in fresh.scene._handle_from_node_name

@@ -19,15 +19,7 @@ from flexgui.server.guard import RefusedError, Transfers
 from flexgui.server.messages import FileTransferPart, FileTransferStartUpload
 from flexgui.server.work_folders import folder_bytes
 from tests.server.conftest import SMALL, MakePlace, Place
-from tests.server.helpers import (
-    CAMERA,
-    SILENCE,
-    Browser,
-    LostError,
-    announcement,
-    part,
-    wait_for,
-)
+from tests.server.helpers import CAMERA, SILENCE, Browser, LostError, announcement, part, wait_for
 
 NAN, INF = math.nan, math.inf
 

@@ -60,10 +60,7 @@ def test_what_is_replaced_in_viser_is_as_it_was(patch: str) -> None:
 
 @pytest.mark.parametrize(
     ("pattern", "place"),
-    [
-        (AFTER_DRAWING, "_redrawFromAutoMarginCount?"),
-        (AFTER_REACTING, '.emit("plotly_react"'),
-    ],
+    [(AFTER_DRAWING, "_redrawFromAutoMarginCount?"), (AFTER_REACTING, '.emit("plotly_react"')],
     ids=["after drawing", "after reacting"],
 )
 def test_plotly_has_one_place_of_each_kind_that_is_mended(pattern: Any, place: str) -> None:

@@ -65,9 +65,7 @@ def test_chosen_columns_make_it_a_recording(session: Session) -> None:
     assert found["dtheta1_ref"] == pytest.approx(plain["dtheta1_ref"])
 
 
-def test_a_bad_file_is_named_and_a_good_one_read_while_another_one_waits(
-    session: Session,
-) -> None:
+def test_a_bad_file_is_named_and_a_good_one_read_while_another_one_waits(session: Session) -> None:
     waits(session)
     before = session.recordings.waiting
     heavy = good_csv(session).replace(b"z1 [m]", b"z1 [kg]", 1)

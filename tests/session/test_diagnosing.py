@@ -166,10 +166,7 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(friction: Session) -> N
         and friction.identification.outcome_of == friction.document.scenario
     )
     told = combined_diagnosis(friction.diagnosis.versions)
-    assert told is not None and (told.verdict, told.final_verdict) == (
-        "missing",
-        "nothing_missing",
-    )
+    assert told is not None and (told.verdict, told.final_verdict) == ("missing", "nothing_missing")
     every_channel_agrees(friction)
     assert [step["added"] for step in reported(friction)["steps"]] == [None, "coulomb_friction"]
     assert friction.diagnosis.undo()

@@ -21,15 +21,7 @@ from flexgui.stages.data.inspect import headers, read_file
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpack, zipped
 from flexgui.stages.identify.task import identify
 from tests.session.conftest import UPLOAD_LIMIT
-from tests.session.elsewhere import (
-    CONTENT,
-    SECRET,
-    lay_traps,
-    names,
-    scenario,
-    secret,
-    stated,
-)
+from tests.session.elsewhere import CONTENT, SECRET, lay_traps, names, scenario, secret, stated
 from tests.session.helpers import alone
 
 

@@ -432,9 +432,7 @@ def test_results_that_cannot_be_read_are_set_aside_and_the_work_goes_on(
     ids=["edit", "add"],
 )
 def test_a_slow_disk_holds_up_nobody_who_moves_something_else(
-    session: Session,
-    act: Callable[[Session], bool],
-    monkeypatch: pytest.MonkeyPatch,
+    session: Session, act: Callable[[Session], bool], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked, free = threading.Event(), threading.Event()
 

@@ -37,12 +37,7 @@ def fails(*_: object) -> None:
 @pytest.mark.parametrize(
     ("part", "module", "function", "refresh"),
     [
-        (
-            PagePart.MODEL,
-            edited_scenario,
-            "live_model",
-            lambda session: session.document.refresh(),
-        ),
+        (PagePart.MODEL, edited_scenario, "live_model", lambda session: session.document.refresh()),
         (
             PagePart.PLAYBACK,
             playback.recorded_motion,

@@ -97,10 +97,7 @@ def test_a_lost_worker_costs_one_try(
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_lost_reader_costs_one_upload(
-    session: Session,
-    readers: JobPool,
-    number: int,
-    monkeypatch: pytest.MonkeyPatch,
+    session: Session, readers: JobPool, number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(file_jobs, "_pool", cache(lambda: readers))
     content = good_csv(session)

@@ -206,9 +206,7 @@ def test_a_second_factor_comes_on_top_of_the_first(stated: Session) -> None:
         assert (entry.sign, entry.gain) == (sign, gain)
 
 
-def test_what_is_dismissed_is_gone_from_the_page_and_stays_in_the_scenario(
-    stated: Session,
-) -> None:
+def test_what_is_dismissed_is_gone_from_the_page_and_stays_in_the_scenario(stated: Session) -> None:
     finding = Finding("outliers", "rig", "z1", 3.0, "samples", "Said.")
     assert stated.check.dismiss(finding)
     assert stated.document.scenario.recordings[-1].dismissed == ("z1: outliers",)

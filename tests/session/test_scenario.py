@@ -73,9 +73,7 @@ def test_a_bad_change_changes_nothing_and_says_why(
     assert session.message.bad and place[1] in session.message.text
 
 
-def test_a_subscriber_that_fails_is_told_of_and_hides_no_news_from_others(
-    session: Session,
-) -> None:
+def test_a_subscriber_that_fails_is_told_of_and_hides_no_news_from_others(session: Session) -> None:
     heard: list[Topic] = []
     session.subscribe(lambda topic: 1 / 0)
     leave = session.subscribe(heard.append)

@@ -21,14 +21,7 @@ from flexgui.core.scenario.read import parse_scenario, read_scenario, scenario_t
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import zipped_folder
-from flexgui.stages.study.state import (
-    DONE,
-    FAILED,
-    IDLE,
-    STOPPED,
-    remaining,
-    shown,
-)
+from flexgui.stages.study.state import DONE, FAILED, IDLE, STOPPED, remaining, shown
 from flexgui.stages.study.task import JOURNAL
 from tests.paper_study.helpers import numbers, records_of, short
 from tests.session.conftest import Offered
