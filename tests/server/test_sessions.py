@@ -245,9 +245,8 @@ def test_windows_that_come_while_their_session_is_made_share_its_fate(
         assert disk.reached.wait(PATIENCE)
         second = threads.submit(store.join, key)
     if full:
-        assert isinstance(first.exception(), InputError) and isinstance(
-            second.exception(), InputError
-        )
+        assert isinstance(first.exception(), InputError)
+        assert isinstance(second.exception(), InputError)
     else:
         assert first.result() is second.result()
     assert len(store) == (not full) and store.knows(key)

@@ -151,9 +151,8 @@ def test_a_column_holds_one_channel(session: Session) -> None:
         assert not session.recordings.map_column(*pair)
     assert session.message.bad and "clock is already the time t [s]" in session.message.text
     assert session.recordings.waiting == before
-    assert session.recordings.map_column("t", "speed") and session.recordings.map_column(
-        "dtheta1_ref", "clock"
-    )
+    assert session.recordings.map_column("t", "speed")
+    assert session.recordings.map_column("dtheta1_ref", "clock")
 
 
 def test_the_working_point_is_needed_where_no_column_has_it(session: Session) -> None:

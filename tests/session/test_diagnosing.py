@@ -161,10 +161,8 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(friction: Session) -> N
     assert all(e.validation_rms < FLOOR * e.floor for e in second.errors)
     assert friction.diagnosis.newest is not None and friction.diagnosis.newest.diagnosis is not None
     assert friction.diagnosis.newest.diagnosis.verdict == "nothing_missing"
-    assert (
-        friction.identification.outcome is not outcome
-        and friction.identification.outcome_of == friction.document.scenario
-    )
+    assert friction.identification.outcome is not outcome
+    assert friction.identification.outcome_of == friction.document.scenario
     told = combined_diagnosis(friction.diagnosis.versions)
     assert told is not None and (told.verdict, told.final_verdict) == ("missing", "nothing_missing")
     every_channel_agrees(friction)

@@ -171,10 +171,8 @@ def test_results_are_there_again(session: Session, work: SavedWorkFolders, found
     made = revived(work)
     (model,) = made.diagnosis.models.comparable
     assert model is made.diagnosis.models.present and model.title == "As given"
-    assert (
-        same(made.identification.outcome, found.identification.outcome)
-        and made.identification.outcome_of == made.document.scenario
-    )
+    assert same(made.identification.outcome, found.identification.outcome)
+    assert made.identification.outcome_of == made.document.scenario
     assert same(made.diagnosis.versions, found.diagnosis.versions)
     assert made.diagnosis.search(), "it goes on from there"
     made.close()
@@ -220,10 +218,8 @@ def test_a_verdict_is_kept_while_the_last_fit_goes_on(
     assert (session.folder / RESULTS).stat().st_mtime_ns == written, "once"
     dead(session)
     made = revived(work)
-    assert (
-        same(made.diagnosis.versions, (found.diagnosis.versions[-1],))
-        and made.diagnosis.pending is None
-    )
+    assert same(made.diagnosis.versions, (found.diagnosis.versions[-1],))
+    assert made.diagnosis.pending is None
     made.close()
 
 
@@ -400,9 +396,8 @@ def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
     dead(session)
     made = begun(SavedWorkFolders(work.root))
     assert not made.store.restore() and made.store.earlier is None
-    assert made.document.change(set_value(("identify", "population"), 18)) and has_saved_work(
-        made.folder
-    )
+    assert made.document.change(set_value(("identify", "population"), 18))
+    assert has_saved_work(made.folder)
     made.close()
     (aside,) = work.root.glob("unread-*")
     assert aside.name in made.message.text and said in made.message.text
@@ -464,10 +459,8 @@ def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPa
     assert session.document.change(set_value(("identify", "population"), 17))
     assert "Autosave failed" in session.message.text
     session.show_message("")
-    assert (
-        session.document.change(set_value(("identify", "population"), 18))
-        and not session.message.text
-    )
+    assert session.document.change(set_value(("identify", "population"), 18))
+    assert not session.message.text
 
 
 def test_the_oldest_go_first_and_none_that_is_in_use(

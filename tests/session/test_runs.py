@@ -139,11 +139,9 @@ def test_a_job_of_a_scenario_that_was_left_is_not_heard_of_again(session: Sessio
     session.choose("demo")
     assert job is not None
     until(lambda: job.over)
-    assert (
-        session.identification.outcome is None
-        and not session.run.state.busy
-        and not session.message.text
-    )
+    assert session.identification.outcome is None
+    assert not session.run.state.busy
+    assert not session.message.text
 
 
 def exporting(session: Session) -> tuple[ExportPanel, dict[str, bytes]]:
