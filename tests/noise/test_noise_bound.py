@@ -12,7 +12,9 @@ from scipy.signal import lfilter
 from flexgui.core.noise.output_noise import _limited_by_prediction, white_noise_bound
 from flexgui.core.noise.sensor_noise import (
     ESTIMATED,
+    STATED,
     ColumnNoise,
+    common_quantisation_step,
 )
 from flexgui.core.recording.recording import Recording
 
@@ -71,6 +73,11 @@ def test_friction_that_no_model_knows_hides_little_of_it() -> None:
     assert level is not None and WHITE / NEAR < level < FOLLOWED * WHITE
 
 
+def test_without_noise_next_to_nothing_is_unforeseen() -> None:
+    level = white_noise_bound(recordings(count=0.0), "theta1", ["u1"])
+    assert level is not None and level < 1e-3 * WHITE
+
+
 @pytest.mark.parametrize("sensor_noise", [0.0, 0.05])
 def test_what_a_controller_makes_of_noisy_encoders_is_no_noise_of_its_torque(
     sensor_noise: float,
@@ -118,6 +125,23 @@ def test_the_last_digit_of_a_file_is_no_count_and_a_memory_is_no_foresight() -> 
     assert bounded(loud, SEEN) == pytest.approx(kept)
 
 
+def test_what_is_stated_stays() -> None:
+    assert bounded(recordings(), replace(SEEN, source=STATED)) > 10.0 * WHITE
+
+
+def test_hundreds_of_recordings_are_no_obstacle() -> None:
+    level = white_noise_bound(recordings() * 100, "theta1", ["u1"])
+    assert level is not None and WHITE / NEAR < level < NEAR * WHITE
+
+
+def test_short_recordings_and_holes_say_nothing() -> None:
+    short = [r.excerpt(60) for r in recordings()[:1]]
+    assert white_noise_bound(short, "theta1", ["u1"]) is None
+    holed = recordings()[0]
+    holed.channels["theta1"][5] = np.nan
+    assert white_noise_bound([holed], "theta1", ["u1"]) is None
+
+
 RIPPLED = 40.0
 """Times the white noise: what a ripple leaves that no linear equation foretells."""
 
@@ -131,3 +155,12 @@ def test_a_calm_recording_tells_what_lively_ones_hide() -> None:
     level = white_noise_bound(found, "theta1", ["u1"])
     assert level is not None and lively_alone is not None
     assert WHITE <= level < NEAR * WHITE < 0.5 * lively_alone
+
+
+def test_counts_are_seen_over_all_recordings_where_one_alone_has_no_neighbours() -> None:
+    rng = np.random.default_rng(8)
+    sparse = COUNT * np.array([3.0, 11.0, 20.0, 47.0, 92.0])
+    dense = 0.4 * COUNT + COUNT * rng.integers(0, 500, SAMPLES)
+    assert common_quantisation_step([sparse]) == 0.0
+    assert common_quantisation_step([sparse, dense]) == pytest.approx(COUNT)
+    assert common_quantisation_step([sparse, rng.standard_normal(SAMPLES)]) == 0.0

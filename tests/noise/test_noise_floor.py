@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.presets import presets
+from flexgui.core.arm.segment import Segment
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
@@ -27,8 +29,9 @@ from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.simulate.motion import at_rest
 from flexgui.core.simulate.nonlinear import simulate_within
-from tests.helpers import task_from
+from tests.helpers import from_rest, task_from
 from tests.marks import long_except
 from tests.noise import floors
 from tests.noise.floors import Case, found_and_true
@@ -203,12 +206,89 @@ def test_of_the_torque_of_a_virtual_servo(stated, cutoff, output_cutoff):
     near(found, {"u1": servo_truth(processing)}, "stated" if stated else "estimated")
 
 
+def test_of_a_virtual_servo_whose_motion_repeats():
+    processing = Processing(ZeroPhaseLowPass(cutoff_hz=40.0))
+    floor = servo_floor(driven(1, cycles=3), processing, {"u1": 0.01})
+    assert floor.source == "repetition"
+    assert floor.value == pytest.approx(servo_truth(processing), rel=FACTOR - 1.0)
+
+
+FLEXIBLE = Arm(
+    segments=(
+        Segment(length=0.4, mass=2.3, EI=268.0, hub_inertia=0.05, modes=1),
+        Segment(length=0.4, mass=1.6, EI=194.0, hub_inertia=0.03, modes=1),
+    )
+)
+
+ANGLE_COUNT = 2.4e-5
+"""rad"""
+
+OUTPUTS = ("torque", "z")
+
+
+def pushed(seed: int, draw: int) -> Recording:
+    """A flexible arm under torques that jump, from rest; `draw` 0 has no noise."""
+    rng = np.random.default_rng(seed)
+    torque = np.repeat(rng.choice([-1.0, 1.0], (40, 2)) * [6.0, 2.0], 20, axis=0)
+    model = Model(FLEXIBLE, Torque(), "nonlinear")
+    task = from_rest(model, [0.0, 1.2], torque)
+    trajectory = simulate_within(model, model.numbers(), task).trajectory
+    place, tip = trajectory.joint_positions, np.array(sensor("z").measure(trajectory))
+    if draw:
+        noise = np.random.default_rng([seed, draw])
+        place = np.round(place / ANGLE_COUNT + noise.uniform(size=2)) * ANGLE_COUNT
+        tip = tip + 2e-5 * noise.standard_normal(tip.shape)
+    channels = {f"u{k + 1}": torque[:, k] for k in range(2)}
+    channels |= {f"theta{k + 1}": place[:, k] for k in range(2)}
+    channels |= {f"z{k + 1}": tip[:, k] for k in range(2)}
+    return Recording(f"r{seed}", task.time, channels)
+
+
+@pytest.mark.long
+def test_of_a_flexible_arm_that_is_led_along_coarse_encoders_from_rest():
+    """The noise shakes links that are hardly damped, in the draws as in the recordings."""
+    plain = Model(FLEXIBLE, Torque(), "nonlinear")
+    posture = at_rest(np.array([0.0, 1.2]), FLEXIBLE.coordinates)[: FLEXIBLE.coordinates]
+    inertia = np.diag(plain.compiled.mass_matrix(posture, plain.numbers().p))[:2]
+    model = plain.steered_by(FollowingServo(Torque(), 60.0, tuple(inertia)))
+    processing, outputs = Processing(ZeroPhaseLowPass(cutoff_hz=80.0)), [sensor(k) for k in OUTPUTS]
+    seeds, numbers = range(1, 7), model.numbers()
+
+    def missing(seed: int, draw: int) -> np.ndarray:
+        e = prepare(model, pushed(seed, draw), outputs, processing)
+        return e.predicted(motion_of(e, numbers, {}, 2), numbers, {}) - e.measured
+
+    apart = [missing(s, d) - missing(s, 0) for s in seeds for d in (1, 2)]
+    true = np.sqrt(np.mean([np.mean(x**2, axis=0) for x in apart], axis=0))
+    found = floors.floors(model, [pushed(s, 1) for s in seeds], OUTPUTS, processing)
+    for floor, expected in zip(found.values(), true, strict=True):
+        assert expected / FACTOR < floor.noise < expected * FACTOR
+
+
 def test_a_recording_that_a_model_misses_says_nothing_of_the_sensor():
     rng = np.random.default_rng(3)
     noise = [rng.standard_normal(400) for _ in range(30)]
     missed = 20.0 * rng.standard_normal(400)
     assert len(quietest_stretches([*noise, missed])) == len(noise)
     assert quieter_of(noise[0], missed) is noise[0] and quieter_of(missed, noise[0]) is noise[0]
+
+
+def test_an_axis_that_stands_still_does_not_speak_for_those_that_move():
+    """Where it moves through no count its column is constant."""
+    moving = 0.4 * np.random.default_rng(4).standard_normal(400)
+    assert len(quietest_stretches([np.zeros(400), moving], quantum=1.0)) == 2
+
+
+def test_a_narrow_logger_hides_the_sensor_and_not_what_is_added_behind_it():
+    """Undoing a filter of 2 Hz would turn the motion's own band into noise."""
+    logger = LoggerFilter(frequency=12.57, damping=0.9)
+    plain = floors.clean(1e-3, 2.0, "prbs", 1)
+    case = Case(logger=logger, std=0.0, wrong=0.7)
+    seen, rng = floors.noisy(case, plain, np.random.default_rng(1)), np.random.default_rng(2)
+    added = {n: seen[n] + 1e-6 * rng.standard_normal(len(seen.time)) for n in ("z1", "z2")}
+    written = replace(seen, channels={**seen.channels, **added})
+    found = floors.floors(floors.model_of(case), [written], ("z",), case.processing)
+    assert all(1e-6 / FACTOR < floor.value < 1e-6 * FACTOR for floor in found.values())
 
 
 @pytest.mark.parametrize("kind", ["coulomb_friction", "joint_elasticity", "torque_ripple"])
@@ -252,3 +332,13 @@ def test_from_recordings_that_repeat_one_another(cutoff):
     seen = [floors.noisy(case, replace(plain, name=f"r{k}"), rng) for k in range(3)]
     found = floors.floors(floors.model_of(case), seen, ("z", "encoder"), case.processing)
     near(found, floors.truth(case, plain, ("z", "encoder")), "repetition")
+
+
+def test_the_same_references_at_another_posture_are_no_repetition():
+    case = Case()
+    plain = floors.clean(case.dt, case.seconds, case.excitation, 1)
+    moved = {**plain.channels, "theta2": plain["theta2"] + 0.5}
+    rng = np.random.default_rng(2)
+    pair = [floors.noisy(case, r, rng) for r in (plain, replace(plain, channels=moved))]
+    found = floors.floors(floors.BARE, pair, ("z",), case.processing)
+    assert {floor.source for floor in found.values()} == {"estimated"}

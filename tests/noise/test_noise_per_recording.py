@@ -62,6 +62,10 @@ def test_a_noisy_recording_among_some_without_noise_is_known() -> None:
     assert found[0] == found[2] == 1.0 and found[1] > 100.0
 
 
+def test_recordings_that_are_too_short_have_no_noise_of_their_own() -> None:
+    assert noise_ratios([[np.zeros(10)], noise(8, 1.0)]).tolist() == [1.0, 1.0]
+
+
 def diagnosed(snrs: list[float | None], seed: int, **more: Any) -> Diagnosis:
     """Of the paper's arm without anything hidden."""
     recordings: list[dict[str, Any]] = []

@@ -92,6 +92,19 @@ def test_channels_of_different_rates_are_whitened_each_by_itself() -> None:
     assert white[N:] == pytest.approx(fit_whitener([slow], [[TENTH]])(0, slow))
 
 
+def test_a_channel_without_any_sample_weighs_nothing() -> None:
+    x, nothing = noise(4, EVERY_ROW, 0.5), np.zeros((N, 1))
+    white = fit_whitener([np.hstack([x, nothing])], [[EVERY_ROW, EVERY_ROW[:0]]])
+    assert white(0, np.hstack([x, nothing])).shape == (N,)
+
+
+def test_an_autoregression_along_an_unbroken_series_is_that_filter() -> None:
+    x = noise(5, EVERY_ROW, 0.9)
+    one = fit_whitener([x], [[EVERY_ROW]]).predictions[0][0]
+    assert one.weights[100, 0] == pytest.approx(0.9, abs=0.02)
+    assert one.deviation[100] == pytest.approx(np.sqrt(1.0 - 0.9**2), rel=0.03)
+
+
 @pytest.mark.parametrize(
     "sampled", long_except(("a tenth", "a third dropped"), SAMPLED), ids=lambda name: name
 )
