@@ -14,6 +14,10 @@ from pathlib import Path
 import pytest
 
 from flexgui.core.arm import cache
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.compiled import _name as name_of
+from flexgui.core.arm.compiled import compile_wide_arm
+from tests.helpers import PAPER
 
 WORK = """
 import numpy as np
@@ -124,6 +128,35 @@ def test_what_is_damaged_is_made_anew_and_said_once(
     assert work(folder) == (kept[1], "")
 
 
+@pytest.mark.long
+def test_without_a_folder_it_works_in_a_temporary_one(
+    work: Work, kept: tuple[Path, str], tmp_path: Path
+) -> None:
+    place = tmp_path / "file"
+    place.touch()
+    said, trouble = work(place / "cache")
+    assert said == kept[1]
+    assert trouble.count("\n") == 1 and "cannot be used" in trouble and str(place) in trouble
+    assert "Traceback" not in trouble
+
+
+@pytest.mark.long
+def test_a_second_checkout_compiles_nothing_again(tmp_path: Path) -> None:
+    """Continuous integration and a second clone start from what the first one left."""
+    cached = tmp_path / "cache"
+    environment = {**os.environ, cache.VARIABLE: str(cached)}
+    kept = []
+    for place in ("first", "second"):
+        copy, without = tmp_path / place / "physics", shutil.ignore_patterns("__pycache__")
+        shutil.copytree(cache.PACKAGE, copy, ignore=without)
+        subprocess.run(
+            [sys.executable, "-c", "import physics.arm.evaluation"],
+            cwd=tmp_path / place, env=environment | {"PYTHONPATH": "."}, check=True,
+        )  # fmt: skip
+        kept.append({p: p.stat().st_mtime_ns for p in cached.rglob("*.nb?")})
+    assert kept[0] and kept[1] == kept[0]
+
+
 def test_a_disk_that_becomes_full_is_said_and_another_folder_is_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -164,3 +197,9 @@ def test_a_cache_that_cannot_grow_keeps_the_result(
 
     assert twice(21) == 42
     assert "cannot be saved" in caplog.text
+
+
+def test_the_module_for_many_arms_at_once_is_kept_with_a_digest_too() -> None:
+    structure = Structure.of(PAPER)
+    compile_wide_arm(structure)
+    assert cache.is_whole(cache.module_file(f"wide_{name_of(structure)}"))

@@ -41,3 +41,18 @@ def test_modulus_and_width_enter_only_as_epsilon_d4() -> None:
     p = catalogue.vectors(["epsilon", "d"], valley)
     assert p[:, slot(0, STIFFNESS)] == pytest.approx(520.8333333, rel=1e-9)
     assert np.allclose(p, p[0], rtol=1e-12)
+
+
+def test_many_value_vectors_are_as_one_by_one() -> None:
+    catalogue = ArmCatalogue(PAPER)
+    names = ["EI1", "m2", "tau1", "g2"]
+    values = np.random.default_rng(1).uniform(0.5, 2.0, (5, 4))
+    together = catalogue.vectors(names, values)
+    for row, each in zip(together, values, strict=True):
+        assert np.array_equal(catalogue.vectors(names, each[None])[0], row)
+
+
+def test_shared_parameters_are_offered_only_where_segments_agree() -> None:
+    assert {"EI", "epsilon", "d"} <= set(ArmCatalogue(PAPER).parameters)
+    assert "EI" not in ArmCatalogue(ARMS["1-1"]).parameters
+    assert "epsilon" not in ArmCatalogue(ARMS["1-1"]).parameters

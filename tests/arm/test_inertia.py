@@ -15,7 +15,7 @@ from flexgui.core.arm.segment import Segment
 from flexgui.core.arm.slots import INERTIA, arm_vector, weighing
 from flexgui.core.errors import InputError
 from flexgui.core.plugins import classes_of
-from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, loaded, random_state, straight
+from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, jacobian, loaded, random_state, straight
 
 ROUNDING = 1e-12
 """Relative to the largest entry: some tens of roundings of double precision."""
@@ -58,6 +58,24 @@ def test_inertia_is_symmetric_and_positive_when_bent(name: str) -> None:
         scale = np.sqrt(np.diag(M))
         assert np.array_equal(M, M.T)
         assert np.linalg.eigvalsh(M / np.outer(scale, scale)).min() > 0.0
+
+
+DIFFERENCES = 1e-9
+"""Central differences of fourth order with a step of 1e-3."""
+
+
+@pytest.mark.parametrize("name", EVERY_ARM)
+def test_tip_mass_adds_its_own_jacobian_to_the_bent_inertia(name: str) -> None:
+    """M grows by mt J'J, with J by differences of the tip's place."""
+    arm = ARMS[name]
+    last = arm.segments[-1].model_copy(update={"tip_mass": 0.8})
+    heavier = arm.model_copy(update={"segments": (*arm.segments[:-1], last)})
+    q = random_state(arm, seed=4)[0]
+    code = compiled(arm)
+    J = jacobian(lambda x: code.tip_place(x, arm_vector(arm))[0], q)
+    M = code.mass_matrix(q, arm_vector(arm))
+    grown = code.mass_matrix(q, arm_vector(heavier)) - M
+    assert np.abs(grown - 0.8 * J.T @ J).max() < DIFFERENCES * np.abs(M).max()
 
 
 @pytest.mark.parametrize("elastic", [False, True])

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy as sp
 
-from flexgui.core.arm.slots import arm_vector
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.kinematics import Kinematics, components
+from flexgui.core.arm.slots import LENGTH, MASS, TIP_MASS, arm_vector
 from tests.helpers import ARMS, EVERY_ARM, compiled, jacobian, loaded, random_state, straight
 
 BALANCE = 1e-8
@@ -37,6 +40,45 @@ def test_undriven_undamped_motion_keeps_its_kinetic_and_bending_energy(name: str
         assert abs(v @ inertial + moving) < BALANCE * max(parts, 1.0)
 
 
+def gravity_potential(kinematics: Kinematics) -> sp.Expr:
+    """V_g = - sum of masses times g . p, integrated over each segment."""
+    s = kinematics.symbols
+    g = sp.Matrix(s.gravity)
+    total = sp.Integer(0)
+    for k in range(kinematics.structure.segments):
+        length = s.slot(k, LENGTH)
+        place = components(kinematics.point(k, s.x))
+        height = sp.integrate(sp.expand(place.dot(g)), (s.x, 0, length))
+        tip = components(kinematics.segment_tip(k)).dot(g)
+        total -= s.slot(k, MASS) / length * height + s.slot(k, TIP_MASS) * tip
+    return total
+
+
+@pytest.mark.parametrize("name", ["1-1", "ground"])
+def test_gravity_is_the_slope_of_its_stated_potential(name: str) -> None:
+    arm = loaded(ARMS[name], GRAVITY)
+    kinematics = Kinematics(Structure.of(arm))
+    potential = sp.lambdify(
+        [kinematics.symbols.q, kinematics.symbols.p], gravity_potential(kinematics)
+    )
+    free, pulled = arm_vector(loaded(ARMS[name])), arm_vector(arm)
+    code, still = compiled(arm), np.zeros(arm.coordinates)
+    for seed in range(3):
+        q = random_state(arm, seed)[0]
+        force = code.mass_and_force(q, still, pulled)[1] - code.mass_and_force(q, still, free)[1]
+        slope = jacobian(lambda x: np.array([potential(x, pulled)]), q)[0]
+        assert np.abs(force + slope).max() < BALANCE * np.abs(force).max()
+
+
+def test_gravity_torque_of_a_straight_horizontal_arm_is_its_first_moment() -> None:
+    arm = loaded(ARMS["1-1"], (0.0, -9.81))
+    force = compiled(arm).mass_and_force(np.zeros(4), np.zeros(4), arm_vector(arm))[1]
+    (l1, m1, t1), (l2, m2, t2) = ((s.length, s.mass, s.tip_mass) for s in arm.segments)
+    second = 9.81 * (m2 * l2 / 2 + t2 * l2)
+    first = 9.81 * (m1 * l1 / 2 + t1 * l1 + (m2 + t2) * l1) + second
+    assert force[:2] == pytest.approx([-first, -second], rel=1e-12)
+
+
 @pytest.mark.parametrize("name", EVERY_ARM)
 def test_kelvin_voigt_damping_never_injects_power(name: str) -> None:
     arm = loaded(ARMS[name])
@@ -66,3 +108,14 @@ def test_stiffness_and_damping_are_the_slopes_of_the_force(name: str) -> None:
         slope_v = jacobian(lambda x, q=q: code.mass_and_force(q, x, p)[1], still)
         assert np.abs(K + slope_q).max() < DIFFERENCES * np.abs(K).max()
         assert np.abs(D + slope_v).max() < DIFFERENCES * max(np.abs(D).max(), 1.0)
+
+
+@pytest.mark.parametrize("name", ["1-1", "3-3", "0-2-1"])
+def test_stiffness_does_not_depend_on_the_joints_without_gravity(name: str) -> None:
+    arm = loaded(ARMS[name])
+    p, code = arm_vector(arm), compiled(arm)
+    some = [
+        code.linear_matrices(straight(random_state(arm, s)[0][: arm.joints], arm), p)
+        for s in range(3)
+    ]
+    assert all(np.array_equal(some[0][0], K) and np.array_equal(some[0][1], D) for K, D in some)

@@ -11,7 +11,9 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.catalogue import ArmCatalogue
 from flexgui.core.arm.segment import Segment
 from flexgui.core.arm.slots import arm_vector
+from flexgui.core.effects.joint_load import joint_load
 from flexgui.core.simulate.descriptor import descriptor
+from flexgui.core.simulate.equations import equations
 from tests.helpers import ARMS, compiled, loaded, looped, random_state, relative_to_largest
 
 ROUNDING = 1e-12
@@ -119,6 +121,18 @@ def test_a_uniform_beam_may_be_stated_as_such(name: str) -> None:
         assert relative_to_largest(one, other) < ROUNDING
 
 
+def test_the_displayed_equations_have_what_is_stated_and_no_more() -> None:
+    first, second, _, _ = random_links(1)
+    uniform = Segment(length=0.4, mass=2.0, modes=0)
+    arm = Arm(segments=(first.segment, second.segment.model_copy(update={"inertia": None})))
+    shown = {e.title: e.latex for e in equations(looped(arm))}
+    assert r"J_{c1} \omega_{1}^2" in shown["Kinetic energy"]
+    assert r"\dot{p}_{2}(x_{c2}, y_{c2})" in shown["Kinetic energy"]
+    assert "J_{c1}" in shown["M0, constant part"] and "J_{c2}" not in shown["M0, constant part"]
+    plain = Arm(segments=(uniform, uniform))
+    assert not any("c1" in e.latex for e in equations(looped(plain)))
+
+
 def test_what_is_not_stated_follows_length_and_mass_while_they_are_estimated() -> None:
     plain = Segment(length=0.5, mass=4.0, modes=0)
     known = Segment(length=0.4, mass=2.0, modes=0, centre_of_mass=0.1, inertia=0.02)
@@ -130,8 +144,25 @@ def test_what_is_not_stated_follows_length_and_mass_while_they_are_estimated() -
     assert found[0] == pytest.approx(arm_vector(Arm(segments=(plain, known))))
 
 
+def test_what_is_estimated_follows_nothing() -> None:
+    arm = Arm(segments=(Segment(length=0.5, mass=4.0, modes=0),))
+    names = ["xc1", "yc1", "Jc1", "l1", "m1"]
+    found = ArmCatalogue(arm).vectors(names, np.array([[0.3, 0.02, 0.05, 0.6, 3.0]]))
+    link = Segment(
+        length=0.6, mass=3.0, modes=0, centre_of_mass=0.3, centre_of_mass_across=0.02, inertia=0.05
+    )
+    assert found[0] == pytest.approx(arm_vector(Arm(segments=(link,))))
+
+
 def test_only_rigid_links_have_a_centre_and_an_inertia_to_estimate() -> None:
     names = set(ArmCatalogue(ARMS["0-2-1"]).parameters)
     assert names & {f"{what}{k}" for what in ("xc", "yc", "Jc") for k in (1, 2, 3)} == {
         "xc1", "yc1", "Jc1"
     }  # fmt: skip
+
+
+def test_a_joint_moves_what_its_mass_matrix_says() -> None:
+    first, second, _, _ = random_links(4)
+    arm = elbow(first, second)
+    D, _, _ = textbook(first, second, np.zeros(2), np.zeros(2))
+    assert [joint_load(arm, k) for k in (0, 1)] == pytest.approx(np.diag(D))

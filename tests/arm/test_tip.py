@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from flexgui.core.arm.slots import arm_vector
 from flexgui.core.errors import InputError
-from flexgui.core.sensors.rigid_rates import rigid_angle_matrix, rigid_angles
+from flexgui.core.sensors.rigid_rates import rigid_angle_matrix, rigid_angles, rigid_rates
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, jacobian, random_state
 
 ROUNDING = 1e-12
@@ -86,6 +86,19 @@ def test_rigid_arm_of_a_rigid_motion_is_the_motion(
     )
     near_singular = 1e-9  # acos loses half the digits where the arm is nearly straight
     assert np.abs(rigid_angles(theta, z, l1, l2) - theta).max() < near_singular
+
+
+def test_rates_of_the_rigid_arm_are_the_slope_of_its_angles() -> None:
+    rng = np.random.default_rng(7)
+    z0, speed = np.array([0.4, 0.5]), rng.standard_normal(2)
+    theta = np.array([[0.2, 1.2]])
+
+    def y(t: np.ndarray) -> np.ndarray:
+        return rigid_angles(theta, (z0 + t[0] * speed)[None], 0.5, 0.5)[0]
+
+    slope = jacobian(y, np.zeros(1))[:, 0]
+    rate = rigid_rates(y(np.zeros(1))[None], speed[None], 0.5, 0.5)[0]
+    assert np.abs(slope - rate).max() < DIFFERENCES
 
 
 @pytest.mark.parametrize("name", ["one mode", "slide", "0-2-1"])

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
+
 import numpy as np
 import pytest
 
+from flexgui.core import drives
 from flexgui.core.arm.slots import arm_vector
 from flexgui.core.drives import build_drive
 from flexgui.core.drives.drive import Drive, drive_classes
 from flexgui.core.errors import InputError
+from flexgui.core.plugins import modules_of
 from flexgui.core.recording.recording import Recording
 from tests.helpers import ARMS, PAPER, refusal
 
@@ -35,6 +39,17 @@ DRIVEN = [kind for kind in KINDS if kind != "held"]
 
 def built(kind: str) -> Drive:
     return build_drive(kind, OPTIONS[kind])
+
+
+def test_every_drive_of_the_folder_is_found_and_has_settings_here() -> None:
+    written = {
+        thing.kind
+        for module in modules_of("flexgui.core.drives")
+        for thing in vars(module).values()
+        if inspect.isclass(thing) and issubclass(thing, Drive) and thing.kind
+    }
+    assert written == set(KINDS) == set(OPTIONS)
+    assert drives.__doc__
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -123,6 +138,11 @@ def test_bad_settings_are_said_in_one_line(kind: str, change: dict, words: str) 
     assert said.startswith(f"[drive] {words}")
 
 
+def test_a_missing_setting_is_named() -> None:
+    with pytest.raises(InputError, match=r"^\[drive\] gains"):
+        build_drive("velocity_loop", {})
+
+
 def test_an_unknown_kind_is_named_with_the_nearest_known_one() -> None:
     with pytest.raises(InputError, match="did you mean 'velocity_loop'"):
         build_drive("velocty_loop", {})
@@ -166,3 +186,13 @@ def test_a_known_torque_that_has_no_place_is_refused(kind: str, stated, words: s
 def test_a_known_torque_of_a_joint_that_is_not_there_is_refused() -> None:
     with pytest.raises(InputError, match="names joint 3; the arm has 2"):
         build_drive("torque", {"known_torque": [3]}).check(PAPER)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_slider_moves_a_setting_of_the_drive(kind: str) -> None:
+    drive = drive_classes()[kind]
+    for slider in drive.sliders:
+        assert slider.setting in drive.model_fields
+        low, high, step = slider.limits
+        assert low < high and 0.0 < step < high - low
+        assert slider.unit and slider.letter

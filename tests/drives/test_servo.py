@@ -55,6 +55,12 @@ def servo_torque(added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return motion.torque - signals[:, :2], np.column_stack([recording["u1"], recording["u2"]])
 
 
+def test_servo_idles_where_the_model_is_perfect() -> None:
+    own, recorded = servo_torque(np.zeros(2))
+    idle, usual = own[SETTLING:].std(axis=0), recorded[SETTLING:].std(axis=0)
+    assert np.all(idle < IDLE * usual)
+
+
 def test_servo_supplies_a_torque_that_is_withheld() -> None:
     missing = np.array([2.0, -1.0])
     supplied = servo_torque(missing)[0] - servo_torque(np.zeros(2))[0]
@@ -84,6 +90,11 @@ def test_a_drive_that_sees_the_links_cannot_be_replayed() -> None:
     servo = FollowingServo(build_drive("state_feedback", options), 60.0, (4.0, 1.0))
     with pytest.raises(InputError, match="state_feedback"):
         servo.law(PAPER, np.ones(18), {})
+
+
+def test_the_response_lets_a_constant_through_from_the_first_sample() -> None:
+    constant = np.full((50, 2), 3.0)
+    assert SERVO.response(constant, RESPONSE_STEP) == pytest.approx(constant, rel=1e-12)
 
 
 RESPONSE_STEP = 1e-3

@@ -10,12 +10,12 @@ import sympy as sp
 
 from flexgui.core.effects.bristle import bristle_law
 from flexgui.core.forces.element import Element
-from flexgui.core.forces.law import ForceLaw, V, X
+from flexgui.core.forces.law import ForceLaw, V, W, X
 from flexgui.core.model import Model
 from flexgui.core.simulate.batch import Job, run, simulate_lanes
 from flexgui.core.simulate.nonlinear import simulate_within
 from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, at, excited, forced, reference_solution
-from tests.helpers import PAPER, looped, task_from
+from tests.helpers import ARMS, PAPER, looped, task_from
 from tests.marks import long_except
 
 F = sp.Symbol("f", positive=True)
@@ -67,6 +67,28 @@ def test_shares_stay_within_one_however_hard_the_joint_is_turned_round(
     assert np.abs(found).max() > 0.99
 
 
+ENCODER = 1e-5
+"""rad: what an encoder resolves; no choice of a method may be seen by one."""
+
+
+def test_halving_the_step_moves_the_motion_by_less_each_time() -> None:
+    model = rubbing(looped(ARMS["2-2"], gain=40.0), 1e-6)
+    task, numbers = excited(model), model.numbers()
+    motions = [run(model, numbers, task, s).q for s in (4, 8, 16, 32, 64)]
+    moved = [np.abs(b - a).max() for a, b in zip(motions, motions[1:], strict=False)]
+    assert moved[-1] < 0.2 * moved[0], moved
+    assert moved[1] < ENCODER
+
+
+def test_the_way_of_a_turn_round_is_all_that_is_seen_of_it() -> None:
+    """A velocity loop does not take back what each turn-round leaves."""
+    base = looped(PAPER)
+    task = jerked(base)
+    motions = [run(m, m.numbers(), task, 64).q for m in (rubbing(base, w) for w in (1e-6, 1e-9))]
+    turns = 2 * len(np.flatnonzero(np.diff(task.references[:, 0])))
+    assert np.abs(motions[0] - motions[1]).max() < turns * 1e-6
+
+
 def pulled(torque: float, seconds: float = 2.0):  # type: ignore[no-untyped-def]
     """A bare arm whose first joint rubs at 1.5 N m and is pulled by a constant torque."""
     base = looped(PAPER, gain=0.0)
@@ -93,3 +115,9 @@ def test_two_bristles_at_a_joint_are_one_of_the_sum() -> None:
     once = forced(base, Element(DRY, (at(PAPER, 0),), (1.5, 1e-6)))
     a, b = (run(m, m.numbers(), task, 8).q for m in (twice, once))
     assert np.abs(a - b).max() < 1e-9
+
+
+def test_a_bristle_without_a_state_is_refused() -> None:
+    with pytest.raises(ValueError, match="one port and one state"):
+        ForceLaw((X,), (V,), (-F * V,), (F,), bristle=True)
+    assert ForceLaw((X,), (V,), (-F * W,), (F,), (W,), (V,), bristle=True).bristle

@@ -117,6 +117,11 @@ def test_any_name_of_a_parameter_is_harmless(name: str) -> None:
     assert name in ("x", "out", "e", "c0", "s1") or name not in module_text(law)
 
 
+def test_a_parameter_that_is_a_port_too_is_refused() -> None:
+    with pytest.raises(ValueError, match="one symbol stands for two things"):
+        joint_law(-sp.Symbol("x", real=True) * V, (X,))
+
+
 def test_a_law_is_compiled_once_and_kept_as_a_file() -> None:
     first = compile_law(LAWS["dry friction"])
     assert first.address and first.wide_address
@@ -145,6 +150,15 @@ def test_a_formula_that_is_tried_leaves_no_file_no_module_and_no_compiled_code(
         tried(k)(np.ones(1), np.ones(1), np.zeros(0), np.ones(1))
     assert not list(tmp_path.rglob("*"))
     assert not {name for name in set(sys.modules) - modules if "force" in name or "formula" in name}
+
+
+def test_neither_does_one_that_an_integrator_calls(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    law = tried(1000)
+    assert law.address and law.wide_address
+    assert not list(tmp_path.rglob("*"))
 
 
 @pytest.mark.parametrize("force", [A / X, A * sp.log(X), A * sp.sqrt(X - 1), A * X**-0.5])

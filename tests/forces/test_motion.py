@@ -144,6 +144,15 @@ def test_a_damper_at_a_joint_is_a_velocity_loop_with_that_gain() -> None:
     assert np.abs(a.q - b.q).max() < 1e-12
 
 
+def test_the_same_element_twice_is_one_of_twice_the_size() -> None:
+    base = looped(PAPER)
+    twice = forced(base, *2 * [Element(MAXWELL, (at(PAPER, 1),), (50.0, 0.01))])
+    once = forced(base, Element(MAXWELL, (at(PAPER, 1),), (100.0, 0.01)))
+    task = excited(base)
+    a, b = (run(m, m.numbers(), task, 4) for m in (twice, once))
+    assert np.abs(a.q - b.q).max() < 1e-12
+
+
 def test_a_steady_pull_at_the_tip_moves_it_by_what_statics_says() -> None:
     """Joints held by springs, a slow damper, a force of 2 N: J K^-1 J' F after everything rests."""
     stiff = (400.0, 300.0)
