@@ -94,6 +94,19 @@ def test_parameters_are_complete(kind: str) -> None:
         UNITS.parse_units(item.unit)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_parameters_keep_their_names_whatever_moves(kind: str) -> None:
+    """Sizes from recordings move starts and bounds, never names or units."""
+    one = effect(kind)
+    guessed = one.parameters(one.changed_arm(PAPER, {}), looped(PAPER).drive, typical(PAPER))
+    seen = parameters_of(one)
+    assert [(k.parameter.name, k.parameter.unit) for k in guessed] == [
+        (k.parameter.name, k.parameter.unit) for k in seen
+    ]
+    names = [k.parameter.name for k in seen]
+    assert len(set(names)) == len(names)
+
+
 def test_no_two_effects_have_a_parameter_in_common_unless_one_is_part_of_the_other() -> None:
     """Hub inertia belongs to elastic joints and backlash too, as a secondary one."""
     names = {kind: {k.parameter.name for k in primary(effect(kind))} for kind in KINDS}
@@ -124,6 +137,34 @@ def test_an_effect_kept_at_neutral_changes_no_bit(kind: str, arm) -> None:  # ty
     dt = task.sample_time
     seen, expected = readings(kept, after, dt), readings(base, before, dt)
     assert all(np.array_equal(seen[sensor], y) for sensor, y in expected.items())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_effect_is_seen_by_a_camera_or_an_encoder(kind: str) -> None:
+    base = base_for(effect(kind))
+    model = with_effect(kind, base)
+    task = experiment(model, seconds=0.3, amplitude=1.0)
+    dt = task.sample_time
+    seen = readings(model, moved(model, task), dt)
+    expected = readings(base, moved(base, experiment(base, seconds=0.3, amplitude=1.0)), dt)
+    apart = max(float(np.abs(seen[s] - expected[s]).max()) for s in ("z", "encoder"))
+    assert 1e-7 < apart < np.inf
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_values_reach_the_model(kind: str) -> None:
+    """What a fit varies is what is simulated: `numbers` agrees with a model built at a value."""
+    one = effect(kind)
+    base = base_for(one)
+    model = with_effect(kind, base)
+    for quantity in primary(one):
+        name, value = quantity.parameter.name, 1.05 * quantity.parameter.value
+        built = with_effect(kind, base, {**model.effect_values, name: value}).numbers()
+        varied = model.numbers({name: value})
+        assert np.array_equal(built.p, varied.p)
+        assert np.array_equal(built.law.limit, varied.law.limit)
+        assert np.array_equal(built.law.Fs, varied.law.Fs)
+        assert [e.values for e in built.elements] == [e.values for e in varied.elements]
 
 
 def _all_neutral(kind: str, arm) -> dict[str, float]:  # type: ignore[no-untyped-def]

@@ -9,18 +9,22 @@ from flexgui.core.arm.slots import arm_vector
 from flexgui.core.drives import build_drive
 from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
-from flexgui.core.effects import effect
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import Rig, effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.refinement import refine
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import simulate_recording
 from flexgui.core.simulate.nonlinear import simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.helpers import PAPER, looped
+from tests.identify.helpers import residuals_of
 
 GAIN = effect("drive_gain")
 NAMES = {
@@ -50,6 +54,17 @@ def test_its_parameters_are_the_drives_own(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_a_drives_parameters_can_be_estimated_without_the_effect(kind: str) -> None:
+    spec = IdentifySpec(parameters=NAMES[kind])
+    model = Model(PAPER, drive(kind))
+    assert [model.parameter(name).value > 0.0 for name in spec.parameters] == [True] * len(
+        NAMES[kind]
+    )
+    known = model.numbers({NAMES[kind][0]: 1.3 * model.parameter(NAMES[kind][0]).value}).law
+    assert not np.array_equal(known.R, model.numbers().law.R)
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_law_at_other_values_is_that_of_a_drive_stated_so(kind: str) -> None:
     p, stated = arm_vector(PAPER), OPTIONS[kind]
     factor = {"velocity_loop": "gains", "cascade": "velocity_gains"}.get(kind, "torque_constants")
@@ -59,6 +74,35 @@ def test_a_law_at_other_values_is_that_of_a_drive_stated_so(kind: str) -> None:
     found, expected = drive(kind).law(PAPER, p, values), build_drive(kind, other).law(PAPER, p, {})
     for name in ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr", "limit"):
         assert np.allclose(getattr(found, name), getattr(expected, name), rtol=1e-14)
+
+
+def test_a_drive_that_is_switched_off_has_no_gain_that_could_differ() -> None:
+    off = Rig(PAPER, VelocityLoop(gains=(0.0, 0.0)), "nonlinear", ("z",))
+    assert "neither a gain" in GAIN.not_applicable(off)
+    one = VelocityLoop(gains=(60.0, 0.0))
+    assert [k.parameter.name for k in GAIN.parameters(PAPER, one, typical(PAPER))] == ["lambda1"]
+
+
+FOUND = 1e-4
+"""Relative, without noise."""
+
+
+def test_a_loop_gain_that_is_off_is_found_again() -> None:
+    truth = {"lambda1": 42.0, "lambda2": 33.0}
+    rig = looped(PAPER).with_effects([GAIN], truth)
+    recordings = [simulate_recording(rig, SimulateSpec(theta2=1.2, seconds=0.4), "r")]
+    residuals = residuals_of(
+        looped(PAPER), recordings, parameters=tuple(truth), output=("encoder",)
+    )
+    found = refine(residuals, residuals.unknowns.parameters.vector(), lambda cost: False)
+    assert found.vector == pytest.approx([42.0, 33.0], rel=FOUND)
+
+
+def test_a_torque_constant_that_is_off_scales_what_the_current_does() -> None:
+    stated = Model(PAPER, Torque(torque_constants=(2.0, 1.0)))
+    real = stated.with_effects([GAIN], {"kt1": 1.2, "kt2": 1.0})
+    assert np.array_equal(real.numbers().law.R, np.diag([1.2, 1.0]))
+    assert Model(PAPER, Torque()).numbers({"kt1": 0.6}).law.R[0, 0] == 0.6
 
 
 def led(model: Model, channels: dict[str, np.ndarray]) -> Prepared:

@@ -59,6 +59,24 @@ def test_an_allowed_formula_is_worth_what_it_says(text: str, at: Point, modules:
     )
 
 
+SLOPE = 1e-5
+"""Relative; central differences with a step of 1e-6 leave about 1e-9."""
+
+
+@pytest.mark.parametrize("word", sorted(FUNCTIONS))
+def test_slopes_of_a_function_are_its_differences(word: str) -> None:
+    x, y = sp.symbols("x y", real=True)
+    arity = next(iter(FUNCTIONS[word].nargs))
+    expression = FUNCTIONS[word](*(x, y)[:arity])
+    f = sp.lambdify((x, y), expression, modules="math")
+    points = np.random.default_rng(4).uniform(0.1, 0.9, (20, 2))
+    for symbol, (dx, dy) in ((x, (1e-6, 0.0)), (y, (0.0, 1e-6))):
+        slope = sp.lambdify((x, y), expression.diff(symbol), modules="math")
+        for a, b in points:
+            differences = (f(a + dx, b + dy) - f(a - dx, b - dy)) / 2e-6
+            assert float(slope(a, b)) == pytest.approx(differences, rel=SLOPE, abs=SLOPE)
+
+
 @pytest.mark.parametrize("word", sorted(FUNCTIONS))
 def test_a_function_is_the_same_in_python_numpy_and_folded(word: str) -> None:
     x, y = sp.symbols("x y", real=True)

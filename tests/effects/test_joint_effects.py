@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
@@ -11,6 +13,7 @@ from flexgui.core.arm.slots import HUB_INERTIA, TWIST_STIFFNESS, arm_vector, slo
 from flexgui.core.drives import build_drive
 from flexgui.core.drives.law import DriveLaw
 from flexgui.core.effects import effect
+from flexgui.core.effects.backlash import CONTACT_RATE
 from flexgui.core.effects.drive_lag import lagged
 from flexgui.core.effects.joint_load import LEAST_LOAD, joint_load
 from flexgui.core.effects.torque_ripple import LAW as RIPPLE
@@ -74,6 +77,15 @@ def test_presliding_with_a_tiny_way_is_coulomb_friction() -> None:
     assert apart[2] < RIGID
 
 
+def test_coulomb_friction_with_a_way_that_is_neutral_is_coulomb_friction() -> None:
+    levels = {"fc1": 1.0, "fc2": 0.5}
+    rigid = with_effect("coulomb_friction", BASE, levels).numbers().elements
+    way = with_effect("presliding_friction", BASE, {**levels, "zs1": 0.0, "zs2": 1e-3})
+    one, two = way.numbers().elements
+    assert one.values == rigid[0].values
+    assert two.values == (0.5, 1e-3)
+
+
 def test_bristles_hold_a_joint_like_a_spring_of_level_over_way() -> None:
     """A small pull on a joint with nothing else: it moves by the torque over the slope.
 
@@ -98,6 +110,18 @@ def test_ripple_repeats_with_the_position_and_does_no_work_over_a_period() -> No
     assert abs(force.sum()) < 1e-12 * len(at)
 
 
+def test_the_torque_never_exceeds_its_limit() -> None:
+    model = with_effect("drive_saturation", BASE, {"ul1": 9.0, "ul2": 5.0})
+    torque = simulate_within(model, model.numbers(), experiment(model)).trajectory.torque
+    assert np.abs(torque).max(axis=0) == pytest.approx([9.0, 5.0])
+
+
+def test_a_stated_limit_that_is_smaller_stays() -> None:
+    drive = build_drive("velocity_loop", {"gains": [60.0, 30.0], "limits": [4.0, 50.0]})
+    model = with_effect("drive_saturation", Model(PAPER, drive), {"ul1": 9.0, "ul2": 5.0})
+    assert model.numbers().law.limit.tolist() == [4.0, 5.0]
+
+
 def _response(law: DriveLaw, s: complex) -> np.ndarray:
     """(nj, nr + n): torque per reference and per coordinate at a complex frequency."""
     inside = np.linalg.inv(s * np.eye(law.states) - law.Fs)
@@ -116,6 +140,14 @@ def test_a_lagged_law_is_the_law_behind_a_first_order_low_pass(kind: str, hertz:
     assert np.array_equal(late.limit, law.limit)
     expected = _response(law, s) / (1.0 + time * s)
     assert np.allclose(_response(late, s), expected, rtol=1e-10, atol=1e-10)
+
+
+def test_a_lag_that_vanishes_vanishes() -> None:
+    base = looped(PAPER, level="lpv")
+    task = experiment(base, seconds=0.3)
+    late = [with_effect("drive_lag", base, {"tl": time}) for time in (1e-4, 1e-5)]
+    apart = [np.abs(moved(m, task).q - moved(base, task).q).max() for m in late]
+    assert apart[0] == pytest.approx(10.0 * apart[1], rel=0.1)
 
 
 @pytest.mark.parametrize("name", ["1-1", "2-2", "slide"])
@@ -140,6 +172,27 @@ def test_the_twist_is_the_compliance_times_the_torque_that_the_arm_needs() -> No
         assert twist[smooth] == pytest.approx(-c * through[smooth, k], rel=0.05, abs=5e-6)
 
 
+CONVERGED = 1e-6
+"""m or rad: of a motion of millimetres."""
+
+
+def test_a_joint_that_hardly_gives_way_is_rigid() -> None:
+    sizes = {"Jh1": 0.1, "Jh2": 0.05}
+    stiff = with_effect("joint_elasticity", BASE, {**sizes, "c1": 1e-9, "c2": 1e-9})
+    rigid = with_effect("rotor_inertia", BASE, sizes)
+    task = [experiment(m, seconds=0.3) for m in (stiff, rigid)]
+    a, b = (
+        simulate_fixed(m, m.numbers(), t, 16) for m, t in zip((stiff, rigid), task, strict=True)
+    )
+    assert np.abs(a.joint_positions - b.joint_positions).max() < CONVERGED
+
+
+def test_only_the_joints_with_a_size_become_elastic() -> None:
+    model = with_effect("joint_elasticity", BASE, {"c1": 0.0, "c2": 1e-4})
+    assert model.arm.elastic == (False, True)
+    assert np.isfinite(moved(model, experiment(model, seconds=0.1)).q).all()
+
+
 def test_a_motor_of_an_elastic_joint_keeps_some_inertia_whatever_a_fit_tries() -> None:
     model = with_effect("joint_elasticity", BASE, {"c1": 1e-4, "c2": 1e-4})
     p = model.numbers({"Jh1": 0.0, "Jh2": 0.0, "c1": 0.0}).p
@@ -155,6 +208,15 @@ def test_an_elastic_joint_without_a_motor_is_refused_in_words() -> None:
         Segment(length=0.5, mass=1.0, modes=0, joint_compliance=1e-4)
 
 
+def test_a_rotor_without_a_gear_is_motor_enough_for_an_elastic_joint() -> None:
+    segment = Segment(length=0.5, mass=1.0, modes=0, joint_compliance=1e-4, rotor_inertia=0.1)
+    arm = PAPER.model_copy(update={"segments": (PAPER.segments[0], segment)})
+    model = looped(arm)
+    hub, rotor = model.parameters["Jh2"], model.parameters["Jr2"]
+    assert (hub.value, hub.lower, rotor.value) == (0.0, 0.0, 0.1)
+    assert hub.upper > 0.0 and np.isfinite(model.numbers({"Jh2": 0.0}).p).all()
+
+
 GAP = {"bl1": 2e-3, "bl2": 1e-3, "Jh1": 0.1, "Jh2": 0.05}
 
 
@@ -168,6 +230,15 @@ def test_backlash_lets_the_arm_swing_by_its_gap_and_hardly_more() -> None:
         assert 0.9 * gap < widest < gap + 2.0 * pressed
 
 
+def test_backlash_converges_in_the_steps() -> None:
+    model = with_effect("backlash", BASE, GAP)
+    task, numbers = experiment(model), model.numbers()
+    fine = run(model, numbers, task, 128)
+    errors = [difference(run(model, numbers, task, s), fine) for s in (8, 16, 32)]
+    assert errors[2] < CONVERGED
+    assert errors[0] > 5.0 * errors[2], "each doubling should gain at least a factor of two"
+
+
 def test_teeth_give_back_no_more_energy_than_they_took() -> None:
     """A coasting arm with play: kinetic, bending and contact energy together never grow."""
     model = with_effect("backlash", looped(PAPER, gain=0.0), GAP)
@@ -178,6 +249,27 @@ def test_teeth_give_back_no_more_energy_than_they_took() -> None:
     total = _energy_with_contact(model, motion)
     assert np.diff(total).max() < 1e-7 * total[0]
     assert total[-1] < total[0]
+
+
+def test_teeth_are_as_stiff_as_the_elastic_joint_where_there_is_one() -> None:
+    both = BASE.with_effects(
+        [effect("backlash"), effect("joint_elasticity")], {"c1": 2e-4, "c2": 3e-4, **GAP}
+    )
+    alone = with_effect("backlash", BASE, GAP)
+    places = [slot(k, TWIST_STIFFNESS) for k in range(2)]
+    assert both.numbers().p[places] == pytest.approx([5000.0, 1.0 / 3e-4])
+    stiff = [CONTACT_RATE**2 * joint_load(PAPER, k) for k in range(2)]
+    assert alone.numbers().p[places] == pytest.approx(stiff)
+    stiffness = {one.values[0]: one.values[1] for one in both.numbers().elements}
+    assert stiffness == pytest.approx({2e-3: 5000.0, 1e-3: 1.0 / 3e-4})
+
+
+def test_a_constant_torque_creeps_at_its_share_of_the_loops_gain() -> None:
+    model = with_effect("torque_offset", BASE, {"to1": 0.6, "to2": 0.0})
+    task = experiment(model, seconds=2.0)
+    still = replace(task, references=np.zeros_like(task.references))
+    motion = run(model, model.numbers(), still, 4)
+    assert motion.v[-500:, 0].mean() == pytest.approx(0.6 / 60.0, rel=0.02)
 
 
 def _energy_with_contact(model: Model, motion) -> np.ndarray:  # type: ignore[no-untyped-def]

@@ -9,6 +9,7 @@ from flexgui.core.effects import effect
 from flexgui.core.effects.own import OwnEffect, own_effect
 from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.forces.compiled import compile_law
+from flexgui.core.forces.element import linear_matrices
 from flexgui.core.loading import load_recordings
 from flexgui.core.model import Model
 from flexgui.core.progress import Silent
@@ -50,6 +51,33 @@ def test_a_friction_as_a_formula_is_that_friction(kind, target, formula, size, v
     stated = looped(PAPER).with_effects([own(target, formula, a=size)])
     listed = looped(PAPER).with_effects([effect(kind)], values)
     assert apart(stated, listed) < SAME
+
+
+CREEP = 2e-5
+"""m or rad, in 0.3 s."""
+
+
+def test_a_sign_as_a_formula_comes_near_to_coulomb_friction_where_it_is_steep():
+    """A joint of the list is held at rest, one that a formula rubs creeps."""
+    listed = looped(PAPER).with_effects([effect("coulomb_friction")], {"fc1": 0.0, "fc2": 0.5})
+    near = [
+        apart(
+            looped(PAPER).with_effects([own("joint2", f"-a*tanh(dtheta2/{edge})", a=0.5)]), listed
+        )
+        for edge in (0.05, 0.0005)
+    ]
+    assert near[1] < min(CREEP, 0.3 * near[0])
+
+
+def test_air_drag_as_two_formulas_is_air_drag():
+    text = "-c*sqrt(dz1**2 + dz2**2 + 1e-12)*dz{}"
+    pair = [
+        own_effect(PAPER, f"tip{i}", text.format(i).replace("c*", f"c{i}*"),
+                   (own_parameter(f"c{i}", 30.0),), f"own_{i}")
+        for i in (1, 2)
+    ]  # fmt: skip
+    listed = looped(PAPER).with_effects([effect("air_drag")], {"cd": 30.0})
+    assert apart(looped(PAPER).with_effects(pair), listed) < SAME
 
 
 def test_a_formula_sees_other_joints_and_deflections():
@@ -111,6 +139,15 @@ def test_a_linear_formula_stays_in_the_linear_model(target, formula, starts, lin
     assert level == ("lpv" if linear else "nonlinear")
 
 
+def test_a_linear_formula_has_its_slopes_in_the_linear_model():
+    model = looped(PAPER, level="lpv").with_effects(
+        [own("joint1", "-a*dtheta2 - b*theta1", a=4.0, b=2.0)]
+    )
+    K, D = linear_matrices(model.numbers().elements, np.zeros(4))
+    assert K[0, 0] == pytest.approx(2.0) and np.count_nonzero(K) == 1
+    assert D[0, 1] == pytest.approx(4.0) and np.count_nonzero(D) == 1
+
+
 @pytest.mark.parametrize(
     ("formula", "starts", "sizes"),
     [
@@ -127,6 +164,20 @@ def test_the_size_of_an_effect_is_what_makes_it_vanish(formula, starts, sizes):
     assert {name for name, k in quantities.items() if not k.secondary} == sizes
     neutral = {name: 0.0 if name in sizes else value for name, value in starts.items()}
     assert looped(PAPER).with_effects([one], neutral).effects == ()
+
+
+def test_own_effects_and_listed_ones_are_added():
+    one = own("joint1", "-a*dtheta1", a=3.0)
+    friction = effect("viscous_friction")
+    both = looped(PAPER).with_effects([one, friction], {"fv1": 4.0, "fv2": 0.0})
+    alone = looped(PAPER).with_effects([friction], {"fv1": 7.0, "fv2": 0.0})
+    assert apart(both, alone) < SAME
+
+
+def test_an_own_effect_survives_a_change_of_the_arm():
+    one = own("joint1", "-a*delta1", a=3.0)
+    model = looped(PAPER).with_effects([one, effect("extra_bending_mode")])
+    assert model.numbers().elements[0].directions[1].shape == (6,)
 
 
 HEAD = 'title = "own"\n[arm]\npreset = "paper"\n[drive]\ngains = [60.0, 30.0]\n'

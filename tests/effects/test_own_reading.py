@@ -62,6 +62,26 @@ def test_other_sensors_read_what_they_read(target: str) -> None:
         assert np.array_equal(read, y) == (kind != one.sensor)
 
 
+def test_at_a_size_of_nothing_all_is_read_as_it_is() -> None:
+    one, y = own("z1", "a*exp(b*z1)", a=0.5, b=2.0), readings_of()
+    assert np.array_equal(one.sensed("z", y, DT, {"a": 0.0, "b": 2.0}), y)
+    assert [p.parameter.name for p in one.own_parameters if not p.secondary] == ["a"]
+
+
+def test_what_is_read_before_is_not_what_is_moved() -> None:
+    y = readings_of()
+    kept = y.copy()
+    own("z1", "a*z2", a=1.0).sensed("z", y, DT, {"a": 1.0})
+    assert np.array_equal(y, kept)
+
+
+def test_a_table_is_read_as_that_of_a_force() -> None:
+    names = {f"a{k}": float(k**2) for k in range(5)}
+    one = own("z1", f"spline(z1, 0, 4, {', '.join(names)})", **names)
+    y = np.column_stack([np.arange(5.0), np.zeros(5)])
+    assert one.added(y, DT, names) == pytest.approx(list(names.values()), abs=ROUNDING)
+
+
 @pytest.mark.parametrize(
     ("target", "formula"),
     [("theta1", "a*sin(3*theta1)"), ("theta2", "a*theta1*theta2"), ("theta2", "a*t*theta2")],
@@ -74,6 +94,11 @@ def test_a_servo_that_follows_an_encoder_stands_where_that_reads_what_it_should(
     assert one.sensed("encoder", true, DT, values) == pytest.approx(asked, abs=1e-9)
     back = one.followed(one.sensed("encoder", asked, DT, values), DT, values)
     assert back == pytest.approx(asked, abs=1e-9)
+
+
+def test_a_servo_does_not_follow_a_camera() -> None:
+    asked = readings_of()
+    assert np.array_equal(own("z1", "a*z1", a=0.5).followed(asked, DT, {"a": 0.5}), asked)
 
 
 @pytest.mark.parametrize("formula", ["a", "a*sin(3*theta2)", "a*theta1"])
@@ -119,3 +144,11 @@ def test_the_size_of_an_error_of_a_sensor_is_identified(target, formula, size) -
     found = with_law(fg.formula(target, formula, a=0.5 * size), recordings).identify()
     assert found["a"].value == pytest.approx(size, rel=FOUND)
     assert found["EI1"].value == pytest.approx(520.833, rel=FOUND)
+
+
+def test_the_arm_of_an_encoder_that_reads_too_much_is_where_the_camera_sees_it() -> None:
+    """At the true values nothing but noise is left, from the first sample on."""
+    law = fg.formula("theta2", "a*sin(theta2)", a=0.02)
+    found = with_law(law, recorded(law, (0.9,))).compare().to_dataframe()
+    seen = found[found["channel"].isin(["z1", "z2", "theta1", "theta2"])]
+    assert (seen["rms"] < 1e-4).all()

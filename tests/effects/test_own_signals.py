@@ -12,6 +12,7 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
 from flexgui.core.effects.own import OwnEffect, own_effect
 from flexgui.core.effects.own_formula import own_parameter
+from flexgui.core.errors import InputError
 from flexgui.core.forces.compiled import compile_law
 from flexgui.core.identify.predictor import motion_of
 from flexgui.core.identify.prepared_recording import prepare
@@ -20,7 +21,7 @@ from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.sensors import sensor
-from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.simulate.experiment import make_task, simulate_recording
 from tests.effects.test_own import motion, own
 from tests.helpers import PAPER, chain, looped
 
@@ -47,6 +48,18 @@ def test_friction_as_a_formula_is_that_of_the_list(
     stated = motion(looped(PAPER).with_effects([own("joint2", formula, a=0.5)]))
     assert np.abs(stated - listed).max() < SAME
     assert np.abs(stated - motion(looped(PAPER))).max() > 1e3 * SAME
+
+
+@pytest.mark.parametrize("name", ["w", "x", "q"])
+def test_a_parameter_beside_a_friction_may_have_any_name(name: str) -> None:
+    """What laws are written in inside has other names."""
+    text = "-a*exp(-abs(u2)/{0})*friction(theta2)"
+    one = own("joint2", text.format(name), a=0.5, **{name: 40.0})
+    other = own("joint2", text.format("k"), a=0.5, k=40.0)
+    values = {p.parameter.name: p.parameter.value for p in one.own_parameters}
+    assert values == {"a": 0.5, name: 40.0}
+    moved = [motion(looped(PAPER).with_effects([each])) for each in (one, other)]
+    assert np.abs(moved[0] - moved[1]).max() < ROUNDING
 
 
 def force(one: OwnEffect, place: float, *written: float) -> float:
@@ -76,6 +89,13 @@ def test_a_periodic_table_passes_through_its_values_in_every_turn(turns: int) ->
     one = own("joint1", f"periodic(theta1, {LISTED})", **VALUES)
     places = 2.0 * np.pi * (np.arange(5) / 5 + turns)
     assert [force(one, x) for x in places] == pytest.approx(list(VALUES.values()), abs=1e-9)
+
+
+@pytest.mark.parametrize("table", ["spline(theta1, -1, 1, {})", "periodic(theta1, {})"])
+def test_a_table_of_equal_values_is_constant(table: str) -> None:
+    one = own("joint1", table.format(LISTED), **dict.fromkeys(VALUES, 1.7))
+    for place in np.linspace(-1.0, 1.0, 23):
+        assert force(one, place) == pytest.approx(1.7, abs=1e-9)
 
 
 def test_hysteresis_turns_over_its_way() -> None:
@@ -122,3 +142,11 @@ def test_along_a_prescribed_motion_a_force_over_time_is_added_to_the_torque() ->
         e = prepare(model, recording, [sensor("torque")], Processing())
         torques.append(motion_of(e, model.numbers(), {}, 2).torque[:, 0])
     assert torques[1] - torques[0] == pytest.approx(5.0 * time, abs=1e-6)
+
+
+def test_a_recording_without_the_column_is_refused() -> None:
+    model = looped(PAPER).with_effects([own("joint1", "a*input2", a=1.0)])
+    with pytest.raises(InputError, match="Recording r has no column input2"):
+        prepare(model, recorded(), [sensor("z")], Processing())
+    with pytest.raises(InputError, match="has no column input2"):
+        make_task(model, SimulateSpec(theta2=1.0, seconds=0.3), "r")

@@ -197,6 +197,11 @@ def test_the_linear_model_is_the_limit_of_the_nonlinear_one(kind: str) -> None:
         assert np.abs(linear[name] - y).max() < LINEAR_SHARE * np.abs(y).max(), name
 
 
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if not effect(kind).linear])
+def test_an_effect_that_is_not_linear_makes_the_model_nonlinear(kind: str) -> None:
+    assert with_effect(kind, looped(PAPER, level="lpv")).level == "nonlinear"
+
+
 def _caused(model: Model, level: str) -> dict[str, np.ndarray]:
     """Coordinates and torque of a small excitation, less those without one."""
     model = model.at_level(level)

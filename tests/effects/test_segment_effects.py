@@ -18,8 +18,8 @@ from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.experiment import make_task
-from flexgui.core.simulate.nonlinear import simulate_within
-from tests.effects.helpers import with_effect
+from flexgui.core.simulate.nonlinear import difference, simulate_within
+from tests.effects.helpers import experiment, with_effect
 from tests.helpers import PAPER, looped, task_from, with_modes
 
 NOTHING = np.zeros(0)
@@ -50,6 +50,11 @@ def test_an_arm_with_all_modes_gets_no_other(modes, words):
     assert words in effect("extra_bending_mode").not_applicable(rig)
 
 
+def test_rigid_segments_stay_rigid_beside_an_extra_mode():
+    model = looped(with_modes(0, 1)).with_effects([effect("extra_bending_mode")])
+    assert model.arm.modes == (0, 2)
+
+
 def test_large_motion_is_for_linear_models_only():
     motion = effect("large_motion")
     arm = PAPER
@@ -63,6 +68,12 @@ def test_air_drag_pushes_against_the_tips_motion_with_the_square_of_its_speed():
     v = np.array([3.0, -4.0])
     found = compile_law(element.law)(np.zeros(2), v, NOTHING, np.array(element.values))[:2]
     assert found == pytest.approx(-2.0 * 5.0 * v, rel=1e-12)
+
+
+def test_air_drag_is_finite_at_rest():
+    element = looped(PAPER).with_effects([effect("air_drag")]).numbers().elements[0]
+    rest = np.zeros(2)
+    assert np.isfinite(compile_law(element.law)(rest, rest, NOTHING, np.array([2.0]))).all()
 
 
 def test_cubic_stiffness_pushes_the_bent_end_back():
@@ -87,6 +98,13 @@ def test_a_soft_base_lets_the_tip_move_as_soft_as_it_is():
     # The base swings around where it settles; nothing damps its own motion.
     assert base.mean(axis=0)[1] == pytest.approx(1e-5 * weight, rel=0.05)
     assert abs(base.mean(axis=0)[0]) < 0.05 * 1e-5 * weight
+
+
+def test_a_payload_is_the_mass_at_the_tip_of_the_arm():
+    model = looped(PAPER).with_effects([effect("tip_payload")], {"mt2": 0.7})
+    segments = (PAPER.segments[0], PAPER.segments[1].model_copy(update={"tip_mass": 0.7}))
+    other = looped(PAPER.model_copy(update={"segments": segments}))
+    assert np.array_equal(model.numbers().p, other.numbers().p)
 
 
 SLIDE = presets()["single_axis"]
@@ -124,6 +142,37 @@ def test_a_joint_without_torque_coasts_as_if_nothing_rubbed():
     task = task_from(base, start, np.zeros((200, 2)))
     motions = [run(m, m.numbers(), task, 8) for m in (base, model)]
     assert np.array_equal(motions[0].q, motions[1].q)
+
+
+def sliding(force: float, speed: float) -> float:
+    """Acceleration of a slide of 10 kg with friction, under a constant force, at a speed."""
+    model = Model(SLIDE, Torque()).with_effects([effect("load_friction")], {"ld1": 0.2, "lb1": 0.1})
+    task = task_from(model, np.array([0.0, speed]), np.full((21, 1), force))
+    motion = simulate_within(model, model.numbers(), task).trajectory
+    return float((motion.v[-1, 0] - motion.v[0, 0]) / (task.time[-1] - task.time[0]))
+
+
+@pytest.mark.parametrize(
+    ("force", "speed", "share"), [(50.0, 2.0, 0.8), (-50.0, 2.0, 1.1), (50.0, -2.0, 1.1)]
+)
+def test_a_slide_gets_less_while_driven_and_is_helped_while_braked(force, speed, share):
+    assert sliding(force, speed) == pytest.approx(share * force / MASS, rel=SLIDING)
+
+
+BASE = looped(PAPER)
+
+ORDER = 1.6
+"""The method is of second order; a friction that turns round costs some of it."""
+
+
+def test_more_steps_move_the_motion_by_nearly_their_square():
+    model = with_effect("load_friction", BASE, SHARES)
+    task = experiment(model, seconds=0.2)
+
+    def change(steps: int) -> float:
+        return difference(*(run(model, model.numbers(), task, m * steps) for m in (1, 2)))
+
+    assert np.log2(change(2) / change(64)) / np.log2(32.0) > ORDER
 
 
 def test_a_whole_motion_agrees_with_the_equations_written_out():

@@ -18,6 +18,7 @@ from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import simulate_recording
 from flexgui.core.simulate.nonlinear import simulate_within
+from tests.effects.helpers import experiment
 from tests.helpers import PAPER, chain, looped
 
 DT = 1e-3
@@ -51,11 +52,38 @@ def test_a_delay_between_samples_moves_a_vibration_by_just_that_time():
     assert np.abs(moved - swinging(phase=0.0123))[20:].max() < SPLINE
 
 
+def test_a_small_delay_takes_its_time_times_the_velocity():
+    w, small = 2.0 * np.pi * 10.0, 1e-7
+    slope = (sensed("camera_delay", "z", swinging(), td=small) - swinging()) / small
+    expected = w * np.sin(w * T)
+    assert np.abs(slope[5:-5, 0] - expected[5:-5]).max() < 1e-4 * w
+
+
+@pytest.mark.parametrize("name", ["encoder", "deflection", "torque"])
+def test_a_late_camera_delays_nothing_else(name):
+    y = swinging()
+    assert sensed("camera_delay", name, y, td=0.01) is y
+
+
 @pytest.mark.parametrize("ts", [1e-4, 1e-3, 0.02, 0.3])
 def test_a_lag_is_the_first_order_system_that_it_states(ts):
     y = swinging()
     _, expected, _ = lsim(([1.0], [ts, 1.0]), y[:, 0], T, X0=[ts * y[0, 0]], interp=True)
     assert np.abs(sensed("sensor_lag", "z", y, ts=ts)[:, 0] - expected).max() < 1e-10
+
+
+def test_a_lag_leaves_what_rests_and_trails_a_ramp_by_its_time():
+    y = np.column_stack([np.full_like(T, 5.0), T])
+    found = sensed("sensor_lag", "deflection", y, ts=0.01)
+    assert np.abs(found[:, 0] - 5.0).max() < ROUNDING
+    assert found[-1, 1] == pytest.approx(T[-1] - 0.01, abs=1e-12)
+
+
+def test_a_lag_vanishes_smoothly():
+    y = swinging()
+    errors = [np.abs(sensed("sensor_lag", "z", y, ts=ts) - y).max() for ts in (1e-5, 1e-6, 1e-9)]
+    assert errors[1] == pytest.approx(0.1 * errors[0], rel=1e-3)
+    assert errors[2] == pytest.approx(1e-4 * errors[0], rel=1e-3)
 
 
 def test_a_turned_camera_turns_and_stretches_the_plane():
@@ -135,11 +163,24 @@ def test_one_late_channel_moves_alone_and_later(name, own):
     assert np.abs(found - swinging(phase=0.0123))[20:, 1].max() < 2.0 * SPLINE
 
 
+def test_a_channel_may_be_early():
+    y = np.column_stack([np.sin(9.0 * T), np.sin(9.0 * T)])
+    found = sensed("sensor_delay", "encoder", y, te1=-0.004, te2=0.0)
+    assert np.abs(found[:-10, 0] - np.sin(9.0 * (T[:-10] + 0.004))).max() < SPLINE
+
+
 @pytest.mark.parametrize(("name", "own"), [("encoder", "e"), ("deflection", "g"), ("torque", "u")])
 def test_a_gain_of_minus_four_tenths_reads_six_tenths(name, own):
     y = swinging()
     found = sensed("sensor_gain", name, y, **{f"g{own}1": -0.4, f"g{own}2": 0.0})
     assert np.allclose(found, y * [0.6, 1.0], rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("kind", ["sensor_delay", "sensor_gain"])
+@pytest.mark.parametrize("name", ["z", "y", "ydot"])
+def test_the_camera_is_left_to_its_own_effects(kind, name):
+    y, letter = swinging(), {"sensor_delay": "t", "sensor_gain": "g"}[kind]
+    assert sensed(kind, name, y, **{f"{letter}{own}1": 0.01 for own in "egu"}) is y
 
 
 def test_the_gain_of_an_encoder_says_where_the_joints_are():
@@ -175,6 +216,11 @@ def test_only_what_the_rig_compares_can_be_late_or_scaled(kind, where, letters):
     assert len(names) == 8  # two joints: encoders, gauges, torques, encoders on the links
 
 
+def test_a_rigid_segment_has_no_gauge():
+    names = [k.parameter.name for k in effect("sensor_gain").parameters(SLIDE, Torque(), None)]
+    assert names == ["ge1", "gl1", "gu1"]
+
+
 @pytest.mark.parametrize(
     ("kind", "values"), [("sensor_delay", {"te1": 0.003}), ("sensor_gain", {"ge1": 0.1})]
 )
@@ -195,3 +241,16 @@ def test_a_servo_follows_the_joint_and_not_its_wrong_encoder(kind, values):
     least = missing(truth, truth)
     wrong, put_back = missing(truth, rig) - least, missing(rig, rig) - least
     assert np.sqrt(np.mean(put_back**2)) < FOLLOWED * np.sqrt(np.mean(wrong**2))
+
+
+def test_the_delay_under_a_servo_is_an_unknown_like_any_other():
+    model = Model(SLIDE, Torque()).with_effects([effect("sensor_delay")], {"te1": 0.003})
+    servo = FollowingServo(Torque(), 60.0, (SLIDE.segments[0].mass,))
+    recording = simulate_recording(model, SimulateSpec(seconds=0.2, amplitude=200.0), "r")
+    ready = prepare(model.steered_by(servo), recording, [sensor("torque")], Processing())
+    at = [ready.task_at({"te1": x}).references for x in (0.0, 0.003)]
+    task = experiment(model, None, seconds=0.2, amplitude=200.0)
+    assert np.array_equal(task.references[:, 0], recording["u1"])
+    place = simulate_within(model, model.numbers(), task).trajectory
+    assert np.abs(at[1][10:-10, -2] - place.joint_positions[10:-10, 0]).max() < 1e-6
+    assert np.array_equal(at[0][:, -2], recording["theta1"])
