@@ -18,9 +18,11 @@ from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
 from flexgui.core.least_squares import (
     BoundsAndPrior,
+    bounds_and_prior,
     cost_of,
     levenberg_marquardt,
 )
+from flexgui.core.parameters import Parameter, ParameterSet
 from flexgui.core.results import Objection, Reason
 from tests.diagnose.test_stated_effects import bare, begun
 from tests.helpers import PAPER, looped
@@ -55,6 +57,29 @@ def test_what_a_bound_costs_is_what_least_squares_without_it_saves(seed: int, si
     rest, *_ = np.linalg.lstsq(S, -block.ravel(), rcond=None)
     saved = cost_of([block]) - cost_of([block + (S @ rest).reshape(block.shape)])
     assert reduction_beyond_bound(at, 2) == pytest.approx(saved, rel=EXACT)
+
+
+def test_a_bound_that_nothing_presses_costs_nothing() -> None:
+    at, free = linear(0, -9.0, 9.0)
+    at.parametrised.vector[2] = at.parametrised.limits.upper[2] = free + 0.1
+    at.descended = replace(
+        at.descended, blocks=(at.descended.blocks[0] + 0.1 * at.descended.slopes[0][..., 2],)
+    )
+    assert reduction_beyond_bound(at, 2) == 0.0
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e9])
+@pytest.mark.parametrize("lower", [-np.inf, -2.0])
+@pytest.mark.parametrize("upper", [np.inf, 5.0])
+def test_only_a_value_next_to_a_finite_bound_is_at_a_bound(
+    lower: float, upper: float, scale: float
+) -> None:
+    p = Parameter("x", 0.0, lower=lower * scale, upper=upper * scale, scale=scale)
+    limits = bounds_and_prior(ParameterSet((p,)))
+    for share in (-2.0, -1.9, 0.0, 4.9, 5.0):
+        value = share * scale
+        assert p.at_bound(value) == (share in (lower, upper))
+        assert p.at_bound(value) != limits.inside(np.array([value]))[0]
 
 
 def pressed(upper: float) -> tuple[FitProblem, Refit]:

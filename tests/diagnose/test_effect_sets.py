@@ -181,6 +181,20 @@ def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(mo
     assert added.accepted.screened.effect.kind == "viscous_friction" and not asked
 
 
+def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:
+    """One parameter measured with deviation 1 at 4 and believed to be 0 within 1: 2."""
+    limits = BoundsAndPrior(
+        np.array([-9.0]), np.array([9.0]), np.array([1.0]), np.array([0.0]), np.array([1.0])
+    )
+    found = levenberg_marquardt(
+        lambda x: [np.array([[4.0 - x[0]]])],
+        lambda _: [np.array([[[-1.0]]])],
+        np.array([4.0]),
+        limits,
+    )
+    assert found.vector[0] == pytest.approx(2.0, rel=1e-6)
+
+
 def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
     """Rosenbrock's valley at a cost of a million: one part in ten thousand of it is still ten times
     the evidence at which two models tie."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.error_maps import bands, error_maps
+from flexgui.core.error_maps import bands, error_maps, noise_floors, worst_cells
 from flexgui.core.results import ChannelComparison, ErrorMaps, JointMotion, RecordingComparison
 
 DT, SECONDS = 1e-3, 3.0
@@ -100,6 +102,11 @@ def test_what_does_not_count_is_in_no_cell() -> None:
     assert np.nanmax(one.ratio) < 1.0 + SPREAD
 
 
+def test_a_time_window_of_ten_samples_has_an_rms_and_one_of_seven_has_none() -> None:
+    assert np.isfinite(mapped(compared(white(5, 12 * 10 * DT))).by_time[0].rms).all()
+    assert np.isnan(mapped(compared(white(5, 12 * 7 * DT))).by_time[0].rms).all()
+
+
 def test_a_slow_camera_is_mapped_up_to_its_own_half_rate() -> None:
     counted = np.zeros(3000, dtype=bool)
     counted[::10] = True
@@ -110,6 +117,16 @@ def test_a_slow_camera_is_mapped_up_to_its_own_half_rate() -> None:
     np.testing.assert_allclose(one.ratio[1, slow], 1.0, rtol=2 * SPREAD)
 
 
+def test_the_worst_cells_are_ten_and_in_order() -> None:
+    maps = mapped(*(compared(white(k) * (k + 1), n) for k, n in enumerate(RECORDINGS)))
+    ratios = [cell.ratio for cell in maps.worst]
+    assert len(ratios) == 10
+    assert ratios == sorted(ratios, reverse=True)
+    everything = np.concatenate([m.ratio.ravel() for m in (*maps.by_time, *maps.by_frequency)])
+    assert ratios[0] == np.nanmax(everything)
+    assert worst_cells((), 10) == ()
+
+
 @given(st.floats(5.0, 1e4), st.floats(0.05, 100.0))
 def test_bands_are_octaves_that_cover_everything(highest: float, seconds: float) -> None:
     edges = bands(highest, seconds)
@@ -117,6 +134,13 @@ def test_bands_are_octaves_that_cover_everything(highest: float, seconds: float)
     assert edges[-1] == highest
     assert np.all(np.diff(edges) > 0.0)
     np.testing.assert_allclose(edges[2:] / edges[1:-1], 2.0)
+
+
+def test_without_floors_the_noise_in_the_error_is_the_floor() -> None:
+    slow = 30 * NOISE * np.sin(2 * np.pi * 1.5 * DT * np.arange(3000))
+    recordings = [compared(white(k) + slow, n) for k, n in enumerate(RECORDINGS)]
+    assert noise_floors(recordings)["z1"] == pytest.approx(NOISE, rel=0.1)
+    assert error_maps(recordings).by_time[0].floor[0, 0] == noise_floors(recordings)["z1"]
 
 
 def moving() -> JointMotion:
@@ -149,3 +173,17 @@ def test_every_sample_is_in_one_cell_of_each_direction() -> None:
         backwards = (motion.velocity[counted, one.joint - 1] < 0.0).sum()
         assert one.count[1].sum() == backwards
         assert one.explained < 0.1
+
+
+def test_a_recording_without_motion_has_maps_and_nothing_over_the_motion() -> None:
+    maps = mapped(replace(compared(white(7)), motion=None))
+    assert maps.over == ()
+    assert maps.by_time and maps.by_frequency
+
+
+def test_channels_without_a_floor_are_left_out() -> None:
+    both = replace(
+        compared(white(8)), channels=(*compared(white(8)).channels,
+                                      *compared(white(9), channel="ydot1").channels)
+    )  # fmt: skip
+    assert {m.channel for m in mapped(both).by_time} == {"z1"}

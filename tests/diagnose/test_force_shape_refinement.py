@@ -22,6 +22,7 @@ from flexgui.core.diagnose.output_changes import OutputChange
 from flexgui.core.diagnose.refit import Refit, fit
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import Sizes, typical
+from flexgui.core.effects.torque_ripple import every_order
 from flexgui.core.noise.whitening import no_whitening
 from tests.diagnose import fits
 from tests.marks import long_except
@@ -86,6 +87,18 @@ def test_the_wave_comes_with_its_sizes() -> None:
     best = force_shape_peaks(tried(), motions(), most=1)[0]
     amplitude = np.hypot(best["ra2"], best["rb2"])
     assert amplitude == pytest.approx(np.hypot(TRUE["ra2"], TRUE["rb2"]), rel=SIZE)
+
+
+def test_friction_with_a_memory_has_no_shape_along_the_motion() -> None:
+    stribeck = tried("stribeck_friction", ("f", "vs2"))
+    shaped = replace(stribeck, shape=replace(stribeck.shape, fine_grid=stribeck.shape.grid))
+    assert force_shape_peaks(shaped, motions(), most=3) == []
+
+
+def test_orders_lie_close_enough_over_all_positions() -> None:
+    grid = (300.0, 450.0, 750.0, 1200.0)
+    steps = np.diff(every_order(grid, span=0.8))
+    assert np.all(steps * 0.8 <= 0.5 * np.pi * 1.01)
 
 
 def with_a_filter(stated: bool = True) -> tuple[FitProblem, Refit]:

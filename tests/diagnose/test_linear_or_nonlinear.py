@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
+from flexgui.core.recording.recording import Recording
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.workbench import run_scenario
 from flexgui.sentences.identifiability import notes
@@ -70,3 +72,14 @@ def test_what_the_linear_model_misses_is_no_missing_effect() -> None:
     assert found.linear_model.tip_rms is not None
     assert found.linear_model.full_equations_tip_rms is not None
     assert found.linear_model.tip_rms > 2.0 * found.linear_model.full_equations_tip_rms
+
+
+def test_of_a_long_recording_the_part_decides_in_which_the_joints_move_most() -> None:
+    t = np.arange(10_000) * 1e-3
+    place = np.where((t > 6.0) & (t < 7.0), np.sin(20.0 * t), 0.0)
+    whole = Recording("r", t, {"theta1": place, "theta1_ref": t}, counted={"theta1": t > 1.0})
+    part = whole.excerpt(2_000)
+    assert len(part.time) == 2_000 and part.excerpt(2_000) is part
+    assert np.ptp(part["theta1"]) == np.ptp(place)
+    assert part.sample_time == pytest.approx(whole.sample_time)
+    assert part.mask("theta1").all()

@@ -21,6 +21,7 @@ from flexgui.core.diagnose.next_experiment import (
     parametrised_on,
     planned_data,
     possible_experiments,
+    shared_normal_matrix,
 )
 from flexgui.core.diagnose.refit import fit
 from flexgui.core.effects import effect
@@ -109,6 +110,18 @@ def test_the_score_is_what_a_refit_of_the_rival_leaves() -> None:
     assert _unabsorbed(rival, apart, {}) == pytest.approx(left.cost, rel=LINEAR)
 
 
+def test_an_effect_cannot_be_told_from_itself() -> None:
+    p = lags()
+    assert expected_score(p.data, p.first, p.first, spec()) == 0.0
+
+
+def test_what_is_known_already_can_only_raise_the_score() -> None:
+    p = lags()
+    known = [shared_normal_matrix(p.first), shared_normal_matrix(p.second)]
+    alone = expected_score(p.data, p.first, p.second, spec())
+    assert expected_score(p.data, p.first, p.second, spec(), known) >= alone * (1.0 - 1e-6)
+
+
 def test_fast_motion_parts_a_delay_from_a_lag() -> None:
     p = lags()
     slow, fast = spec(hold=0.2), spec(hold=0.02)
@@ -148,3 +161,25 @@ def test_the_proposed_experiment_decides_once_it_is_made() -> None:
     ]
     assert costs[1] - costs[0] == pytest.approx(best.score, rel=LINEAR)
     assert costs[1] - costs[0] > TIE
+
+
+def test_slow_and_fast_together_part_an_offset_from_asymmetric_friction() -> None:
+    """While a joint keeps its speed both are a constant torque."""
+    p = pair("nonlinear", "torque_offset", {"to1": 0.4, "to2": 0.2}, "friction_asymmetry",
+             hold=0.25, amplitude=0.2, seconds=0.6)  # fmt: skip
+    steady, lively = spec(hold=0.25, amplitude=0.1), spec(hold=0.02, amplitude=0.6)
+    found = next_experiments(p.data, p.first, p.second, ("a", "b"), (steady, lively))
+    assert found[0].simulate["amplitude"] == 0.6
+    assert found[0].score > TIE
+
+
+def test_planned_experiments_vary_posture_amplitude_and_pace() -> None:
+    planned = possible_experiments(lags().data)
+    assert len({(s.theta2, s.amplitude, s.hold) for s in planned}) == len(planned) == 12
+    assert {s.sample_time for s in planned} == {1e-3}
+
+
+def test_stopping_keeps_what_was_looked_at() -> None:
+    p = lags()
+    found = next_experiments(p.data, p.first, p.second, ("a", "b"), (spec(), spec()), lambda: True)
+    assert found == ()

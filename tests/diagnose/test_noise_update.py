@@ -13,8 +13,9 @@ import pytest
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.cost_minimum import converge, with_simulated_deviations
 from flexgui.core.diagnose.fit_problem import parametrised
-from flexgui.core.diagnose.fitted_model import FittedModel, fit_model
+from flexgui.core.diagnose.fitted_model import FittedModel, fit_model, screen_against
 from flexgui.core.diagnose.ladder import ladder
+from flexgui.core.diagnose.linear_screen import screen
 from flexgui.core.diagnose.noise_update import LEAST_RATIO, higher_floors, lower_floors
 from flexgui.core.diagnose.refit import Refit, with_robust_covariance
 from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
@@ -97,6 +98,20 @@ def test_a_model_against_another_noise_is_the_one_that_a_fit_in_that_noise_finds
     assert back.refit.cost == pytest.approx(model.refit.cost, rel=LINEAR)
 
 
+def test_a_screen_against_another_noise_is_the_one_that_is_simulated_in_it() -> None:
+    given, like = with_floors(LARGER), bare().data
+    data = replace(given.data, anchor=None)
+    candidates = [effect("viscous_friction"), effect("torque_offset")]
+    first = screen(data, given.refit.parametrised, (), candidates)
+    seen = replace(given, data=data).against(like)
+    other = screen_against(first, seen.refit, data, seen.data)
+    scale = LARGER**2
+    for a, b in zip(first.candidates, other.candidates, strict=True):
+        assert a.effect is b.effect
+        assert b.cost_reduction == pytest.approx(scale * a.cost_reduction, rel=LINEAR)
+        assert b.score == pytest.approx(a.score, rel=LINEAR)
+
+
 def test_all_that_is_stated_is_against_the_last_noise() -> None:
     given = with_floors(HIDDEN, UNCERTAINTY)
     found, memo = searched(given, ("viscous_friction", "torque_offset"))
@@ -122,6 +137,12 @@ def test_an_estimated_floor_makes_no_verdict_that_is_finer_than_it_is_known() ->
     loose = {n: replace(f, source="estimated", uncertainty=UNCERTAINTY) for n, f in up.items()}
     left = remaining_error(model.data.in_floors(loose), errors)
     assert left.above_floors and not left.above
+
+
+def test_floors_that_are_right_stay() -> None:
+    model = found_with(1.0, "viscous_friction")
+    assert within_noise(model.data, model.refit.errors)
+    assert lower_floors(model, Options(), None, True) is None
 
 
 def test_a_lower_noise_that_no_effect_confirms_changes_nothing() -> None:
@@ -165,6 +186,19 @@ def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
     seen = model.against(model.data.in_floors(floors))
     assert above(seen) < UNCERTAINTY
     assert higher_floors(seen, Options(), True) is None
+
+
+def test_noise_does_not_move_an_arm_whose_joints_are_not_prescribed() -> None:
+    model = found_with(1.0 / HIDDEN, "viscous_friction")
+    assert higher_floors(model, Options(), True) is None
+
+
+def test_weights_of_single_recordings_keep_their_ratios() -> None:
+    model, data = found_with(1.0, "viscous_friction"), bare().data
+    twice = {n: Floor(2.0 * f, 2.0 * f, "stated") for n, f in data.floors.items()}
+    seen = model.against(data.in_floors(twice))
+    for old, new in zip(model.data.weights, seen.data.weights, strict=True):
+        assert np.allclose(new, 0.5 * old, rtol=EXACT)
 
 
 NOISE = 1e-5
@@ -219,6 +253,24 @@ def test_no_deviation_becomes_smaller_and_correlations_stay() -> None:
     assert np.all(own[1] >= own[0]) and np.any(own[1] > own[0])
     apart = [fit.covariance / np.outer(s, s) for fit, s in zip((before, after), own, strict=True)]
     assert apart[1] == pytest.approx(apart[0], rel=EQUAL)
+
+
+SILENT = 1e-9
+"""rad: encoders that tell nothing of a noise."""
+
+
+def test_without_noise_deviations_stay_as_they_are() -> None:
+    before = with_robust_covariance(begun(0).base)
+    stated = {"theta1": SILENT, "theta2": SILENT}
+    assert with_simulated_deviations(begun(0).data, before, stated).covariance == pytest.approx(
+        before.covariance
+    )
+
+
+def test_what_has_no_deviation_gets_none() -> None:
+    before = with_robust_covariance(begun(0).base)
+    before.covariance[:] = np.nan
+    assert with_simulated_deviations(begun(0).data, before, {}) is before
 
 
 TIMES = np.linspace(0.0, 3.0, 400)

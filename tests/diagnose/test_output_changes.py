@@ -120,6 +120,13 @@ def test_a_sensitivity_vanishes_with_its_size_though_an_effect_includes_another(
         assert rms(small.blocks) <= LINEAR * ratio * rms(found.blocks), trial.effect.kind
 
 
+def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: FitProblem) -> None:
+    base, trial = base_and_trial(data, "viscous_friction")
+    found = column(data, base, trial)
+    assert rms(found.blocks) < LARGEST_CHANGE * MISSED
+    assert found.values == trial.values
+
+
 def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
     data: FitProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -134,6 +141,28 @@ def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
     assert found.sizes[found.parameter] == pytest.approx(
         SMALLEST_SHARE * trial.sizes[trial.parameter]
     )
+
+
+@pytest.mark.parametrize("tries", [1, 2])
+def test_the_outputs_change_as_simulated_at_the_stated_size(
+    data: FitProblem, monkeypatch: pytest.MonkeyPatch, tries: int
+) -> None:
+    """After the last try, too, of a size that would have to be smaller still."""
+    monkeypatch.setattr(output_changes, "SMALLER_TRIES", tries)
+    base, trial = base_and_trial(data, "tip_payload")
+    found = column(data, base, times_as_large(trial, 1000.0))
+    monkeypatch.setattr(output_changes, "SMALLER_TRIES", 1)
+    again = column(data, base, replace(trial, values=found.values, sizes=found.sizes))
+    assert again.blocks[0] == pytest.approx(found.blocks[0], abs=0.0)
+
+
+def test_what_comes_apart_at_every_size_is_said(
+    data: FitProblem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    base, trial = base_and_trial(data, "link_mass_error")
+    monkeypatch.setattr(output_changes, "DIVERGED", 0.0)
+    found = column(data, base, trial)
+    assert found.diverged and rms(found.blocks) == 0.0
 
 
 def test_a_smaller_size_begins_at_neutral_to_the_last_digit() -> None:

@@ -18,8 +18,9 @@ from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknown
-from flexgui.core.least_squares import BoundsAndPrior
+from flexgui.core.least_squares import BoundsAndPrior, levenberg_marquardt
 from flexgui.core.model import Model
+from flexgui.core.noise.sensor_noise import noise_of
 from flexgui.core.noise.whitening import no_whitening
 from flexgui.core.parameters import Parameter
 from flexgui.core.sensors import sensor
@@ -99,6 +100,47 @@ def test_a_nuisance_that_is_known_hides_no_effect(seed: int) -> None:
     assert reduction(slopes, np.inf) == pytest.approx(0.0, abs=1e-6)
 
 
+def test_a_column_that_moves_nothing_explains_nothing() -> None:
+    residuals, slopes, columns = problem(1)
+    columns[0] = [np.zeros_like(x) for x in columns[0]]
+    found = explained_by(
+        gram_matrix(residuals, slopes, columns, no_whitening).projected(), [0], [True]
+    )
+    assert found.cost_reduction == pytest.approx(0.0, abs=1e-9)
+    assert np.all(np.isfinite(found.coefficients))
+
+
+def rosenbrock(x: np.ndarray) -> list[np.ndarray]:
+    return [np.array([[10.0 * (x[1] - x[0] ** 2)], [1.0 - x[0]]])]
+
+
+def rosenbrock_slopes(x: np.ndarray) -> list[np.ndarray]:
+    return [np.array([[[-20.0 * x[0], 10.0]], [[-1.0, 0.0]]])]
+
+
+@pytest.mark.parametrize(("upper", "end"), [(5.0, (1.0, 1.0)), (0.5, (0.5, 0.25))])
+def test_the_descent_reaches_the_bottom_of_a_curved_valley_or_stops_at_a_bound(
+    upper: float, end: tuple[float, float]
+) -> None:
+    limits = BoundsAndPrior(np.full(2, -5.0), np.array([upper, 5.0]), np.ones(2))
+    found = levenberg_marquardt(
+        rosenbrock, rosenbrock_slopes, np.array([-1.2, 1.0]), limits, most=200, good_enough=0.0
+    )
+    assert found.vector == pytest.approx(end, abs=1e-6)
+
+
+SPREAD = 0.05
+"""Relative: four standard deviations of a noise estimate from ten thousand samples."""
+
+
+@pytest.mark.parametrize("motion", [0.0, 5.0])
+def test_the_noise_is_found_beside_a_smooth_motion_with_jumps(motion: float) -> None:
+    rng = np.random.default_rng(3)
+    t = np.arange(10_000) * 1e-3
+    smooth = motion * np.sin(7.0 * t) + 0.5 * motion * (t > 4.0)
+    assert noise_of(smooth + 0.01 * rng.standard_normal(len(t))) == pytest.approx(0.01, rel=SPREAD)
+
+
 STEP, SAMPLES = 5e-3, 200
 SWINGS = {"at half the sampling rate": 3300.0, "slowly": 3.3}
 """N m2: the stiffness of a link of 0.45 m, of which it swings at some 100 or 3 Hz."""
@@ -147,3 +189,8 @@ def test_a_descent_knows_which_way_its_parameters_lead(swings: str) -> None:
 
 def test_no_fewer_than_what_errors_need() -> None:
     assert substeps_for_directions(data(SWINGS["slowly"]), (), {}, FEW) == FEW
+
+
+def test_where_nothing_is_estimated_errors_decide() -> None:
+    of = replace(data(SWINGS["at half the sampling rate"]), nuisance=())
+    assert substeps_for_directions(of, (), {}, 1) == 1

@@ -18,6 +18,7 @@ from flexgui.core.diagnose.refit_starts import (
     Horizon,
     Values,
     grids,
+    profile_costs,
     start_from_nominal,
     starts,
 )
@@ -133,6 +134,22 @@ def test_a_base_is_among_the_starts_where_the_beams_stand_wrong(
     assert min(abs(np.log(one["cb"] / TRUTH["cb"])) for one in near) < np.log(GRID_RATIO)
 
 
+def test_what_does_not_swing_begins_where_the_model_stands_and_at_the_nominal_values(
+    data: FitProblem,
+) -> None:
+    known = stated(data, AWAY)
+    wrong = parametrised(known, [], {name: TRUTH[name] * x for name, x in BENT.items()})
+    tried = starts(known, wrong, [effect("viscous_friction")], {"fv1": 0.1}, [], lambda: False)
+    arms = [{n: one[n] / TRUTH[n] for n in ("EI1", "EI2")} for one in tried]
+    assert arms == [pytest.approx(BENT), pytest.approx({"EI1": AWAY, "EI2": AWAY})]
+    assert all(one["fv1"] == 0.1 for one in tried)
+
+
+def test_who_stops_gets_what_was_compared_so_far(data: FitProblem) -> None:
+    h = parametrised(data, [BASE], {"cb": TRUTH["cb"]})
+    assert profile_costs(h, [0], [h.vector] * 3, lambda: True) == []
+
+
 def stated(data: FitProblem, share: float) -> FitProblem:
     """With both stiffnesses stated at a share of the truth."""
     nuisance = tuple(
@@ -156,6 +173,12 @@ def test_a_complete_model_in_a_wrong_valley_is_led_out_of_it_by_the_nominal_valu
     assert apart(stuck.values()) > FOUND  # or there was nothing to escape from
     found = start_from_nominal(known, stuck, lambda: False)
     assert found is not None and apart(found) < FOUND
+
+
+def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: FitProblem) -> None:
+    at = parametrised(stated(data, 1.0), [BASE], TRUTH)
+    assert start_from_nominal(stated(data, 1.0), at, lambda: False) is None
+    assert start_from_nominal(stated(data, AWAY), at, lambda: False) is None
 
 
 def test_one_joint_may_be_much_softer_than_the_next() -> None:

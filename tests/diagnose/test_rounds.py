@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.compiled import compile_arm
 from flexgui.core.diagnose import search_round
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.linear_screen import Screen, screen, trial_rounds
@@ -111,6 +114,17 @@ def test_the_first_ranking_knows_every_candidate_and_says_what_it_lacks() -> Non
     )
 
 
+def figures(seen: Screen) -> Sequence[object]:
+    scores = [(s.effect.kind, s.score, s.cost_reduction, dict(s.values)) for s in seen.candidates]
+    return (*scores, [(c.parameter, float(np.sum(c.blocks[0]))) for c in seen.output_changes])
+
+
+def test_who_follows_changes_no_figure() -> None:
+    found, _, _ = followed()
+    start, effects = begun(), [effect(kind) for kind in CHOSEN]
+    assert figures(screen(start.data, start.base.parametrised, (), effects)) == figures(found)
+
+
 def test_a_screen_stops_after_any_size_and_ranks_what_it_has() -> None:
     for after in (1, 7):
         found, _, _ = followed(after)
@@ -200,6 +214,20 @@ def test_the_note_goes_once_it_is_compiled(monkeypatch: pytest.MonkeyPatch) -> N
     assert split_note(heard.texts[0])[1] != ""
     assert heard.texts[1] == "Slow sensor"
     assert heard.done == 1
+
+
+TWISTED = {"c1": 1e-5, "c2": 0.0, "Jh1": 0.05, "Jh2": 0.0}
+
+
+def test_what_is_compiled_already_is_not_announced() -> None:
+    tried = planned("joint_elasticity", **TWISTED)
+    compile_arm(Structure.of(tried[0].effect.changed_arm(PAPER, TWISTED)))
+    heard = Heard()
+    told = RoundProgress(heard, PAPER, tried)
+    told.begin("Continuing the search", 1)
+    assert heard.texts == []
+    told("Elastic joint")
+    assert heard.texts == ["Elastic joint"]
 
 
 def test_no_title_of_an_effect_can_be_mistaken_for_an_aside() -> None:

@@ -85,6 +85,14 @@ def test_what_was_added_is_a_model_of_the_same_scenario() -> None:
     assert "Effect: Coulomb friction" in [e.title for e in again.equations]
 
 
+def test_the_fidelity_adds_to_the_floor_as_an_independent_error() -> None:
+    floors = [said(f"{FEW}fidelity = {share}").floors["z1"] for share in (0.0, 0.05, 0.1)]
+    assert floors[0] == pytest.approx(3e-5, rel=1e-6)
+    added = np.square(floors) - floors[0] ** 2
+    assert added[2] == pytest.approx(4.0 * added[1], rel=1e-6)
+    assert added[1] > 0.0
+
+
 def test_what_is_compared_is_what_the_ladder_counts_and_every_step_states_deviations() -> None:
     found = said(ONE)
     for signals, step in ((found.given, found.steps[0]), (found.left, found.steps[-1])):
@@ -198,6 +206,14 @@ def test_noise_with_a_stated_ratio_has_no_stated_level() -> None:
     found = stated(more="snr_db = 20.0,")
     assert "z1" not in found
     assert found["theta1"] == 1e-5
+
+
+def test_stated_noise_is_that_of_the_sensor_whatever_the_filter() -> None:
+    """The filters' share is taken where the floor is (tests.noise.test_noise_floor)."""
+    filtered = parse_scenario(
+        text().replace("generations = 0", "generations = 0\nfilter = { cutoff_hz = 40.0 }"), "x"
+    )
+    assert stated_noise(filtered, *set_up(filtered))["z1"] == 3e-5
 
 
 @pytest.mark.long

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
@@ -9,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from flexgui.core import linear_or_nonlinear
 from flexgui.core.diagnose.evidence import RefittedCandidate, ranked_candidates
 from flexgui.core.diagnose.remaining_error import within_noise
 from flexgui.core.diagnose.search_round import still_competitive
@@ -50,6 +52,17 @@ def test_an_error_that_repeats_exactly_is_no_noise_whatever_is_decimated(
     groups = repeated_groups([e])
     assert groups or period % decimate
     assert all(rms < 1e-12 for rms in unrepeated_rms(groups, [e], [error]).values())
+
+
+def test_a_channel_without_a_number_decides_the_level(monkeypatch: Any) -> None:
+    """The next channel's ratio took its place."""
+    recording = floors.clean(1e-3, 1.0, "prbs", 1)
+    known = defaultdict(lambda: SimpleNamespace(value=1.0), z1=SimpleNamespace(value=np.nan))
+    monkeypatch.setattr(linear_or_nonlinear, "channel_floors", lambda *_: known)
+    found = linear_or_nonlinear.choose_level(
+        floors.BARE, [sensor("z")], Processing(), [recording], {}, 1e-3
+    )
+    assert found.level == "nonlinear" and found.channel == "z1"
 
 
 LARGE, SMALLER = 5000.0, 4000.0

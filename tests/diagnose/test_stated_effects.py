@@ -76,6 +76,20 @@ def test_a_parameter_that_is_not_to_vary_stays_where_it_was_stated() -> None:
     assert later.model.effect_values["fv1"] == 5.0 and "fv1" not in later.unknowns.labels
 
 
+def test_a_users_bounds_hold_in_the_diagnosis() -> None:
+    at = begun(fv1={"start": 5.0, "upper": 5.5}, fv2=3.0).base.parametrised
+    assert at.values()["fv1"] == pytest.approx(5.5)
+
+
+SAME = 0.01
+"""Relative, of a coefficient that is estimated from one short recording."""
+
+
+def test_without_a_word_a_stated_effect_is_estimated() -> None:
+    at = begun(fv1=5.0, fv2=2.0).base.parametrised
+    assert at.values()["fv1"] == pytest.approx(TRUE, rel=SAME)
+
+
 def test_the_last_effect_goes_too_where_the_others_do_as_well_without_it() -> None:
     """It has no size, and the friction before it now stands where it belongs."""
     data = bare().data
@@ -87,6 +101,17 @@ def test_the_last_effect_goes_too_where_the_others_do_as_well_without_it() -> No
     kept = needed_effects(data, whole, [viscous, payload], 0, lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]
     assert np.isfinite(kept.refit.cost)
+
+
+def test_an_effect_that_is_needed_stays_though_it_is_the_last() -> None:
+    data = bare().data
+    viscous = effect("viscous_friction")
+    start = {**bare().base.parametrised.values(), "fv1": TRUE, "fv2": TRUE / 2}
+    whole = with_robust_covariance(
+        fit(parametrised(data, [viscous], start), None, lambda: False, 6)
+    )
+    kept = needed_effects(data, whole, [viscous], 0, lambda: False)
+    assert [e.kind for e in kept.effects] == ["viscous_friction"]
 
 
 def test_unknowns_have_one_order_where_an_effect_is_stated_beside_first_places() -> None:
@@ -240,6 +265,12 @@ def test_each_effect_is_ranked_against_the_rung_before_it() -> None:
     assert (second.ranking[0].refit_drop_percent or 0.0) < 50.0  # there is nothing left
 
 
+def test_what_else_was_tried_at_first_stays_beside_it() -> None:
+    assert {r.effect for r in climbed().rounds[0].ranking} == {
+        "viscous_friction", "tip_payload", "torque_offset",
+    }  # fmt: skip
+
+
 def test_later_evidence_does_not_depend_on_all_that_the_model_as_given_lacked() -> None:
     """Beside errors of 29 noise floors an effect that was all but certain seemed to be nothing."""
     found = ladder(*searched(PAYLOAD), Silent())
@@ -247,6 +278,18 @@ def test_later_evidence_does_not_depend_on_all_that_the_model_as_given_lacked() 
         r.delta_bic for t in found.rounds for r in t.ranking[:1] if t.accepted == SMALL.kind
     )
     assert evidence is not None and evidence > TIE
+
+
+class Stopped(Silent):
+    """A person has pressed Stop."""
+
+    def stopped(self) -> bool:
+        return True
+
+
+def test_a_search_that_is_stopped_has_the_rungs_that_there_are() -> None:
+    found, memo = searched()
+    assert [rung.added for rung in ladder(found, memo, Stopped()).rungs] == [None]
 
 
 def test_the_better_minimum_of_the_model_as_given_is_its_own() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.diagnose.fit_problem import FitProblem, ParametrisedModel, parametrised
+from flexgui.core.diagnose.remaining_error import remaining_error
 from flexgui.core.diagnose.vibration_lines import LEAST_LINE_SHARE, line_of, unexplained_line
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
@@ -21,7 +22,7 @@ from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.results import ABOVE
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.posture import posture, vibration_modes
-from tests.helpers import PAPER
+from tests.helpers import PAPER, looped, with_modes
 from tests.noise.floors import BARE, clean
 
 SECONDS, DT = 2.0, 1e-3
@@ -96,11 +97,41 @@ def test_an_error_that_wanders_is_no_machine():
     assert sum(found_anywhere(e, red(seed, e)) for seed in range(100)) <= FALSE_ALARMS
 
 
+def test_a_few_swings_are_no_machine():
+    e = prepared(still=True)
+    assert found(e, errors_with(e, (1.5, 3.0))) is None
+
+
+def test_decimation_does_not_move_it():
+    e = prepared(decimate=5)
+    assert found(e, errors_with(e, (MACHINE, 3.0))) == pytest.approx(MACHINE, abs=NEAR)
+
+
+def test_a_slow_cameras_line_has_its_own_frequency():
+    e = prepared()
+    counted = e.counted.copy()
+    counted[:, :2] = (np.arange(len(TIME)) % 5 == 0)[:, None]
+    slow = replace(e, counted=counted)
+    assert found(slow, errors_with(e, (MACHINE, 3.0))) == pytest.approx(MACHINE, abs=NEAR)
+
+
+@pytest.mark.long
+def test_noise_holds_none():
+    e = prepared()
+    told = (found_anywhere(e, errors_with(e, seed=seed, noise=2.0)) for seed in range(100))
+    assert sum(told) <= FALSE_ALARMS
+
+
 def test_noise_has_a_line_of_one_per_cent_chance_in_one_of_a_hundred_series() -> None:
     """The chance took the background, a median of 51 ordinates, as exactly known."""
     rng = np.random.default_rng(250)
     lines = [line_of(rng.standard_normal(250), DT) for _ in range(600)]
     assert sum(line is not None and line.chance < 0.01 for line in lines) <= 12
+
+
+def test_within_the_floor_nothing_is_told():
+    e = prepared()
+    assert found(e, 0.3 * errors_with(e, (MACHINE, 2.0))) is None
 
 
 def found_anywhere(e: Prepared, errors: np.ndarray) -> bool:
@@ -142,6 +173,13 @@ def test_a_harmonic_of_a_reference_is_no_machine(n):
     assert found(e, errors_with(e, (MACHINE, 3.0))) == pytest.approx(MACHINE, abs=NEAR)
 
 
+def test_sums_and_differences_of_references_are_no_machine():
+    waves = [np.sin(2.0 * np.pi * hz * TIME) for hz in (3.3, 17.9)]
+    e = with_references(prepared(), np.column_stack(waves))
+    for hz in (14.6, 21.2):
+        assert found(e, errors_with(e, (hz, 3.0))) is None
+
+
 @pytest.mark.parametrize("hz", [25.0, 50.0, 75.0])
 def test_the_pace_of_held_references_is_no_machine(hz):
     e = prepared()
@@ -161,6 +199,17 @@ def test_what_comes_back_with_each_cycle_is_no_machine():
     assert found(e, errors_with(e, (beside, 3.0))) == pytest.approx(beside, abs=2.0 * NEAR)
 
 
+def test_where_the_fitted_model_rings_nothing_is_told():
+    e = prepared()
+    bending = looped(with_modes(2, 2))
+    modes = vibration_modes(posture(bending, np.array([0.0, 1.2])))
+    rings = [m.frequency for m in modes if m.damping < 0.2]
+    hz = next(x for x in rings if abs(x - 25.0 * round(x / 25.0)) > 2.0)
+    block = errors_with(e, (hz, 3.0))
+    assert found(e, block) == pytest.approx(hz, abs=NEAR)
+    assert found(e, block, fitted(bending, e)) is None
+
+
 def test_the_resonance_of_a_spring_that_was_just_added_is_no_machine():
     e = prepared()
     springs = {"c1": 1 / 3000.0, "c2": 1 / 700.0, "Jh1": 0.1, "Jh2": 0.05}
@@ -176,6 +225,14 @@ def test_the_resonance_of_a_spring_that_was_just_added_is_no_machine():
     block = errors_with(e, (new[0], 3.0))
     assert found(e, block, fitted(BARE, e)) == pytest.approx(new[0], abs=NEAR)
     assert found(e, block, fitted(soft, e)) is None
+
+
+def test_what_remains_says_the_line_and_its_channel():
+    e = prepared()
+    left = remaining_error(only(e), [errors_with(e, (MACHINE, 3.0))], fitted(BARE, e))
+    assert left.line is not None and left.line[0] == "z1"
+    assert left.line[1] == pytest.approx(MACHINE, abs=NEAR)
+    assert remaining_error(only(e), [errors_with(e)]).line is None
 
 
 def only(e: Prepared) -> Any:
