@@ -117,6 +117,13 @@ def test_a_scenario_may_say_that_they_begin_at_rest(tmp_path: Path) -> None:
     assert max(e.rms / e.floor for e in last.errors) > FAR
 
 
+def test_what_begins_at_rest_has_no_starts_to_estimate(tmp_path: Path) -> None:
+    write(tmp_path, "loop", 0)
+    outcome = run(tmp_path, "loop", most=0)
+    assert IN_MOTION not in outcome.notes
+    assert not any(e.name.startswith("start_d") for fit in outcome.fits for e in fit.estimates)
+
+
 def test_a_rigid_arm_that_its_encoders_lead_has_no_first_state() -> None:
     """As EMPS, which dry friction holds until it breaks loose: nothing is estimated or said."""
     model = Model(presets()["single_axis"], Torque(), "nonlinear")

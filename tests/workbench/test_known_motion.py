@@ -78,6 +78,13 @@ def test_the_motion_that_is_known_tells_the_mass_of_the_link_that_moves(folder: 
     assert values["Jh1"] == pytest.approx(TRUE["Jh"], rel=CLOSE)
 
 
+def test_what_was_said_of_the_joints_that_move_by_themselves_is_not_read() -> None:
+    """A torque constant for each joint is what a drive has; that of the second is no matter."""
+    model = base_model(written(**TRUE, drive={**LED, "torque_constants": [2.0, 7.0]}))
+    assert model.drive.needed_channels(model.arm) == ("i1", "theta2")
+    assert "kt1" in model.parameters and "kt2" not in model.parameters
+
+
 @pytest.mark.parametrize(
     ("drive", "words"),
     [

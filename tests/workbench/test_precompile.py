@@ -40,6 +40,19 @@ def test_what_is_missing_is_compiled_by_another_process_once(empty) -> None:
     assert other.wait(LONGEST) == 0 and is_compiled(SMALL)
 
 
+def test_what_is_there_needs_no_process(empty, monkeypatch) -> None:
+    monkeypatch.setattr(precompile, "is_compiled", lambda _: True)
+    assert precompile_arms([SMALL]) is None
+
+
+def test_without_another_process_everything_goes_on(empty, monkeypatch) -> None:
+    def refuse(*_, **__) -> None:  # type: ignore[no-untyped-def]
+        raise OSError("no more processes")
+
+    monkeypatch.setattr(subprocess, "Popen", refuse)
+    assert precompile_arms([SMALL]) is None
+
+
 def test_the_process_ends_with_the_one_that_began_it(empty) -> None:
     script = (
         "from flexgui.core.precompile import precompile_arms\n"

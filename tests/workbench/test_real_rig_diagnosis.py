@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+import numpy as np
 import pytest
 
 from flexgui.core.results import Diagnosis, Outcome
@@ -57,6 +58,13 @@ def test_viscous_and_coulomb_friction_come_first() -> None:
     assert {step.added for step in ladder().steps[1:3]} == {"viscous_friction", "coulomb_friction"}
 
 
+def test_then_an_offset_or_an_asymmetry_is_found() -> None:
+    third = ladder().steps[3].added
+    assert third in ("torque_offset", "friction_asymmetry")
+    ranking = ladder().rounds[2].ranking
+    assert {r.effect for r in ranking[:3]} >= {"torque_offset", "friction_asymmetry"}
+
+
 def test_symmetric_friction_with_an_offset_gives_the_published_parameters() -> None:
     outcome = emps(("viscous_friction", "coulomb_friction", "torque_offset"))
     found = {e.name: e.value for e in outcome.fits[0].estimates}
@@ -69,6 +77,15 @@ def test_symmetric_friction_with_an_offset_gives_the_published_parameters() -> N
 def test_asymmetric_friction_leaves_less() -> None:
     outcome = emps(("viscous_friction", "coulomb_friction", "friction_asymmetry"))
     assert error(outcome) <= ASYMMETRIC
+
+
+@pytest.mark.parametrize(
+    ("third", "bar"), [("torque_offset", SYMMETRIC), ("friction_asymmetry", ASYMMETRIC)]
+)
+def test_what_the_first_half_gives_holds_on_the_second(third: str, bar: float) -> None:
+    outcome = emps(("viscous_friction", "coulomb_friction", third), halves=True)
+    assert outcome.comparisons[1].role == "validate"
+    assert np.isfinite(error(outcome, 1)) and error(outcome, 1) <= 1.25 * bar
 
 
 BENCH = {"u1": 0.22, "u2": 0.32, "deflection1": 0.34, "deflection2": 0.34}

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexgui.core.results import Estimate, Outcome, RecordingComparison
+from flexgui.core.results import Estimate, MissingTorque, Outcome, RecordingComparison
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import DiagnoseSpec, Scenario
 from flexgui.core.workbench import run_scenario
@@ -117,6 +117,13 @@ def test_the_bench_is_fitted_as_well_as_coupling_and_damping_allow(outcome):
         assert found[channel] < bar
 
 
+def test_the_bench_is_worse_at_nominal_values(outcome):
+    found = errors(comparison(outcome, "steps"))
+    nominal = errors(comparison(outcome, "steps", "Coupled arm, nominal values"))
+    for channel in STEPS_ERROR:
+        assert found[channel] < nominal[channel]
+
+
 def test_the_benchs_second_link_needs_the_coupling(outcome):
     found = errors(comparison(outcome, "steps"))
     for variant in outcome.variants:
@@ -125,8 +132,40 @@ def test_the_benchs_second_link_needs_the_coupling(outcome):
             assert alone["deflection2"] > COUPLING * found["deflection2"]
 
 
+def test_the_benchs_parameters_are_believable(outcome):
+    for name in ("EI1", "EI2", "tau2"):
+        found = estimate(outcome, name)
+        assert found.identifiable
+        assert found.std < abs(found.value)
+        assert not found.at_bound
+
+
+def test_both_joints_of_the_bench_lack_a_torque(outcome):
+    for name in ("steps", "lqr"):
+        missing: tuple[MissingTorque, ...] = comparison(outcome, name).missing_torque
+        assert [m.joint for m in missing] == [1, 2]
+        for m in missing:
+            assert np.isfinite(m.missing[m.counted]).all()
+            assert m.missing[m.counted].std() > 0.1 * m.applied[m.counted].std()
+
+
 def test_the_other_bench_validates_with_its_own_zeros(outcome):
     found = comparison(outcome, "lqr")
     assert found.role == "validate"
     assert "offset_deflection1, offset_deflection2" in found.note
     assert all(error < 1.0 for c, error in errors(found).items() if c in STEPS_ERROR)
+
+
+@pytest.mark.long
+def test_the_other_bench_is_predicted_to_a_third():
+    found = errors(comparison(bench(False), "lqr"))
+    assert found["deflection1"] < 0.35
+    assert found["deflection2"] < 0.40
+
+
+def test_a_missing_folder_is_told(tmp_path):
+    from flexgui.core.errors import InputError
+
+    scenario = read_scenario(SCENARIOS / "emps.toml")
+    with pytest.raises(InputError, match=r"emps\.csv was not found.*FLEXGUI_DATA"):
+        run_scenario(scenario, folder=SCENARIOS, data_folder=tmp_path)

@@ -86,10 +86,10 @@ def keep(recording: Recording, folder: Path, *channels: str, **further: np.ndarr
     save_recording(replace(recording, channels={**kept, **further}), folder / "rig.csv")
 
 
-def rotary(EI: float, **more: Any) -> Scenario:
+def rotary(EI: float, kt: float = 7.68e-3, **more: Any) -> Scenario:
     """A flexible link of a motor on voltage."""
     link = {"length": 0.42, "mass": 0.065, "modes": 2, "hub_inertia": 2e-3, "damping_time": 0.01}
-    motor = {"torque_constants": [7.68e-3], "resistances": [2.6], "gears": [70.0]}
+    motor = {"torque_constants": [kt], "resistances": [2.6], "gears": [70.0]}
     return rig({"segments": [{**link, "EI": EI}]}, {"kind": "voltage", **motor}, **more)
 
 
@@ -112,6 +112,14 @@ def test_a_rotary_link_on_voltage_is_right(rotary_rig: Path) -> None:
     assert values["EI1"] == pytest.approx(0.15, rel=CLOSE)
     assert values["fc1"] == pytest.approx(0.03, rel=CLOSE)
     assert values["tg1"] == pytest.approx(4e-3, abs=DELAY)
+
+
+def test_a_torque_constant_is_estimated_beside_the_stiffness(rotary_rig: Path) -> None:
+    """The link's mass is known, so the torque is; back-EMF and friction follow."""
+    plain = rotary(0.2, 6.9e-3, effects=LATE_GAUGE, parameters=["EI1", "kt1"])
+    values = estimates(run_scenario(plain, folder=rotary_rig))
+    assert values["kt1"] == pytest.approx(7.68e-3, rel=CLOSE)
+    assert values["EI1"] == pytest.approx(0.15, rel=CLOSE)
 
 
 def two_encoders(Jh: float, c: float, **more: Any) -> Scenario:
@@ -262,6 +270,11 @@ def test_what_a_held_rig_lacks_is_named_without_a_torque(bench_rig: Path) -> Non
     for k in "12":
         late = found.values[f"tg{k}"] - found.values[f"te{k}"]
         assert late == pytest.approx(5e-3, abs=DELAY)
+
+
+def test_a_held_rig_is_not_simulated_without_a_recording() -> None:
+    with pytest.raises(InputError, match="needs recorded joints"):
+        simulated(held(recording={"simulate": {"theta": [0.0, 0.0]}}))
 
 
 @pytest.mark.parametrize("output", ["torque", "encoder"])

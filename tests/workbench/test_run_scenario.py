@@ -74,6 +74,12 @@ def test_local_fits_are_one_per_recording_and_validation_takes_their_mean():
     assert labels == ["a", "b", MEAN_LABEL]
 
 
+def test_validation_is_predicted_well_by_what_was_identified():
+    validation = outcome().comparisons[2]
+    fitted = [c for c in validation.channels if c.fitted]
+    assert all(c.fit_percent > 99.0 for c in fitted)
+
+
 def test_the_descriptor_model_holds_the_estimate():
     found = outcome()
     value = found.fits[0].estimates[0].value

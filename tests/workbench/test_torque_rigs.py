@@ -11,11 +11,14 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.segment import Segment
 from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.setup import make_setup, torque_band
+from flexgui.core.loading import load_recordings
 from flexgui.core.model import Model
+from flexgui.core.progress import Silent
 from flexgui.core.recording.recording import Recording
 from flexgui.core.results import ChannelComparison, Outcome
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.workbench import run_scenario
 from tests.helpers import rms
 from tests.programs.sample.torque_rigs import TorqueRig, written
@@ -35,6 +38,23 @@ def test_the_friction_of_a_rigid_link_is_named_though_no_filter_is_stated(tmp_pa
     values = {p.name: p.value for p in told.parameters}
     assert values["m1"] == pytest.approx(RIG.masses[0], rel=MASSES)
     assert values["fv1"] == pytest.approx(RIG.viscous[0], rel=FRICTION)
+
+
+@pytest.mark.parametrize(
+    "stated, filtered", [("filter = false", False), ("filter = { cutoff_hz = 30.0 }", True)]
+)
+def test_a_stated_filter_takes_the_place_of_the_band(
+    tmp_path: Path, stated: str, filtered: bool
+) -> None:
+    path = written(RIG, 5, tmp_path)
+    path.write_text(path.read_text().replace("[identify]\n", f"[identify]\n{stated}\n"))
+    scenario = read_scenario(path)
+    model = base_model(scenario)
+    recordings = load_recordings(scenario, model, tmp_path, None, Silent())
+    setup = make_setup(model, scenario.identify, recordings)
+    assert setup.processing.torque_filter is None
+    assert (setup.processing.filter is not None) == filtered
+    assert not any("Torques are compared up to" in note for note in setup.notes)
 
 
 def test_a_recording_that_cannot_hold_the_band_needs_no_low_pass() -> None:
@@ -94,6 +114,18 @@ def test_the_ends_of_a_torque_do_not_rule_its_error(tmp_path: Path) -> None:
     few = len(x) // 20
     within = rms(x[few:-few])
     assert rms(x[:few]) < LIKE_WITHIN * within and rms(x[-few:]) < LIKE_WITHIN * within
+
+
+FAST_PAIR = TorqueRig((4.0, 2.5), (0.5, 0.4), rate=2000.0, bits=13, counts=0.3, seconds=2.0)
+
+MEAN = 0.3
+"""Of the rms: a mean of noise with some tens of independent samples; it was twice the rms."""
+
+
+def test_the_square_of_a_noisy_speed_is_no_torque(tmp_path: Path) -> None:
+    channels = [c for r in fitted(FAST_PAIR, tmp_path).comparisons for c in r.channels]
+    for x in map(left, channels):
+        assert abs(x.mean()) < MEAN * rms(x)
 
 
 def test_a_loop_that_feeds_its_encoders_back_hides_none_of_their_noise(tmp_path: Path) -> None:
