@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from flexgui.core.drives.drive import Drive
-from flexgui.core.drives.servo import FollowingServo, rates, slopes
+from flexgui.core.drives.servo import FollowingServo, averaged, rates, slopes
 from flexgui.core.drives.torque import Torque
 from flexgui.core.drives.voltage import Voltage
 from flexgui.core.effects import effect
 from flexgui.core.identify.predictor import motion_of
 from flexgui.core.identify.prepared_recording import Prepared, prepare
-from flexgui.core.identify.prescribed_joint_motion import UNKNOWN_END
+from flexgui.core.identify.prescribed_joint_motion import UNKNOWN_END, unknown_ends
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
@@ -93,6 +94,12 @@ def test_the_ends_of_a_recording_are_no_error_of_the_model() -> None:
     assert rms(left[-UNKNOWN_END:]) < QUIET * torque
 
 
+def test_a_beginning_at_rest_is_known() -> None:
+    e = prepared(Torque(), 0.0)
+    assert unknown_ends(e.model, e.task) == (1, UNKNOWN_END)
+    assert unknown_ends(e.model, replace(e.task, before=None)) == (UNKNOWN_END, UNKNOWN_END)
+
+
 def test_a_speed_between_few_samples_is_that_of_a_spline() -> None:
     t = np.arange(60) * STEP
     w = 1.3 / STEP
@@ -101,3 +108,11 @@ def test_a_speed_between_few_samples_is_that_of_a_spline() -> None:
     assert rms((slopes(wave, STEP) - speed)[inner]) < EXACT * rms(speed)
     assert rms((rates(wave, STEP) - speed)[inner]) > 10.0 * EXACT * rms(speed)
     assert np.isnan(slopes(np.where(t[:, None] < 0.1, wave, np.nan), STEP)).all()
+
+
+def test_an_average_is_that_of_a_triangle() -> None:
+    fine, w = 64, 0.9
+    at = np.arange(-40 * fine, 40 * fine + 1) / fine
+    triangle = np.maximum(1.0 - np.abs(np.arange(-fine, fine + 1)) / fine, 0.0) / fine
+    mean = np.convolve(np.sin(w * at), triangle, mode="same")[::fine][5:-5]
+    assert averaged(np.sin(w * at[::fine])[:, None])[5:-5, 0] == pytest.approx(mean, abs=EXACT)

@@ -12,7 +12,7 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
-from flexgui.core.identify.refinement import refine, starts_over_horizon
+from flexgui.core.identify.refinement import first_parts, refine, starts_over_horizon
 from flexgui.core.identify.residuals import Residuals
 from flexgui.core.identify.unknowns import Unknown, Unknowns
 from flexgui.core.model import Model
@@ -81,3 +81,11 @@ def test_the_first_swings_lead_to_the_true_stiffness(experiment: Prepared) -> No
     assert apart(led) < FOUND
     at_once = refine(r, start, lambda _: False, 1e-6)
     assert apart(at_once.vector) > 10.0 * FOUND  # or the way by the first swings shows nothing
+
+
+def test_a_beginning_is_what_was_recorded_first(experiment: Prepared) -> None:
+    (part,) = first_parts([experiment], 0.25)
+    count = len(part.recording.time)
+    assert count == int(np.ceil(0.25 * SAMPLES))
+    inner = slice(0, count - 1)  # at its end the speed is a one-sided difference
+    assert np.array_equal(part.task.references[inner], experiment.task.references[inner])

@@ -15,6 +15,7 @@ from flexgui.core.identify.identifiability import (
     analyse,
     determined,
     identified,
+    relative_scales,
     wider_than_value,
 )
 from flexgui.core.identify.unknowns import Unknown, Unknowns
@@ -22,7 +23,7 @@ from flexgui.core.parameters import Parameter
 from flexgui.core.simulate.experiment import NoiseLevels
 from flexgui.sentences.identifiability import STARTS_FREE, identifiability_sentences
 from tests.helpers import looped
-from tests.identify.helpers import LPV, clean, fit, noisy, simulated
+from tests.identify.helpers import BOX, LPV, clean, fit, noisy, simulated
 
 EXACT = 1e-9
 
@@ -69,6 +70,14 @@ def test_a_parameter_without_influence_is_named():
     assert [e.identifiable for e in fitted.fit.estimates] == [True, False]
 
 
+def test_data_that_show_nothing_say_so_of_each():
+    unknowns = named("ab")
+    rank, values, null = analyse(unknowns, np.ones(2), np.zeros((50, 2)))
+    assert rank == 0
+    assert np.all(values == 0.0)
+    assert np.abs(null).max(axis=1).tolist() == [1.0, 1.0], "each by itself"
+
+
 def test_masses_stiffness_and_gains_scale_together():
     names = ("m1", "m2", "EI1", "EI2", "lambda1", "lambda2")
     fitted = noisy_fit(*names)
@@ -82,6 +91,19 @@ def test_masses_stiffness_and_gains_scale_together():
     assert text.startswith("The data do not distinguish m1, m2, EI1, EI2, λ1 and λ2")
     assert text.count("+1.00 %") == len(names) or text.count("-1.00 %") == len(names)
     assert found.valley is None
+
+
+def test_one_known_scale_frees_the_others():
+    fitted = noisy_fit("m1", "m2", "EI1", "EI2")
+    assert all(e.identifiable for e in fitted.fit.estimates)
+
+
+def test_parameters_of_a_recording_are_named_with_it():
+    settings = {"parameters": ("epsilon",), "per_recording": ("d",), "output": ("ydot",)}
+    fitted = fit(LPV, noisy(clean()[:2], 20.0, 1), **settings)
+    text = said(fitted)[0]
+    assert all(name in text for name in ("ε", "d (th1)", "d (th2)"))
+    assert fitted.fit.identifiability.rank == 2
 
 
 @settings(max_examples=60)
@@ -119,6 +141,40 @@ def test_units_do_not_change_what_is_identifiable(seed, sizes):
     assert rank == 2
     assert np.abs(null[0]) == pytest.approx([np.sqrt(0.5), 0.0, np.sqrt(0.5)], abs=1e-6)
     assert identified(null, 3).tolist() == [False, True, False]
+
+
+def test_the_valley_stays_in_the_box_and_passes_through_the_estimate():
+    fitted = noisy_fit("epsilon", "d", bounds=BOX)
+    found = fitted.fit.identifiability.valley
+    assert found is not None
+    low, high = np.array([BOX[n] for n in found.names]).T
+    reach = (found.points - low) / (high - low)
+    assert reach.min() > -1e-9
+    assert reach.max() < 1.0 + 1e-9
+    ends = np.sort(np.concatenate([reach[0], reach[-1]]))
+    assert ends[0] == pytest.approx(0.0, abs=1e-6) or ends[-1] == pytest.approx(1.0, abs=1e-6)
+    distance = np.linalg.norm(found.points / fitted.vector - 1.0, axis=1)
+    assert (
+        distance.min() < np.linalg.norm(np.diff(found.points / fitted.vector, axis=0), axis=1).max()
+    )
+
+
+def test_the_valley_is_flat_where_offsets_are_estimated_too():
+    recordings = noisy(clean()[:3], 20.0, 1)
+    moved = [r.channels["ydot1"] for r in recordings]
+    for values in moved:
+        values += 0.2
+    fitted = fit(LPV, recordings, parameters=("epsilon", "d"), bounds=BOX, offsets=("ydot1",),
+                 output=("ydot",))  # fmt: skip
+    found = fitted.fit.identifiability.valley
+    assert found is not None
+    assert found.cost_ratio == pytest.approx(np.ones(len(found.points)), abs=1e-6)
+
+
+def test_a_quantity_that_may_vanish_is_relative_to_itself_unless_it_nearly_does():
+    gains = Unknowns(tuple(Unknown(Parameter(n, 60.0, "", 0.0, 600.0, scale=60.0)) for n in "abc"))
+    found = relative_scales(gains, np.array([90.0, 0.0, 1e-6]))
+    assert found.tolist() == [90.0, 60.0, 60.0]
 
 
 def test_two_parameters_of_one_law_are_not_determined():

@@ -13,6 +13,7 @@ from flexgui.core.least_squares import (
     BoundsAndPrior,
     Descended,
     levenberg_marquardt,
+    predicted_reduction,
 )
 
 LIMITS = BoundsAndPrior(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
@@ -131,6 +132,16 @@ def test_at_a_minimum_that_no_step_improves_a_descent_ends_after_one_try() -> No
     found = levenberg_marquardt(curve.errors, curve.slopes, bottom, LIMITS, share=1e-4)
     assert found.iterations == 1
     assert curve.asked["errors"] <= 2
+
+
+def test_the_fall_that_is_promised_is_what_straight_lines_give() -> None:
+    rng = np.random.default_rng(4)
+    S, r = rng.standard_normal((SAMPLES, 1, 2)), rng.standard_normal((SAMPLES, 1))
+    found = Descended(np.zeros(2), float(np.sum(r**2)), 1, (r,), (S,))
+    flat = S.reshape(-1, 2)
+    left = r.ravel() - flat @ np.linalg.lstsq(flat, r.ravel(), rcond=None)[0]
+    expected = float(np.sum(r**2) - np.sum(left**2))
+    assert predicted_reduction(found, LIMITS) == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_descent_in_two_parts_ends_where_it_would_in_one() -> None:

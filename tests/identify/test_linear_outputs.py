@@ -18,7 +18,8 @@ from flexgui.core.recording.recording import CameraPose, LoggerFilter, Recording
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.simulate.experiment import simulate_recording
-from tests.helpers import ARMS, PAPER, looped, with_modes
+from flexgui.core.simulate.posture_interpolation import interpolation
+from tests.helpers import ARMS, PAPER, loaded, looped, with_modes
 from tests.identify.helpers import LPV, residuals_of, simulated, without
 
 EXACT = 1e-9
@@ -70,7 +71,9 @@ def check(given: list[Recording], bound: float, model: Any = LPV, size: int = 3,
     assert worst(residuals, outputs_of(residuals), size) < bound
 
 
-@pytest.mark.parametrize("output", ["ydot", "y", "z", "encoder", "deflection", ("z", "encoder")])
+@pytest.mark.parametrize(
+    "output", ["ydot", "y", "z", "encoder", "deflection", "torque", ("z", "encoder")]
+)
 def test_each_output(output):
     check(recordings(), EXACT, output=output)
 
@@ -114,6 +117,12 @@ def test_what_the_rig_did_to_a_channel(change):
     check([replace(r, **change) for r in recordings()], EXACT)
 
 
+@pytest.mark.parametrize("held", [0, 2])
+def test_central_differences_of_the_tip_beside_recordings_that_hold_the_output(held):
+    given = recordings()
+    check([*given[:held], *(without(r, "ydot") for r in given[held:])], EXACT)
+
+
 @settings(max_examples=12)
 @given(
     st.lists(st.integers(1, 70), min_size=1, max_size=12),
@@ -133,6 +142,11 @@ def test_inputs_that_are_held_for_irregular_times(runs, seed, modes):
         held.append(replace(r, channels={**r.channels, **channels}))
     for size in (1, 9):
         check(held, EXACT, model, size=size, parameters=("EI1",))
+
+
+@pytest.mark.parametrize("kind", ["chirp", "multisine"])
+def test_inputs_that_are_not_held(kind):
+    check(recordings(excitation=kind), EXACT)
 
 
 @pytest.mark.parametrize("model", [
@@ -186,3 +200,35 @@ def test_arms_of_other_shapes_are_followed(name):
     spec = SimulateSpec(theta=[0.3, 0.9, -0.7][:joints], seconds=0.3, level="lpv", seed=3)
     moving = replace(simulate_recording(model, spec, "r"), theta2=None)
     check([moving], FOLLOWED, model, parameters=("m1",), output=("z", "encoder"))
+
+
+def test_with_gravity_the_first_joint_matters_too():
+    arm = loaded(ARMS["1-1"], gravity=(0.0, -9.81))
+    model = looped(arm, level="lpv")
+    moving = [replace(r, theta2=None) for r in recordings(2, model)]
+    check(moving, FOLLOWED, model, parameters=("EI1",), output=("z", "encoder"))
+
+
+@pytest.mark.parametrize("moving", [False, True], ids=["working points", "followed"])
+def test_a_servo_whose_references_run_straight_between_samples(moving):
+    given = [replace(r, theta2=None) if moving else r for r in recordings(2, seconds=0.2)]
+    bound = FOLLOWED if moving else EXACT
+    check(given, bound, parameters=("EI1",), output=("z",), servo_hz=5.0)
+
+
+@settings(max_examples=10)
+@given(st.integers(1, 3), st.floats(0.01, 0.5), st.integers(0, 100))
+def test_interpolated_matrices_converge_with_the_degree(dimensions, width, seed):
+    """On a smooth function of some coordinates, whatever their box."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1.0, 1.0, dimensions) + width * rng.uniform(-1, 1, (50, dimensions))
+
+    def smooth(q):
+        return np.exp(np.sin(q.sum(axis=1) / np.sqrt(dimensions)))
+
+    errors = []
+    for degree in (2, 5):
+        nodes = interpolation(points, list(range(dimensions)), degree)
+        assert nodes.shares.sum(axis=1) == pytest.approx(1.0)
+        errors.append(np.abs(nodes.shares @ smooth(nodes.postures) - smooth(points)).max())
+    assert errors[1] < 0.2 * errors[0] + EXACT

@@ -10,12 +10,16 @@ import pytest
 from flexgui.core.arm.build import ArmSpec, build_arm
 from flexgui.core.drives import build_drive
 from flexgui.core.identify import fit
+from flexgui.core.identify.defect_correction import corrected_minimum
 from flexgui.core.identify.fit import Fitted, identify
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.refinement import refine
 from flexgui.core.identify.residuals import Residuals, channel_weights
+from flexgui.core.identify.uncertainty import FEW_LAGS, cross_covariances
 from flexgui.core.identify.unknowns import collect_unknowns
+from flexgui.core.least_squares import bounds_and_prior
 from flexgui.core.model import Model
 from flexgui.core.progress import Progress, Silent, StoppedError, use_progress
 from flexgui.core.recording.recording import Recording
@@ -118,6 +122,52 @@ def test_a_stop_leaves_what_was_found_by_then(model: Model, recording: Recording
     assert np.all(np.isfinite(found.vector)) and np.isfinite(found.fit.cost)
 
 
+def test_a_stop_before_any_estimate_leaves_the_start(model: Model, recording: Recording) -> None:
+    found = _identify(model, recording, Told("first vibrations"))
+    assert found.fit.stopped
+    assert found.vector == pytest.approx([e.start for e in found.fit.estimates])
+
+
+class Patient(Silent):
+    """Stops when asked for the n-th time whether it wishes to."""
+
+    def __init__(self, patience: int) -> None:
+        self.left = patience
+
+    def stopped(self) -> bool:
+        self.left -= 1
+        return self.left < 0
+
+
+PATIENCE = (0, 1, 2, 3, 5)
+
+
+def test_whenever_a_stop_comes_the_start_has_the_same_cost() -> None:
+    """Within the comparison of starts, one step per sample was left for the summary."""
+    model = with_modes(2)
+    swings = recorded(model, 4e-3)
+    ends = [_identify(model, swings, Patient(n)).fit for n in PATIENCE]
+    costs = [f.cost for f in ends if all(e.value == e.start for e in f.estimates)]
+    assert all(f.stopped for f in ends)
+    assert len(costs) > 3 and set(costs) == {costs[0]}
+
+
+def one_step_per_sample(model: Model, recording: Recording) -> Residuals:
+    experiments = [_prepared(model, recording)]
+    unknowns = collect_unknowns(model, SPEC, [recording])
+    return Residuals(Predictor(experiments, unknowns, steps=1), channel_weights(experiments, {}))
+
+
+def test_a_stop_within_the_first_simulation_of_a_descent_leaves_its_start(
+    model: Model, recording: Recording
+) -> None:
+    residuals = one_step_per_sample(model, recording)
+    start = residuals.unknowns.parameters.vector()
+    with use_progress(Patient(0)):
+        found = refine(residuals, start, lambda _: False)
+    assert found.stopped_before_first_step and np.array_equal(found.vector, start)
+
+
 def test_stretches_change_nothing(
     model: Model, recording: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -159,3 +209,23 @@ def test_the_last_step_takes_the_error_of_few_steps_off(modes: int, sample_time:
     step = np.linalg.lstsq(slopes, exact(found.vector), rcond=None)[0]
     deviations = np.array([e.std for e in found.fit.estimates])
     assert np.all(np.abs(step) < SAME * deviations)
+
+
+def test_corrected_steps_lead_to_the_minimum_from_far_away(
+    model: Model, recording: Recording
+) -> None:
+    whole = _identify(model, recording, Silent())
+    residuals = one_step_per_sample(model, recording)
+    start = whole.vector * np.array([1.02, 0.98])
+    slopes, limits = residuals.sensitivities(start), bounds_and_prior(residuals.unknowns.parameters)
+    _, found = corrected_minimum(residuals, start, slopes, limits)
+    deviations = np.array([e.std for e in whole.fit.estimates])
+    assert np.all(np.abs(start - whole.vector) > 5.0 * deviations)
+    assert np.all(np.abs(found.vector - whole.vector) < SAME * deviations)
+
+
+def test_many_lags_by_transform_are_those_by_products() -> None:
+    r = np.random.default_rng(3).standard_normal((500, 3)).cumsum(axis=0)
+    few, many = cross_covariances(r, FEW_LAGS), cross_covariances(r, 200)
+    assert many[: FEW_LAGS + 1] == pytest.approx(few, rel=1e-10, abs=1e-9 * np.abs(few).max())
+    assert many[200] == pytest.approx(r[:300].T @ r[200:] / 500, abs=1e-9 * np.abs(few).max())

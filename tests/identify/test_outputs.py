@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from flexgui.core.errors import InputError
+from flexgui.core.identify.compare import compare
+from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.setup import PREFERENCE, make_setup
 from flexgui.core.recording.recording import LoggerFilter, Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import NoiseLevels
@@ -46,6 +49,16 @@ def test_the_stiffness_is_recovered(output, level):
     assert estimate(fitted, "EI").value == pytest.approx(EI, rel=EXACT[level])
 
 
+@pytest.mark.parametrize("level", LEVELS)
+def test_rates_from_a_sampled_tip_take_the_same_route_as_the_models(level):
+    """Without ydot in the recording both sides are differences of sampled places."""
+    made = simulated(looped(PAPER), points=POINTS, seconds=0.8)
+    recordings = [without(r, "ydot") for r in made]
+    fitted = fit(LEVELS[level], recordings, parameters=("EI",), start=WRONG, output="ydot")
+    tolerance = 0.01 if level == "lpv" else EXACT[level]  # the motion itself is not linear
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=tolerance)
+
+
 def test_a_slow_camera_is_enough():
     model = LEVELS["nonlinear"]
     recordings = simulated(model, points=POINTS, seconds=0.8, noise=NoiseLevels({}, 100.0))
@@ -53,6 +66,13 @@ def test_a_slow_camera_is_enough():
     fitted = fit(model, recordings, parameters=("EI",), start=WRONG, output="z")
     assert fitted.fit.residual_count == 2 * 2 * 80
     assert estimate(fitted, "EI").value == pytest.approx(EI, rel=EXACT["nonlinear"])
+
+
+def test_a_filter_and_decimation_act_on_both_sides():
+    settings = {"filter": ZeroPhaseLowPass(cutoff_hz=40.0), "decimate": 5}
+    fitted = fit(LPV, data("lpv"), parameters=("EI",), start=WRONG, output="ydot", **settings)
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=EXACT["lpv"])
+    assert fitted.fit.residual_count == 2 * 2 * 160
 
 
 def test_a_loggers_low_pass_is_undone_by_telling_of_it():
@@ -91,3 +111,22 @@ def test_a_stretched_arm_gets_z_by_default_and_is_refused_ydot():
     for output in ("y", "ydot"):
         with pytest.raises(InputError, match=r"within .* rad of 0.*choose .* output = \"z\""):
             fit(model, stretched, parameters=("EI",), output=output)
+
+
+def test_recordings_without_any_output_are_refused():
+    bare = [
+        replace(r, channels={n: v for n, v in r.channels.items() if n.startswith("dtheta")})
+        for r in data("lpv")
+    ]
+    with pytest.raises(InputError, match="share none of the outputs"):
+        make_setup(LPV, IdentifySpec(), bare)
+
+
+def test_all_outputs_are_compared_and_the_fitted_ones_marked():
+    found = compare(LPV, data("lpv")[0], [sensor("ydot")], Processing(), {"EI": EI}, "all")
+    fitted = {c.channel: c.fitted for c in found.channels}
+    assert [name for name, yes in fitted.items() if yes] == ["ydot1", "ydot2"]
+    assert {"z1", "z2", "y1", "deflection2", "theta1"} <= fitted.keys()
+    assert all(c.rms < 1e-9 for c in found.channels)
+    assert found.tip_rms is not None
+    assert found.tip_rms < 1e-9

@@ -15,6 +15,7 @@ from flexgui.core.identify.population_cost import PopulationCost
 from flexgui.core.identify.residuals import Residuals
 from flexgui.core.processors import at_most
 from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from tests.identify.helpers import LPV, noisy, residuals_of, simulated
 
 EQUAL = 1e-9
@@ -91,6 +92,34 @@ def test_recordings_of_different_length_and_sample_time():
 @pytest.mark.parametrize("count", [3, 9])
 def test_parameters_that_belong_to_a_recording(count):
     check(short(count), parameters=("EI1", "m2"), per_recording=("EI2", "m2"))
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"weights": {"ydot2": 3.0}},
+        {"output": ("ydot", "deflection")},
+        {"output": ("z", "encoder"), "filter": ZeroPhaseLowPass(cutoff_hz=50.0), "decimate": 3},
+        {"parameters": ("l1", "lambda2", "EI")},
+        {"per_recording": ("lambda1",)},
+        {"parameters": ("EI1",), "start": {"EI2": 480.0, "lambda1": 55.0}},
+    ],
+    ids=str,
+)
+def test_whatever_is_compared_and_estimated(settings):
+    check(short(3), **{"parameters": ("EI",), **settings})
+
+
+FOLLOWED = 1e-5
+"""Relative, of a cost along a recorded posture."""
+
+
+def test_a_moving_schedule_is_followed_closely():
+    moving = [replace(r, theta2=None) for r in short(2)]
+    residuals = residuals_of(LPV, moving, parameters=("EI",), output=("ydot",))
+    points, fast = vectors(residuals), residuals.population()
+    assert fast is not None
+    assert fast(points) == pytest.approx(residuals.costs(points), rel=FOLLOWED)
 
 
 @settings(max_examples=10)

@@ -83,6 +83,18 @@ def test_slopes_are_differences_of_what_is_compared(counting: Residuals, central
             assert np.abs(S[:, :, j] - expected).max() <= ROUNDING * largest / abs(up[j] - down[j])
 
 
+def test_motions_asked_for_together_are_those_asked_for_apart(counting: Residuals) -> None:
+    predictor, everything = counting.predictor, range(len(counting.experiments))
+    here = counting.unknowns.parameters.vector()
+    there = here * 1.01
+    together = predictor.predict_many([(here, everything), (there, everything), (here, [1])])
+    fresh = Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps=STEPS)
+    apart = [fresh.predict(here), fresh.predict(there), fresh.predict(here)[1:]]
+    for one, other in zip(together, apart, strict=True):
+        for a, b in zip(one, other, strict=True):
+            assert np.array_equal(a, b)
+
+
 def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
     counting: Residuals,
 ) -> None:

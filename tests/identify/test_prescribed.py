@@ -14,14 +14,17 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
 from flexgui.core.effects.own import own_effect
 from flexgui.core.effects.own_formula import own_parameter
-from flexgui.core.identify.predictor import Predictor, motion_of
+from flexgui.core.identify.predictor import Predictor, job_of, motion_of, run_extrapolated
 from flexgui.core.identify.prepared_recording import Prepared, prepare
+from flexgui.core.identify.prescribed_joint_motion import points_per_sample, prescribed_motion
+from flexgui.core.identify.prescribed_joints import is_prescribed
 from flexgui.core.identify.processing import Processing
 from flexgui.core.identify.unknowns import Unknowns
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
+from flexgui.core.simulate.batch import run_many
 from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import chain, from_rest, read
 
@@ -109,6 +112,16 @@ def test_one_step_per_sample_is_enough(kind: str, values: dict[str, float]) -> N
     assert np.all(rms < ONE_STEP)
 
 
+def test_the_joints_go_where_the_servo_leads_them_whatever_rubs() -> None:
+    e = led("viscous_friction", values={"fv1": 5.0, "fv2": 1.0}, hz=60.0)
+    led_along = prescribed_motion(e.model, e.model.numbers(), e.task)
+    lead, finer = led_along.lead, led_along.finer
+    place, speed = led_along.place[::finer], led_along.speed[::finer]
+    found = motion(e)
+    assert np.array_equal(found.joint_positions, place[lead:])
+    assert np.array_equal(found.v[:, : BENCH.joints], speed[lead:])
+
+
 EARLY = 2.0
 """Times what the same noise in the middle makes; where the spline was free to have a speed at the
 start, it was 3.3 times as much here, and 20 times on a rig of three links."""
@@ -136,6 +149,59 @@ def test_noise_where_a_motion_sets_out_shakes_the_arm_no_more_than_later_on() ->
 
     plain = motion(smooth, 2).q
     assert shaken(1) < EARLY * shaken(200)
+
+
+def test_a_drive_with_a_limit_is_simulated_with_its_servo() -> None:
+    e = led()
+    numbers = e.model.numbers()
+    limited = numbers._replace(law=numbers.law.__class__(**{
+        **numbers.law.__dict__, "limit": np.array([1.0, 1.0])
+    }))  # fmt: skip
+    assert is_prescribed(e.model, numbers) and not is_prescribed(e.model, limited)
+    assert job_of(e.model, limited, e.task).finish is None
+
+
+def test_what_a_flexible_arm_lacks_hardly_depends_on_the_servo() -> None:
+    """Slow motion: the missing torque, all of it here, passes servos of any frequency."""
+    slow, stiff = motion(led(hz=20.0)), motion(led())
+    inner = slice(100, -100)
+    for k in range(BENCH.joints):
+        apart = slow.torque[inner, k] - stiff.torque[inner, k]
+        assert np.sqrt(np.mean(apart**2)) < 0.05 * np.sqrt(np.mean(stiff.torque[inner, k] ** 2))
+
+
+def test_jobs_of_all_parameters_share_their_lanes() -> None:
+    e = led()
+    one = job_of(e.model, e.model.numbers(), e.task)
+    other = job_of(e.model, e.model.numbers({"EI1": 2.0}), e.task)
+    together = run_many([one, other], 2)
+    for job, found in zip((one, other), together, strict=True):
+        alone = run_many([job], 2)[0]
+        assert np.abs(found.torque - alone.torque).max() < 1e-8 * np.abs(alone.torque).max()
+
+
+def test_few_steps_extrapolated_are_more_exact_than_more_of_them() -> None:
+    e = led(hz=60.0)
+    job = job_of(e.model, e.model.numbers(), e.task)
+    exact, plain = run_many([job], 64)[0].torque, run_many([job], 4)[0].torque
+    (found,) = run_extrapolated([job], 4, 1)
+    assert np.abs(found.torque - exact).max() < 0.5 * np.abs(plain - exact).max()
+
+
+def test_models_that_are_compared_are_led_along_the_same_points() -> None:
+    """Or one of them would win by its steps."""
+    bare = Model(BENCH, Torque(), "nonlinear")
+    soft = bare.with_effects([effect("joint_elasticity")], {"c1": 1e-3, "c2": 2e-3})
+    stiff = bare.with_effects([effect("extra_bending_mode")], {})
+    for model in (soft, stiff):
+        assert model.arm.coordinates > BENCH.coordinates
+        assert points_per_sample(model, STEP) == points_per_sample(bare, STEP)
+
+
+def test_an_encoder_with_a_hole_gives_no_numbers_and_no_traceback() -> None:
+    e = led()
+    e.task.references[400, -2 * BENCH.joints] = np.nan
+    assert np.isnan(motion(e).torque).all()
 
 
 SLOW = 0.02

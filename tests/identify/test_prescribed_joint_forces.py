@@ -90,6 +90,17 @@ def test_friction_at_held_joints_leaves_the_motion_alone() -> None:
     assert np.array_equal(predicted(with_it).q, predicted(without).q)
 
 
+def test_a_rigid_arm_needs_the_torque_of_its_inverse_dynamics() -> None:
+    e = rig(SLIDE)
+    found = predicted(e)
+    t = e.task.time
+    mass = SLIDE.segments[0].mass
+    speed = np.gradient(np.gradient(0.3 * np.sin(3.0 * t) * np.sin(0.5 * t), STEP), STEP)
+    inner = slice(EDGE, -EDGE)
+    needed = mass * speed[inner]
+    assert np.abs(found.torque[inner, 0] - needed).max() < 1e-3 * np.abs(needed).max()
+
+
 def test_a_loss_that_depends_on_the_torque_itself_is_solved_for() -> None:
     """u = M q'' + l u where the joint is driven, so u = M q'' / (1 - l)."""
     share = 0.25

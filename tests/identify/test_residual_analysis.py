@@ -78,6 +78,11 @@ def test_dynamics_that_the_model_lacks_are_correlated_with_their_input() -> None
     assert STEP <= first.lag[int(np.argmax(np.abs(first.value)))] <= 3.0 * STEP  # as PULSES
 
 
+def test_lags_are_multiples_of_the_outputs_own_sampling() -> None:
+    own = residual_analysis([recording(noise(1600, 1), every=8)], lags=5).correlations[0]
+    assert own.lag == pytest.approx(8 * STEP * np.arange(1, 6))
+
+
 def test_the_measured_response_is_that_of_the_machine_from_each_input_alone() -> None:
     found = residual_analysis([recording(0.1 * noise(20_000, 1, 0.5))])
     assert [r.input for r in found.responses] == ["dtheta1_ref", "dtheta2_ref"]
@@ -96,6 +101,10 @@ def test_where_samples_are_missing_there_is_no_response() -> None:
     (channel,) = whole.channels
     channel.measured[1000] = np.nan
     assert residual_analysis([whole]).responses == ()
+
+
+def test_too_few_samples_have_no_correlation() -> None:
+    assert residual_analysis([recording(noise(50, 1))]).correlations == ()
 
 
 COUNT = 400

@@ -87,6 +87,26 @@ def test_stopping_ends_early_and_keeps_the_best_so_far():
     assert estimate(fitted, "EI").value == pytest.approx(EI, rel=0.2)
 
 
+def test_stopping_before_anything_keeps_the_start():
+    fitted = searched(Impatient(0), generations=0)
+    assert fitted.fit.stopped
+    assert fitted.vector == pytest.approx(list(WRONG.values()))
+
+
+def test_each_generation_is_told_as_it_ends():
+    progress = Impatient(10_000)
+    fitted = searched(progress)
+    assert tuple(progress.seen) == fitted.fit.convergence
+    assert progress.steps == SHORT["generations"]
+    assert not fitted.fit.stopped
+
+
+def test_without_refinement_the_search_has_the_last_word():
+    fitted = searched(refine=False)
+    assert np.array_equal(fitted.vector, fitted.fit.convergence[-1].best_vector)
+    assert fitted.fit.message == ""
+
+
 def test_a_member_that_overflows_is_the_worst_and_no_trouble():
     def costs(x: np.ndarray) -> np.ndarray:
         return np.where(x[:, 0] > 0.5, np.nan, np.sum(x**2, axis=1))
@@ -109,3 +129,11 @@ def test_a_stop_within_a_generation_keeps_the_best_of_those_before() -> None:
     found = evolve(costs, lower, upper, 10, 100, 1, lambda _: len(calls) > 3)
     assert found.stopped and found.generations
     assert found.cost == pytest.approx(np.sum((found.vector - 0.3) ** 2))
+
+
+def test_a_stop_before_any_cost_is_known_has_no_best() -> None:
+    def costs(points: np.ndarray) -> np.ndarray:
+        raise StoppedError
+
+    with pytest.raises(StoppedError):
+        evolve(costs, np.zeros(2), np.ones(2), 10, 100, 1, lambda _: True)

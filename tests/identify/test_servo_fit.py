@@ -93,6 +93,25 @@ def test_a_torque_constant_is_recovered_from_the_current(recording):
     assert estimate(fitted, "kt1").value == pytest.approx(constant, rel=MASS_ERROR)
 
 
+IDLE = 0.02
+"""Of the recorded force, which is read as straight between samples."""
+
+
+def test_a_perfect_model_lacks_hardly_any_force(recording):
+    found = missing(recording)
+    part = inner(found)
+    assert found.missing[part].std() < IDLE * found.applied[part].std()
+    assert (found.joint, found.unit, found.velocity_unit) == (1, "N", "m/s")
+
+
+def test_a_wrong_mass_shows_as_a_force_along_the_acceleration(recording):
+    found = missing(recording, 0.8 * MASS)
+    part = inner(found)
+    acceleration = np.gradient(found.velocity, found.time)[part]
+    slope = found.missing[part] @ acceleration / (acceleration @ acceleration)
+    assert slope == pytest.approx(0.2 * MASS, rel=SIZE)
+
+
 def test_coulomb_friction_shows_as_a_step_over_velocity(recording):
     """The motor overcomes the friction, so its force is larger by F sign(v)."""
     friction = FRICTION * np.sign(speed_of(recording))
@@ -102,3 +121,12 @@ def test_coulomb_friction_shows_as_a_step_over_velocity(recording):
     fast = 0.5 * np.abs(v).max()
     assert np.median(f[v > fast]) == pytest.approx(FRICTION, rel=SIZE)
     assert np.median(f[v < -fast]) == pytest.approx(-FRICTION, rel=SIZE)
+
+
+def test_what_a_rigid_arm_lacks_hardly_depends_on_the_servo(recording):
+    """No torque is swallowed by a motion that differs from the recorded one."""
+    friction = FRICTION * np.sign(speed_of(recording))
+    moved = with_channels(recording, {"u1": recording["u1"] + friction})
+    for hz in (20.0, 60.0):
+        found = missing(moved, hz=hz)
+        assert found.missing[inner(found)].std() == pytest.approx(FRICTION, rel=SIZE)

@@ -87,6 +87,13 @@ def test_a_start_outside_the_bounds_is_refused():
         fit(LPV, data(), parameters=("EI",), bounds={"EI": (600.0, 700.0)}, **YDOT)
 
 
+@pytest.mark.parametrize("setting", ["bounds", "prior"])
+def test_settings_of_what_is_not_estimated_are_refused(setting):
+    value = (400.0, 600.0) if setting == "bounds" else {"std": 1.0}
+    with pytest.raises(InputError, match=rf"{setting} names 'EI2'.*did you mean 'EI1'"):
+        fit(LPV, data(), parameters=("EI1",), **{setting: {"EI2": value}}, **YDOT)
+
+
 @pytest.mark.parametrize(
     "settings, words",
     [
@@ -129,6 +136,14 @@ def test_gains_and_offsets_are_recovered_exactly():
     assert own == pytest.approx([-0.02, -0.02], rel=EXACT)
 
 
+def test_a_gain_of_one_recording_is_recovered():
+    first, second = data()
+    second = with_channels(second, {"ydot2": 1.2 * second["ydot2"]})
+    fitted = fit(LPV, [first, second], parameters=("EI",), per_recording=("gain_ydot2",), **YDOT)
+    own = [estimate(fitted, "gain_ydot2", r.name).value for r in (first, second)]
+    assert own == pytest.approx([1.0, 1.2], rel=EXACT)
+
+
 def test_an_initial_state_is_recovered():
     moved = {"start_v1_1": 0.01, "start_v2_1": -0.02, "start_dtheta1": 0.2, "start_dv2_1": 0.1}
     settings = {"parameters": ("EI",), "initial_state": True, **YDOT}
@@ -163,3 +178,30 @@ def test_outputs_of_one_unit_weigh_the_same_and_others_by_their_spread():
     stated = channel_weights(mixed.experiments, {"ydot2": 7.0})
     assert stated[0][1] == 7.0
     assert stated[0][0] == mixed.weights[0][0]
+
+
+def test_a_channel_of_weight_nearly_nothing_does_not_pull():
+    recordings = [with_channels(r, {"ydot2": -r["ydot2"]}) for r in data()]
+    weights = {"ydot1": 1.0, "ydot2": 1e-9}
+    fitted = fit(LPV, recordings, parameters=("EI",), start=WRONG, weights=weights, **YDOT)
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=EXACT)
+
+
+def test_a_masked_stretch_does_not_count():
+    broken = []
+    for r in data():
+        bad = (r.time > 0.5) & (r.time < 1.0)
+        spoilt = with_channels(r, {"ydot1": np.where(bad, 9.0, r["ydot1"])})
+        broken.append(type(r)(**{**vars(spoilt), "counted": {"ydot1": ~bad}}))
+    fitted = fit(LPV, broken, parameters=("EI",), start=WRONG, **YDOT)
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=EXACT)
+    assert fitted.fit.residual_count == sum(2 * len(r.time) - 499 for r in broken)
+
+
+def test_recordings_of_which_nothing_counts_are_refused():
+    empty = [
+        type(r)(**{**vars(r), "counted": {c: np.zeros(len(r.time), bool) for c in r.channels}})
+        for r in data(1)
+    ]
+    with pytest.raises(InputError, match="no sample of its outputs counts"):
+        fit(LPV, empty, parameters=("EI",), **YDOT)

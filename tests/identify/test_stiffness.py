@@ -9,7 +9,8 @@ import pytest
 
 from flexgui.core.identify.fit import Fitted
 from flexgui.sentences.identifiability import identifiability_sentences, invariant
-from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit, noisy
+from tests.helpers import PAPER, looped
+from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit, noisy, simulated
 from tests.marks import long_except
 
 EXACT = 1e-6
@@ -81,6 +82,18 @@ def test_the_valley_holds_the_product_and_the_cost():
     assert np.ptp(epsilon) > 0.9 * (high[0] - low[0])
 
 
+def test_the_valley_is_flat_where_nothing_but_rounding_is_left():
+    valley = searched(0).fit.identifiability.valley
+    assert valley is not None
+    assert valley.cost_ratio == pytest.approx(np.ones(len(valley.points)), abs=1e-3)
+
+
+def test_a_held_start_of_what_is_not_estimated_counts():
+    start = {"epsilon": 0.85e9, "d": 0.051}
+    fitted = fit(LPV, clean(), parameters=("epsilon",), output=("ydot",), start=start)
+    assert estimate(fitted, "epsilon").value == pytest.approx(EI * 12.0 / 0.051**4, rel=EXACT)
+
+
 @pytest.mark.parametrize(
     ("noises", "least", "width"),
     [(8, 7, 1.6), pytest.param(50, 45, 1.3, marks=pytest.mark.long)],
@@ -93,3 +106,21 @@ def test_the_stated_interval_covers_the_truth_at_20_db(noises: int, least: int, 
     assert np.abs(errors).max() < NOISY_ERROR
     assert np.sum(np.abs(errors) < half) >= least
     assert np.median(half) < width * 1.96 * errors.std(ddof=1)
+
+
+NONLINEAR_BIAS = 0.003
+"""Relative, of the linear model on non-linear data with the default excitation."""
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_linear_model_is_hardly_biased_by_large_motion(seed):
+    recordings = simulated(looped(PAPER), seed=seed)
+    assert abs(stiffness_error(fit(LPV, recordings, start=WRONG_START, **PAIR))) < NONLINEAR_BIAS
+
+
+def test_a_local_fit_uses_its_own_recording_only():
+    first, second = clean()[0], noisy(clean()[1:2], -20.0, 3)[0]
+    alone = fit(LPV, [first], start=WRONG_START, **PAIR)
+    assert abs(stiffness_error(alone)) < EXACT
+    assert alone.fit.recordings == (first.name,)
+    assert abs(stiffness_error(fit(LPV, [first, second], start=WRONG_START, **PAIR))) > EXACT

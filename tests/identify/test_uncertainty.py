@@ -14,6 +14,7 @@ from scipy.signal import lfilter
 from flexgui.core.experiments.identified_model import IdentifiedModel
 from flexgui.core.identify.uncertainty import (
     autocovariance,
+    bandwidth,
     covariance,
 )
 from flexgui.core.least_squares import SEEN
@@ -146,6 +147,27 @@ def test_a_covariance_follows_the_units(seed, residual, parameter):
     assert scaled == pytest.approx(unscaled * (residual * parameter) ** 2, rel=1e-6)
 
 
+def test_a_direction_that_nothing_shows_gets_no_variance_from_rounding():
+    S = regression()
+    S = np.concatenate([S, S.sum(axis=2, keepdims=True)], axis=2)
+    C = covariance([S], [coloured(1, SAMPLES, 0.5, 0.3)], [ALL], 2)
+    flat = regression().reshape(-1, 2)
+    assert np.trace(C) < 10.0 / np.linalg.eigvalsh(flat.T @ flat).min() * SAMPLES
+
+
+@settings(max_examples=40)
+@given(st.integers(10, 400), st.integers(1, 3), st.integers(0, 1000))
+def test_the_window_always_ends(samples, channels, seed):
+    r = np.cumsum(np.random.default_rng(seed).standard_normal((samples, channels)), axis=0)
+    assert 0 <= bandwidth(r, np.ones(r.shape, dtype=bool)) <= samples
+
+
+def test_silent_residuals_are_no_trouble():
+    S, zero = regression(), np.zeros((SAMPLES, 2))
+    assert bandwidth(zero, ALL) == 0
+    assert np.array_equal(covariance([S], [zero], [ALL], 2), np.zeros((2, 2)))
+
+
 @pytest.mark.parametrize("lengths", [(400, 400), (900, 60), (30, 700, 200)])
 def test_no_error_of_one_recording_is_correlated_with_those_of_another(
     lengths: tuple[int, ...],
@@ -189,6 +211,14 @@ def test_a_fit_states_its_deviation_whatever_the_colour_of_the_noise(pole, repea
     true, stated, white = fitted_deviations(pole, repeats)
     assert stated == pytest.approx(true, rel=AGREES)
     assert pole < 0.9 or white < (1.0 - MISLED) * true
+
+
+def test_a_parameter_without_influence_has_no_covariance():
+    S = np.concatenate([regression(), np.zeros((SAMPLES, 2, 1))], axis=2)
+    e = coloured(1, SAMPLES, 0.5, 0.3)
+    C = covariance([S], [e], [ALL], 2)
+    assert np.all(C[2] == 0.0)
+    assert C[:2, :2] == pytest.approx(covariance([regression()], [e], [ALL], 2))
 
 
 DIFFERENCES = 1e-5
