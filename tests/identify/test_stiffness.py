@@ -112,9 +112,8 @@ NONLINEAR_BIAS = 0.003
 """Relative, of the linear model on non-linear data with the default excitation."""
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_the_linear_model_is_hardly_biased_by_large_motion(seed):
-    recordings = simulated(looped(PAPER), seed=seed)
+def test_the_linear_model_is_hardly_biased_by_large_motion():
+    recordings = simulated(looped(PAPER), seed=1)
     assert abs(stiffness_error(fit(LPV, recordings, start=WRONG_START, **PAIR))) < NONLINEAR_BIAS
 
 

@@ -13,8 +13,10 @@ from flexgui.core.drives import build_drive
 from flexgui.core.effects import catalogue
 from flexgui.core.lanes import functions
 from flexgui.core.model import Model
+from flexgui.core.progress import Silent, counted_simulations
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.scenario.schema import ArmSpec
+from flexgui.core.simulate import batch
 from flexgui.core.simulate.batch import Job, run, run_many
 from flexgui.core.simulate.experiment import make_task
 from flexgui.core.simulate.rosenbrock import GAMMA
@@ -84,6 +86,33 @@ def test_a_torque_limit_is_kept_in_every_lane() -> None:
         assert np.abs(motion.torque).max(axis=0) == pytest.approx(limit)
 
 
+class Counting(Silent):
+    """Adds up the simulations that it gets."""
+
+    def __init__(self) -> None:
+        self.number = 0
+
+    def simulated(self, n: int) -> None:
+        self.number += n
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_every_simulation_of_every_thread_is_counted(workers: int) -> None:
+    jobs, counting = [*jobs_of((), 9), *jobs_of(("coulomb_friction",), 4)], Counting()
+    with counted_simulations(counting, every=0.0):
+        run_many(jobs, 4, workers=workers)
+    assert counting.number == len(jobs)
+    run_many(jobs, 4, workers=workers)
+    assert counting.number == len(jobs), "nobody counts outside"
+
+
+def test_jobs_of_several_structures_come_back_in_their_order() -> None:
+    mixed = [*jobs_of((), 4), *jobs_of(("coulomb_friction",), 4), *jobs_of((), 9)]
+    for job, found in zip(mixed, run_many(mixed, 4, workers=2), strict=True):
+        assert found.p is job.numbers.p
+        assert len(found.time) == len(job.task.time)
+
+
 @pytest.mark.parametrize("kinds", [(), ("coulomb_friction",), ("drive_lag",)], ids="+".join)
 def test_a_motion_does_not_depend_on_what_runs_beside_it(kinds: tuple[str, ...]) -> None:
     jobs = jobs_of(kinds, 5)
@@ -116,6 +145,14 @@ def test_where_a_pivot_vanishes_the_steps_are_doubled() -> None:
     assert np.isfinite(again.q).all() and np.array_equal(again.q, finer.q)
     assert np.array_equal(third.q, finer.q)
     assert not np.array_equal(beside.q, other.q)
+
+
+def test_where_all_pivots_stay_weak_the_motion_is_no_number(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(batch, "WEAK_PIVOT", 1.0)
+    job = weakened()
+    assert np.isnan(run(*job.parts, 1).q).all()
 
 
 def test_wide_sine_and_cosine_are_those_of_each_lane() -> None:

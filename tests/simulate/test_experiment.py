@@ -15,10 +15,11 @@ from flexgui.core.simulate.experiment import (
     half_cosine_rate,
     make_task,
     simulate_recording,
+    simulation_tolerance,
 )
 from flexgui.core.simulate.linear import respond
-from flexgui.core.simulate.nonlinear import simulate_within
-from tests.helpers import PAPER, fit_percent, looped, refusal
+from flexgui.core.simulate.nonlinear import DEFAULT_TOLERANCE, NOISE_SHARE, simulate_within
+from tests.helpers import ARMS, PAPER, fit_percent, looped, refusal
 from tests.marks import long_except
 from tests.simulate.test_linear_model import FILTERED
 
@@ -37,6 +38,14 @@ def test_noise_has_the_ratio_asked_for(snr: float) -> None:
         noise = noisy[channel] - clean[channel]
         ratio = 10.0 * np.log10(clean[channel].var() / noise.var())
         assert ratio == pytest.approx(snr, abs=SNR_ERROR)
+
+
+def test_noise_by_output_is_added_to_that_output_alone() -> None:
+    model, spec = looped(PAPER), SimulateSpec(**LINEAR)
+    clean = simulate_recording(model, spec, "clean")
+    noisy = simulate_recording(model, spec, "noisy", noise=NoiseLevels({"z": 3e-5}))
+    assert (noisy["z1"] - clean["z1"]).std() == pytest.approx(3e-5, rel=0.03)
+    assert np.array_equal(noisy["theta1"], clean["theta1"])
 
 
 def test_noise_of_different_channels_is_independent() -> None:
@@ -84,6 +93,15 @@ def test_a_slower_camera_leaves_cells_empty() -> None:
     assert np.all(np.isfinite(recording["theta1"]))
 
 
+@pytest.mark.parametrize("name", ["one mode", "slide", "0-2-1"])
+def test_arms_without_a_rigid_arm_are_recorded_without_y(name: str) -> None:
+    model = looped(ARMS[name], gain=30.0)
+    recording = simulate_recording(model, SimulateSpec(seconds=0.1), "r")
+    assert recording.has("theta1", "z1", "z2", "u1")
+    assert not recording.has("y1")
+    assert all(np.all(np.isfinite(column)) for column in recording.channels.values())
+
+
 def test_a_position_controller_starts_at_rest_wherever_the_arm_stands() -> None:
     """References at the working point and no torque: filters must not wake up."""
     for drive in (Cascade(position_gains=(9.0, 9.0), velocity_gains=(40.0, 20.0)), FILTERED):
@@ -119,6 +137,13 @@ def test_a_sweep_goes_from_its_start_to_its_end() -> None:
 def test_what_cannot_be_simulated_is_said_in_one_sentence(drive, settings, words) -> None:  # type: ignore[no-untyped-def]
     model = looped(PAPER) if drive is None else Model(PAPER, drive)
     assert words in refusal(lambda: make_task(model, SimulateSpec(**settings), "th1"))
+
+
+def test_noise_of_a_torque_allows_no_larger_error_of_the_motion() -> None:
+    stated = {"torque": 0.05}
+    assert simulation_tolerance(PAPER, NoiseLevels(stated)) == DEFAULT_TOLERANCE
+    stated |= {"z": 3e-5}
+    assert simulation_tolerance(PAPER, NoiseLevels(stated)) == NOISE_SHARE * 3e-5
 
 
 WORKING_POINTS = (np.pi / 8, np.pi / 2, 7 * np.pi / 8)

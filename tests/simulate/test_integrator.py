@@ -137,6 +137,18 @@ def test_a_vibration_keeps_its_frequency_and_size() -> None:
     assert abs(np.log(stability(z)[0]) - z[0]) / abs(z[0]) < ERROR_PER_RADIAN
 
 
+ORDER_OF_ONE_PASS = 0.1
+"""For any W the method is of second order; how far the measured slope may be from 2."""
+
+
+def test_one_pass_is_of_second_order() -> None:
+    model = looped(with_modes(1, 1))
+    task, numbers = smooth_task(model), model.numbers()
+    exact = simulate_fixed(model, numbers, task, 1024)
+    errors = [difference(run(model, numbers, task, steps), exact) for steps in (8, 16, 32, 64)]
+    assert slopes(errors) == pytest.approx(2.0, abs=ORDER_OF_ONE_PASS)
+
+
 def test_two_passes_extrapolated_are_of_third_order() -> None:
     model = looped(with_modes(1, 1))
     task, numbers = smooth_task(model), model.numbers()
@@ -174,6 +186,29 @@ def test_stated_error_bounds_the_actual_error(tolerance: float) -> None:
     assert difference(found.trajectory, exact) <= found.error
 
 
+COARSEST = 3e-3
+"""m or rad: what one step per sample may miss; an unstable pole of 1e5 rad/s would leave any
+bound within a few samples."""
+
+
+def test_three_modes_are_stable_at_one_step_per_millisecond() -> None:
+    model = looped(with_modes(3, 3))
+    task, numbers = prbs_task(model, 3.0, seed=5), model.numbers()
+    coarse = run(model, numbers, task, 1)
+    fine = simulate_within(model, numbers, task).trajectory
+    assert difference(coarse, fine) < COARSEST
+
+
+def test_restarting_in_the_middle_changes_nothing() -> None:
+    model = looped(with_modes(1, 1))
+    numbers, task = model.numbers(), smooth_task(model)
+    whole = run(model, numbers, task, 4)
+    middle = 100
+    start = np.concatenate([whole.q[middle], whole.v[middle]])
+    rest = run(model, numbers, task_from(model, start, task.references[middle:]), 4)
+    assert np.abs(rest.q - whole.q[middle:]).max() < 1e-13  # rounding of angles of order 1
+
+
 @pytest.mark.parametrize("solver", ["run", "simulate"])
 def test_torque_limits_are_obeyed_and_reached(solver: str) -> None:
     limits = (4.0, 1.5)
@@ -186,6 +221,22 @@ def test_torque_limits_are_obeyed_and_reached(solver: str) -> None:
     largest = np.abs(motion.torque).max(axis=0)
     assert np.all(largest <= limits)
     assert largest == pytest.approx(limits)
+
+
+def test_limits_that_are_never_met_change_nothing() -> None:
+    arm = with_modes(1, 1)
+    free = Model(arm, VelocityLoop(gains=LAMBDA))
+    wide = Model(arm, VelocityLoop(gains=LAMBDA, limits=(1e6, 1e6)))
+    task = prbs_task(free, 0.3, seed=7)
+    motions = [run(m, m.numbers(), task, 4) for m in (free, wide)]
+    assert np.array_equal(motions[0].q, motions[1].q)
+
+
+def test_an_impossible_tolerance_ends_with_an_honest_error() -> None:
+    model = looped(with_modes(1, 1))
+    task = smooth_task(model, samples=31)
+    found = simulate_within(model, model.numbers(), task, tolerance=0.0)
+    assert found.error > 0.0
 
 
 ENERGY_DRIFT = 1e-6

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from flexgui.core.model import Model
-from flexgui.core.simulate.posture import SHOWN_SHARE, Posture, posture, vibration_modes
-from tests.helpers import ARMS, chain, looped
+from flexgui.core.simulate.posture import SHOWN_SHARE, Mode, Posture, posture, vibration_modes
+from tests.helpers import ARMS, chain, loaded, looped, state_matrices
+from tests.simulate.test_linear_model import CASCADE, FILTERED
 
 SAME_POLES = 1e-7
 """Relative to the largest pole; two algorithms on stiff matrices, double zeros among the poles."""
@@ -42,6 +43,15 @@ def test_poles_are_the_eigenvalues_of_the_state_matrix(name: str) -> None:
     assert nearest(expected, here.poles) < SAME_POLES * np.abs(expected).max()
 
 
+@pytest.mark.parametrize("drive", [FILTERED, CASCADE], ids=["with states", "position loop"])
+def test_the_drive_is_closed_as_in_the_simulator(drive) -> None:  # type: ignore[no-untyped-def]
+    model = Model(loaded(ARMS["1-1"]), drive)
+    here = at("1-1", model)
+    A, B = state_matrices(model, model.numbers(), here.joints)
+    assert np.allclose(np.linalg.solve(here.E, here.A), A, rtol=SOLVES, atol=SOLVES)
+    assert np.allclose(np.linalg.solve(here.E, here.B), B, rtol=SOLVES, atol=SOLVES)
+
+
 def test_a_clamped_segment_swings_as_a_cantilever() -> None:
     arm = chain(3)
     segment = arm.segments[0]
@@ -63,6 +73,18 @@ def test_kelvin_voigt_damping_grows_with_the_frequency() -> None:
     here = posture(looped(damped, 5.0), np.array([0.0]))
     for mode in vibration_modes(here, clamped=True):
         assert mode.damping == pytest.approx(tau * abs(mode.pole) / 2.0)
+
+
+@pytest.mark.parametrize("clamped", [False, True])
+@pytest.mark.parametrize("name", ["2-2", "slide", "ground"])
+def test_modes_are_sorted_and_hold_one_of_each_pair(name: str, clamped: bool) -> None:
+    here = at(name)
+    modes = vibration_modes(here, clamped)
+    assert modes
+    joints = [bool(np.any(mode.vector[: here.model.arm.joints])) for mode in modes]
+    assert not (clamped and any(joints))
+    assert all(mode.pole.imag > 0.0 for mode in modes)
+    assert [m.frequency for m in modes] == sorted(m.frequency for m in modes)
 
 
 def test_a_mode_solves_the_equations_of_motion() -> None:
@@ -87,6 +109,15 @@ def test_a_mode_is_scaled_for_looking_at() -> None:
     for mode in vibration_modes(here):
         tips = (mode.motion(here.q, 64) - here.q) @ slope.T
         assert 0.0 < np.abs(tips).max() <= SHOWN_SHARE * reach * (1.0 + SOLVES)
+
+
+def test_a_mode_plays_one_closed_period() -> None:
+    mode = Mode(complex(-1.0, 20.0), np.array([0.1, 0.2j]))
+    q = np.array([1.0, 2.0])
+    motion = mode.motion(q, 8)
+    assert np.allclose(motion[0], q + mode.shape)
+    assert np.allclose(motion.mean(axis=0), q)
+    assert np.allclose(motion[4] - q, -(motion[0] - q))
 
 
 def test_a_rigid_arm_without_a_spring_has_no_modes() -> None:

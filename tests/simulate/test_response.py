@@ -123,6 +123,31 @@ def test_references_that_run_straight_are_as_scipy_interpolates_them() -> None:
     assert_same_motion(states_of(motion), expected, AGREEMENT)
 
 
+@pytest.mark.parametrize("name", ["1-1", "3-3"])
+def test_a_schedule_that_does_not_move_is_the_constant_model(name: str) -> None:
+    model = looped(loaded(ARMS[name]))
+    numbers = model.numbers()
+    task = task_from(model, start_of(model), levels(100, seed=6))
+    path = np.repeat(task.schedule, len(task.time), axis=0)
+    along = Task(task.time, task.references, task.start, path)
+    constant, scheduled = respond(model, [numbers], [task]), respond(model, [numbers], [along])
+    assert_same_motion(states_of(scheduled[0]), states_of(constant[0]), AGREEMENT)
+
+
+def test_a_moving_and_a_resting_schedule_do_not_disturb_each_other() -> None:
+    model = looped(loaded(ARMS["1-1"]))
+    numbers = model.numbers()
+    resting = task_from(model, start_of(model), levels(80, seed=7))
+    path = np.repeat(resting.schedule, 120, axis=0)
+    path[:, 1] += np.linspace(0.0, 0.5, 120)
+    longer = task_from(model, start_of(model), levels(120, seed=8))
+    moving = Task(longer.time, longer.references, longer.start, path)
+    both = respond(model, [numbers, numbers], [resting, moving])
+    for motion, task in zip(both, (resting, moving), strict=True):
+        alone = respond(model, [numbers], [task])[0]
+        assert_same_motion(states_of(motion), states_of(alone), AGREEMENT)
+
+
 def test_a_moving_schedule_takes_the_model_in_the_middle_of_each_sample() -> None:
     model = looped(loaded(ARMS["1-1"]))
     numbers, task = model.numbers(), task_from(model, start_of(model), levels(6, seed=9))

@@ -57,3 +57,16 @@ def test_casadi_steps_as_we_do(case: Case, tmp_path: Path) -> None:
     found = CasadiArm(case.model).states(tmp_path)(case.task, case.stiffness[0], 2)
     scale = np.abs(ours.q).max(axis=0)
     assert np.abs((found[:, : ours.q.shape[1]] - ours.q) / scale).max() < 1e-9
+
+
+@needs_casadi
+def test_casadi_sensitivities_are_slopes_of_the_tip(tmp_path: Path) -> None:
+    case = make_case(1, SECONDS)
+    sensed = CasadiArm(case.model).sensitivities(tmp_path)
+    found = sensed(case.task, case.stiffness[0], 2)
+    ours = run(case.model, case.model.numbers(), case.task, 2)
+    assert np.abs(found[:, :2] - ours.tip()[0]).max() < 1e-12
+    step = 1e-5 * case.stiffness[0] * [0.0, 1.0]
+    up, down = (sensed(case.task, case.stiffness[0] + s, 2)[:, :2] for s in (step, -step))
+    slopes = (up - down) / (2.0 * step[1])
+    assert found[:, 4:] == pytest.approx(slopes, abs=1e-6 * np.abs(slopes).max())

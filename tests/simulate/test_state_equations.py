@@ -10,6 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from flexgui.core.drives.known_joints import with_known_motion
+from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import catalogue
 from flexgui.core.model import Model
 from flexgui.core.results.state_equations import StateEquations, parts_of
@@ -96,6 +98,17 @@ def test_outputs_are_joints_deflections_tip_and_torque_within_its_limit() -> Non
     place = model.compiled.tip_place(x[:4], numbers.p)[0]
     np.testing.assert_allclose([found["z1"], found["z2"]], place, rtol=1e-14)
     assert found["u1"] == numbers.law.limit[0]
+
+
+def test_a_changed_value_is_the_parameter_that_is_found() -> None:
+    model = looped(PAPER)
+    found = state_equations(model, {"m1": 6.5, "unknown": 1.0})
+    assert found is not None
+    assert {each.name: each.value for each in found.parameters}["m1"] == 6.5
+
+
+def test_joints_that_follow_a_recording_have_no_rates() -> None:
+    assert state_equations(Model(PAPER, with_known_motion(Torque(), [1])), {}) is None
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.model import Model
 from flexgui.core.simulate.batch import run
 from flexgui.core.simulate.disturbance import estimate_torque, torque_answer
+from flexgui.core.simulate.linear import respond
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.posture import Posture, posture
 from flexgui.core.simulate.response import (
@@ -23,7 +24,7 @@ from flexgui.core.simulate.response import (
     step_response,
 )
 from tests.helpers import ARMS, loaded, looped
-from tests.simulate.test_linear_model import FILTERED
+from tests.simulate.test_linear_model import CASCADE, FILTERED
 
 SAME_GAIN = 1e-7
 """Relative to the largest gain of the grid: stiff matrices, two ways of solving."""
@@ -68,10 +69,27 @@ def test_step_response_agrees_with_control(kind: str) -> None:
     assert miss < SAME_STEP * np.abs(found.values).max()
 
 
+def test_step_response_is_the_simulators() -> None:
+    here = at()
+    found = step_response(here, "encoder", seconds=0.256)
+    n = here.model.arm.coordinates
+    start = np.concatenate([here.q, np.zeros(n)])
+    refs = np.zeros((len(found.time), 2))
+    refs[:, 1] = 1.0
+    motion = respond(here.model, [here.numbers], [Task(found.time, refs, start, here.q[None])])[0]
+    moved = motion.q[:, :2] - JOINTS
+    assert np.allclose(found.values[:, :, 1], moved, atol=SAME_STEP)
+
+
 def test_a_velocity_loop_reaches_its_reference() -> None:
     """Without friction the joints, and with them the rigid arm's, end at the asked velocity."""
     values = step_response(at(), "ydot").values
     assert np.abs(values[-1] - np.eye(2)).max() < SETTLED
+
+
+def test_a_position_loop_reaches_its_reference() -> None:
+    here = posture(Model(ARMS["1-1"], CASCADE), JOINTS)
+    assert np.abs(step_response(here, "encoder").values[-1] - np.eye(2)).max() < SETTLED
 
 
 def test_a_resonance_is_hit_at_its_peak() -> None:
@@ -159,12 +177,24 @@ def test_a_known_torque_is_found_again(friction) -> None:
         assert level == pytest.approx(np.abs(torque[:, k]).max(), rel=SIZE)
 
 
+def test_encoders_alone_suffice_and_a_chosen_agility_is_kept(friction) -> None:
+    at, error, torque = friction
+    found = estimate_torque(at, ["theta1", "theta2"], error[:, :2], [2e-5, 2e-5], DT, 10.0)
+    assert found is not None and found.agility == 10.0
+    assert np.corrcoef(found.torque[:, 0], torque[:, 0])[0, 1] > 0.9
+
+
 def test_noise_alone_needs_no_torque(friction) -> None:
     at, error, torque = friction
     noise = np.random.default_rng(4).standard_normal(error.shape) * list(NOISE.values())
     found = estimate_torque(at, list(NOISE), noise, list(NOISE.values()), DT)
     assert found is not None
     assert np.abs(found.torque).max() < 0.1 * np.abs(torque).max()
+
+
+def test_an_output_that_is_not_of_the_motion_is_no_use(friction) -> None:
+    at, error, _ = friction
+    assert estimate_torque(at, ["i1"], error[:, :1], [1.0], DT) is None
 
 
 def test_the_answer_to_a_torque_is_that_of_the_simulated_arm(friction) -> None:
