@@ -72,6 +72,23 @@ def test_an_effect_moves_what_is_measured(effect: str) -> None:
     assert np.abs(change).max() > CAMERA_NOISE
 
 
+SEEN = 0.1 * CAMERA_NOISE
+"""m: what halving the engine's step may move the tip; a tenth of what the camera could see."""
+
+HARD = ("backlash", "drive_lag")
+
+SEEN_HARD = CAMERA_NOISE
+"""m, where a force has an edge, whose moment the engine finds within a step, and where the loop is
+computed between two steps, which delays it by one."""
+
+
+@pytest.mark.parametrize("effect", ["cubic_stiffness", "base_compliance", "drive_lag", "backlash"])
+def test_half_the_step_moves_the_tip_by_nothing_that_is_seen(effect: str) -> None:
+    case = single(effect, SIZES[effect][1])
+    change = moved(case).tip - moved(case, STEP / 2).tip
+    assert np.abs(change).max() < (SEEN_HARD if effect in HARD else SEEN)
+
+
 def test_a_soft_base_gives_way_by_compliance_times_force() -> None:
     compliance, pull = 1e-5, 50.0
     arm = ARMS["one"]
