@@ -92,6 +92,13 @@ def test_another_rig_is_named_in_the_validation(rigs: list[Rig]) -> None:
     assert check_all(together, Stopped()) == []
 
 
+@pytest.mark.long
+def test_the_start_of_a_stiff_arm_is_no_motion_where_the_model_has_too_few_modes() -> None:
+    stiff = independent("plain/nothing-one_mode", 7)
+    for k in (4, 5):
+        assert "starts_moving" not in {f.fault for f in stiff.untouched(k)}
+
+
 def test_a_start_in_motion_is_named_where_the_model_has_too_few_modes() -> None:
     """The fault that the test above must not hide; seed 0 cuts where the second joint moves."""
     stiff = independent("plain/coulomb_friction-one_mode", 3)
@@ -122,6 +129,13 @@ def test_a_cycle_is_found_in_references_that_were_measured(noise: float) -> None
     (said,) = checks()["repeated_cycles"].find(Case(found))
     assert not said.is_fault
     assert said.size == pytest.approx(2.0, abs=2e-3)  # one sample
+
+
+def test_cycles_of_which_one_differs_are_no_repetition() -> None:
+    given = np.tile(np.sin(np.linspace(0.0, 2 * np.pi, 500, endpoint=False)), 4)
+    given[1500:] *= 0.8
+    found = MeasuredRecording("sines", "estimate", 2e-3 * np.arange(2000), {"theta1_ref": given})
+    assert not list(checks()["repeated_cycles"].find(Case(found)))
 
 
 def assert_named(outcomes: Iterable[tuple[str, bool | None]]) -> None:
@@ -188,6 +202,21 @@ def false_findings(one: Rig, seed: int) -> list[tuple[str, str, str]]:
         for f in one.untouched(k)
         if not (f.fault == "quantised" and coarse(one.cases[k].recording, f.channel, seed))
     ]
+
+
+STIFFNESS_WRONG = ((2, "clock_drift"), (4, "delay"), (25, "sample_time"), (73, "outliers"))
+"""(rig, fault): stiffness 30 % off, the last two with friction; outliers are 7 of 398 samples."""
+
+
+@pytest.mark.parametrize(
+    "seed, fault",
+    [
+        STIFFNESS_WRONG[0],
+        *(pytest.param(*one, marks=pytest.mark.long) for one in STIFFNESS_WRONG[1:]),
+    ],
+)
+def test_a_fault_is_named_where_the_stated_stiffness_is_wrong(seed: int, fault: str) -> None:
+    assert named_or_not(checked_rig(seed), fault)
 
 
 @pytest.mark.long

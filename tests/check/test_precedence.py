@@ -12,17 +12,17 @@ import pandas as pd
 import pytest
 
 from flexgui.core.check import comparison
+from flexgui.core.check.column_fault import ColumnFault
 from flexgui.core.check.comparison import Comparison
 from flexgui.core.check.finding import Finding
 from flexgui.core.check.measured_recording import MeasuredRecording
 from flexgui.core.check.run_checks import check_all, check_scenario, measured_recordings
+from flexgui.core.recording.recording import Recording
 from flexgui.core.scenario.read import parse_scenario, read_scenario, scenario_toml
 from tests.check.rigs import SCENARIOS
-from tests.check.test_unknown_stiffness import shifted
+from tests.check.test_unknown_stiffness import rig_of, shifted
 from tests.programs.sample.cases import cases
-from tests.programs.studies.checked_rigs import checked_rig
-
-rig_of = cache(checked_rig)
+from tests.programs.studies.plain_matrix_rigs import drawn
 
 
 @pytest.fixture
@@ -38,6 +38,17 @@ def test_a_finding_says_what_it_explains_and_how_sure_it_is(late: MeasuredRecord
     assert one.picture is not None and one.picture.expected is not None
     apart = one.picture.shown - one.picture.expected
     assert 0.0 < np.nanstd(apart) < np.nanstd(one.picture.shown)
+
+
+def test_sizes_are_left_to_a_diagnosis(late: MeasuredRecording) -> None:
+    assert check_all([late], sized=False) == []
+
+
+def test_where_identified_values_leave_noise_nothing_is_looked_for(asked: list[int]) -> None:
+    recording = rig_of(2).cases[0].recording
+    true = {s: seg["EI"] for s, seg in zip(("EI1", "EI2"), drawn(2).segments, strict=True)}
+    assert check_all([replace(recording, values={**true, "tau1": 0.0, "tau2": 0.0})]) == []
+    assert sum(asked) == 1
 
 
 @pytest.fixture
@@ -86,6 +97,26 @@ def test_a_missing_effect_makes_a_question_and_no_fault() -> None:
     """A payload makes the camera seem late."""
     assert not any(finding.is_fault for finding in _loaded())
     assert _loaded() and all("missing effect" in finding.evidence for finding in _loaded())
+
+
+def test_recordings_in_which_nothing_moves_are_dead_and_nothing_else() -> None:
+    def still(x: np.ndarray) -> np.ndarray:
+        return np.full(len(x), x[np.isfinite(x)][0])
+
+    moved = [case.recording for case in rig_of(2).cases[:2]]
+    resting = [replace(r, channels={n: still(x) for n, x in r.channels.items()}) for r in moved]
+    assert {finding.fault for finding in check_all(resting)} == {"dead"}
+
+
+def test_what_does_not_count_moves_with_its_column() -> None:
+    counts = np.array([True, False, True])
+    recording = Recording(
+        "r", np.arange(3.0), {"theta1": np.zeros(3), "theta2": np.ones(3)},
+        counted={"theta1": counts, "theta2": ~counts},
+    )  # fmt: skip
+    swapped = ColumnFault("swapped_joints", ("theta1", "theta2"), swapped="12")
+    found = swapped.corrected(recording)
+    assert (found["theta1"] == 1.0).all() and (found.counted["theta1"] == ~counts).all()
 
 
 def test_what_is_dismissed_is_not_said_again(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from flexgui.core.check.finding import Finding
 from flexgui.core.check.measured_recording import MeasuredRecording
-from flexgui.core.check.run_checks import check_all
+from flexgui.core.check.run_checks import check_all, check_scenario
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from tests.check.rigs import SCENARIOS, Rig, rig
@@ -102,6 +102,12 @@ def test_a_missing_reference_is_named_and_nothing_is_made_of_its_lack(rigs: list
     assert [(one.fault, one.channel) for one in said] == [("missing_reference", "dtheta1_ref")]
 
 
+def test_a_clock_that_runs_backwards_is_named(rigs: list[Rig]) -> None:
+    found = rigs[0].cases[0].recording
+    (one,) = alone(replace(found, time=found.time[::-1].copy()))
+    assert one.fault == "repeated_times"
+
+
 def test_unequal_rates_and_data_that_were_fitted_are_named(rigs: list[Rig]) -> None:
     found = rigs[0].cases[0].recording
     slow = replace(
@@ -111,6 +117,13 @@ def test_unequal_rates_and_data_that_were_fitted_are_named(rigs: list[Rig]) -> N
     again = replace(found, name="again", role="validate")
     said = {(one.recording, one.fault) for one in check_all([found, slow, again])}
     assert {("slow", "unequal_rates"), ("again", "same_data")} <= said
+
+
+def test_an_unknown_parameter_is_named() -> None:
+    text = TEXT.replace('"EI1", "EI2"', '"EI1", "E12"').split("[[recordings]]")
+    scenario = parse_scenario("[[recordings]]".join(text[:2]), "unknown")
+    said = check_scenario(scenario, SCENARIOS)
+    assert [(one.fault, one.channel) for one in said] == [("unknown_parameter", "E12")]
 
 
 def moved(found: MeasuredRecording, **channels: np.ndarray) -> MeasuredRecording:
@@ -159,3 +172,29 @@ def test_held_samples_of_a_slow_camera_are_no_samples(rows: int, rigs: list[Rig]
     said = said_of(moved(found, **held))
     repeats = found.rows - len(range(0, found.rows, rows))
     assert said == [("dropouts", name, repeats) for name in held]
+
+
+def test_a_coarse_gauge_at_rest_holds_nothing() -> None:
+    coarse = 1e-3 * np.round(8.0 * np.sin(np.linspace(0.0, 9.0, 2000)))
+    found = MeasuredRecording("r", "estimate", 1e-3 * np.arange(2000), {"deflection1": coarse})
+    assert not found.held("deflection1").any()
+
+
+torque_driven = cache(lambda: checked_rig(28))
+
+
+@pytest.mark.long
+def test_swapped_torques_are_named_where_torques_drive() -> None:
+    (one,) = alone(spoilt(torque_driven().cases[1].recording, other, "u1", "u2"))
+    assert one.fault == "swapped_joints" and one.fix is not None
+
+
+DROWNED = pytest.mark.xfail(strict=True, reason="drowns every answer: nothing is said")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("factor", [300.0, pytest.param(1e12, marks=DROWNED)])
+def test_a_torque_of_an_absurd_size_is_named_where_torques_drive(factor: float) -> None:
+    found = torque_driven().cases[1].recording
+    said = said_of(moved(found, u1=factor * found.channels["u1"]))
+    assert said == [("scale", "u1", pytest.approx(factor, rel=SIZE))]
