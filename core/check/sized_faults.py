@@ -65,7 +65,7 @@ def _named(fault: ColumnFault) -> ColumnFault:
     whole = round(fault.factor)
     gear = GEARS[0] <= whole <= GEARS[1] and abs(fault.factor / whole - 1.0) < WHOLE
     if gear and all(role_of(n) is Role.PLACE and not is_reference(n) for n in fault.channels):
-        return replace(fault, fault="gear_ratio")
+        return replace(fault, fault="gear_ratio", factor=float(whole))
     return fault
 
 
