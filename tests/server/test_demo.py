@@ -16,7 +16,8 @@ from flexgui.classroom.tickets import Tickets
 from flexgui.places import WORK
 from flexgui.server.browser_connection import BrowserConnection
 from flexgui.server.services import Limits
-from flexgui.server.sessions import SavedWorkFolders, SessionStore
+from flexgui.server.sessions import SessionStore
+from flexgui.server.work_folders import SavedWorkFolders
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.stages.diagnose.model_versions import ModelVersion
