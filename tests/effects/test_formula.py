@@ -147,3 +147,8 @@ WRONG = (
 
 def test_the_sentence_names_the_piece_and_what_to_do() -> None:
     approved("formulas_refused.txt", "\n".join(f"{text}\n  {sentence(text)}" for text in WRONG))
+
+
+def test_many_known_names_are_not_all_listed() -> None:
+    many = {f"state_number_{i}": sp.Symbol(f"state_number_{i}") for i in range(100)}
+    assert "and others" in sentence("zzz", many)

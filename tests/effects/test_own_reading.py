@@ -146,6 +146,7 @@ def test_the_size_of_an_error_of_a_sensor_is_identified(target, formula, size) -
     assert found["EI1"].value == pytest.approx(520.833, rel=FOUND)
 
 
+@pytest.mark.long
 def test_the_arm_of_an_encoder_that_reads_too_much_is_where_the_camera_sees_it() -> None:
     """At the true values nothing but noise is left, from the first sample on."""
     law = fg.formula("theta2", "a*sin(theta2)", a=0.02)

@@ -143,6 +143,8 @@ def rig(arm=PAPER, outputs=("z",), servo=False) -> Rig:
         ("camera_misalignment", rig(outputs=("encoder",)), "camera"),
         ("encoder_offset", rig(arm=chain(1)), "one joint"),
         ("encoder_offset", rig(servo=True), "encoders' positions"),
+        ("sensor_delay", rig(outputs=("z",)), "camera has its own"),
+        ("sensor_gain", rig(outputs=("ydot",)), "camera has its own"),
     ],
 )
 def test_what_a_rig_cannot_show_is_said(kind, rigs, words):
