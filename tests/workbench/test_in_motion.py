@@ -117,6 +117,7 @@ def test_a_scenario_may_say_that_they_begin_at_rest(tmp_path: Path) -> None:
     assert max(e.rms / e.floor for e in last.errors) > FAR
 
 
+@pytest.mark.long
 def test_what_begins_at_rest_has_no_starts_to_estimate(tmp_path: Path) -> None:
     write(tmp_path, "loop", 0)
     outcome = run(tmp_path, "loop", most=0)

@@ -114,6 +114,7 @@ def test_a_rotary_link_on_voltage_is_right(rotary_rig: Path) -> None:
     assert values["tg1"] == pytest.approx(4e-3, abs=DELAY)
 
 
+@pytest.mark.long
 def test_a_torque_constant_is_estimated_beside_the_stiffness(rotary_rig: Path) -> None:
     """The link's mass is known, so the torque is; back-EMF and friction follow."""
     plain = rotary(0.2, 6.9e-3, effects=LATE_GAUGE, parameters=["EI1", "kt1"])

@@ -122,6 +122,7 @@ MEAN = 0.3
 """Of the rms: a mean of noise with some tens of independent samples; it was twice the rms."""
 
 
+@pytest.mark.long
 def test_the_square_of_a_noisy_speed_is_no_torque(tmp_path: Path) -> None:
     channels = [c for r in fitted(FAST_PAIR, tmp_path).comparisons for c in r.channels]
     for x in map(left, channels):
