@@ -13,8 +13,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.core.arm.arm import Structure
-from flexgui.core.arm.compiled import compile_arm
 from flexgui.core.diagnose import search_round
 from flexgui.core.diagnose.base_fit import BaseFit
 from flexgui.core.diagnose.linear_screen import Screen, screen, trial_rounds
@@ -214,20 +212,6 @@ def test_the_note_goes_once_it_is_compiled(monkeypatch: pytest.MonkeyPatch) -> N
     assert split_note(heard.texts[0])[1] != ""
     assert heard.texts[1] == "Slow sensor"
     assert heard.done == 1
-
-
-TWISTED = {"c1": 1e-5, "c2": 0.0, "Jh1": 0.05, "Jh2": 0.0}
-
-
-def test_what_is_compiled_already_is_not_announced() -> None:
-    tried = planned("joint_elasticity", **TWISTED)
-    compile_arm(Structure.of(tried[0].effect.changed_arm(PAPER, TWISTED)))
-    heard = Heard()
-    told = RoundProgress(heard, PAPER, tried)
-    told.begin("Continuing the search", 1)
-    assert heard.texts == []
-    told("Elastic joint")
-    assert heard.texts == ["Elastic joint"]
 
 
 def test_no_title_of_an_effect_can_be_mistaken_for_an_aside() -> None:

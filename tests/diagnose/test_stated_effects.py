@@ -265,12 +265,6 @@ def test_each_effect_is_ranked_against_the_rung_before_it() -> None:
     assert (second.ranking[0].refit_drop_percent or 0.0) < 50.0  # there is nothing left
 
 
-def test_what_else_was_tried_at_first_stays_beside_it() -> None:
-    assert {r.effect for r in climbed().rounds[0].ranking} == {
-        "viscous_friction", "tip_payload", "torque_offset",
-    }  # fmt: skip
-
-
 def test_later_evidence_does_not_depend_on_all_that_the_model_as_given_lacked() -> None:
     """Beside errors of 29 noise floors an effect that was all but certain seemed to be nothing."""
     found = ladder(*searched(PAYLOAD), Silent())
