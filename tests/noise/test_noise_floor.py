@@ -19,7 +19,9 @@ from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.noise.noise_floor import Floor
+from flexgui.core.noise.noise_propagation import NoisePath
 from flexgui.core.noise.sensor_noise import (
+    ColumnNoise,
     is_command,
     quieter_of,
     quietest_stretches,
@@ -263,6 +265,24 @@ def test_of_a_flexible_arm_that_is_led_along_coarse_encoders_from_rest():
     found = floors.floors(model, [pushed(s, 1) for s in seeds], OUTPUTS, processing)
     for floor, expected in zip(found.values(), true, strict=True):
         assert expected / FACTOR < floor.noise < expected * FACTOR
+
+
+def test_a_draw_of_the_noise_begins_as_its_recording_does(monkeypatch):
+    """Of plain draws some are seen to move at once, whose speed the noise alone would make."""
+    model = Model(SLIDE, Torque()).steered_by(FollowingServo(Torque(), 60.0, (MASS,)))
+    slow = np.cumsum(np.r_[np.zeros(2), np.full(1998, 4.0 * COUNT)])
+    recording = replace(driven(1), channels={"u1": np.ones(2000), "theta1": slow})
+    e = prepare(model, recording, [sensor("torque")], Processing())
+    route = NoisePath(e, motion_of(e, model.numbers(), {}, 1), model.numbers(), {})
+    motions, motion = [], FollowingServo.motion
+
+    def followed(servo, drawn, arm):
+        motions.append(motion(servo, drawn, arm))
+        return motions[-1]
+
+    monkeypatch.setattr(FollowingServo, "motion", followed)
+    for _ in route.draws({"theta1": ColumnNoise(1.5 * COUNT)}, 1, least=30):
+        assert motions[-1].before is not None  # at rest
 
 
 def test_a_recording_that_a_model_misses_says_nothing_of_the_sensor():
