@@ -12,7 +12,7 @@ import pytest
 from flexgui.core import processors
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent, current_progress, use_progress
-from flexgui.core.resumable import executor
+from flexgui.jobs import executor
 
 
 @pytest.mark.parametrize("there", [1, 2, 16])

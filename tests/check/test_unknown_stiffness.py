@@ -125,6 +125,7 @@ def test_the_speed_at_the_start_is_that_before_the_next_step_of_a_reference(left
     assert one.size == pytest.approx(speed[cut][0], rel=SIZE)
 
 
+@pytest.mark.long
 def test_a_rigid_link_behind_a_soft_joint_is_checked(tmp_path: Path) -> None:
     soft = TorqueRig((3.0,), (0.6,), hub_inertia=0.1, springs=(900.0,), rate=500.0, seconds=2.0)
     path = written(soft, 7, tmp_path)

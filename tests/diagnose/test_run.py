@@ -85,6 +85,7 @@ def test_what_was_added_is_a_model_of_the_same_scenario() -> None:
     assert "Effect: Coulomb friction" in [e.title for e in again.equations]
 
 
+@pytest.mark.long
 def test_the_fidelity_adds_to_the_floor_as_an_independent_error() -> None:
     asked = '[diagnose]\ncandidates = ["camera_delay"]\nmax_effects = 0\nfidelity = '
     floors = [said(f"{asked}{share}").floors["z1"] for share in (0.05, 0.1)]

@@ -26,6 +26,7 @@ def diagnosed(seed: int, folder: Path) -> tuple[Diagnosis, float]:
     return found, max(abs(sizes.get(name, 0.0) / x - 1.0) for name, x in levels.items())
 
 
+@pytest.mark.long
 def test_what_a_friction_that_yields_leaves_over_is_named_as_that(tmp_path: Path) -> None:
     found, off = diagnosed(3, tmp_path)
     assert [s.added for s in found.steps] == [None, "coulomb_friction"]

@@ -80,6 +80,7 @@ def values_of(law: ProposedLaw) -> dict[str, float]:
     return {e.name: e.value for e in law.parameters}
 
 
+@pytest.mark.long
 def test_a_spring_at_a_joint_is_found_with_its_stiffness_and_leaves_nothing_once_added() -> None:
     rig = spring()
     law = only_law(rig.propose(), "joint2", "theta2")
@@ -126,6 +127,7 @@ def test_noise_that_is_larger_than_it_was_said_to_be_has_no_law() -> None:
     assert found.carriers[0].share < 0.05
 
 
+@pytest.mark.long
 def test_a_listed_effect_that_came_in_for_a_law_is_needless_beside_it() -> None:
     """A constant torque was found for a spring; with the spring nothing is left for it."""
     rig = spring().with_effects("torque_offset")

@@ -42,6 +42,7 @@ def taught(tmp_path_factory: pytest.TempPathFactory, chromium: Any) -> Iterator[
         yield demo, teacher
 
 
+@pytest.mark.long
 def test_a_reload_keeps_sliders_and_data(mine: Any) -> None:
     for label, value in ((EPSILON, "1.5"), (THETA2, "100")):
         before = plots(mine)

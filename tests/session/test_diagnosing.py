@@ -215,6 +215,7 @@ def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_
     assert not told.stopped, "of a search that was stopped before"
 
 
+@pytest.mark.long
 def test_a_formula_is_fitted_and_a_hostile_one_refused(looked: Session) -> None:
     given = looked.document.scenario
     for formula in ("__import__('os').system('true')", "a*theta1.real", "a**", "a*nobody"):
