@@ -159,7 +159,7 @@ $(VENV)/.installed-bench: $(VENV)/.installed-test
 
 $(VENV)/.installed-peers: $(VENV)/.installed-test
 	@echo "Installing what the evidence compares with"
-	@$(PIP) --editable '.[peers]'
+	@$(call install,peers)
 	@touch $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed

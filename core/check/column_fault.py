@@ -49,7 +49,8 @@ class ColumnFault:
 
     @property
     def size(self) -> float:
-        """The one number that is not neutral."""
+        """The one number that is not neutral: a shift (in SI), a lag (s), a drift (s/s) or a
+        factor."""
         return self.shift or self.lag or self.drift or self.factor
 
     def corrected(self, recording: Recording) -> Recording:

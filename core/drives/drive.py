@@ -115,7 +115,7 @@ def joints_there(setting: str, joints: Sequence[int], arm: Arm) -> None:
 
 
 def gain_parameter(name: str, gain: float, unit: str, symbol: str, title: str) -> Parameter:
-    """A gain of a loop, between zero and a hundred times its stated value."""
+    """A loop's `gain` in `unit`s, between zero and a hundred times its stated value."""
     scale = gain or 1.0
     return Parameter(name, gain, unit, 0.0, 100.0 * scale, symbol, title, scale=scale)
 

@@ -30,8 +30,8 @@ from ..simulate.elements import call_element
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
-FINER = 4
-"""Points per sample at which forces are evaluated: a speed may reverse within a sample."""
+PARTS = 4
+"""Parts of a sample at which forces are evaluated: a speed may reverse within a sample."""
 
 NEWTON_STEPS = 50
 """Most Newton steps to a torque that depends on its own losses; piecewise linear, so two or three
@@ -119,7 +119,7 @@ def _force_along(
 
 
 def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
-    """(FINER (N - 1) + 1, 2 joints): place and speed of the joints as friction sees them."""
+    """(PARTS (N - 1) + 1, 2 joints): place and speed of the joints as friction sees them."""
     joints = model.arm.joints
 
     def compute() -> np.ndarray:
@@ -156,34 +156,34 @@ def _overcoming_torque(
     address, whole = compile_law(law).address, _linear_between(torque)
     written = np.array([_linear_between(x) for x in signals]).reshape(len(signals), len(whole))
     as_it_is = bool(e.loads) or not is_prescribed(model, simulated)
-    every = FINER if as_it_is or not law.states else 1
+    every = PARTS if as_it_is or not law.states else 1
     _along(
-        address, len(law.states), loaded_at, x, v, dt / FINER, values, first, written, scale,
+        address, len(law.states), loaded_at, x, v, dt / PARTS, values, first, written, scale,
         every, whole, out,
     )  # fmt: skip
     if as_it_is:
-        return np.ascontiguousarray(whole[::FINER])
+        return np.ascontiguousarray(whole[::PARTS])
     # As the rest of this torque is, which a loaded force already sees.
     if not law.states:
-        return torque + averaged((whole[::FINER] - torque)[:, None])[:, 0]
-    weights = (FINER - np.abs(np.arange(1 - FINER, FINER))) / FINER**2
+        return torque + averaged((whole[::PARTS] - torque)[:, None])[:, 0]
+    weights = (PARTS - np.abs(np.arange(1 - PARTS, PARTS))) / PARTS**2
     added = scipy.ndimage.convolve1d(whole - _linear_between(torque), weights, mode="nearest")
-    return torque + added[::FINER]
+    return torque + added[::PARTS]
 
 
 def _linear_between(x: np.ndarray) -> np.ndarray:
-    """(FINER (N - 1) + 1,) straight between samples x (N,)."""
-    return np.interp(np.arange(FINER * (len(x) - 1) + 1) / FINER, np.arange(len(x)), x)
+    """(PARTS (N - 1) + 1,) straight between samples x (N,)."""
+    return np.interp(np.arange(PARTS * (len(x) - 1) + 1) / PARTS, np.arange(len(x)), x)
 
 
 def _spline_between(x: np.ndarray) -> np.ndarray:
-    """(FINER (N - 1) + 1, k) along the cubic splines through x (N, k), so that a fast vibration
+    """(PARTS (N - 1) + 1, k) along the cubic splines through x (N, k), so that a fast vibration
     keeps its size; NaN where a sample is."""
-    count = FINER * (len(x) - 1) + 1
+    count = PARTS * (len(x) - 1) + 1
     if len(x) < 2 or not np.isfinite(x).all():
         return np.full((count, x.shape[1]), np.nan)
     spline = scipy.interpolate.CubicSpline(np.arange(len(x)), x)
-    return np.asarray(spline(np.arange(count) / FINER))
+    return np.asarray(spline(np.arange(count) / PARTS))
 
 
 @njit(**OPTIONS)

@@ -73,8 +73,8 @@ FEWEST_LEVELS = 3
 
 
 def common_quantisation_step(columns: Sequence[np.ndarray]) -> float:
-    """The quantisation step of one sensor's columns (N,) in several recordings, each with its own
-    zero: a single one may hold no two neighbouring counts; 0: none."""
+    """The quantisation step, in the unit of the sensor's columns (N,), of several recordings, each
+    with its own zero: a single one may hold no two neighbouring counts; 0: none."""
     levels = [np.unique(column[np.isfinite(column)]) for column in columns]
     levels = [each for each in levels if len(each) >= FEWEST_LEVELS]
     if not levels:

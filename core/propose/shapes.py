@@ -75,7 +75,8 @@ class Shape:
     def columns(
         self, x: np.ndarray, low: float, high: float, constants: Sequence[float]
     ) -> np.ndarray:
-        """(n, sizes): what each size multiplies, at values x (n,) between `low` and `high`."""
+        """(n, sizes): what each size multiplies, at values x (n,) between `low` and `high`,
+        all in the unit of the variable."""
         with np.errstate(all="ignore"):
             each = [np.broadcast_to(f(x, low, high, *constants), x.shape) for f in _slopes(self)]
         return np.nan_to_num(np.column_stack(each), nan=0.0, posinf=0.0, neginf=0.0)

@@ -163,7 +163,7 @@ def line(x: Any, y: Any, name: str, colour: str, hover: str = "", **more: Any) -
 def band(
     upper: Curve, lower: Curve, name: str, colour: str, opacity: float = 0.25, **more: Any
 ) -> Figure:
-    """What lies between two curves, in a colour that lets others through."""
+    """What lies between two curves, in a colour of an `opacity` between 0 and 1."""
     x, y = (np.concatenate([a, b[::-1]]) for a, b in zip(upper, lower, strict=True))
     shade = {"fill": "toself", "fillcolor": colours.faded(colour, opacity), "hoverinfo": "skip"}
     return line(x, y, name, colour, width=0, **shade, **more)

@@ -14,9 +14,9 @@ from flexgui.session.session import Session
 from flexgui.stages.data.uploads import fetch_files
 from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.panel import OPEN
+from tests.montecarlo.helpers import short
 from tests.page.helpers import enter, plots, press, sees
 from tests.page.test_diagnose import few
-from tests.paper_study.helpers import short
 from tests.session.helpers import until
 
 pytestmark = pytest.mark.long

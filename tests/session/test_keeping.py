@@ -36,7 +36,7 @@ from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.stages.diagnose.effects import with_effect
 from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.state import DONE, STOPPED
-from tests.paper_study.helpers import short
+from tests.montecarlo.helpers import short
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import alone, bring, good_csv, small, until
 

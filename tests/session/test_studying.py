@@ -23,7 +23,7 @@ from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import zipped_folder
 from flexgui.stages.study.state import DONE, FAILED, IDLE, STOPPED, remaining, shown
 from flexgui.stages.study.task import JOURNAL
-from tests.paper_study.helpers import numbers, records_of, short
+from tests.montecarlo.helpers import numbers, records_of, short
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 

@@ -28,9 +28,9 @@ UNIT = re.compile(
     r"N(?!,)|Nm|N m|N/m|V|A(?! [a-z])|W|J|Pa|GPa|dB|MB|px|SI|(?i:seconds?|minutes?|degrees?|bytes?|"
     r"pixels?|samples?|units?|no unit|"
     r"unitless|dimensionless|per cent|%|relative|ratios?|factors?|shares?|fractions?|"
-    r"probabilit(?:y|ies)|p-values?|quantiles?|levels?|multiples?|numbers?|counts?|times|between|"
-    r"from 0|0 to 1|cost|weights?|deviations?|floors?|scale|correlations?|cosines?|order|degree|"
-    r"squared?|logarithm|bits|nats|criterion|criteria|slope|correlation|chance|sum|exponent))\b|%"
+    r"probabilit(?:y|ies)|p-values?|quantiles?|multiples?|"
+    r"times|between 0 and 1|criterion|from 0|0 to 1|cost|deviations?|floors?|cosines?|"
+    r"correlations?|squared?|logarithm|bits|nats|slope|correlation|chance|sum|exponent))\b|%"
 )
 
 

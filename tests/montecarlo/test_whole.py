@@ -15,7 +15,7 @@ from flexgui.core.montecarlo.summary import Summary, summarise
 from flexgui.core.scenario.read import read_scenario
 from flexgui.jobs.executor import Processes
 from flexgui.stages.study.findings import ratio_of_deviations
-from tests.paper_study.helpers import records_of
+from tests.montecarlo.helpers import records_of
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "paper_glocal.toml"
 

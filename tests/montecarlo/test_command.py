@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from flexgui.cli import app
-from tests.paper_study.helpers import scenario_file, short
+from tests.montecarlo.helpers import scenario_file, short
 
 PATIENCE = 120.0
 """s until the first result of a process that starts from nothing."""

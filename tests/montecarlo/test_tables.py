@@ -23,7 +23,7 @@ from flexgui.core.resumable.journal import Record
 from flexgui.core.scenario.read import read_scenario
 from flexgui.stages.study.findings import conclusions, findings
 from flexgui.stages.study.report import study_html, write_study
-from tests.paper_study.helpers import paper_scenario, records_of, short
+from tests.montecarlo.helpers import paper_scenario, records_of, short
 
 TRUE_EI = 1e9 * 0.05**4 / 12.0
 PRINTED_DIGITS = 5e-4

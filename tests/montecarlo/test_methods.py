@@ -16,7 +16,7 @@ from flexgui.core.montecarlo.parts.fits import fit, run_data
 from flexgui.core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
 from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.simulate.posture import integrators, posture
-from tests.paper_study.helpers import short
+from tests.montecarlo.helpers import short
 
 EXACT = 1e-6
 """Noise-free data of a system of that order: rounding, enlarged by the Hankel matrices."""

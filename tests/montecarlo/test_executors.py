@@ -21,8 +21,8 @@ from flexgui.core.montecarlo.study import study, study_cases
 from flexgui.core.processors import THREADS, one_thread_each
 from flexgui.core.resumable.executor import Answers, Cluster, Executor, Here, Stop, Work, never
 from flexgui.jobs.executor import MOST_LOSSES, Processes
-from tests.paper_study.failing import fill_memory, lose_key
-from tests.paper_study.helpers import FITS, numbers, records_of, short
+from tests.montecarlo.failing import fill_memory, lose_key
+from tests.montecarlo.helpers import FITS, numbers, records_of, short
 
 NO_DASK = pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
 
