@@ -115,8 +115,9 @@
 
   let scheduled = 0;
   const schedule = () => {
-    scheduled ||= setTimeout(() => { scheduled = 0; refocus(); restoreFields(); unfold(); follow(); }, 30);
+    scheduled ||= setTimeout(() => { scheduled = 0; refocus(); unfold(); follow(); }, 30);
   };
-  new MutationObserver(schedule).observe(document.body, {childList: true, subtree: true});
+  // What was typed is there again before anything is painted.
+  new MutationObserver(() => { restoreFields(); schedule(); }).observe(document.body, {childList: true, subtree: true});
   schedule();
 })();
