@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study docs test coverage sample long load fuzz bench evidence matrix mujoco lint format clean chromium axe
+.PHONY: help run report study docs test coverage sample long load fuzz bench evidence matrix mujoco lint format clean chromium compiled axe
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -82,12 +82,17 @@ matrix: $(VENV)/.installed-test
 mujoco: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.programs.mujoco.generate
 
-# What lint has to say comes last, also where it is long done.
-test: $(VENV)/.installed-test chromium
+# The browser is installed while the tools are, and while what the tests share is compiled. What lint
+# has to say comes last, also where it is long done.
+test:
+	@$(MAKE) -j2 chromium compiled
 	@said=$$(mktemp); $(MAKE) lint >$$said 2>&1 & lint=$$!; \
 	$(BIN)/python -m pytest $(SHARED) --durations 25 --junit-xml $(DURATIONS) -o cache_dir=$(CACHE)/pytest; \
 	tests=$$?; wait $$lint; linted=$$?; cat $$said; rm $$said; \
 	echo "Seconds of every test: $(DURATIONS)"; exit $$((tests + linted))
+
+compiled: $(VENV)/.installed-test
+	@$(BIN)/python -m tests.compiled
 
 # How many lines of core and flexgui the short tests run; compiled code counts as not run.
 coverage: $(VENV)/.installed-test

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-ROOT = Path(__file__).parents[1]
+from tests.compiled import compile_shared
 
 if sys.dont_write_bytecode:
     # The tests start hundreds of processes, and each would compile every module of ours anew: a
@@ -26,49 +25,10 @@ if sys.dont_write_bytecode:
 settings.register_profile("flexgui", deadline=None, derandomize=True)
 settings.load_profile("flexgui")
 
-ARMS = """
-from dataclasses import replace
-from flexgui.core.arm.compiled import compile_arm, compile_wide_arm
-from flexgui.core.arm.arm import Structure
-from flexgui.core.effects import catalogue
-from flexgui.core.scenario.stated_effects import candidate_structures
-from tests.helpers import PAPER
-softer = [replace(Structure.of(PAPER), elastic=soft) for soft in ((True, False), (False, True))]
-for structure in [*candidate_structures(PAPER, list(catalogue().values())), *softer][{}::2]:
-    compile_arm(structure), compile_wide_arm(structure)
-"""
-"""Every second one of the structures that a diagnosis tries, those with one elastic joint too: so
-many tests need them that all processes, and the workers of each, would compile them at the same
-time."""
-COMPILED = "from {} import {} as kernel; kernel.compiled\n"
-HALVES = (
-    COMPILED.format("flexgui.core.simulate.rosenbrock", "integrate")
-    + COMPILED.format("flexgui.core.simulate.piecewise", "piecewise")
-    + ARMS.format(0),
-    COMPILED.format("flexgui.core.simulate.along_motion", "followed")
-    + COMPILED.format("flexgui.core.simulate.linear", "respond_lanes")
-    + ARMS.format(1),
-)
-"""What nearly every test needs compiled, once per machine: each is half of the work, and neither
-compiles what the other does."""
-MARK = (
-    "from flexgui.core.precompile import compile_kernels; "
-    "from flexgui.core.progress import Silent; compile_kernels(Silent())"
-)
-"""Finds all of it there, and says so to the next start."""
-
-
 def pytest_configure(config: pytest.Config) -> None:
     """Before xdist starts its workers, which would all compile the same at the same time."""
-    if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
-        return
-    from flexgui.core.precompile import kernels_compiled
-
-    if not kernels_compiled():
-        halves = [subprocess.Popen([sys.executable, "-c", text], cwd=ROOT) for text in HALVES]
-        for half in halves:
-            half.wait()
-        subprocess.run([sys.executable, "-c", MARK], cwd=ROOT)
+    if not hasattr(config, "workerinput") and config.getoption("numprocesses", None):
+        compile_shared()
 
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

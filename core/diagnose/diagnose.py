@@ -18,9 +18,10 @@ from ..diagnose.final_results import (
 from ..diagnose.fit_problem import FitProblem
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder import Ladder, ladder
+from ..diagnose.memo import Memo
 from ..diagnose.progress_messages import LAST, ORDER, fit_title
 from ..diagnose.remaining_error import remaining_error
-from ..diagnose.search import Found, Memo, Search
+from ..diagnose.search import Found, Search
 from ..diagnose.search_options import Options, RankingCallback
 from ..diagnose.search_round import not_applicable, ruled_out
 from ..effects import catalogue, with_included

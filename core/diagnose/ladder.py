@@ -17,11 +17,12 @@ from ..diagnose.evidence import assess_refit
 from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
 from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.ladder_steps import ladder_step
+from ..diagnose.memo import Memo, ModelRound
 from ..diagnose.next_experiment import deciding_experiments
 from ..diagnose.ranking import ranking_of
 from ..diagnose.refit import fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
-from ..diagnose.search import Found, Memo, ModelRound
+from ..diagnose.search import Found
 from ..effects.effect import Effect
 from ..noise.whitening import Whitener, fit_whitener, whitened_rows
 from ..progress import Progress

@@ -9,24 +9,22 @@ noise is estimated again; what was screened and fitted is seen against it as it 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..diagnose import progress_messages as messages
 from ..diagnose.acceptance import PROMISING_SHARE, ModelCheck, Round, model_check
-from ..diagnose.base_fit import BaseFit
-from ..diagnose.bending_shapes import FitsByShapes, resolved
-from ..diagnose.evidence import RELEVANT, assess_refit
+from ..diagnose.bending_shapes import resolved
+from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import ANCHORED_ERROR, FitProblem, enough_substeps, with_shared_motions
-from ..diagnose.fitted_model import FittedModel, fit_model, screen_against, weighted
-from ..diagnose.ladder_steps import ValidationFit, fit_validation
+from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.linear_screen import Screen, screen
+from ..diagnose.memo import Memo, ModelRound
 from ..diagnose.noise_update import higher_floors, lower_floors
 from ..diagnose.output_changes import trials
 from ..diagnose.ranking import ranking_of
-from ..diagnose.refit import Refit, with_whitened_cost
+from ..diagnose.refit import Refit
 from ..diagnose.remaining_error import remaining_error, within_noise
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects, with_stated_sizes
 from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
@@ -60,71 +58,6 @@ class Found(NamedTuple):
     def model(self) -> FittedModel:
         """The last model."""
         return self.path[-1].model
-
-
-class ModelRound(NamedTuple):
-    """What was tried on a model."""
-
-    model: FittedModel
-    round: Round
-
-    def against(self, like: FitProblem) -> ModelRound:
-        """The same against the noise of other data of the same recordings."""
-        old, model, found = self.model.data, self.model.against(like), self.round
-        if model is self.model:
-            return self
-        data = model.data
-        screened = screen_against(found.screen, model.refit, old, data)
-        before = with_whitened_cost(model.refit, screened.whitener)
-        by_kind = {s.effect.kind: s for s in screened.candidates}
-        refitted = []
-        for w in found.refitted:
-            refit = with_whitened_cost(weighted(w.refit, old, data), screened.whitener)
-            again = by_kind[w.screened.effect.kind]
-            assessed = assess_refit(again, before, refit, data.count, len(by_kind))
-            refitted.append(replace(assessed, unseen=w.unseen))
-        seen = replace(
-            found, screen=screened, refitted=tuple(refitted), before=before, after=before, data=data
-        )
-        return ModelRound(model, seen)
-
-
-@dataclass
-class Memo:
-    """What was fitted and screened, which no later noise makes invalid."""
-
-    validation: FitProblem | None
-    stated: tuple[Effect, ...]
-    modes: tuple[int, ...]
-    """Bending shapes per segment of the model as given."""
-    rounds: dict[tuple[str, ...], ModelRound] = field(default_factory=dict)
-    """Key of a model -> what was tried on it."""
-    shapes: FitsByShapes = field(default_factory=dict)
-    """Models with other bending shapes."""
-    titles: Counter[str] = field(default_factory=Counter)
-    """How many rounds had a title: no two stages in turn have the same."""
-    validated: dict[tuple[int, int | None], tuple[Refit, ValidationFit]] = field(
-        default_factory=dict
-    )
-
-    def validation_fit(self, model: FittedModel) -> ValidationFit | None:
-        """The model on the validation recordings; None without any."""
-        if self.validation is None:
-            return None
-        data, refit, validation = model.data, model.refit, self.validation
-        key = id(refit), data.result_substeps
-        if key not in self.validated:
-            weights = validation.weights_at(data.floors)
-            later = replace(validation, floors=data.floors, weights=weights, result_substeps=key[1])
-            fitted = fit_validation(later, refit)
-            assert fitted is not None
-            # The refit is kept too, so that no other one gets its id.
-            self.validated[key] = refit, fitted
-        return self.validated[key][1]
-
-    def base_fit(self, model: FittedModel) -> BaseFit:
-        """The model as the start of another search."""
-        return BaseFit(model.data, model.refit, self.validation, self.validation_fit(model))
 
 
 @dataclass(frozen=True)

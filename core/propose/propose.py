@@ -17,11 +17,12 @@ from ..diagnose.evidence import CLOSE, LEAST_SHARE, RefittedCandidate, acceptabl
 from ..diagnose.fit_problem import parameter_names
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import estimates
+from ..diagnose.memo import Memo
 from ..diagnose.next_experiment import next_experiments, possible_experiments
 from ..diagnose.refit import Refit
 from ..diagnose.remaining_error import remaining_error
 from ..diagnose.removal_and_exchange import needed_effects
-from ..diagnose.search import Memo, Search
+from ..diagnose.search import Search
 from ..diagnose.search_options import Options
 from ..diagnose.search_round import REFITTED
 from ..errors import InputError

@@ -16,10 +16,11 @@ from flexgui.core.diagnose.fit_problem import parametrised
 from flexgui.core.diagnose.fitted_model import FittedModel, fit_model, screen_against
 from flexgui.core.diagnose.ladder import ladder
 from flexgui.core.diagnose.linear_screen import screen
+from flexgui.core.diagnose.memo import Memo
 from flexgui.core.diagnose.noise_update import LEAST_RATIO, higher_floors, lower_floors
 from flexgui.core.diagnose.refit import Refit, with_robust_covariance
 from flexgui.core.diagnose.remaining_error import remaining_error, within_noise
-from flexgui.core.diagnose.search import Found, Memo, Search
+from flexgui.core.diagnose.search import Found, Search
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.effects import effect
 from flexgui.core.noise.noise_floor import UNCERTAINTY, Floor

@@ -25,10 +25,11 @@ from flexgui.core.diagnose.fit_problem import (
 from flexgui.core.diagnose.fitted_model import FittedModel, fit_model
 from flexgui.core.diagnose.ladder import Ladder, ladder
 from flexgui.core.diagnose.linear_screen import screen
+from flexgui.core.diagnose.memo import Memo, ModelRound
 from flexgui.core.diagnose.output_changes import trials
 from flexgui.core.diagnose.refit import fit, with_robust_covariance
 from flexgui.core.diagnose.removal_and_exchange import needed_effects
-from flexgui.core.diagnose.search import Found, Memo, ModelRound, Move
+from flexgui.core.diagnose.search import Found, Move
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.diagnose.search_round import applicable, not_applicable, ruled_out
 from flexgui.core.effects import catalogue, effect
