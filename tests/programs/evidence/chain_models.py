@@ -29,6 +29,9 @@ WRONG = (0.7, 1.3)
 NOISE = np.array([ENCODER_NOISE] * 2 + [CAMERA_NOISE] * 2)
 
 Values = Mapping[str, float]
+Rotors = tuple[float, float]
+"""kg m², per motor."""
+NO_ROTORS = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -126,18 +129,21 @@ def recordings(folder: Path) -> list[Data]:
     return found
 
 
-def model(candidate: str, values: Values) -> mujoco.MjModel:
-    """The chain with what is added, at values in SI."""
+def model(candidate: str, values: Values, rotors: Rotors = NO_ROTORS) -> mujoco.MjModel:
+    """The chain with what is added, at values in SI; `rotors` are known."""
     beams = tuple(
         replace(beam, EI=values[f"EI{k}"], hinges=HINGES) for k, beam in enumerate(PAPER, 1)
     )
-    plant = CANDIDATES[candidate].change(replace(Plant(), beams=beams), values)
+    bare = _motors(replace(Plant(), beams=beams), inertia=lambda k: rotors[k - 1])
+    plant = CANDIDATES[candidate].change(bare, values)
     return mujoco.MjModel.from_xml_string(mjcf(plant, STEP))
 
 
-def errors(candidate: str, values: Values, data: list[Data]) -> np.ndarray:
+def errors(
+    candidate: str, values: Values, data: list[Data], rotors: Rotors = NO_ROTORS
+) -> np.ndarray:
     """Measured minus simulated over the noise, of all recordings, flat."""
-    built = model(candidate, values)
+    built = model(candidate, values, rotors)
     late = values.get(CANDIDATES[candidate].late, 0.0)
     return np.concatenate([_one(built, each, late).ravel() for each in data])
 

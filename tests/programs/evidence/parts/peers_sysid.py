@@ -16,12 +16,13 @@ import numpy as np
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.workbench import run_scenario
 from tests.programs.evidence.frame import Summary, better, table
+from tests.programs.mujoco.cases import CASES as ENGINE_CASES
 
 TITLE = "Peers on equal data: mujoco.sysid"
 ORDER = 3
 FILES: tuple[str, ...] = ()
 NEEDS = ("mujoco", "absl", "colorama", "tabulate")
-SOURCES = ("evidence/chain_models.py", "mujoco/chain.py")
+SOURCES = ("evidence/chain_models.py", "mujoco/cases.py", "mujoco/chain.py")
 
 FOLDER = Path(__file__).resolve().parents[4] / "scenarios" / "mujoco"
 TRUTH = tomllib.loads((FOLDER / "truth.toml").read_text(encoding="utf-8"))
@@ -38,9 +39,11 @@ def refitted(case: str, _: Path) -> dict[str, Any]:
     from tests.programs.evidence import chain_models
 
     data = chain_models.recordings(FOLDER / case)
-    found = {"nothing": _fitted("nothing", data, {})}
+    rotors = next(known.rotors for known in ENGINE_CASES if known.name == case)
+    found = {"nothing": _fitted("nothing", data, rotors, {})}
     for name in chain_models.CANDIDATES:
-        found[name] = found.get(name) or _fitted(name, data, found["nothing"]["values"])
+        start = found["nothing"]["values"]
+        found[name] = found.get(name) or _fitted(name, data, rotors, start)
     return {"models": found, "ours": _diagnosed(case, chain_models.RECORDINGS)}
 
 
@@ -57,8 +60,10 @@ def _diagnosed(case: str, names: Sequence[str]) -> dict[str, Any]:
     return {"named": list(found.kept), "values": values, "seconds": seconds}
 
 
-def _fitted(candidate: str, data: Any, known: Mapping[str, float]) -> dict[str, Any]:
-    """Starts at what is `known` in SI."""
+def _fitted(
+    candidate: str, data: Any, rotors: tuple[float, float], known: Mapping[str, float]
+) -> dict[str, Any]:
+    """Starts at what is `known` in SI; `rotors` as the plain scenario states them."""
     from mujoco import sysid
 
     from tests.programs.evidence import chain_models
@@ -73,7 +78,10 @@ def _fitted(candidate: str, data: Any, known: Mapping[str, float]) -> dict[str, 
     def errors(x: np.ndarray, _: Any, **__: Any) -> tuple[list[np.ndarray], list, list]:  # type: ignore[type-arg]
         columns = x.reshape(len(knobs), -1).T
         count[0] += len(columns)
-        found = [chain_models.errors(candidate, _in_si(knobs, column), data) for column in columns]
+        found = [
+            chain_models.errors(candidate, _in_si(knobs, column), data, rotors)
+            for column in columns
+        ]
         return [np.array(found).T if x.ndim > 1 else found[0]], [], []
 
     with redirect_stdout(io.StringIO()):  # its optimiser prints every iteration
