@@ -25,6 +25,7 @@ if sys.dont_write_bytecode:
 settings.register_profile("flexgui", deadline=None, derandomize=True)
 settings.load_profile("flexgui")
 
+
 def pytest_configure(config: pytest.Config) -> None:
     """Before xdist starts its workers, which would all compile the same at the same time."""
     if not hasattr(config, "workerinput") and config.getoption("numprocesses", None):

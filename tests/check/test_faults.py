@@ -17,7 +17,7 @@ from flexgui.core.check.run_checks import check_all, checks
 from flexgui.core.progress import Silent
 from tests.check.faults import FAULTS, Seeded
 from tests.check.rigs import SCENARIOS, Rig, independent, real, rig, simulated
-from tests.marks import long_except
+from tests.marks import long_except, long_rows
 from tests.programs.studies.checked_rigs import checked_rig, coarse
 
 
@@ -212,7 +212,7 @@ STIFFNESS_WRONG = ((2, "clock_drift"), (4, "delay"), (25, "sample_time"), (73, "
     "seed, fault",
     [
         STIFFNESS_WRONG[0],
-        *(pytest.param(*one, marks=pytest.mark.long) for one in STIFFNESS_WRONG[1:]),
+        *long_rows(STIFFNESS_WRONG[1:]),
     ],
 )
 def test_a_fault_is_named_where_the_stated_stiffness_is_wrong(seed: int, fault: str) -> None:

@@ -93,6 +93,7 @@ def _loaded() -> tuple[Finding, ...]:
         return tuple(check_scenario(read_scenario(path), path.parent))
 
 
+@pytest.mark.long
 def test_a_missing_effect_makes_a_question_and_no_fault() -> None:
     """A payload makes the camera seem late."""
     assert not any(finding.is_fault for finding in _loaded())

@@ -18,6 +18,7 @@ from flexgui.core.check.checks.starts_moving import StartsMoving
 from flexgui.core.check.measured_recording import MeasuredRecording
 from tests.check.rigs import Rig, rig
 from tests.check.test_faults import SIZE
+from tests.marks import long_except, long_rows
 from tests.programs.sample.torque_rigs import TorqueRig, written
 from tests.programs.studies.checked_rigs import checked_rig
 from tests.programs.studies.plain_matrix_rigs import drawn
@@ -42,7 +43,7 @@ STIFF = 0.1
 """Of EI: a segment's first resonance to 5 %."""
 
 
-@pytest.mark.parametrize("seed", [2, 25, pytest.param(8, marks=pytest.mark.long)])
+@pytest.mark.parametrize("seed", long_except((2,), (2, 8, 25)))
 def test_the_stiffness_is_found_that_the_scenario_states_wrong(seed: int) -> None:
     """30 % off, with friction in the joints, and four times."""
     search = rig_of(seed).cases[1].search
@@ -53,7 +54,11 @@ def test_the_stiffness_is_found_that_the_scenario_states_wrong(seed: int) -> Non
     assert found / stated * drawn(seed).starts[0] == pytest.approx(1.0, rel=STIFF)
 
 
-@pytest.mark.parametrize("seed, channel", [(2, "z2"), (4, "theta1"), (25, "z1"), (35, "u2")])
+FRICTIONLESS = ((2, "z2"), (4, "theta1"))
+RUBBING = ((25, "z1"), (35, "u2"))
+
+
+@pytest.mark.parametrize("seed, channel", [*FRICTIONLESS, *long_rows(RUBBING)])
 def test_a_late_channel_is_named_whatever_the_stiffness(seed: int, channel: str) -> None:
     """Camera, encoder and torque; 25 and 35 with friction."""
     rig = rig_of(seed)
@@ -70,7 +75,7 @@ def test_a_clock_that_drifts_is_named_whatever_the_stiffness() -> None:
     assert said == [("clock_drift", "z2", pytest.approx(7e-3, rel=SIZE))]
 
 
-@pytest.mark.parametrize("factor", [0.1, 0.5, 2.0, 10.0])
+@pytest.mark.parametrize("factor", long_except((2.0,), (0.1, 0.5, 2.0, 10.0)))
 def test_a_wrong_sample_time_is_named_whatever_the_stiffness(factor: float) -> None:
     rig = rig_of(4)
     found = rig.cases[1].recording

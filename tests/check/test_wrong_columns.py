@@ -16,6 +16,7 @@ from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from tests.check.rigs import SCENARIOS, Rig, rig
 from tests.check.test_faults import SIZE
+from tests.marks import long_except, long_rows
 from tests.programs.studies.checked_rigs import checked_rig
 
 PLACES = ("theta1", "theta2", "dtheta1_ref", "dtheta2_ref")
@@ -42,17 +43,20 @@ def alone(found: MeasuredRecording) -> list[Finding]:
     return check_all([found])
 
 
-@pytest.mark.parametrize(
-    "fault, names, change",
-    [
-        ("degrees", PLACES, lambda n: (n, 180 / np.pi)),
-        ("swapped_joints", ("u1", "u2"), other),
-        ("swapped_joints", (*PLACES, "u1", "u2"), other),
-        ("sign", ("theta2",), lambda n: (n, -1.0)),
-        ("sign", ("dtheta1_ref",), lambda n: (n, -1.0)),
-        ("millimetres", ("z1", "z2"), lambda n: (n, 1000.0)),
-    ],
+def times(factor: float) -> Callable[[str], tuple[str, float]]:
+    return lambda name: (name, factor)
+
+
+QUICK = (("swapped_joints", ("u1", "u2"), other), ("sign", ("theta2",), times(-1.0)))
+SLOW = (
+    ("degrees", PLACES, times(180 / np.pi)),
+    ("swapped_joints", (*PLACES, "u1", "u2"), other),
+    ("sign", ("dtheta1_ref",), times(-1.0)),
+    ("millimetres", ("z1", "z2"), times(1000.0)),
 )
+
+
+@pytest.mark.parametrize("fault, names, change", [*QUICK, *long_rows(SLOW)])
 def test_all_columns_with_a_fault_are_one_finding_with_one_line(
     fault: str, names: tuple[str, ...], change: Callable[[str], tuple[str, float]]
 ) -> None:
@@ -62,6 +66,7 @@ def test_all_columns_with_a_fault_are_one_finding_with_one_line(
     assert all(f"{name} = " in one.fix for name in names)
 
 
+@pytest.mark.long
 def test_a_model_that_is_off_is_no_fault_of_its_recordings() -> None:
     """It was said that the sample time is twice the true one, with a worse fit."""
     assert check_all([case.recording for case in elastic().cases]) == []
@@ -85,7 +90,7 @@ def test_degrees_come_before_gears_where_joints_rub() -> None:
     assert [(one.fault, one.channel) for one in said] == [("degrees", "theta1")]
 
 
-@pytest.mark.parametrize("factor", [1e3, 1e-3])
+@pytest.mark.parametrize("factor", long_except((1e3,), (1e3, 1e-3)))
 def test_a_stiffness_that_is_stated_in_another_unit_is_named(
     factor: float, rigs: list[Rig]
 ) -> None:
@@ -144,9 +149,8 @@ def test_an_encoder_before_a_gear_is_not_in_degrees(joint: str, rigs: list[Rig])
     assert said == [("gear_ratio", joint, 50.0)]
 
 
-@pytest.mark.parametrize(
-    "name", ["dtheta2_ref", pytest.param("dtheta1_ref", marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["dtheta1_ref", "dtheta2_ref"])
 def test_a_late_reference_is_a_delay(name: str, rigs: list[Rig]) -> None:
     found, lag = rigs[1].cases[1].recording, 0.02
     x, rows = found.channels[name], round(lag / rigs[1].cases[1].recording.step)

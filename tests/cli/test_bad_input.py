@@ -43,6 +43,7 @@ def test_the_unspoilt_scenario_runs(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "report.html").is_file()
 
 
+@pytest.mark.long
 def test_a_recording_from_elsewhere_is_read_and_told(tmp_path: Path) -> None:
     room = tmp_path / "room"
     room.mkdir()

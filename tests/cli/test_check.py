@@ -48,6 +48,7 @@ def test_a_finding_is_data_with_the_line_of_the_scenario_that_mends_it(spoilt: P
     assert "millimetres" not in checked(str(spoilt / SCENARIO), "--json")
 
 
+@pytest.mark.long
 def test_an_export_warns_of_a_wrong_unit_above_everything(spoilt: Path) -> None:
     said = CliRunner().invoke(app, ["export", str(spoilt / SCENARIO), "--out", str(spoilt / "out")])
     assert said.exit_code == 0, said.output

@@ -150,6 +150,7 @@ bounds = {epsilon = [0.99e9, 1.05e9], d = [0.0499, 0.0501]}
 """
 
 
+@pytest.mark.long
 def test_a_bound_makes_nothing_identifiable() -> None:
     """Where only a product is shown, its factors have no deviations, on a bound too."""
     whole = text(diagnose='[diagnose]\ncandidates = ["camera_delay"]\nmax_effects = 0\n')
@@ -279,6 +280,7 @@ def diagnosis(Jp: float) -> Diagnosis:
     return found
 
 
+@pytest.mark.long
 def test_a_column_that_turns_is_no_elastic_joint() -> None:
     found = diagnosis(COLUMN)
     assert found.kept == ("base_rotation",)

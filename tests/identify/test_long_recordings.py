@@ -195,7 +195,9 @@ def test_simulations_look_whether_they_are_wanted(
     assert len(run_many(jobs[:1], 1)) == 1  # outside nobody listens
 
 
-@pytest.mark.parametrize(("modes", "sample_time"), [(1, 0.5e-3), (3, 1e-3)])
+@pytest.mark.parametrize(
+    ("modes", "sample_time"), [(1, 0.5e-3), pytest.param(3, 1e-3, marks=pytest.mark.long)]
+)
 def test_the_last_step_takes_the_error_of_few_steps_off(modes: int, sample_time: float) -> None:
     """Against a step whose simulations are all fine; slopes with few steps of the fast vibrations
     of three modes led two and a half deviations away."""

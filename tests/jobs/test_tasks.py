@@ -58,6 +58,7 @@ def here() -> Outcome:
     return identify(parse_scenario(SCENARIO, "test"), progress=Silent())
 
 
+@pytest.mark.long
 def test_a_worker_finds_what_this_process_finds(warm_pool, here):
     heard = Listener()
     warm_pool.submit("s", fit_of(SCENARIO), heard)

@@ -206,6 +206,7 @@ def as_read(found: fg.Identification | fg.Diagnosis) -> str:
     return dumps({**as_document(found.outcome, ()), "seconds": None})
 
 
+@pytest.mark.long
 def test_one_processor_finds_the_same_as_all_and_tells_what_is_done(
     rig: fg.Project, found: fg.Identification
 ) -> None:

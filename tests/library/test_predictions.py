@@ -44,6 +44,7 @@ NEAR = 1e-3
 """Relative: what is identified without noise."""
 
 
+@pytest.mark.long
 def test_what_belongs_to_a_recording_is_named_with_it(loads: fg.Identification) -> None:
     for name, load in LOADS.items():
         assert loads[f"mt2@{name}"].value == pytest.approx(load, rel=NEAR)

@@ -48,6 +48,7 @@ def content(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", [False, True])
 def test_opened_in_another_process_it_exports_the_same_files(
     command: bool, request: pytest.FixtureRequest, tmp_path: Path

@@ -86,7 +86,13 @@ WHOLE: dict[str, list[float | None]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("snrs", [[20.0] * 5, [None, 10.0, None]], ids=["20 dB", "one noisy"])
+@pytest.mark.parametrize(
+    "snrs",
+    [
+        pytest.param([20.0] * 5, id="20 dB", marks=pytest.mark.long),
+        pytest.param([None, 10.0, None], id="one noisy"),
+    ],
+)
 def test_nothing_hidden_is_nothing_missing_whatever_the_noise_of_each(
     snrs: list[float | None],
 ) -> None:

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -43,24 +43,28 @@ def declared(*extras: str) -> set[str]:
     return {name_of(line) for line in lines}
 
 
-def imported(folder: Path) -> Iterator[tuple[str, Path]]:
-    """Top-level names of all imports below a folder, those inside functions too."""
-    for path in folder.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                yield from ((alias.name, path) for alias in node.names)
-            elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
-                yield node.module, path
+@cache
+def imported(path: Path) -> list[str]:
+    """Modules that a file imports, those inside functions too."""
+    found: list[str] = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
+            found.append(node.module)
+    return found
+
+
+distributions = cache(packages_distributions)
 
 
 def packages(folder: Path) -> dict[str, Path]:
     """Packages of others that files below a folder import -> one of the files."""
-    homes = packages_distributions()
-    found = {}
-    for module, path in imported(folder):
-        top = module.partition(".")[0]
-        if top not in sys.stdlib_module_names | {"flexgui"}:
-            found[name_of(homes.get(top, [top])[0])] = path
+    homes, found = distributions(), {}
+    for path in folder.rglob("*.py"):
+        for top in {module.partition(".")[0] for module in imported(path)}:
+            if top not in sys.stdlib_module_names | {"flexgui"}:
+                found[name_of(homes.get(top, [top])[0])] = path
     return found
 
 

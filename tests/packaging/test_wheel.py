@@ -100,6 +100,7 @@ def test_the_page_of_the_wheel_answers(unpacked: Path, elsewhere: Path) -> None:
         assert "Traceback" not in server.log
 
 
+@pytest.mark.long
 def test_library_and_command_line_need_nothing_of_the_page(unpacked: Path, elsewhere: Path) -> None:
     (elsewhere / "rig.toml").write_text(SCENARIO)
     done = run(unpacked, elsewhere, "-c", WITHOUT_PAGE + LIBRARY + COMMANDS)

@@ -312,6 +312,7 @@ def hidden_in(session: Session, page: Any, desktop: Desktop) -> Challenge:
     return session.challenge.state
 
 
+@pytest.mark.long
 def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desktop) -> None:
     # A job that the test before has stopped may keep its worker for a while, and then the worker
     # is replaced, which takes longer than the challenge itself on a busy machine.

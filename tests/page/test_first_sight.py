@@ -27,6 +27,7 @@ def test_the_tour_and_the_own_recordings_stand_side_by_side(page: Any) -> None:
     assert boxes[0]["x"] + boxes[0]["width"] < boxes[1]["x"]
 
 
+@pytest.mark.long
 def test_open_plots_fit_a_phone(page: Any) -> None:
     """They made every panel twice as wide as the screen, and wider with each drawing."""
     page.set_viewport_size({"width": 390, "height": 844})

@@ -248,6 +248,7 @@ def asked_for_the_rig(page: Any, foreign: Path) -> Clicks:
 SHEET = {"segments.length": "0,7", "segments.mass": "6", "drive.gains": "80"}
 
 
+@pytest.mark.long
 def test_a_rig_is_stated_in_the_sheet_and_a_wrong_entry_stays(
     page: Any, session: Session, foreign: Path
 ) -> None:
@@ -266,6 +267,7 @@ def test_a_rig_is_stated_in_the_sheet_and_a_wrong_entry_stays(
     assert session.document.scenario.title == "bench"
 
 
+@pytest.mark.long
 def test_what_is_typed_in_the_sheet_survives_another_file(
     page: Any, session: Session, foreign: Path
 ) -> None:

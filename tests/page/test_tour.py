@@ -26,6 +26,7 @@ def only_one_invites(page: Any, name: str) -> None:
     page.wait_for_function(ONLY, arg=name)
 
 
+@pytest.mark.long
 def test_one_button_invites_and_the_tour_comes_back(page: Any, session: Session) -> None:
     only_one_invites(page, "Begin the tour")
     press(page, "Skip tour")

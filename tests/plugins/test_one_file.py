@@ -291,6 +291,7 @@ def test_a_sensor_is_delayed_with_the_camera_only_where_it_says_so(
     assert fit["yaw1"] > 99.0 > 90.0 > fit["z1"]
 
 
+@pytest.mark.long
 def test_a_new_sensor_has_a_delay_of_its_own(add: Add) -> None:
     """Neither the camera's nor another sensor's; it is called what the sensor is."""
     add("flexgui.core.sensors", "tip_accelerometer", SENSOR)

@@ -94,6 +94,7 @@ def test_a_spring_at_a_joint_is_found_with_its_stiffness_and_leaves_nothing_once
     assert after.reason == WITHIN_NOISE and not after.laws and not after.carriers
 
 
+@pytest.mark.long
 def test_a_stop_that_bends_is_found_with_its_place_and_holds_on_what_no_fit_has_seen() -> None:
     law = fg.formula("joint2", "-a*max(theta2 - c, 0)", a=2.0, c=1.2)
     recordings = recorded((0.6, 1.3, 1.9, 1.5), law, amplitude=2.0)
@@ -149,6 +150,7 @@ def along(law: ProposedLaw, motions: Sequence[Trajectory]) -> np.ndarray:
     return np.concatenate(parts)
 
 
+@pytest.mark.long
 def test_laws_that_are_proposed_are_not_one_in_other_words() -> None:
     """Of viscous friction: a damping is no other law than a torque over the speed."""
     motions = [motion for motion, _, _ in bare().base.parametrised.motions()]

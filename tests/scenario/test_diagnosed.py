@@ -169,6 +169,7 @@ def export(path: Path, out: Path) -> dict[str, Any]:
     return dict(json.loads((out / "result.json").read_text("utf-8")))
 
 
+@pytest.mark.long
 def test_exported_again_it_gives_the_same_error_and_nothing_is_missing(tmp_path: Path) -> None:
     first = export(recorded(tmp_path / "data"), tmp_path / "reports" / "first")
     assert (first["verdict"], first["final_verdict"]) == ("missing", "nothing_missing")

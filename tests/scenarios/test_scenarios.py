@@ -105,14 +105,14 @@ def per_scenario(*quick: str) -> pytest.MarkDecorator:
     )
 
 
-@per_scenario("paper_glocal", "paper_local", "emps")
+@per_scenario("paper_glocal", "paper_local")
 def test_a_scenario_runs_and_reports(path: Path, once: Callable[[Path], Run]) -> None:
     require_files(path)
     made, out, found = once(path)
     check_report(found, out, made)
 
 
-@per_scenario("paper_local", "emps")
+@per_scenario("paper_local")
 def test_a_scenario_runs_twice_to_the_same_result(
     path: Path, once: Callable[[Path], Run], tmp_path: Path
 ) -> None:

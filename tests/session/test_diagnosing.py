@@ -195,6 +195,7 @@ def reported(session: Session) -> dict[str, Any]:
     return dict(json.loads((done[0] / "result.json").read_text()))
 
 
+@pytest.mark.long
 def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_stands(
     friction: Session,
 ) -> None:

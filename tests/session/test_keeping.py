@@ -178,7 +178,8 @@ def test_results_are_there_again(session: Session, work: SavedWorkFolders, found
     made.close()
 
 
-@pytest.mark.parametrize("end", [dead, pytest.param(Session.close, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("end", [dead, Session.close])
 def test_a_study_is_there_again_and_goes_on(
     session: Session, work: SavedWorkFolders, end: Callable[[Session], None]
 ) -> None:

@@ -43,6 +43,7 @@ def over(session: Session) -> None:
     assert session.run.state.phase == DONE, session.message
 
 
+@pytest.mark.long
 def test_a_law_is_found_on_demand_added_and_taken_back(unlisted: Session) -> None:
     diagnosis, given = unlisted.diagnosis, unlisted.document.scenario
     assert diagnosis.search()

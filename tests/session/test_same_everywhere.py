@@ -137,6 +137,7 @@ def saved(run: Path) -> tuple[Scenario, Outcome]:
     return known.scenario, known.outcome
 
 
+@pytest.mark.long
 def test_the_ladder_is_that_of_the_run(opened: Session, run: Path) -> None:
     _, outcome = saved(run)
     assert outcome.diagnosis is not None

@@ -185,7 +185,9 @@ def test_nothing_is_asked_about_the_recorded_slide() -> None:
 
 
 @needs_data
-@pytest.mark.parametrize("file", ["quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv"])
+@pytest.mark.parametrize(
+    "file", ["quanser_2dsfl_steps.csv", pytest.param("ctu_2dsfl_lqr.csv", marks=pytest.mark.long)]
+)
 def test_nothing_contradicts_the_bench_once_its_arm_is_chosen(file: str) -> None:
     scenario = chosen("two_stage_bench", "Current recorded")
     document = with_lists(scenario.model_dump(exclude_defaults=True))

@@ -71,7 +71,7 @@ CLOSE = 0.02
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param("rigs/4_rigid_1_joint_elasticity", id="one"),
+        pytest.param("rigs/4_rigid_1_joint_elasticity", id="one", marks=pytest.mark.long),
         pytest.param("rigs/9_rigid_2_joint_elasticity", id="two", marks=pytest.mark.long),
         pytest.param("rigs/14_rigid_3_joint_elasticity", id="three", marks=pytest.mark.long),
     ],

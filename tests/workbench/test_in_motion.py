@@ -23,7 +23,6 @@ from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.workbench import run_scenario
 from tests.helpers import from_rest
-from tests.marks import long_except
 
 STEP, SAMPLES, HOLD = 4e-3, 400, 5
 CUT = 83
@@ -95,7 +94,8 @@ def run(folder: Path, drive: str, more: str = "", most: int = 3) -> Outcome:
     return run_scenario(scenario(drive, 380.0, more, most), folder=folder)
 
 
-@pytest.mark.parametrize("drive", long_except(("loop",), DRIVES))
+@pytest.mark.long
+@pytest.mark.parametrize("drive", DRIVES)
 def test_what_is_hidden_is_found_although_the_arm_moves_already(tmp_path: Path, drive) -> None:
     write(tmp_path, drive, CUT)
     outcome = run(tmp_path, drive)

@@ -28,10 +28,6 @@ damping."""
 COUPLING = 2.0
 """By which factor the coupling of the stages lowers the error of deflection2 at least."""
 
-SHORT = {"steps": (0.0, 7.0), "lqr": (0.0, 2.0)}
-"""s; the whole recordings take a minute."""
-SHORT_VARIANTS = ("Two uncoupled stages, nominal values", "Coupled arm, nominal values")
-
 
 def data_folder(*files: str) -> Path:
     """Where the recordings are; skips with the reason where they are not."""
@@ -55,22 +51,10 @@ def emps() -> Outcome:
     return run_scenario(undiagnosed("emps.toml"), folder=SCENARIOS, data_folder=folder)
 
 
-@cache
-def bench(short: bool) -> Outcome:
+@pytest.fixture(scope="module")
+def outcome() -> Outcome:
     folder = data_folder("quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv")
-    scenario = undiagnosed("bench_2dsfl.toml")
-    if short:
-        recordings = tuple(
-            r.model_copy(update={"window": SHORT[r.name]}) for r in scenario.recordings
-        )
-        chosen = tuple(c for c in scenario.compare if c.title in SHORT_VARIANTS)
-        scenario = scenario.model_copy(update={"recordings": recordings, "compare": chosen})
-    return run_scenario(scenario, folder=SCENARIOS, data_folder=folder)
-
-
-@pytest.fixture(params=[True, pytest.param(False, marks=pytest.mark.long)], ids=["short", "whole"])
-def outcome(request: pytest.FixtureRequest) -> Outcome:
-    return bench(request.param)
+    return run_scenario(undiagnosed("bench_2dsfl.toml"), folder=SCENARIOS, data_folder=folder)
 
 
 def comparison(outcome: Outcome, name: str, variant: str | None = None) -> RecordingComparison:
@@ -111,12 +95,14 @@ def test_emps_lacks_coulomb_and_viscous_friction():
     assert offset == pytest.approx(-3.165, abs=1.0)
 
 
+@pytest.mark.long
 def test_the_bench_is_fitted_as_well_as_coupling_and_damping_allow(outcome):
     found = errors(comparison(outcome, "steps"))
     for channel, bar in STEPS_ERROR.items():
         assert found[channel] < bar
 
 
+@pytest.mark.long
 def test_the_bench_is_worse_at_nominal_values(outcome):
     found = errors(comparison(outcome, "steps"))
     nominal = errors(comparison(outcome, "steps", "Coupled arm, nominal values"))
@@ -124,6 +110,7 @@ def test_the_bench_is_worse_at_nominal_values(outcome):
         assert found[channel] < nominal[channel]
 
 
+@pytest.mark.long
 def test_the_benchs_second_link_needs_the_coupling(outcome):
     found = errors(comparison(outcome, "steps"))
     for variant in outcome.variants:
@@ -132,6 +119,7 @@ def test_the_benchs_second_link_needs_the_coupling(outcome):
             assert alone["deflection2"] > COUPLING * found["deflection2"]
 
 
+@pytest.mark.long
 def test_the_benchs_parameters_are_believable(outcome):
     for name in ("EI1", "EI2", "tau2"):
         found = estimate(outcome, name)
@@ -140,6 +128,7 @@ def test_the_benchs_parameters_are_believable(outcome):
         assert not found.at_bound
 
 
+@pytest.mark.long
 def test_both_joints_of_the_bench_lack_a_torque(outcome):
     for name in ("steps", "lqr"):
         missing: tuple[MissingTorque, ...] = comparison(outcome, name).missing_torque
@@ -149,6 +138,7 @@ def test_both_joints_of_the_bench_lack_a_torque(outcome):
             assert m.missing[m.counted].std() > 0.1 * m.applied[m.counted].std()
 
 
+@pytest.mark.long
 def test_the_other_bench_validates_with_its_own_zeros(outcome):
     found = comparison(outcome, "lqr")
     assert found.role == "validate"
@@ -157,8 +147,8 @@ def test_the_other_bench_validates_with_its_own_zeros(outcome):
 
 
 @pytest.mark.long
-def test_the_other_bench_is_predicted_to_a_third():
-    found = errors(comparison(bench(False), "lqr"))
+def test_the_other_bench_is_predicted_to_a_third(outcome):
+    found = errors(comparison(outcome, "lqr"))
     assert found["deflection1"] < 0.35
     assert found["deflection2"] < 0.40
 

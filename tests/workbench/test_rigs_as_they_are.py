@@ -236,6 +236,7 @@ def held_late(**identify: Any) -> Scenario:
     return held(effects=[late], **identify)
 
 
+@pytest.mark.long
 def test_a_bench_held_by_its_servo_is_right(bench_rig: Path) -> None:
     """No torque is known, and none is compared: the joints' friction moves nothing."""
     found = run_scenario(held_late(), folder=bench_rig)

@@ -28,6 +28,7 @@ MASSES, FRICTION = 0.03, 0.05
 """Relative: what such recordings show in two short runs."""
 
 
+@pytest.mark.long
 def test_the_friction_of_a_rigid_link_is_named_though_no_filter_is_stated(tmp_path: Path) -> None:
     """Second differences of an encoder are its noise, which was taken for an elastic joint."""
     found = run_scenario(read_scenario(written(RIG, 5, tmp_path)), folder=tmp_path)
@@ -129,6 +130,7 @@ def test_the_square_of_a_noisy_speed_is_no_torque(tmp_path: Path) -> None:
         assert abs(x.mean()) < MEAN * rms(x)
 
 
+@pytest.mark.long
 def test_a_loop_that_feeds_its_encoders_back_hides_none_of_their_noise(tmp_path: Path) -> None:
     """The torque foretells what the encoders read; their noise was taken for a fourth of what it
     is, and what is left beside the friction for something that is not listed."""
