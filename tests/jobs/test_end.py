@@ -92,6 +92,7 @@ def test_workers_end_with_a_server_that_is_killed(tmp_path, number):
     server.stdout.close()
 
 
+@pytest.mark.long
 def test_a_server_that_returns_without_closing_ends_and_leaves_no_worker(tmp_path):
     server, pids = start_server(tmp_path, "pass")
     server.wait(CLOSED_WITHIN)

@@ -42,16 +42,8 @@ def test_examples_say_what_one_learns_and_are_kept_without_outputs() -> None:
     assert not any(c.get("outputs") or c.get("execution_count") for c in cells)
 
 
-SLOW = ("01", "03", "04")
-"""Examples that search or diagnose."""
-
-
-def marked(path: Path) -> object:
-    marks = [pytest.mark.long] if path.name[:2] in SLOW else []
-    return pytest.param(path, id=path.stem, marks=marks)
-
-
-@pytest.mark.parametrize("path", [marked(path) for path in SCRIPTS])
+@pytest.mark.long
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
 def test_a_script_runs_in_another_folder(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

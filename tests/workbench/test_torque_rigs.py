@@ -139,6 +139,7 @@ def test_a_loop_that_feeds_its_encoders_back_hides_none_of_their_noise(tmp_path:
     assert [s.added for s in found.steps] == [None, "coulomb_friction"]
 
 
+@pytest.mark.long
 def test_a_torque_that_its_own_loop_makes_rough_is_not_noisy(tmp_path: Path) -> None:
     """The viscous friction is 2 % of a torque that the feedback of a coarse encoder shakes by three
     times as much from sample to sample."""
