@@ -53,6 +53,17 @@ class ColumnFault:
         factor."""
         return self.shift or self.lag or self.drift or self.factor
 
+    def with_more(self, found: ColumnFault) -> ColumnFault:
+        """This one and a fault of the same kind, in the same channels, that was left by it."""
+        explains = found.explains
+        if self.explains and explains and self.explains[0] == explains[0]:
+            explains = (explains[0], self.explains[1], explains[2])
+        return replace(
+            found, factor=self.factor * found.factor, shift=self.shift + found.shift,
+            lag=self.lag + found.lag, drift=self.drift + found.drift,
+            deviation=self.factor * found.deviation, explains=explains,
+        )  # fmt: skip
+
     def corrected(self, recording: Recording) -> Recording:
         """The recording with the fault taken back."""
         other = str.maketrans(self.swapped, self.swapped[::-1])

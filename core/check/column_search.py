@@ -79,7 +79,17 @@ def search(
     while len(fits) > 1 and fits[-1].answer.worst > GROSS and not steps[-1][0].is_usual:
         steps.pop()
         fits.pop()
-    return Search(tuple(fault for fault, _ in steps), fits[-1])
+    return Search(_joined([fault for fault, _ in steps]), fits[-1])
+
+
+def _joined(faults: Sequence[ColumnFault]) -> tuple[ColumnFault, ...]:
+    """With one of each kind in the same channels: a lag of some periods may be found in two parts,
+    with other numbers of the model beside each."""
+    found: dict[tuple[object, ...], ColumnFault] = {}
+    for fault in faults:
+        key = fault.fault, fault.channels, fault.since
+        found[key] = found[key].with_more(fault) if key in found else fault
+    return tuple(found.values())
 
 
 def _next_step(fit: Fitted, stopped: Callable[[], bool], sized: bool) -> Step | None:

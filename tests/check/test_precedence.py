@@ -120,6 +120,20 @@ def test_what_does_not_count_moves_with_its_column() -> None:
     assert (found["theta1"] == 1.0).all() and (found.counted["theta1"] == ~counts).all()
 
 
+@pytest.mark.parametrize(
+    "first, second", [({"lag": 7e-3}, {"lag": 13e-3}), ({"shift": 0.2}, {"shift": -0.05}),
+                      ({"factor": 2.0}, {"factor": 1.5})]
+)  # fmt: skip
+def test_a_fault_that_was_found_in_two_parts_is_taken_back_as_a_whole(
+    first: dict[str, float], second: dict[str, float]
+) -> None:
+    time = 1e-3 * np.arange(500)
+    recording = Recording("r", time, {"theta1": np.cos(9.0 * time)})
+    one, other = (ColumnFault("part", ("theta1",), is_usual=False, **k) for k in (first, second))
+    apart = other.corrected(one.corrected(recording))["theta1"]
+    assert one.with_more(other).corrected(recording)["theta1"] == pytest.approx(apart, abs=1e-3)
+
+
 def test_what_is_dismissed_is_not_said_again(tmp_path: Path) -> None:
     scenario = read_scenario(SCENARIOS / "hidden_friction.toml")
     found = measured_recordings(scenario, SCENARIOS)[0]
