@@ -25,7 +25,6 @@ from flexgui.core.effects.sizes import Sizes, typical
 from flexgui.core.effects.torque_ripple import every_order
 from flexgui.core.noise.whitening import no_whitening
 from tests.diagnose import fits
-from tests.marks import long_except
 
 SAMPLES, DT = 2000, 1e-3
 TRAVEL, APART = 0.02, 0.4
@@ -132,7 +131,8 @@ ORDER = 0.01
 """Relative, of an order from three recordings of 0.6 s."""
 
 
-@pytest.mark.parametrize("stated", long_except((True,), (True, False)), ids=["stated", "unstated"])
+@pytest.mark.long
+@pytest.mark.parametrize("stated", [True, False], ids=["stated", "unstated"])
 def test_the_orders_are_found_though_what_is_compared_is_filtered(stated: bool) -> None:
     data, stuck = with_a_filter(stated)
     found = refine_force_shape(data, stuck, effect("torque_ripple"), lambda: False)

@@ -178,6 +178,7 @@ def above(model: FittedModel) -> float:
     return max(remaining_error(model.data, model.refit.errors).by_channel.values())
 
 
+@pytest.mark.long
 def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
     model, _ = on_a_soft_base()
     assert above(model) > UNCERTAINTY  # with the model complete

@@ -101,10 +101,8 @@ def diagnosed(noise: float, hidden: dict[str, dict[str, float]]) -> Diagnosis:
     return diagnosis_of(scenario((0, 1), hidden, sensors, ("sensor_lag",)))
 
 
-@pytest.mark.parametrize(
-    "noise",
-    [pytest.param(3e-4, marks=pytest.mark.long), 5e-4, pytest.param(1e-3, marks=pytest.mark.long)],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("noise", [3e-4, 5e-4, 1e-3])
 def test_a_shape_is_added_although_the_coarse_model_leaves_hardly_more_than_noise(
     noise: float,
 ) -> None:

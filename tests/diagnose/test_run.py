@@ -72,6 +72,7 @@ def test_a_table_without_effects_to_add_gives_a_ranking_and_no_final_verdict() -
     assert sources == {"z": "stated", "theta": "stated", "deflection": "estimated"}
 
 
+@pytest.mark.long
 def test_what_was_added_is_a_model_of_the_same_scenario() -> None:
     """The accepted effects, put into [model], leave nothing to find."""
     found = said(ONE)

@@ -14,6 +14,7 @@ from flexgui.core.effects.own_formula import own_parameter
 from flexgui.core.effects.own_reading import OwnReading, own_law
 from flexgui.core.sensors import sensors
 from tests.helpers import PAPER, looped
+from tests.marks import long_rows
 
 DT = 1e-3
 ROUNDING = 1e-12
@@ -137,7 +138,8 @@ def with_law(law: dict[str, Any], recordings: list[dict[str, Any]]) -> fg.Projec
 
 
 @pytest.mark.parametrize(
-    ("target", "formula", "size"), [("z1", "a*z1**2", 0.02), ("theta2", "a*sin(theta2)", 0.02)]
+    ("target", "formula", "size"),
+    [("z1", "a*z1**2", 0.02), *long_rows([("theta2", "a*sin(theta2)", 0.02)])],
 )
 def test_the_size_of_an_error_of_a_sensor_is_identified(target, formula, size) -> None:
     recordings = recorded(fg.formula(target, formula, a=size))

@@ -117,6 +117,7 @@ def test_the_deviations_are_reached() -> None:
 PAIR = ("coulomb_friction", "viscous_friction")
 
 
+@pytest.mark.long
 def test_the_experiment_that_tells_two_effects_apart_is_chosen() -> None:
     apart = planned(ExperimentRequest(seconds=1.0, between=PAIR), hidden=True)
     assert apart.decides and apart.chosen[0].score > TIE

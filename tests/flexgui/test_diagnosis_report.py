@@ -36,6 +36,7 @@ PRINTED = """() => ({
 })"""
 
 
+@pytest.mark.long
 def test_on_a4_it_takes_ten_pages_unfolded_and_as_wide_as_the_paper(
     exported: Exported, chromium: Any
 ) -> None:

@@ -60,6 +60,7 @@ def start_server(folder: Path, end: str) -> tuple[subprocess.Popen[str], list[in
     return server, [int(pid) for pid in server.stdout.readline().split()]
 
 
+@pytest.mark.long
 def test_close_leaves_no_worker_and_no_thread_even_in_mid_work():
     import threading
 

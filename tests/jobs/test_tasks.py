@@ -80,6 +80,7 @@ def test_a_stopped_identification_gives_its_best(warm_pool):
     assert all(np.isfinite(e.value) for e in outcome.fits[0].estimates)
 
 
+@pytest.mark.long
 def test_the_report_is_of_the_outcome_given(warm_pool, here, tmp_path: Path):
     out = tmp_path / "report"
     where = {"folder": str(tmp_path), "out": str(out)}

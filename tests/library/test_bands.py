@@ -71,6 +71,7 @@ def test_the_profile_of_a_well_known_parameter_agrees_with_its_deviation(
         found.profile("EI3")
 
 
+@pytest.mark.long
 def test_what_the_recordings_leave_free_has_no_end() -> None:
     """Young's modulus and width enter as epsilon d^4 alone."""
     free = noisy(parameters=["epsilon", "d"], bounds={"epsilon": [1e7, 1e11], "d": [0.005, 0.2]})

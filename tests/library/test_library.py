@@ -131,6 +131,7 @@ def test_changing_nothing_leaves_the_scenario_as_it_was(name: str) -> None:
     assert same.scenario.model_fields_set == rig.scenario.model_fields_set
 
 
+@pytest.mark.long
 def test_objects_and_a_file_give_the_same_numbers(
     rig: fg.Project, found: fg.Identification, tmp_path: Path
 ) -> None:

@@ -21,6 +21,7 @@ PATIENCE = 120.0
 FITS = ["--runs", "2", "--workers", "1", "--part", "fits"]
 
 
+@pytest.mark.long
 def test_a_study_is_written_and_a_second_call_has_nothing_to_do(tmp_path: Path) -> None:
     scenario, out = scenario_file(tmp_path, short()), tmp_path / "out"
     command = ["study", str(scenario), "--out", str(out), *FITS]

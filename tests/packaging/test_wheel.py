@@ -79,6 +79,7 @@ def test_nothing_but_flexgui_is_installed(unpacked: Path) -> None:
     assert not [path for path in unpacked.rglob("*") if path.is_symlink()]
 
 
+@pytest.mark.long
 def test_script_and_command_beside_packages_of_our_names_find_ours(
     unpacked: Path, elsewhere: Path
 ) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from flexgui.session.session import Session
 from tests.page.helpers import box, enter, press, sees
 
@@ -15,6 +17,7 @@ REFUSED = (
 """Label, what is typed, what is said."""
 
 
+@pytest.mark.long
 def test_an_entry_outside_its_limits_stays_and_says_what_is_allowed(
     page: Any, session: Session
 ) -> None:

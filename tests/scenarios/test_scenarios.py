@@ -148,6 +148,7 @@ SIZE = 0.02
 """Relative: the friction's size from half a second per recording."""
 
 
+@pytest.mark.long
 def test_the_hidden_friction_is_named_with_its_size(once: Callable[[Path], Run]) -> None:
     _, _, found = once(FOLDER / "hidden_friction.toml")
     assert (found["verdict"], found["final_verdict"]) == ("missing", "nothing_missing")

@@ -149,6 +149,7 @@ def test_the_ladder_is_that_of_the_run(opened: Session, run: Path) -> None:
     assert last.diagnosis.verdict == outcome.diagnosis.final_verdict
 
 
+@pytest.mark.long
 def test_what_is_exported_is_what_was_saved(opened: Session, run: Path) -> None:
     assert opened.diagnosis.whole is not None
     assert serialize(opened.diagnosis.whole) == serialize(saved(run)[1])

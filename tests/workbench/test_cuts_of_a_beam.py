@@ -49,6 +49,7 @@ def off(seed: int) -> float:
     return abs(rig.identify()["EI1"].value / BEAM.EI - 1.0)
 
 
+@pytest.mark.long
 def test_a_cut_in_motion_gives_the_stiffness() -> None:
     assert off(MISLEADING) < WITHIN
 

@@ -108,6 +108,7 @@ def test_what_is_hidden_is_found_although_the_arm_moves_already(tmp_path: Path, 
         assert abs(found[name][0] - true) < DEVIATIONS * found[name][1]
 
 
+@pytest.mark.long
 def test_a_scenario_may_say_that_they_begin_at_rest(tmp_path: Path) -> None:
     write(tmp_path, "loop", CUT)
     outcome = run(tmp_path, "loop", "initial_state = false", 0)

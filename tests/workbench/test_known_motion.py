@@ -61,6 +61,7 @@ def fitted(folder: Path, EI: float, m2: float, *parameters: str) -> Outcome:
     return run_scenario(plain, folder=folder)
 
 
+@pytest.mark.long
 def test_a_joint_whose_inertia_is_known_over_time_is_right(folder: Path) -> None:
     found = fitted(folder, 120.0, TRUE["m2"], "EI1", "Jh1")
     values = estimates(found)

@@ -109,6 +109,7 @@ class Stopped(Silent):
         return True
 
 
+@pytest.mark.long
 def test_a_stopped_run_still_has_an_outcome():
     spec = scenario().model_copy(
         update={"identify": scenario().identify.model_copy(update={"generations": 30})}

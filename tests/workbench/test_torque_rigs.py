@@ -110,6 +110,7 @@ def left(one: ChannelComparison) -> np.ndarray:
     return np.asarray(one.residual[one.counted])
 
 
+@pytest.mark.long
 def test_the_ends_of_a_torque_do_not_rule_its_error(tmp_path: Path) -> None:
     x = left(fitted(FAST_LINK, tmp_path).comparisons[0].channels[0])
     few = len(x) // 20
