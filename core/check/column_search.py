@@ -83,11 +83,12 @@ def search(
 
 
 def _joined(faults: Sequence[ColumnFault]) -> tuple[ColumnFault, ...]:
-    """With one of each kind in the same channels: a lag of some periods may be found in two parts,
-    with other numbers of the model beside each."""
+    """With one of each kind and size in the same channels: a lag of some periods may be found in
+    two parts, with other stiffnesses beside each."""
     found: dict[tuple[object, ...], ColumnFault] = {}
-    for fault in faults:
-        key = fault.fault, fault.channels, fault.since
+    for number, fault in enumerate(faults):
+        alone = number if fault.is_usual else None  # two swaps are not one
+        key = fault.fault, fault.channels, fault.since, alone
         found[key] = found[key].with_more(fault) if key in found else fault
     return tuple(found.values())
 

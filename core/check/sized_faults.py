@@ -106,12 +106,25 @@ def sized_fault(fit: Fitted) -> Step | None:
     for each in sorted(_predicted(fit, list(_trials(fit))), key=lambda each: each[0]):
         _, kind, group, size = each
         best.setdefault((kind.make(group, size).fault, group), each)
-    steps = [
-        refined(fit, kind, group, size)
-        for score, kind, group, size in list(best.values())[:CLOSEST]
-        if score < fit.score - CLEAR
-    ]
-    return min((s for s in steps if s is not None), key=lambda s: s[1].score, default=None)
+    trials = list(best.values())
+    promising = [each for each in trials[:CLOSEST] if each[0] < fit.score - CLEAR]
+    found = _refined_best(fit, promising)
+    if found is None:
+        return None
+    # A joint turns the arm, so that a linear step shows little of a large fault in it.
+    kind = found[1]
+    alike = [e for e in trials if e[1].make is kind.make and e not in promising]
+    exchanged = _refined_best(fit, alike)
+    return min((e for e in (found, exchanged) if e is not None), key=lambda e: e[0][1].score)[0]
+
+
+def _refined_best(
+    fit: Fitted, trials: Sequence[tuple[float, Kind, Group, float]]
+) -> tuple[Step, Kind] | None:
+    """The trial that explains most at its own size, and its kind."""
+    steps = [(refined(fit, kind, group, size), kind) for _, kind, group, size in trials]
+    known = [(step, kind) for step, kind in steps if step is not None]
+    return min(known, key=lambda pair: pair[0][1].score, default=None)
 
 
 def _predicted(

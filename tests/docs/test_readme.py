@@ -25,7 +25,7 @@ def test_a_figure_of_the_readme_stands_in_its_part_of_the_evidence(row: list[str
     name = re.findall(r"PARTS=(\w+)", row[3])[0]
     title = parts()[name].TITLE
     section = PAGE.read_text(encoding="utf-8").split(f"## {title}\n")[1].split("\n## ")[0]
-    ours, beside = row[1], re.findall(r"[\d.]+", row[2])[0]
+    ours, beside = row[1], re.findall(r"[\d.]+(?: of \d+)?", row[2])[0]
     assert f" {ours} " in section
     assert beside in section
     assert f"docs/evidence.md#{heading(title)}" in row[3]

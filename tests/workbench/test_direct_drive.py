@@ -68,12 +68,13 @@ CLOSE = 0.02
 """Relative: of masses and compliances."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param("rigs/4_rigid_1_joint_elasticity", id="one", marks=pytest.mark.long),
-        pytest.param("rigs/9_rigid_2_joint_elasticity", id="two", marks=pytest.mark.long),
-        pytest.param("rigs/14_rigid_3_joint_elasticity", id="three", marks=pytest.mark.long),
+        pytest.param("rigs/4_rigid_1_joint_elasticity", id="one"),
+        pytest.param("rigs/9_rigid_2_joint_elasticity", id="two"),
+        pytest.param("rigs/14_rigid_3_joint_elasticity", id="three"),
     ],
 )
 def test_soft_joints_are_found_with_their_sizes(name: str, tmp_path: Path) -> None:

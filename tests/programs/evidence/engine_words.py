@@ -101,7 +101,7 @@ def _said(name: str, one: Found) -> str:
     named = ", ".join(one["named"]) or "nothing"
     added = [kind for kind in one["added"] if kind]  # a step that takes one out adds none
     came = f", after {', '.join(added)}" if set(added) != set(one["named"]) else ""
-    tip = f"; tip error {_tip(one)}" if one["tip_mm"] else ""
+    tip = f"; tip error {_tip(one)} mm" if one["tip_mm"] else ""
     return f"{name}: named {named}{came}{tip}; verdict on what remains: {one['final_verdict']}"
 
 
@@ -110,15 +110,18 @@ def _far(one: Found) -> str:
 
 
 def _tip(one: Found) -> str:
-    return f"{one['tip_mm'][0]:.2f} → {one['tip_mm'][-1]:.2f} mm"
+    return f"{one['tip_mm'][0]:.2f} → {one['tip_mm'][-1]:.2f}"
 
 
 def _every(found: Mapping[str, Found]) -> str:
     rows = [
-        [name, one["first"] or "–", "yes" if set_right(one) else "NO", _worst(one), _tip(one)]
+        [
+            name.replace("+", " + "), one["first"] or "–", "yes" if set_right(one) else "NO",
+            _worst(one), _tip(one),
+        ]
         for name, one in found.items()
     ]  # fmt: skip
-    head = ("case", "first", "named right", "worst size", "tip error")
+    head = ("case", "first", "named right", "worst size", "tip error, mm")
     return table(head, rows)
 
 

@@ -11,8 +11,9 @@ from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.setup import make_setup
-from flexgui.core.identify.unknowns import collect_unknowns, fixed_values
+from flexgui.core.identify.unknowns import fixed_values, unknowns_with_starts
 from flexgui.core.progress import Silent
+from flexgui.core.results.identification import labelled
 from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.workbench import load_recordings, model_at_level, run_scenario
@@ -36,7 +37,7 @@ def rows(size: Size) -> list[Row]:
         ours = seconds(lambda: found.append(run_scenario(scenario, folder=file.parent)))
         residuals = _tight(file)
     fit = found[0].fits[0]
-    values = {e.name: (e.value, e.std) for e in fit.estimates}
+    values = {labelled(e.name, e.recording): (e.value, e.std) for e in fit.estimates}
     apart = _apart(residuals, values)
     samples = len(residuals.experiments[0].task.time)
     what = f"plain identification, 7 x {samples} samples from CSV, {size.modes} modes"
@@ -51,7 +52,7 @@ def _tight(file: Path) -> Residuals:
     recordings = load_recordings(scenario, model, file.parent, None, Silent())
     model, _ = model_at_level(scenario, model, spec, recordings)
     setup = make_setup(model, spec, recordings)
-    unknowns = collect_unknowns(setup.model, spec, recordings)
+    unknowns = unknowns_with_starts(setup.model, spec, recordings, setup.outputs)
     fixed = fixed_values(setup.model, spec, unknowns)
     experiments = [prepare(setup.model, r, setup.outputs, setup.processing) for r in recordings]
     predictor = Predictor(experiments, unknowns, fixed, steps=TIGHT)
@@ -63,8 +64,7 @@ def _apart(residuals: Residuals, values: dict[str, tuple[float, float]]) -> floa
 
     One step is enough: within a deviation of the minimum the residuals are linear to 1e-3.
     """
-    names = [item.parameter.name for item in residuals.unknowns.items]
-    answer, deviations = np.array([values[name] for name in names]).T
+    answer, deviations = np.array([values[name] for name in residuals.unknowns.labels]).T
     slopes = residuals.vector(residuals.sensitivities(answer))
     step = np.linalg.lstsq(slopes, residuals(answer), rcond=None)[0]
     return float(np.max(np.abs(step) / deviations))
