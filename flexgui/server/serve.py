@@ -18,6 +18,7 @@ import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from types import FrameType
 from typing import TYPE_CHECKING
 
@@ -85,7 +86,7 @@ def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
         kept=_saved_folders(),
         limits=limits,
     )
-    with stop_on_signal() as stop:
+    with stop_on_signal() as stopped:
         server = PageServer(listener, settings)
         try:
             warming.start()
@@ -97,7 +98,7 @@ def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
                 open_browser(
                     server.address if tickets is None else tickets.own_address(server.address)
                 )
-            while not stop.wait(POLL):
+            while not stopped(POLL):
                 pass
         finally:
             force_exit_after()
@@ -198,18 +199,30 @@ SIGNALS = [s for name in ("SIGINT", "SIGTERM", "SIGHUP") if (s := getattr(signal
 
 
 @contextmanager
-def stop_on_signal() -> Iterator[threading.Event]:
-    """An event that Ctrl-C or another end signal sets; a second signal ends the process at once."""
-    stop = threading.Event()
+def stop_on_signal() -> Iterator[Callable[[float], bool]]:
+    """A function that waits at most so many seconds for Ctrl-C or another end signal, and returns
+    whether it has arrived; a second signal ends the process at once.
+
+    A handler runs between any two steps of the main thread, also while that holds the lock of an
+    Event it waits for: `Event.set` would then wait for ever. `SimpleQueue.put` takes no such lock.
+    """
+    signals: SimpleQueue[int] = SimpleQueue()
 
     def handle(number: int, frame: FrameType | None) -> None:
-        if stop.is_set():
+        if not signals.empty():
             os._exit(130)
-        stop.set()
+        signals.put(number)
+
+    def stopped(seconds: float) -> bool:
+        try:
+            signals.put(signals.get(timeout=seconds))
+        except Empty:
+            return False
+        return True
 
     before = {number: signal.signal(number, handle) for number in SIGNALS}
     try:
-        yield stop
+        yield stopped
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -56,6 +56,31 @@ def test_ctrl_c_ends_it_soon_with_no_process_and_no_folder_left(tmp_path: Path) 
         assert not list(tmp_path.glob("flexgui-*"))
 
 
+SIGNALLED = """
+import faulthandler, os, random, signal, time
+from flexgui.server.serve import stop_on_signal
+faulthandler.dump_traceback_later(25.0, exit=True)
+for trial in range(300):
+    with stop_on_signal() as stopped:
+        if not (child := os.fork()):
+            end = time.perf_counter() + random.Random(trial).uniform(1e-3, 3e-3)
+            while time.perf_counter() < end:
+                pass
+            os.kill(os.getppid(), signal.SIGINT)
+            os._exit(0)
+        while not stopped(1e-6):
+            pass
+        os.waitpid(child, 0)
+"""
+"""Signals from another process while the main thread is almost always within `stopped`."""
+
+
+@posix
+def test_a_signal_is_heard_at_any_step_of_waiting_for_it() -> None:
+    ended = subprocess.run([sys.executable, "-c", SIGNALLED], capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+
+
 @posix
 def test_a_busy_port_gives_the_next_one_and_says_so(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
