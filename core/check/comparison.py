@@ -61,6 +61,8 @@ class Comparison:
     """(P,) the start with what is identified."""
     states: int = 0
     """How many of the unknowns, the last, are of the state at the first sample."""
+    zeros: tuple[str, ...] = ()
+    """Channels whose zero the scenario states as unknown."""
     noise: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Channel -> (joints,) rms of its error per noise of each encoder, where these are followed."""
 
@@ -72,9 +74,9 @@ class Comparison:
         model, recording = measured.model, first_moves(measured, faults)
         if model is None or recording is None:
             return None
-        model = model.at_level("nonlinear")
+        model, stated_fit = model.at_level("nonlinear"), measured.identify or IdentifySpec()
         try:
-            setup = _setup(model, measured.identify or IdentifySpec(), recording)
+            setup = _setup(model, stated_fit, recording)
             prepare(setup.model, recording, setup.outputs, setup.processing)
         except InputError:
             return None
@@ -93,8 +95,8 @@ class Comparison:
         pairs = zip(items, start, strict=True)
         known = [measured.values.get(item.parameter.name, value) for item, value in pairs]
         at = np.array(start), np.array(spread), np.array(known)
-        unknowns = Unknowns(tuple(items))
-        found = cls(recording, rubbing, setup, unknowns, len(names), *at, len(first))
+        unknowns, zeros = Unknowns(tuple(items)), stated_fit.offsets
+        found = cls(recording, rubbing, setup, unknowns, len(names), *at, len(first), zeros)
         return found if setup.model.steering is None else replace(found, noise=found.noise_gains())
 
     def noise_gains(self) -> dict[str, np.ndarray]:
@@ -164,8 +166,7 @@ class Comparison:
     def _answer(self, e: Prepared, motion: Motion, levels: np.ndarray | None) -> Answer:
         y, (rows, tips) = e.processed(e.readings(*motion)), self.rows
         measured = np.where(e.counted, e.measured, np.nan)
-        loose = self.model.steering is None
-        drifts = [s.drifts and loose for s in e.outputs for _ in s.channels(e.model.arm)]
+        free = self._free_terms(e)
         shown = {} if levels is None else self.noise
         noise = {n: float(np.linalg.norm(gains * levels)) for n, gains in shown.items()}
         compared = []
@@ -173,8 +174,15 @@ class Comparison:
             at = rows[name]
             if _moves(measured[at, i]):
                 time, both = e.time[at], (measured[at, i], y[at, i])
-                compared.append(Equation(name, time, *both, drifts[i], noise.get(name, 0.0)))
-        return Answer((*compared, *tip_equations(motion[0], e.recording, tips)))
+                compared.append(Equation(name, time, *both, free[i], noise.get(name, 0.0)))
+        return Answer((*compared, *tip_equations(motion[0], e, tips, self.zeros)))
+
+    def _free_terms(self, e: Prepared) -> list[int]:
+        """Of each channel: see `Equation.free`."""
+        loose = self.model.steering is None
+        drifts = [s.drifts and loose for s in e.outputs for _ in s.channels(e.model.arm)]
+        names = [name for name, _ in e.channels]
+        return [2 if d else int(n in self.zeros) for d, n in zip(drifts, names, strict=True)]
 
 
 def _thinned(counted: np.ndarray) -> np.ndarray:
@@ -224,7 +232,10 @@ def first_moves(measured: MeasuredRecording, faults: Sequence[ColumnFault]) -> R
         return None
     names = [n for n in measured.channels if measured.has(n)]
     channels, counted = ({n: f(n) for n in names} for f in (measured.sampled, measured.near))
-    whole = Recording(measured.name, measured.grid, channels, counted=counted)
+    whole = Recording(
+        measured.name, measured.grid, channels, counted=counted,
+        logger_filters=measured.logger_filters, camera=measured.camera,
+    )  # fmt: skip
     for fault in faults:
         whole = fault.corrected(whole)
     q = np.column_stack([whole[n] for n in joints])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from ..identify.prepared_recording import Prepared
+from ..least_squares import pseudo_inverse
 from ..noise.sensor_noise import noise_of
-from ..recording.recording import Recording
 from ..trajectory import Trajectory
 
 FLOOR = 1e-4
@@ -34,8 +36,9 @@ class Equation:
     """(M,), NaN where nothing counts."""
     modelled: np.ndarray
     """(M,)"""
-    drifts: bool
-    """Whether only its speed is controlled: its mean and slope say nothing."""
+    free: int
+    """Terms of a polynomial in time that say nothing: 0, 1 where its zero is unknown, 2 where only
+    its speed is controlled, so that it drifts."""
     tolerance: float = 0.0
     """rms of what no model explains."""
 
@@ -63,7 +66,9 @@ class Equation:
 
     def share_of(self, error: np.ndarray) -> float:
         """The share of another `error` (M,)."""
-        left = float(np.mean(error**2)) + self.tolerance**2
+        # What a correction takes out of the comparison is not explained by it.
+        squares = np.where(np.isfinite(self.measured), error**2, self.size**2)
+        left = float(np.mean(squares)) + self.tolerance**2
         return min(left / self.size**2, LARGEST_UNEXPLAINED) + FLOOR
 
     @cached_property
@@ -85,14 +90,14 @@ class Equation:
         return float(y @ x / max(x @ x, 1e-300)) if np.isfinite(x).all() else 1.0
 
     def _left(self, x: np.ndarray) -> np.ndarray:
-        """x (M,) where it counts, without a straight line where the channel drifts."""
+        """x (M,) where it counts, without its free polynomial."""
         counted = np.isfinite(self.measured)
         found = np.where(counted, x, 0.0)
         if not np.isfinite(found @ found):
             return np.full(len(x), np.inf)
-        if self.drifts:
-            line = counted * np.array([np.ones(len(x)), self.time - self.time.mean()])
-            found -= np.linalg.solve(line @ line.T, line @ found) @ line
+        if self.free:
+            terms = counted * (self.time - self.time.mean()) ** np.arange(self.free)[:, None]
+            found -= pseudo_inverse(terms @ terms.T) @ (terms @ found) @ terms
         return found
 
 
@@ -146,21 +151,28 @@ class Answer:
 
 
 def tip_equations(
-    motion: Trajectory, recording: Recording, rows: np.ndarray
+    motion: Trajectory, prepared: Prepared, rows: np.ndarray, zeros: Collection[str] = ()
 ) -> tuple[Equation, ...]:
     """The camera's channels at `rows` (K,) beside the tip at the measured joints, of links that
     bend as in a simulated motion or are stiff, whichever fits better: right within what links
-    bend, also where the motion is not. None without a camera or encoders."""
+    bend, also where the motion is not. `zeros`: channels whose zero is unknown. None without a
+    camera or encoders."""
     joints, reach = motion.arm.joints, sum(s.length for s in motion.arm.segments)
+    recording, camera = prepared.recording, ("z1", "z2")
     names = [f"theta{k + 1}" for k in range(joints)]
-    if not recording.has("z1", "z2", *names) or not len(rows):
+    if not recording.has(*camera, *names) or not len(rows):
         return ()
-    z, measured = (np.column_stack([recording[n][rows] for n in c]) for c in (("z1", "z2"), names))
-    bending, v, tips = motion.q[rows, joints:], motion.v[rows], []
+    z, measured = (np.column_stack([recording[n] for n in c]) for c in (camera, names))
+    bending, tips = motion.q[:, joints:], []
     for bent in (bending, np.zeros_like(bending)):
-        tips.append(replace(motion, q=np.hstack([measured, bent]), v=v).tip()[0])
+        tip = replace(motion, q=np.hstack([measured, bent])).tip()[0]
+        written = zip(camera, tip.T, strict=True)
+        tips.append(np.column_stack([prepared.through_logger(*pair) for pair in written])[rows])
+    z, time = z[rows], recording.time[rows]
     seen = np.isfinite(z)
     tip = min(tips, key=lambda x: float(np.nan_to_num(np.mean((z - x)[seen] ** 2), nan=np.inf)))
     # The whole place counts: a tip that hardly moves may be somewhere else.
-    pairs, time = zip(("z1", "z2"), z.T, tip.T, strict=True), recording.time[rows]
-    return tuple(Equation(name, time, y, x, False, BENDING * reach) for name, y, x in pairs)
+    return tuple(
+        Equation(name, time, y, x, int(name in zeros), BENDING * reach)
+        for name, y, x in zip(camera, z.T, tip.T, strict=True)
+    )

@@ -12,7 +12,7 @@ from ..check.signals import far_out
 from ..model import Model
 from ..recording.channels import channel_kind, is_reference
 from ..recording.initial_motion import with_beginnings
-from ..recording.recording import Beginning, Recording
+from ..recording.recording import Beginning, CameraPose, LoggerFilter, Recording
 from ..scenario.schema import IdentifySpec
 
 FEWEST_SAMPLES = 50
@@ -32,6 +32,10 @@ class MeasuredRecording:
     """Channel -> column of the file; empty where the recording is simulated."""
     masks: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Channel -> (N,) True where the scenario says that the samples count."""
+    logger_filters: Mapping[str, LoggerFilter] = field(default_factory=dict)
+    """Channel -> the low-pass that it has passed in the rig."""
+    camera: CameraPose = CameraPose()
+    """Its delay; its channels are in the base's frame."""
     model: Model | None = None
     """None where a file is checked without a scenario."""
     values: Mapping[str, float] = field(default_factory=dict)

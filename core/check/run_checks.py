@@ -170,8 +170,9 @@ def _read(
     if "z1" in channels and "z2" in channels:
         channels["z1"], channels["z2"] = in_base_frame(channels["z1"], channels["z2"], pose)
     recording = MeasuredRecording(
-        spec.name, spec.role, raw.time, channels, raw.headers, model=model
-    )
+        spec.name, spec.role, raw.time, channels, raw.headers,
+        logger_filters=spec.logger_filters, camera=spec.camera_delay, model=model,
+    )  # fmt: skip
     if spec.time_shift:
         for name in [n for n in channels if from_camera(n)]:
             channels[name] = shifted(channels[name], spec.time_shift / recording.step)

@@ -21,7 +21,7 @@ from ..recording.clock import (
     shifted,
 )
 from ..recording.read_table import read_table
-from ..recording.recording import CameraPose, Recording
+from ..recording.recording import Recording
 from ..recording.resampling import INPUTS, Even, at_rate, even_table
 from ..recording.sources import Source, check_named, check_numbers, find_sources, nearest, unused
 from ..recording.spec import GapsSpec, RecordingSpec
@@ -95,8 +95,8 @@ def _load(
         channels=channels,
         role=spec.role,
         counted=counted,
-        logger_filters={name: settings.filter() for name, settings in spec.logger_filter.items()},
-        camera=CameraPose(delay=spec.camera.delay),
+        logger_filters=spec.logger_filters,
+        camera=spec.camera_delay,
         source=table.source,
         warnings=tuple(warnings),
         theta2=spec.theta2,

@@ -234,6 +234,16 @@ class RecordingSpec(Settings):
         """All files that it reads; a scenario that is not trusted makes none of them trusted."""
         return tuple(name for name in (self.file, self.played) if name is not None)
 
+    @property
+    def logger_filters(self) -> dict[str, LoggerFilter]:
+        """Channel -> the low-pass that it has passed in the rig."""
+        return {name: settings.filter() for name, settings in self.logger_filter.items()}
+
+    @property
+    def camera_delay(self) -> CameraPose:
+        """What of the camera's pose is left once its columns are in the base's frame."""
+        return CameraPose(delay=self.camera.delay)
+
     @model_validator(mode="after")
     def _check_together(self) -> RecordingSpec:
         if (self.file is None) == (self.simulate is None):

@@ -9,10 +9,15 @@ from functools import cache
 import numpy as np
 import pytest
 
+from flexgui.core.check.comparison import Comparison
+from flexgui.core.check.equations import Equation
 from flexgui.core.check.finding import Finding
+from flexgui.core.check.fitted import fitted
 from flexgui.core.check.measured_recording import MeasuredRecording
 from flexgui.core.check.run_checks import check_all, check_scenario
+from flexgui.core.recording.recording import CameraPose, LoggerFilter, apply_logger_filter
 from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import IdentifySpec
 from flexgui.core.scenario.stated_effects import base_model
 from tests.check.rigs import SCENARIOS, Rig, rig
 from tests.check.test_faults import SIZE
@@ -136,6 +141,57 @@ def test_an_unknown_parameter_is_named() -> None:
 def moved(found: MeasuredRecording, **channels: np.ndarray) -> MeasuredRecording:
     """The recording with other values in some channels."""
     return replace(found, channels={**found.channels, **channels})
+
+
+SLOW_LOGGER = LoggerFilter(frequency=20.0, damping=0.9)
+LATE_CAMERA, HIGH_CAMERA = 0.03, 0.05
+"""s, and m."""
+
+
+def logged(found: MeasuredRecording) -> tuple[MeasuredRecording, MeasuredRecording]:
+    """A recording after a slow low-pass of the camera, and the same with the low-pass stated."""
+    names = ("z1", "z2")
+    late = {n: apply_logger_filter(found.channels[n], found.step, SLOW_LOGGER) for n in names}
+    unstated = moved(found, **late)
+    return unstated, replace(unstated, logger_filters=dict.fromkeys(names, SLOW_LOGGER))
+
+
+def delayed(found: MeasuredRecording) -> tuple[MeasuredRecording, MeasuredRecording]:
+    """The same of a camera that is late."""
+    rows = round(LATE_CAMERA / found.step)
+    late = {n: x[: -rows if n in ("z1", "z2") else None] for n, x in found.channels.items()}
+    channels = {n: x[-len(found.time) + rows :] for n, x in late.items()}
+    unstated = replace(found, time=found.time[rows:], channels=channels)
+    return unstated, replace(unstated, camera=CameraPose(delay=LATE_CAMERA))
+
+
+def raised(found: MeasuredRecording) -> tuple[MeasuredRecording, MeasuredRecording]:
+    """The same of a camera whose zero is unknown."""
+    unstated = moved(found, z2=found.channels["z2"] + HIGH_CAMERA)
+    return unstated, replace(unstated, identify=IdentifySpec(offsets=("z2",)))
+
+
+@pytest.mark.parametrize("change", [delayed, raised])
+def test_what_the_scenario_states_of_a_sensor_is_no_fault(
+    change: Callable[[MeasuredRecording], tuple[MeasuredRecording, MeasuredRecording]],
+    rigs: list[Rig],
+) -> None:
+    unstated, stated = change(rigs[0].cases[0].recording)
+    assert alone(unstated) and alone(stated) == []
+
+
+def test_a_stated_low_pass_is_passed_by_the_model(rigs: list[Rig]) -> None:
+    recordings = logged(rigs[0].cases[0].recording)
+    answers = [fitted(of).answer for r in recordings if (of := Comparison.of(r))]
+    for channel in ("z1", "z2"):
+        unstated, stated = (answer.of(channel)[0].share for answer in answers)
+        assert stated < 0.01 < 1.0 < unstated
+
+
+def test_samples_that_a_correction_takes_out_are_not_explained() -> None:
+    time = np.linspace(0.0, 1.0, 100)
+    measured = np.where(time < 0.5, np.sin(9.0 * time), np.nan)
+    assert Equation("u1", time, measured, measured, 0).share == pytest.approx(0.5, abs=1e-3)
 
 
 def said_of(found: MeasuredRecording) -> list[tuple[str, str, float]]:
