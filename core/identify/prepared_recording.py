@@ -15,7 +15,7 @@ from ..identify.prescribed_joint_forces import simulated_part
 from ..identify.prescribed_joint_motion import unknown_ends
 from ..identify.prescribed_joints import is_prescribed
 from ..identify.processing import TORQUE, Processing, delayed
-from ..identify.standstill import standstill_basis
+from ..identify.standstill import Standstill
 from ..identify.unknowns import GAIN, OFFSET, START
 from ..model import Model, Numbers
 from ..recording.channels import from_camera
@@ -40,18 +40,14 @@ class Prepared:
     """(M, k), processed; NaN where there is no sample."""
     counted: np.ndarray
     """(M, k) bool"""
+    standstill: Standstill
+    """Of the recording; the same for every model with the same drive."""
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
         """(name, unit) of the k outputs."""
         arm = self.model.arm
         return tuple((c.name, c.unit) for s in self.outputs for c in s.channels(arm))
-
-    @cached_property
-    def standstill(self) -> tuple[np.ndarray, ...]:
-        """Per output (M, d) orthonormal: what unknown friction at standstill adds to it."""
-        kinds, counted = self.kinds, self.counted
-        return standstill_basis(self.model, self.recording, self.processing, kinds, counted)
 
     @cached_property
     def kinds(self) -> tuple[str, ...]:
@@ -139,8 +135,7 @@ class Prepared:
     def without_standstill(self, error: np.ndarray) -> np.ndarray:
         """(M, k): an `error` (M, k), zero where nothing counts, without its part that unknown
         friction at standstill explains."""
-        parts = [basis @ (basis.T @ x) for basis, x in zip(self.standstill, error.T, strict=True)]
-        return error - np.column_stack(parts) if parts else error
+        return self.standstill.removed_from(error)
 
     def processed_change(self, raw: np.ndarray) -> np.ndarray:
         """(M, k): processed change `raw` (N, k) of the readings, as filters are linear; unchanged
@@ -249,7 +244,7 @@ def prepare(
     dt = recording.sample_time
     raw = np.hstack(measured) if measured else np.zeros((len(recording.time), 0))
     mask = np.hstack(counted) if counted else np.zeros((len(recording.time), 0), dtype=bool)
-    kinds = [s.kind for s in outputs for _ in s.channels(arm)]
+    kinds = tuple(s.kind for s in outputs for _ in s.channels(arm))
     processed = processing.apply(raw, dt, kinds)
     if model.steering is not None and kinds:
         mask = mask & np.column_stack([processing.inside(k, len(mask), dt) for k in kinds])
@@ -260,7 +255,8 @@ def prepare(
             f"Recording {recording.name}: no sample of its outputs counts; check mask, window "
             f"and [identify] filter."
         )
-    return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
+    still = Standstill(model.steering, recording, processing, kinds, counts)
+    return Prepared(model, recording, tuple(outputs), processing, task, processed, counts, still)
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:

@@ -8,48 +8,58 @@ such a torque adds to them, for every model alike. No sample is lost, only a few
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
 
-from ..drives.servo import slopes
+from ..drives.servo import FollowingServo, slopes
 from ..identify.processing import TORQUE, Processing
-from ..model import Model
 from ..recording.recording import Recording
 from ..recording.velocity import ZeroPhaseLowPass
 from ..recording.visible_band import visible_band
 
 
-def standstill_basis(
-    model: Model, recording: Recording, processing: Processing, kinds: Sequence[str],
-    counted: np.ndarray,
-) -> tuple[np.ndarray, ...]:  # fmt: skip
-    """What unknown friction at standstill adds to the compared outputs.
+@dataclass(frozen=True)
+class Standstill:
+    """What unknown friction at standstill adds to the compared outputs of a recording."""
 
-    Args:
-        model: of the rig.
-        recording: with its encoders.
-        processing: the filters of the comparison.
-        kinds: (k,) of the outputs' sensors.
-        counted: (M, k) bool.
+    steering: FollowingServo | None
+    """The virtual servo; without one nothing is added."""
+    recording: Recording
+    """With its encoders."""
+    processing: Processing
+    """The filters of the comparison."""
+    kinds: tuple[str, ...]
+    """(k,) of the outputs' sensors."""
+    counted: np.ndarray
+    """(M, k) bool"""
 
-    Returns:
-        Per output (M, d) orthonormal; no columns where nothing stands still, or without a servo.
-    """
-    bases = [np.zeros((len(counted), 0)) for _ in kinds]
-    torques = [i for i, kind in enumerate(kinds) if kind == TORQUE]
-    if model.steering is None or not torques:
+    @cached_property
+    def bases(self) -> tuple[np.ndarray, ...]:
+        """Per output (M, d) orthonormal; no columns where nothing stands still, or without a
+        servo."""
+        bases = [np.zeros((len(self.counted), 0)) for _ in self.kinds]
+        torques = [i for i, kind in enumerate(self.kinds) if kind == TORQUE]
+        if self.steering is None or not torques:
+            return tuple(bases)
+        N, dt = len(self.recording.time), self.recording.sample_time
+        hz = self.steering.torque_hz
+        hz = hz if np.isfinite(hz) else self.steering.hz
+        for k, i in enumerate(torques):
+            stretches = standstills(self.recording[f"theta{k + 1}"], dt, hz)
+            if stretches:
+                torque = self.steering.response(_polynomials(stretches, N, hz * dt), dt)
+                seen = self.processing.apply(torque, dt, [TORQUE] * len(torque.T))
+                bases[i] = scipy.linalg.orth(np.where(self.counted[:, [i]], seen, 0.0))
         return tuple(bases)
-    N, dt = len(recording.time), recording.sample_time
-    hz = model.steering.torque_hz
-    hz = hz if np.isfinite(hz) else model.steering.hz
-    for k, i in enumerate(torques):
-        stretches = standstills(recording[f"theta{k + 1}"], dt, hz)
-        if stretches:
-            torque = model.steering.response(_polynomials(stretches, N, hz * dt), dt)
-            seen = processing.apply(torque, dt, [TORQUE] * len(torque.T))
-            bases[i] = scipy.linalg.orth(np.where(counted[:, [i]], seen, 0.0))
-    return tuple(bases)
+
+    def removed_from(self, error: np.ndarray) -> np.ndarray:
+        """(M, k): an `error` (M, k), zero where nothing counts, without its part that unknown
+        friction at standstill explains."""
+        parts = [basis @ (basis.T @ x) for basis, x in zip(self.bases, error.T, strict=True)]
+        return error - np.column_stack(parts) if parts else error
 
 
 def standstills(place: np.ndarray, dt: float, hz: float) -> list[slice]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from flexgui import cli
@@ -29,8 +30,13 @@ def perform(case: Case) -> int:
     return 0
 
 
+PROGRESS = re.compile(r"^flexgui: .* \(\d+ s\)\n", re.MULTILINE)
+"""What a slow machine prints every ten seconds."""
+
+
 def fault(code: int, said: str) -> str:
     """What is wrong with an exit code and what stands on stderr; empty where nothing is."""
+    said = PROGRESS.sub("", said)
     if code == 0:
         return f"it ran and said {said[:200]!r}" if said else ""
     if code != BAD_INPUT:
