@@ -17,6 +17,7 @@ from ..diagnose.evidence import assess_refit
 from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
 from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.ladder_steps import ladder_step
+from ..diagnose.linear_screen import screen
 from ..diagnose.memo import Memo, ModelRound
 from ..diagnose.next_experiment import deciding_experiments
 from ..diagnose.ranking import ranking_of
@@ -140,8 +141,12 @@ def _assembled(
     others: Sequence[RankedEffect],
 ) -> DiagnosisRound:  # fmt: skip
     """The effect ranked against the model before, beside the other ranks there."""
-    screened, data = first.against(after.data).round.screen, after.data
-    own = next(s for s in screened.candidates if s.effect.kind == effect.kind)
+    data = after.data
+    screened = first.against(data).round.screen
+    own = next((s for s in screened.candidates if s.effect.kind == effect.kind), None)
+    if own is None:  # it came in as the simpler part of a candidate, and is none itself
+        screened = screen(data, before.refit.parametrised, before.effects, [effect])
+        (own,) = screened.candidates
     old, new = (with_whitened_cost(m.refit, noise) for m in (before, after))
     assessed = assess_refit(own, old, new, data.count, len(screened.candidates))
     record = Round(screened, (assessed,), assessed, before.refit, after.refit, data)
