@@ -171,7 +171,7 @@ def _read(
         channels["z1"], channels["z2"] = in_base_frame(channels["z1"], channels["z2"], pose)
     recording = MeasuredRecording(
         spec.name, spec.role, raw.time, channels, raw.headers,
-        logger_filters=spec.logger_filters, camera=spec.camera_delay, model=model,
+        logger_filters=spec.logger_filters, camera=spec.camera_in_base_frame, model=model,
     )  # fmt: skip
     if spec.time_shift:
         for name in [n for n in channels if from_camera(n)]:

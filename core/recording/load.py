@@ -96,7 +96,7 @@ def _load(
         role=spec.role,
         counted=counted,
         logger_filters=spec.logger_filters,
-        camera=spec.camera_delay,
+        camera=spec.camera_in_base_frame,
         source=table.source,
         warnings=tuple(warnings),
         theta2=spec.theta2,

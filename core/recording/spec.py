@@ -240,8 +240,8 @@ class RecordingSpec(Settings):
         return {name: settings.filter() for name, settings in self.logger_filter.items()}
 
     @property
-    def camera_delay(self) -> CameraPose:
-        """What of the camera's pose is left once its columns are in the base's frame."""
+    def camera_in_base_frame(self) -> CameraPose:
+        """The camera's pose once its columns are in the base's frame: its delay is left."""
         return CameraPose(delay=self.camera.delay)
 
     @model_validator(mode="after")
