@@ -28,7 +28,9 @@ export UV_NATIVE_TLS = true
 PIP := $(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt
 comma := ,
-install = $(UV) --editable '.[$(1)]' 2>/dev/null || $(PIP) --editable '.[$(1)]'
+# By path, as a clone named flexgui beside a script would otherwise hide the package from it.
+EDITABLE := --config-settings editable_mode=compat --editable
+install = $(UV) $(EDITABLE) '.[$(1)]' 2>/dev/null || $(PIP) $(EDITABLE) '.[$(1)]'
 
 help:
 	@echo "make run     the workbench in the browser"
