@@ -14,11 +14,11 @@ import secrets
 import signal
 import sys
 import threading
+import time
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from queue import Empty, SimpleQueue
 from types import FrameType
 from typing import TYPE_CHECKING
 
@@ -192,33 +192,31 @@ def _log_to_terminal() -> None:
 
 HARD_END = 4.5
 """s after Ctrl-C; a hanging callback would otherwise keep the process for ever."""
-POLL = 0.5
-"""s; on Windows an endless wait ignores Ctrl-C."""
+POLL = 0.1
+"""s after Ctrl-C that the end may begin."""
 
 SIGNALS = [s for name in ("SIGINT", "SIGTERM", "SIGHUP") if (s := getattr(signal, name, None))]
 
 
 @contextmanager
 def stop_on_signal() -> Iterator[Callable[[float], bool]]:
-    """A function that waits at most so many seconds for Ctrl-C or another end signal, and returns
-    whether it has arrived; a second signal ends the process at once.
+    """A function that sleeps for so many seconds and returns whether Ctrl-C or another end signal
+    has arrived; a second signal ends the process at once.
 
     A handler runs between any two steps of the main thread, also while that holds the lock of an
-    Event it waits for: `Event.set` would then wait for ever. `SimpleQueue.put` takes no such lock.
+    event or a queue that it waits for; to take it again would be to wait for ever. A list has none.
     """
-    signals: SimpleQueue[int] = SimpleQueue()
+    arrived: list[int] = []
 
     def handle(number: int, frame: FrameType | None) -> None:
-        if not signals.empty():
+        if arrived:
             os._exit(130)
-        signals.put(number)
+        arrived.append(number)
 
     def stopped(seconds: float) -> bool:
-        try:
-            signals.put(signals.get(timeout=seconds))
-        except Empty:
-            return False
-        return True
+        if not arrived:
+            time.sleep(seconds)
+        return bool(arrived)
 
     before = {number: signal.signal(number, handle) for number in SIGNALS}
     try:

@@ -59,8 +59,8 @@ def test_ctrl_c_ends_it_soon_with_no_process_and_no_folder_left(tmp_path: Path) 
 SIGNALLED = """
 import faulthandler, os, random, signal, time
 from flexgui.server.serve import stop_on_signal
-faulthandler.dump_traceback_later(25.0, exit=True)
-for trial in range(300):
+faulthandler.dump_traceback_later(60.0, exit=True)
+for trial in range(200):
     with stop_on_signal() as stopped:
         if not (child := os.fork()):
             end = time.perf_counter() + random.Random(trial).uniform(1e-3, 3e-3)
