@@ -74,9 +74,9 @@ class Comparison:
         model, recording = measured.model, first_moves(measured, faults)
         if model is None or recording is None:
             return None
-        model, stated_fit = model.at_level("nonlinear"), measured.identify or IdentifySpec()
+        model, spec = model.at_level("nonlinear"), measured.identify or IdentifySpec()
         try:
-            setup = _setup(model, stated_fit, recording)
+            setup = _setup(model, spec, recording)
             prepare(setup.model, recording, setup.outputs, setup.processing)
         except InputError:
             return None
@@ -95,7 +95,7 @@ class Comparison:
         pairs = zip(items, start, strict=True)
         known = [measured.values.get(item.parameter.name, value) for item, value in pairs]
         at = np.array(start), np.array(spread), np.array(known)
-        unknowns, zeros = Unknowns(tuple(items)), stated_fit.offsets
+        unknowns, zeros = Unknowns(tuple(items)), spec.offsets
         found = cls(recording, rubbing, setup, unknowns, len(names), *at, len(first), zeros)
         return found if setup.model.steering is None else replace(found, noise=found.noise_gains())
 

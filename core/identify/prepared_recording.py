@@ -132,11 +132,6 @@ class Prepared:
         """(M, k, ...): `raw` readings (N, k, ...) behind the filters of the comparison."""
         return self.processing.apply(raw, self.recording.sample_time, self.kinds)
 
-    def without_standstill(self, error: np.ndarray) -> np.ndarray:
-        """(M, k): an `error` (M, k), zero where nothing counts, without its part that unknown
-        friction at standstill explains."""
-        return self.standstill.removed_from(error)
-
     def processed_change(self, raw: np.ndarray) -> np.ndarray:
         """(M, k): processed change `raw` (N, k) of the readings, as filters are linear; unchanged
         channels cost nothing."""

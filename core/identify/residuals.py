@@ -137,7 +137,7 @@ class Residuals:
     def _block(self, i: int, predicted: np.ndarray) -> np.ndarray:
         e = self.experiments[i]
         error = np.where(e.counted, e.measured - predicted, 0.0)
-        return np.asarray(e.without_standstill(error) * self.weights[i])
+        return np.asarray(e.standstill.removed_from(error) * self.weights[i])
 
     @property
     def counted(self) -> list[np.ndarray]:
@@ -199,7 +199,7 @@ class Residuals:
         e = self.experiments[i]
         output_change = e.processed_change(change) if self.linear is None else change
         error = np.where(e.counted, -output_change, 0.0)
-        return np.asarray(e.without_standstill(error) * self.weights[i])
+        return np.asarray(e.standstill.removed_from(error) * self.weights[i])
 
     def _sides(self, vector: np.ndarray, j: int, central: bool) -> tuple[np.ndarray, np.ndarray]:
         """Two vectors that differ in entry j, inside the bounds."""

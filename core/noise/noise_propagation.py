@@ -268,7 +268,7 @@ class NoisePath:
         steps = max(SERVO_SUBSTEPS // servo_points_per_sample(e.model, recording.sample_time), 1)
         motion = motion_of(again, self.numbers, self.values, steps)
         difference = measured - again.predicted(motion, self.numbers, self.values)
-        return e.without_standstill(np.where(e.counted, difference, 0.0))
+        return e.standstill.removed_from(np.where(e.counted, difference, 0.0))
 
 
 INITIAL_STATE_CHANGE = 1e-4

@@ -165,7 +165,7 @@ class _ProbedRun:
         """The changes of the outputs in noise floors, times the factor."""
         changes = []
         for (e, _, _), y, z, w in zip(self.each, before, after, self.weights, strict=True):
-            change = e.without_standstill(np.where(e.counted, z - y, 0.0))
+            change = e.standstill.removed_from(np.where(e.counted, z - y, 0.0))
             changes.append(change * (w * factor))
         return tuple(changes)
 

@@ -189,7 +189,7 @@ class ReadingTarget(Target):
         raw = np.zeros((len(signal), len(e.channels)))
         raw[:, self.number] = e.through_logger(self.name, signal)
         change = np.where(e.counted, e.processed_change(raw), 0.0)
-        return np.asarray(e.without_standstill(change) * weights)
+        return np.asarray(e.standstill.removed_from(change) * weights)
 
 
 def targets(model: FittedModel) -> tuple[Target, ...]:

@@ -193,7 +193,7 @@ def _log_to_terminal() -> None:
 HARD_END = 4.5
 """s after Ctrl-C; a hanging callback would otherwise keep the process for ever."""
 POLL = 0.1
-"""s after Ctrl-C that the end may begin."""
+"""s at most from Ctrl-C until the end begins."""
 
 SIGNALS = [s for name in ("SIGINT", "SIGTERM", "SIGHUP") if (s := getattr(signal, name, None))]
 
