@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
@@ -98,6 +98,9 @@ class Acceptance:
     check: ModelCheck
     least_share: float = 0.0
     """Of the error above noise, that a refit must explain to be converged."""
+    refuted_in: dict[frozenset[str], set[str]] = field(default_factory=dict)
+    """Kinds of a set that was refitted jointly -> those that were refuted. None is refitted twice.
+    """
 
     def try_sets(
         self, refitted: list[RefittedCandidate], most: int, allowed: bool
@@ -108,9 +111,14 @@ class Acceptance:
         while True:
             together = best_effect_set(self.seen, max(most, 1), self.data.count, refuted_kinds)
             predicted_share = self._share(together.unwhitened_reduction)
-            if not allowed or len(together.members) < 2 or predicted_share < PROMISING_SHARE:
+            kinds = frozenset(s.effect.kind for s in together.members)
+            worthwhile = len(kinds) > 1 and predicted_share >= PROMISING_SHARE
+            if not allowed or not worthwhile:
                 return None, together
-            accepted, refuted = self.try_jointly(together, refitted)
+            accepted = None
+            if kinds not in self.refuted_in:
+                accepted, self.refuted_in[kinds] = self.try_jointly(together, refitted)
+            refuted = self.refuted_in[kinds] & kinds
             if accepted is not None or not refuted:
                 return accepted, together
             refuted_kinds |= refuted  # a candidate of this set has no advantage any more
@@ -155,7 +163,7 @@ class Acceptance:
     ) -> Refusal | None:
         """Why a converged effect is rejected; None if it is accepted."""
         objection = (
-            ended_at_bound(after, data)
+            ended_at_bound(after, data, self.before)
             or self._cost_objection(after)
             or near_neutral_objection([candidate.screened], after)
             or self.check(data, after)
@@ -209,9 +217,11 @@ class Acceptance:
     def try_jointly(
         self, together: EffectSet, refitted: list[RefittedCandidate]
     ) -> tuple[Round | None, set[str]]:
-        """(round that adds the set, or None; kinds that were refuted). A size at its bound refutes
-        its effect; the gate refutes all of them."""
+        """(round that adds the set, or None; kinds of the set that were refuted). A size at its
+        bound refutes its effect; that of an effect of the model, and the gate, refute all of
+        them."""
         members = together.members
+        kinds = {s.effect.kind for s in members}
         sizes = {w.screened.effect.kind: w.refit.parametrised.values() for w in refitted}
         values: dict[str, float] = {}
         for s in members:
@@ -223,14 +233,14 @@ class Acceptance:
         best = min((w.refit.cost for w in refitted), default=self.before.cost)
         share = self._share(self.before.cost - joint.cost)
         if best - joint.cost < RELEVANT * self.data.count or share < WHOLE_SHARE:
-            return None, {kind for kind, _ in at_bounds(joint, self.data)}
+            return None, {kind for kind, _ in at_bounds(joint, self.data, self.before)}
         data, after = converge(self.data, joint.parametrised, self.seen.whitener, self.stopped)
         data, after = self._with_force_shapes(data, after, [s.effect for s in members])
-        kinds = {e.kind for e in after.parametrised.model.effects}
-        members = tuple(s for s in members if s.effect.kind in kinds)
-        refuted = {kind for kind, _ in at_bounds(after, data)}
+        left = {e.kind for e in after.parametrised.model.effects}
+        members = tuple(s for s in members if s.effect.kind in left)
+        refuted = {kind for kind, _ in at_bounds(after, data, self.before)}
         if refuted or self._cost_objection(after) or self.check(data, after):
-            return None, refuted or {s.effect.kind for s in members}
+            return None, refuted & kinds or kinds
         if len(members) < 2 or near_neutral_objection(members, after):
             return None, set()
         singles = {w.screened.effect.kind: w for w in refitted}

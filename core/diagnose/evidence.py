@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from ..diagnose.fit_problem import FitProblem
+from ..diagnose.fit_problem import FitProblem, ParametrisedModel
 from ..diagnose.linear_screen import ScreenedCandidate
 from ..diagnose.refit import Refit
 from ..effects.sizes import typical
@@ -192,26 +192,28 @@ def _parts_first(candidates: list[RefittedCandidate]) -> list[RefittedCandidate]
     return parts + [w for w in candidates if w.screened.effect.kind not in kinds]
 
 
-def ended_at_bound(after: Refit, data: FitProblem) -> Objection | None:
+def ended_at_bound(after: Refit, data: FitProblem, before: Refit) -> Objection | None:
     """An objection of the first size that is pressed against its bound far from neutral, or
     None."""
-    return next((objection for _, objection in at_bounds(after, data)), None)
+    return next((objection for _, objection in at_bounds(after, data, before)), None)
 
 
-def at_bounds(after: Refit, data: FitProblem) -> list[tuple[str, Objection]]:
+def at_bounds(after: Refit, data: FitProblem, before: Refit) -> list[tuple[str, Objection]]:
     """(effect, objection) of each size that the recordings press against its bound far from
-    neutral.
+    neutral, unless a person stated the bound or the model `before` stood at it already: that says
+    nothing of what was added.
 
     The predicted reduction beyond the bound must be one that a descent continues for; near the
     noise floor, a relevant one.
     """
     h = after.parametrised
+    not_new = data.bounded | _names_at_bounds(before.parametrised)
     least = GOOD_ENOUGH if after.cost > ABOVE**2 * data.count else RELEVANT
     effect_parameters = {
         k.parameter.name: (effect.kind, k.neutral)
         for effect in h.model.effects
         for k in effect.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
-        if not k.secondary
+        if not k.secondary and k.parameter.name not in not_new
     }
     return [
         (effect_parameters[u.parameter.name][0], objection)
@@ -224,6 +226,12 @@ def at_bounds(after: Refit, data: FitProblem) -> list[tuple[str, Objection]]:
         )
         and reduction_beyond_bound(after, i) >= least * data.count
     ]
+
+
+def _names_at_bounds(h: ParametrisedModel) -> set[str]:
+    """Names of the shared parameters that stand at a bound."""
+    pairs = zip(h.unknowns.items, h.vector, strict=True)
+    return {u.parameter.name for u, x in pairs if u.recording is None and u.parameter.at_bound(x)}
 
 
 def reduction_beyond_bound(after: Refit, i: int) -> float:

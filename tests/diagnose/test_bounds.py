@@ -84,21 +84,31 @@ def test_only_a_value_next_to_a_finite_bound_is_at_a_bound(
 
 def pressed(upper: float) -> tuple[FitProblem, Refit]:
     """The arm with viscous friction of 6 N m s/rad in joint 1, of which at most `upper` is
-    allowed."""
+    allowed, as if that were the bound of what is plausible."""
     found = begun(fv1={"start": 5.0, "upper": upper}, fv2=3.0)
-    return found.data, found.base
+    return replace(found.data, bounded=frozenset()), found.base
 
 
 def test_a_size_that_the_recordings_want_beyond_its_bound_is_said_with_the_bound() -> None:
     data, found = pressed(5.5)
-    [(kind, objection)] = at_bounds(found, data)
+    [(kind, objection)] = at_bounds(found, data, bare().base)
     assert kind == "viscous_friction" and (objection.bound, objection.unit) == (5.5, "N m s/rad")
-    assert ended_at_bound(found, data) == objection
+    assert ended_at_bound(found, data, bare().base) == objection
+
+
+def test_a_bound_that_a_person_stated_refuses_nothing() -> None:
+    data, found = pressed(5.5)
+    assert at_bounds(found, replace(data, bounded=frozenset({"fv1"})), bare().base) == []
+
+
+def test_a_bound_that_the_model_before_stood_at_says_nothing_of_what_was_added() -> None:
+    data, found = pressed(5.5)
+    assert at_bounds(found, data, found) == []
 
 
 def test_a_bound_that_is_not_reached_says_nothing() -> None:
     data, found = pressed(7.0)
-    assert at_bounds(found, data) == []
+    assert at_bounds(found, data, bare().base) == []
 
 
 def test_how_soon_a_friction_of_no_size_slips_says_nothing() -> None:
@@ -109,7 +119,7 @@ def test_how_soon_a_friction_of_no_size_slips_says_nothing() -> None:
     h = parametrised(data, both, {**bare().base.parametrised.values(), **at})
     h = h.at(np.clip(h.vector, h.limits.lower, h.limits.upper))
     found = fit(h, None, lambda: False, most=0)
-    assert [n for n, _ in at_bounds(found, data)] == []
+    assert [n for n, _ in at_bounds(found, data, bare().base)] == []
 
 
 def test_friction_slips_within_the_travel_of_its_joint() -> None:

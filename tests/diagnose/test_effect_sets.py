@@ -158,6 +158,24 @@ class Scripted(Acceptance):
         return Round(self.seen, tuple(found), None, self.before, self.before, self.data)
 
 
+def test_no_set_is_refitted_twice_though_a_size_of_the_model_is_pressed_to_its_bound() -> None:
+    blocks = directions(3, FOUR)
+    noise = NOISE * np.random.default_rng(103).standard_normal((SAMPLES, 1))
+    screened = seen(np.asarray(sum(2.0 * blocks[name] for name in FOUR) + noise), blocks)
+    refits: list[set[str]] = []
+
+    class Pressed(Acceptance):
+        def try_jointly(self, together, refitted):
+            refits.append({s.effect.kind for s in together.members})
+            return None, {"coulomb_friction"}
+
+    data, before = SimpleNamespace(count=SAMPLES), SimpleNamespace(cost=9.0 * SAMPLES)
+    work = Pressed(data, before, (), screened, len(FOUR), lambda: False, lambda *_: None)
+    for _ in range(2):  # again, once the effects are refitted whose starts must be searched
+        assert work.try_sets([], 4, allowed=True)[0] is None
+    assert refits == [set(FOUR)]
+
+
 def in_company(explains: float = 0.9) -> tuple:
     """What becomes of STAND_IN, which leaves a share of the error, beside a weaker effect."""
     kinds = ("viscous_friction", STAND_IN, "tip_payload", "torque_offset")
@@ -172,7 +190,7 @@ def in_company(explains: float = 0.9) -> tuple:
 
 def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(monkeypatch):
     """Whatever is missing acts as it does; a weaker effect by itself would stand in as well."""
-    ended = lambda after, _: BOUND if after.parametrised == STAND_IN else None  # noqa: E731
+    ended = lambda after, *_: BOUND if after.parametrised == STAND_IN else None  # noqa: E731
     monkeypatch.setattr(acceptance, "ended_at_bound", ended)
     monkeypatch.setattr(acceptance, "near_neutral_objection", lambda *_: None)
     refused, asked = in_company()
