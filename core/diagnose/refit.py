@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -113,8 +113,7 @@ def refit_with(
     `slopes` are the base's, (M, k, P) per recording; the parameters `scanned` have no slope at
     neutral.
     """
-    start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
-    reused = slopes_by_label(base, slopes)
+    start, spent, reused = best_start(data, base, effects, values, slopes, scanned, stopped)
     return with_precise_errors(
         data, fit(start, None, stopped, ROUGH_ITERATIONS - spent, reused), whitener
     )
@@ -124,16 +123,28 @@ def best_start(
     data: FitProblem, base: ParametrisedModel, effects: Sequence[Effect],
     values: Mapping[str, float], slopes: Sequence[np.ndarray], scanned: Sequence[str],
     stopped: Callable[[], bool],
-) -> tuple[ParametrisedModel, int]:  # fmt: skip
-    """The best start, and the iterations spent to find it."""
+) -> tuple[ParametrisedModel, int, SlopesByLabel]:  # fmt: skip
+    """The best start, the iterations spent to find it, and the slopes of its nuisance unknowns."""
     candidates = starts(data, base, effects, values, scanned, stopped)
     tried = [parametrised(data, effects, start) for start in candidates]
+    of_base = slopes_by_label(base, slopes)
     if len(tried) < 2 or stopped():
-        return tried[0], 0
-    reused = slopes_by_label(base, slopes)
-    trials = [fit(h.half_substeps, None, stopped, TRIAL_ITERATIONS, reused) for h in tried]
+        return tried[0], 0, of_base
+    reused = [of_base if k == 0 else _own_slopes(h, of_base) for k, h in enumerate(tried)]
+    trials = [
+        fit(h.half_substeps, None, stopped, TRIAL_ITERATIONS, own)
+        for h, own in zip(tried, reused, strict=True)
+    ]
     best = min(range(len(tried)), key=lambda k: trials[k].cost)
-    return tried[best].at(trials[best].parametrised.vector), TRIAL_ITERATIONS
+    return tried[best].at(trials[best].parametrised.vector), TRIAL_ITERATIONS, reused[best]
+
+
+def _own_slopes(h: ParametrisedModel, labels: Collection[str]) -> SlopesByLabel:
+    """Those of the `labels` where a model stands: the base's hold near the base alone. A base whose
+    free first states had taken up friction had beams ten times too stiff, whose slopes led the
+    refits from the nominal values nowhere."""
+    own = slopes_by_label(h, h.half_substeps.slopes(h.vector))
+    return {label: own[label] for label in own.keys() & set(labels)}
 
 
 COMPARED_SUBSTEPS = 2

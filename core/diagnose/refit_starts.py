@@ -133,14 +133,15 @@ def start_from_nominal(
 
 def differs_from_nominal(data: FitProblem, values: Mapping[str, float]) -> bool:
     """Whether a nominal parameter has left its nominal value."""
-    return any(
-        abs(values.get(k, x) - x) > LEAST_CHANGE * abs(x) for k, x in nominal_values(data).items()
-    )
+    shared = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
+    return any(abs(values.get(k, x) - x) > LEAST_CHANGE * abs(x) for k, x in shared.items())
 
 
 def nominal_values(data: FitProblem) -> Values:
-    """label -> nominal value of each shared unknown."""
-    return {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
+    """label -> nominal value of each unknown beside those of effects. The first states of
+    recordings belong to them: fitted while an effect was missing, they have taken up a part of it.
+    """
+    return {u.label: u.parameter.value for u in data.nuisance}
 
 
 def _start_changes(data: FitProblem, at: Mapping[str, float]) -> list[Values]:

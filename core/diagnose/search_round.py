@@ -32,7 +32,6 @@ from ..diagnose.refit import (
     SlopesByLabel,
     best_start,
     fit,
-    slopes_by_label,
     with_precise_errors,
     with_whitened_cost,
 )
@@ -300,8 +299,7 @@ def begin_refit(
     stopped: Callable[[], bool],
 ) -> PartialRefit:  # fmt: skip
     """The first iterations of `core.diagnose.refit.refit_with`."""
-    reused = slopes_by_label(base, slopes)
-    start, spent = best_start(data, base, effects, values, slopes, scanned, stopped)
+    start, spent, reused = best_start(data, base, effects, values, slopes, scanned, stopped)
     remaining = ROUGH_ITERATIONS - spent
     return PartialRefit(
         fit(start, None, stopped, TRIAL_ITERATIONS, reused), remaining - TRIAL_ITERATIONS, reused

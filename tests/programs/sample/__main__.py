@@ -2,8 +2,8 @@
 
 The yardstick of every change of the method. What a version of `core` has answered is kept in
 `reports/`, so a second call goes on where the first one stopped; a changed `core` begins anew.
-Two more sets are run alike: `--set rigs` has forty rigs with recorded torques, `--set long` every
-effect in seven recordings of 3,000 samples.
+Three more sets are run alike: `--set rigs` has forty rigs with recorded torques, `--set long` every
+effect in seven recordings of 3,000 samples, `--set cuts` recordings that begin in mid-motion.
 """
 
 from __future__ import annotations
@@ -23,12 +23,17 @@ from typing import Any
 
 import flexgui.core
 from flexgui.core.resumable.journal import Journal
-from tests.programs.sample import cases, forty_rigs, long_recordings
+from tests.programs.sample import cases, cut_recordings, forty_rigs, long_recordings
 from tests.programs.sample.cases import Case
 from tests.programs.sample.judge import line, summary
 
 CASES = Path(__file__).parent
-SETS = {"sample": cases.cases, "rigs": forty_rigs.cases, "long": long_recordings.cases}
+SETS = {
+    "sample": cases.cases,
+    "rigs": forty_rigs.cases,
+    "long": long_recordings.cases,
+    "cuts": cut_recordings.cases,
+}
 REFERENCE = CASES / "reference.jsonl"
 WORKERS = 2
 SECONDS = 75.0
