@@ -19,8 +19,9 @@ from ..diagnose.fit_problem import FitProblem
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder import Ladder, ladder
 from ..diagnose.memo import Memo
+from ..diagnose.noise_update import current_floors
 from ..diagnose.progress_messages import LAST, ORDER, fit_title
-from ..diagnose.remaining_error import remaining_error
+from ..diagnose.remaining_error import doubts, remaining_error
 from ..diagnose.search import Found, Search
 from ..diagnose.search_options import Options, RankingCallback
 from ..diagnose.search_round import not_applicable, ruled_out
@@ -31,7 +32,7 @@ from ..precompile import precompile_arms
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
 from ..recording.recording import Recording
-from ..results import MISSING, NOTHING, UNLISTED, Diagnosis, Remains
+from ..results import MISSING, NOTHING, UNJUDGED, UNLISTED, Diagnosis, Doubt, Remains
 from ..scenario.schema import IdentifySpec
 from ..scenario.stated_effects import candidate_structures
 from ..sensors import sensor
@@ -72,13 +73,16 @@ def diagnose(
         remaining_error(m.data, m.refit.errors, m.refit.parametrised) for m in (last, first)
     )
     added, stopped = last.effects[len(stated) :], progress.stopped()
-    verdict = _verdict(bool(proposed or added or (stopped and base_error.above)), base_error)
-    final = _verdict(bool(proposed), remaining) if options.adds and not stopped else None
+    steps = climbed.steps(memo)
+    unsure = tuple(doubts(last.data, steps[-1].errors, current_floors(last, options)))
+    more = bool(proposed or added or (stopped and base_error.above))
+    verdict = _verdict(more, base_error, unsure)
+    final = _verdict(bool(proposed), remaining, unsure) if options.adds and not stopped else None
     have = {e.kind for e in with_included(last.effects)}
     reasons = not_applicable(last.data, options.candidates)
     compared = options.compare
     return Diagnosis(
-        verdict=verdict, final_verdict=final, rounds=climbed.rounds, steps=climbed.steps(memo),
+        verdict=verdict, final_verdict=final, rounds=climbed.rounds, steps=steps, doubts=unsure,
         not_applicable={kind: why for kind, why in reasons.items() if kind not in have},
         ruled_out=ruled_out(last.data, options.candidates),
         effects=tuple(effect_settings(last, stated)), floors=last.data.floors,
@@ -133,9 +137,11 @@ def _unstated_noise(data: FitProblem, stated: Mapping[str, float]) -> tuple[str,
     )  # fmt: skip
 
 
-def _verdict(more: bool, error: Remains) -> str:
-    """The verdict; `more`: whether another effect is known to be missing."""
-    return MISSING if more else UNLISTED if error.above else NOTHING
+def _verdict(more: bool, error: Remains, unsure: Sequence[Doubt]) -> str:
+    """The verdict; `more`: whether another effect is known to be missing; `unsure`: why an error
+    within the noise says nothing."""
+    within = UNJUDGED if unsure else NOTHING
+    return MISSING if more else UNLISTED if error.above else within
 
 
 @fast_thread_switching()

@@ -46,7 +46,7 @@ def lower_floors(
         first_screen = None
     most = {} if first_screen is None else rms_unexplained(data, first_screen)
     old, floors = data.floors, {}
-    for name, f in _current_floors(model, options).items():
+    for name, f in current_floors(model, options).items():
         noise = min(f.noise, most.get(name, np.inf)) if f.source == ESTIMATED else f.noise
         value = float(np.sqrt(max(f.value**2 - f.noise**2, 0.0) + noise**2))
         floors[name] = replace(f, value=min(value, old[name]), noise=noise)
@@ -88,14 +88,14 @@ def higher_floors(model: FittedModel, options: Options, changed: bool) -> dict[s
     old, residual_rms = model.data.floors, rms_left(model)
     floors = {
         n: replace(f, value=max(min(f.noise, residual_rms[n]), old[n]))
-        for n, f in _current_floors(model, options).items()
+        for n, f in current_floors(model, options).items()
     }
     higher = max(f.value / old[n] for n, f in floors.items()) >= LEAST_RATIO
     return floors if higher else None
 
 
-def _current_floors(model: FittedModel, options: Options) -> dict[str, Floor]:
-    """channel -> noise floor by the model."""
+def current_floors(model: FittedModel, options: Options) -> dict[str, Floor]:
+    """channel -> noise floor by what the model leaves."""
     data, h = model.data, model.refit.parametrised
     errors = [b / w for b, w in zip(model.refit.errors, data.weights, strict=True)]
     return channel_floors(

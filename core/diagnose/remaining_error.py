@@ -1,14 +1,21 @@
-"""Whether the remaining error is within the noise floor."""
+"""Whether the remaining error is within the noise floor, and whether that says anything."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..noise.noise_floor import squares_by_channel
-from ..results import ABOVE, ABOVE_IN_ONE, Remains
+from ..noise.noise_floor import REFUTED, Floor, spreads, squares_by_channel
+from ..results import (
+    ABOVE,
+    ABOVE_IN_ONE,
+    ChannelError,
+    Doubt,
+    DoubtReason,
+    Remains,
+)
 
 if TYPE_CHECKING:
     from ..diagnose.fit_problem import FitProblem, ParametrisedModel
@@ -50,6 +57,29 @@ def remaining_error(
         _rms({n: np.full(len(x), factors[n] ** 2) for n, x in squares.items()}), idealised,
         _rms({n: np.full(len(x), idealised[n]) for n, x in squares.items()}) ** 2,
     )  # fmt: skip
+
+
+def doubts(
+    data: FitProblem, by_channel: Sequence[ChannelError], floors: Mapping[str, Floor]
+) -> Iterator[Doubt]:
+    """Why the errors of a model, within the noise, do not show that nothing is missing. `floors`:
+    of the noise as that model shows it.
+
+    A noise floor is worth what it can refute: not one that the model's own error refutes, or one
+    above all that a channel shows, of which a model then explains nothing. And unseen recordings
+    have the last word; they may be noisier than those that were fitted by the factor within which
+    an estimate is known.
+    """
+    spread = spreads(data.experiments)
+    for e in by_channel:
+        refuted = floors[e.channel].refuted
+        if refuted is not None:
+            yield Doubt(DoubtReason.REFUTED_NOISE, e.channel, e.unit, refuted, e.rms)
+        elif e.floor > ABOVE_IN_ONE * spread[e.channel]:
+            reason = DoubtReason.FLOOR_ABOVE_SPREAD
+            yield Doubt(reason, e.channel, e.unit, e.floor, spread[e.channel])
+        if e.validation_rms > REFUTED * max(e.floor, e.rms):
+            yield Doubt(DoubtReason.UNSEEN, e.channel, e.unit, e.floor, e.validation_rms)
 
 
 def _rms(squares: Mapping[str, np.ndarray]) -> float:

@@ -17,12 +17,16 @@ from ..identify.prepared_recording import Prepared
 from ..noise.output_noise import output_noise
 from ..noise.repeated_motions import repeated_groups, unrepeated_rms
 from ..noise.sensor_noise import ESTIMATED
+from ..results import ABOVE_IN_ONE
 
 REPETITION = "repetition"
 
 UNCERTAINTY = 1.5
 """Factor within which an estimated noise is the true one (tests/noise/test_noise_floor.py).
 Stated noise counts as exact, and so does noise from repeated motions, which have many samples."""
+
+REFUTED = ABOVE_IN_ONE * UNCERTAINTY
+"""Ratio of two noises from which on they contradict each other, though one is an estimate."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,9 @@ class Floor:
     """Factor within which it is known."""
     ratios: tuple[float, ...] = ()
     """Floor of each recording over this value."""
+    refuted: float | None = None
+    """An estimate of the noise that the residual refutes, SI: then the noise is not known, and the
+    residual stands in its place."""
 
 
 def channel_floors(
@@ -48,26 +55,31 @@ def channel_floors(
 
     `errors` (M, k) per recording, measured minus model, of the fitted `motions`; `stated` standard
     deviations by column, as the sensor writes them; `fidelity`: relative modelling tolerance, as a
-    share of a channel's spread. A residual refutes estimated noise that is more than WITHIN times
+    share of a channel's spread. A residual refutes estimated noise that is more than REFUTED times
     as large.
     """
     repeated_noise = unrepeated_rms(repeated_groups(experiments), experiments, errors)
     drawn = output_noise(experiments, motions, stated, excluded=repeated_noise)
     residual_rms = channel_rms(experiments, errors)
     floors = {}
-    for name, spread in _spreads(experiments).items():
+    for name, spread in spreads(experiments).items():
         equal = (1.0,) * len(experiments)
         noise, source, ratios = (
             (repeated_noise[name], REPETITION, equal) if name in repeated_noise else drawn[name]
         )
-        noise = min(noise, UNCERTAINTY * residual_rms[name]) if source == ESTIMATED else noise
         allowance = fidelity * spread
+        left = residual_rms[name]
+        too_large = source == ESTIMATED and noise > REFUTED * left
+        # Within the modelling tolerance nothing can be missing, whatever the noise is.
+        refuted = noise if too_large and left > allowance else None
+        noise = left if too_large else noise
         value = float(np.hypot(noise, allowance)) or 1e-12
         in_recordings = [float(np.hypot(noise * ratio, allowance)) / value for ratio in ratios]
         factor = UNCERTAINTY if source == ESTIMATED else 1.0
         floors[name] = Floor(
-            value, noise, source, factor, equal if ratios == equal else tuple(in_recordings)
-        )
+            value, noise, source, factor, equal if ratios == equal else tuple(in_recordings),
+            refuted,
+        )  # fmt: skip
     return floors
 
 
@@ -89,8 +101,8 @@ def channel_rms(experiments: Sequence[Prepared], errors: Sequence[np.ndarray]) -
     return {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
 
 
-def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:
-    """channel -> rms of its measurement about each recording's mean."""
+def spreads(experiments: Sequence[Prepared]) -> dict[str, float]:
+    """channel -> rms of its measurement about each recording's mean, SI."""
     return channel_rms(experiments, [e.measured - _mean(e) for e in experiments])
 
 

@@ -17,6 +17,7 @@ from ..results.diagnosis import (
     ABOVE_IN_ONE,
     MISSING,
     NOTHING,
+    UNJUDGED,
     UNLISTED,
     ChannelError,
     Diagnosis,
@@ -27,7 +28,7 @@ from ..results.diagnosis import (
     Remains,
 )
 from ..results.identification import Estimate, Fit, Generation, Identifiability, Profile, Valley
-from ..results.objection import Objection, PlannedExperiment, Reason
+from ..results.objection import Doubt, DoubtReason, Objection, PlannedExperiment, Reason
 from ..results.outcome import (
     DescriptorModel,
     Disagreement,

@@ -10,10 +10,11 @@ import numpy as np
 
 from ..results.comparison import RecordingComparison
 from ..results.identification import Estimate
-from ..results.objection import Objection, PlannedExperiment
+from ..results.objection import Doubt, Objection, PlannedExperiment
 from ..results.proposal import Proposal
 
 MISSING, NOTHING, UNLISTED = "missing", "nothing_missing", "unlisted"
+UNJUDGED = "cannot_be_judged"
 
 ABOVE = 1.06
 """Times the floor: from this rms on an error is well above it. Noise coloured by a filter of ten
@@ -174,7 +175,7 @@ class Diagnosis:
     """What is missing, how sure, and how the error fell."""
 
     verdict: str
-    """missing, nothing_missing or unlisted: of the model as given"""
+    """missing, nothing_missing, unlisted or cannot_be_judged: of the model as given"""
     final_verdict: str | None
     """The same of what remains after the ladder; None where nothing was to be added."""
     rounds: tuple[DiagnosisRound, ...]
@@ -219,6 +220,8 @@ class Diagnosis:
     """Bending shapes per segment that the recordings show, where these are more than stated."""
     proposal: Proposal | None = None
     """Laws for what is left, where no listed effect explains it and they were looked for."""
+    doubts: tuple[Doubt, ...] = ()
+    """Why the model as it now stands cannot be judged."""
     unstated_noise: tuple[str, ...] = ()
     """Settings of [sensors] for the noise of what is compared or followed, which nobody stated."""
 

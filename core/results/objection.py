@@ -1,4 +1,5 @@
-"""Why an effect is not added, and the experiment that would decide between two."""
+"""Why an effect is not added, why a model cannot be judged, and the experiment that would decide
+between two effects."""
 
 from __future__ import annotations
 
@@ -54,3 +55,29 @@ class Objection:
     """Of the error above the noise floor that it explains."""
     p_value: float = float("nan")
     delta_bic: float = float("nan")
+
+
+class DoubtReason(StrEnum):
+    """Why a model whose error is at the noise floor cannot be judged."""
+
+    REFUTED_NOISE = "refuted_noise"
+    """The noise was estimated, and the model leaves clearly less: the noise is not known."""
+    FLOOR_ABOVE_SPREAD = "floor_above_spread"
+    """The noise floor is above all that the channel shows."""
+    UNSEEN = "unseen"
+    """Recordings that no fit has seen have an error far above the noise floor."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Why one channel does not show whether something is missing."""
+
+    reason: DoubtReason
+    channel: str
+    unit: str
+    """SI, of both numbers."""
+    floor: float
+    """The channel's noise floor; where its noise was refuted, the estimate."""
+    beside: float
+    """What contradicts it: the error of the model, the spread of the channel, or the error on
+    recordings that no fit has seen."""

@@ -34,7 +34,7 @@ class Diagnosis(RunResult):
 
     @property
     def verdict(self) -> str:
-        """'missing', 'nothing_missing' or 'unlisted': of the model as given."""
+        """'missing', 'nothing_missing', 'unlisted' or 'cannot_be_judged': of the model as given."""
         return self._diagnosis.verdict
 
     @property

@@ -9,6 +9,8 @@ from flexgui.core.information_criteria import InformationCriteria
 from flexgui.core.results import (
     ABOVE,
     ChannelError,
+    Doubt,
+    DoubtReason,
     Estimate,
     LadderStep,
     LinearModel,
@@ -165,6 +167,42 @@ def validation_sentence(errors: Sequence[ChannelError]) -> str:
     """The error on validation recordings; empty where there are none."""
     rms = validation_rms(errors)
     return "" if math.isnan(rms) else f"On validation the error is {times(rms)} the noise floor."
+
+
+CONTRADICTED = {
+    DoubtReason.REFUTED_NOISE: (
+        "the noise of {} was estimated, and the model leaves less than that ({})",
+        "State {}, or record a motion twice.",
+    ),
+    DoubtReason.FLOOR_ABOVE_SPREAD: (
+        "the noise floor of {} is above all that the recordings show of it ({})",
+        "Record a larger motion, state a smaller noise, or leave the channel out.",
+    ),
+    DoubtReason.UNSEEN: (
+        "on recordings that no fit has seen the error of {} is far above the noise floor ({})",
+        "Fit some of those recordings too, and diagnose again.",
+    ),
+}
+"""Why a model cannot be judged, and what is needed."""
+
+
+def doubts_sentence(doubts: Sequence[Doubt], settings: str, missing: str = "something") -> str:
+    """Why it cannot be judged what is `missing`, and what is needed; `settings`: of the noise, to
+    state."""
+    reasons = list(dict.fromkeys(d.reason for d in doubts))
+    because, needed = [], []
+    for reason in reasons:
+        own = [d for d in doubts if d.reason is reason]
+        channels = listed([channel_symbol(d.channel, d.unit) for d in own])
+        text, advice = CONTRADICTED[reason]
+        because.append(text.format(channels, listed([_beside(d) for d in own])))
+        needed.append(advice.format(settings))
+    why, advice = "; ".join(because), " ".join(needed)
+    return f"It cannot be judged whether {missing} is missing: {why}. {advice}"
+
+
+def _beside(doubt: Doubt) -> str:
+    return f"{quantity(doubt.beside, doubt.unit, 2)} beside {quantity(doubt.floor, doubt.unit, 2)}"
 
 
 def vibration(remains: Remains) -> str:

@@ -10,6 +10,7 @@ from flexgui.core.results import (
     ABOVE_IN_ONE,
     MISSING,
     NOTHING,
+    UNJUDGED,
     UNLISTED,
     Diagnosis,
     Estimate,
@@ -21,6 +22,7 @@ from flexgui.sentences.figures import (
     COMPLETE,
     FLOOR_IS,
     at_bounds,
+    doubts_sentence,
     error_by_channel,
     explained,
     linear_sentence,
@@ -38,6 +40,7 @@ from flexgui.sentences.written import format_number
 
 STOPPED = "The search was stopped before it was complete."
 NONE_FOUND = "No missing effect was found."
+OPEN = "It cannot be judged whether something is missing."
 
 
 def all_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -50,7 +53,8 @@ def verdict_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
     """One paragraph each."""
     if diagnosis.words:
         return diagnosis.words
-    opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[diagnosis.verdict]
+    openings = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted, UNJUDGED: _unjudged}
+    opening = openings[diagnosis.verdict]
     if diagnosis.stopped and not _findings(diagnosis) and diagnosis.verdict != NOTHING:
         opening = _unfinished
     paragraphs = [*opening(diagnosis), _ruled_out(diagnosis), _further_shapes(diagnosis)]
@@ -84,6 +88,8 @@ def card_words(diagnosis: Diagnosis) -> tuple[str, str, str]:
         return MISSING, "Something is missing.", gist
     if diagnosis.verdict == UNLISTED:
         return UNLISTED, "The missing effect is not on the list.", ""
+    if diagnosis.verdict == UNJUDGED:
+        return UNLISTED, OPEN, first_sentence(_doubts(diagnosis).partition(": ")[2].capitalize())
     if is_explained(diagnosis):
         return NOTHING, "Nothing is missing.", "At least nothing that these recordings can show."
     return "", NONE_FOUND, first_sentence(_at_the_floor(diagnosis))
@@ -179,7 +185,9 @@ def _described(f: Finding, sizes: Sequence[Estimate]) -> str:
 
 def _remains(diagnosis: Diagnosis) -> str:
     """The error after the last step, and what it means."""
-    endings = {NOTHING: _at_the_floor, UNLISTED: _unexplained, MISSING: _more}
+    endings = {
+        NOTHING: _at_the_floor, UNLISTED: _unexplained, MISSING: _more, UNJUDGED: _doubts,
+    }  # fmt: skip
     ending = endings[diagnosis.final_verdict](diagnosis) if diagnosis.final_verdict else ""
     parts = (
         _error_by_channel(diagnosis),
@@ -266,6 +274,18 @@ def _nothing(diagnosis: Diagnosis) -> list[str]:
         "barely excite may remain undetected."
     )
     return [first, _not_tried(diagnosis), _remains(diagnosis), _at_bounds(diagnosis)]
+
+
+def _doubts(diagnosis: Diagnosis) -> str:
+    missing = "more" if diagnosis.added else "something"
+    return doubts_sentence(diagnosis.doubts, _noise_settings(diagnosis), missing)
+
+
+def _unjudged(diagnosis: Diagnosis) -> list[str]:
+    """An error within the noise floor that shows nothing."""
+    validation = validation_sentence(diagnosis.steps[-1].errors)
+    figures = " ".join(s for s in (_error_by_channel(diagnosis), validation, FLOOR_IS) if s)
+    return [_doubts(diagnosis), _not_tried(diagnosis), figures, _at_bounds(diagnosis)]
 
 
 def _unlisted(diagnosis: Diagnosis) -> list[str]:

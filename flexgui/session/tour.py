@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexgui.core.results import NOTHING
+from flexgui.core.results import NOTHING, UNJUDGED
 from flexgui.core.sentences import first_sentence
 from flexgui.library.shipped import is_of_tour
 from flexgui.sentences.verdict import is_explained, verdict_paragraphs
@@ -153,7 +153,7 @@ def _diagnose(session: Session) -> Card:
         return TO_FIND
     if version.added:
         return _added(session, version)
-    if version.diagnosis is not None and version.diagnosis.verdict == NOTHING:
+    if version.diagnosis is not None and version.diagnosis.verdict in (NOTHING, UNJUDGED):
         return Card(DONE, first_sentence(verdict_paragraphs(version.diagnosis)[0]), END)
     return Card(
         ADD,
@@ -204,7 +204,7 @@ def _added(session: Session, version: ModelVersion) -> Card:
             "Undo the last step and try another.",
         )
     verdict = None if version.diagnosis is None else version.diagnosis.verdict
-    if version.diagnosis is not None and verdict == NOTHING:
+    if version.diagnosis is not None and verdict in (NOTHING, UNJUDGED):
         rest = NO_MORE if is_explained(version.diagnosis) else "No other missing effect was found."
         return Card(
             DONE,

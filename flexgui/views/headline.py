@@ -13,6 +13,7 @@ from flexgui.core.information_criteria import InformationCriteria, information_c
 from flexgui.core.results import (
     MISSING,
     NOTHING,
+    UNJUDGED,
     UNLISTED,
     Diagnosis,
     Estimate,
@@ -34,6 +35,7 @@ ENDS = {
     MISSING: "something is still missing",
     NOTHING: "nothing more is missing",
     UNLISTED: "something is still missing that no listed effect explains",
+    UNJUDGED: "it cannot be judged whether more is missing",
     None: "the search for more effects was stopped",
 }
 """Verdict after the ladder -> its words."""

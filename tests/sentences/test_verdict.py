@@ -15,9 +15,12 @@ from flexgui.core.results import (
     ABOVE_IN_ONE,
     MISSING,
     NOTHING,
+    UNJUDGED,
     UNLISTED,
     Diagnosis,
     DiagnosisRound,
+    Doubt,
+    DoubtReason,
     Estimate,
     LinearModel,
     Objection,
@@ -74,6 +77,16 @@ def ranking(*effects: RankedEffect, **more: Any) -> Diagnosis:
     return replace(FOUND, rounds=(DiagnosisRound(effects, FRICTION, **more),))
 
 
+def unsure(*doubts: tuple[DoubtReason, str, str, float, float], added: bool = False) -> Diagnosis:
+    """An error within the noise floor that shows nothing: of the model as given, or of one with an
+    effect `added`."""
+    found = FOUND if added else replace(NONE_MISSING, verdict=UNJUDGED)
+    given = tuple(Doubt(*each) for each in doubts)
+    return replace(
+        found, final_verdict=UNJUDGED, doubts=given, unstated_noise=("torque_noise",),
+    )  # fmt: skip
+
+
 def refusing(why: Objection, title: str, **more: Any) -> Diagnosis:
     """Nothing more was added after the first, for a reason."""
     last = DiagnosisRound(RIVALS[1:], None, ((title, why),))
@@ -123,6 +136,14 @@ CASES: dict[str, Diagnosis] = {
         FOUND, verdict=UNLISTED, final_verdict=UNLISTED, steps=(GIVEN,), kept=(),
         rounds=(DiagnosisRound(RIVALS[1:], None),), error_left=left(19.0, ("theta1", 7.5)),
         not_applicable={"camera_delay": "No output of a camera is compared."},
+    ),
+    "cannot be judged: the noise": unsure(
+        (DoubtReason.REFUTED_NOISE, "u1", "N m", 2.2, 0.8),
+        (DoubtReason.REFUTED_NOISE, "u2", "N m", 0.9, 0.3),
+        (DoubtReason.FLOOR_ABOVE_SPREAD, "deflection1", "rad", 0.02, 0.01),
+    ),
+    "cannot be judged: unseen recordings": unsure(
+        (DoubtReason.UNSEEN, "z1", "m", 3e-5, 9e-5), added=True
     ),
     "stopped": replace(FOUND, stopped=True),
     "stopped before anything was found": replace(

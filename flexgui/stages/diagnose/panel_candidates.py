@@ -10,7 +10,7 @@ from markupsafe import Markup
 from flexgui.core.effects import catalogue
 from flexgui.core.effects.own import states, targets
 from flexgui.core.errors import InputError
-from flexgui.core.results import ABOVE, NOTHING, RankedEffect
+from flexgui.core.results import ABOVE, NOTHING, UNJUDGED, RankedEffect
 from flexgui.page.actions import press
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import (
@@ -113,7 +113,7 @@ def may_explain(findings: ModelFindings) -> bool:
     if any(ranked.tied_to for ranked in findings.ranking[:1]):
         return False
     if findings.diagnosis is not None:
-        return findings.diagnosis.verdict != NOTHING
+        return findings.diagnosis.verdict not in (NOTHING, UNJUDGED)
     return bool(findings.step.cost_per_sample > ABOVE**2)
 
 
