@@ -38,10 +38,11 @@ from ..diagnose.refit import (
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, share_of_first_swings, vibrates
 from ..diagnose.remaining_error import within_noise
 from ..effects import catalogue
-from ..effects.effect import Effect, Rig
+from ..effects.effect import Effect, EffectParameter, Rig
 from ..least_squares import predicted_reduction
 from ..noise.whitening import Whitener
 from ..processors import thread_pool
+from ..sentences import listed
 
 REFITTED = 5
 """Candidates that are refitted: the best by score and by expected reduction."""
@@ -60,12 +61,12 @@ OnStage = Callable[[str, int | None], None]
 def applicable(
     data: FitProblem, present: Sequence[Effect], only: Sequence[str] = ()
 ) -> list[Effect]:
-    """Candidates for this rig that are not in the model yet. What has no size, such as a further
-    bending shape, is none."""
+    """Candidates for this rig that are not in the model yet, with those of their parameters that
+    are not estimated already. What has no size, such as a further bending shape, is none."""
     have = {e.kind for e in present}
     rig = replace(data.rig, level=data.bare.with_effects(present).level)
     return [
-        candidate
+        candidate.without(_estimated(candidate, rig, data))
         for kind, candidate in _selected(only).items()
         if kind not in have
         and not _reason_against(candidate, rig, data)
@@ -90,16 +91,24 @@ def _selected(only: Sequence[str]) -> dict[str, Effect]:
     return {kind: e for kind, e in sorted(catalogue().items()) if not only or kind in only}
 
 
-def _own_parameters(effect: Effect, rig: Rig, data: FitProblem) -> set[str]:
-    """Names of an effect's parameters."""
+def _own_parameters(effect: Effect, rig: Rig, data: FitProblem) -> dict[str, EffectParameter]:
+    """An effect's parameters by name."""
     arm = effect.changed_arm(rig.arm, {})
-    return {k.parameter.name for k in effect.parameters(arm, rig.drive, data.sizes)}
+    return {k.parameter.name: k for k in effect.parameters(arm, rig.drive, data.sizes)}
+
+
+def _estimated(effect: Effect, rig: Rig, data: FitProblem) -> frozenset[str]:
+    """Names of an effect's parameters that every model estimates."""
+    nuisance = {u.parameter.name for u in data.nuisance}
+    return frozenset(nuisance.intersection(_own_parameters(effect, rig, data)))
 
 
 def _reason_against(effect: Effect, rig: Rig, data: FitProblem) -> str:
     """Why an effect is not offered; empty if it is."""
-    free = _own_parameters(effect, rig, data) & {u.parameter.name for u in data.nuisance}
-    estimated = f"{', '.join(sorted(free))} is already estimated." if free else ""
+    free, own = _estimated(effect, rig, data), _own_parameters(effect, rig, data)
+    new = any(name not in free and not k.secondary for name, k in own.items())
+    verb = "is" if len(free) == 1 else "are"
+    estimated = f"{listed(sorted(free))} {verb} already estimated." if free and not new else ""
     statement = effect.ruled_out(rig, data.sizes).get(effect.title, "")
     stated = f"Stated: {statement}." if statement else ""
     return stated or effect.not_applicable(rig) or estimated

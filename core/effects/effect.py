@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
@@ -135,6 +137,18 @@ class Effect(ABC):
     @abstractmethod
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         """Its parameters on the arm of `changed_arm`; none for an effect that is switched."""
+
+    @cache  # noqa: B019 - effects are few and stay; one part is one object in all rounds
+    def without(self, names: frozenset[str]) -> Effect:
+        """The same effect with those parameters left to whoever estimates them already."""
+        if not names:
+            return self
+        part = copy(self)
+        kept = lambda *of: tuple(  # noqa: E731
+            k for k in self.parameters(*of) if k.parameter.name not in names
+        )
+        part.parameters = kept  # type: ignore[method-assign]
+        return part
 
     def changed_arm(self, arm: Arm, values: Values) -> Arm:
         """The arm with the effect in it; a change of structure happens here."""

@@ -1,14 +1,14 @@
 """Segments that are heavier or lighter than stated."""
 
 from ..arm.arm import Arm
+from ..arm.catalogue import arm_parameters
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter
 from ..effects.per_segment import arm_parameter
 from ..effects.sizes import Sizes
 
 START_MASS_ERROR = 0.1
-BELIEVED = 0.3
-"""Shares of the stated mass: where to begin, and how wrong a drawing can be."""
+"""Of the stated mass: where to begin."""
 
 
 class LinkMassError(Effect):
@@ -29,8 +29,9 @@ class LinkMassError(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def make(k: int) -> EffectParameter:
-            own = arm.segments[k].mass
-            low, high = (1.0 - BELIEVED) * own, (1.0 + BELIEVED) * own
-            return arm_parameter(arm, f"m{k + 1}", START_MASS_ERROR * own, low, high)
+            # A slip in a data sheet is as large as it likes: the bounds of any estimated mass.
+            own = arm_parameters(arm)[f"m{k + 1}"]
+            step = START_MASS_ERROR * own.value
+            return arm_parameter(arm, own.name, step, own.lower, own.upper)
 
         return tuple(make(k) for k in range(arm.joints))

@@ -20,6 +20,7 @@ from flexgui.page.scene_panel import exaggeration, measured_arm
 from flexgui.session.scenario_edits import apply_edits, cached_model, set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.panel_recording import wording_of
+from flexgui.stages.data.panel_rig import estimated
 from flexgui.stages.data.rig_sheet import is_stated, sheet_edit, sheet_rows, with_links
 from flexgui.stages.data.rigs import RIGS, rig_edit
 from flexgui.views.preview import finding_html, title_of
@@ -53,6 +54,14 @@ def test_what_can_be_estimated_follows_and_its_bounds_lie_around_what_is_stated(
     second = cached_model(made).parameters["EI2"]
     assert second.value == 195.0 and second.lower < 195.0 < second.upper
     assert second.lower == pytest.approx(195.0 / 10.0)
+
+
+def test_what_a_fit_does_not_take_as_stated_stands_in_the_sheet() -> None:
+    """A mass that was estimated unsaid hid that another one was wrong."""
+    rigid = with_sheet(demo_scenario(), **{"segments.EI.0": "", "segments.EI.1": ""})
+    assert rigid.identify.parameters == ("m1",)
+    assert estimated(rigid) == "mass of segment 1 (m1)"
+    assert estimated(apply_edits(rigid, set_value(("identify", "parameters"), []))) == ""
 
 
 def test_a_sheet_that_nobody_touched_changes_only_that_the_arm_is_stated() -> None:
