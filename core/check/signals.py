@@ -42,6 +42,18 @@ def jumps(x: np.ndarray) -> list[tuple[int, float]]:
     return found
 
 
+def breaks_off(x: np.ndarray, first: int, after: int) -> bool:
+    """Whether a signal x (N,) that repeats a value from sample `first` to the one before `after`
+    stops or goes on within a sample, faster than inertia lets it change its speed elsewhere. What
+    comes to rest and leaves it does not, nor does what was and stays at rest."""
+    changes, moves = np.abs(np.diff(x, 2)), np.abs(np.diff(x))
+    elsewhere = np.r_[changes[: max(first - 2, 0)], changes[after:]]
+    elsewhere = elsewhere if elsewhere.any() else changes
+    usual = max(np.percentile(elsewhere, 99), np.median(elsewhere[elsewhere > 0.0]))
+    edges = [moves[k - 1] for k in (first, after) if 0 < k < len(x)]
+    return bool(max(edges, default=0.0) > 1.5 * usual)  # a count more or less is none
+
+
 NEAR_LIMIT = 0.02
 """Share of the range: a smooth turning point has more samples below its top than at it."""
 FAST = 0.25
@@ -87,16 +99,22 @@ MOST_OUTLIERS = 0.03
 
 def far_out(x: np.ndarray, share: float = MOST_OUTLIERS) -> np.ndarray:
     """(N,) True where one or two samples of x (N,) stand out to the same side of both neighbours,
-    further than all but a `share` of the samples do."""
+    further than all but a `share` of the samples do, than x bends around them, and than its own
+    resolution lets it."""
     bad = np.zeros(len(x), dtype=bool)
     # Of the middle, so that the outliers do not raise it themselves.
     low, high = np.percentile(x, [1.0, 99.0])
     spread = float(np.std(np.clip(x, low, high)))
+    least, bends = FAR * common_quantisation_step([x]), np.abs(np.diff(x, 2)) / 2.0
     for width in (1, 2):
         out = _standing_out(x, width)
         limit = FAR * float(np.quantile(out, 1.0 - share))
-        for k in np.flatnonzero(out > max(limit, OF_SPREAD * spread, 1e-12)):
-            bad[k : k + width] = True
+        for k in np.flatnonzero(out > max(limit, OF_SPREAD * spread, least, 1e-12)):
+            # A current may be quiet at rest and chatter where a joint moves.
+            before = bends[max(k - 2 - LONGEST_CONSTANT_RUN, 0) : max(k - 2, 1)]
+            after = bends[k + width :][:LONGEST_CONSTANT_RUN]
+            if out[k] > FAR * max(map(np.median, (before, after)) if len(after) else [0.0]):
+                bad[k : k + width] = True
     return bad
 
 

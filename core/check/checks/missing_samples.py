@@ -7,10 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...check.case import Case
+from ...check.comparison import MOVES
 from ...check.finding import RESAMPLE_LINE, Check, Finding
-from ...check.signals import LONGEST_CONSTANT_RUN
+from ...check.measured_recording import MeasuredRecording
+from ...check.signals import LONGEST_CONSTANT_RUN, OF_SPREAD, breaks_off
 from ...noise.sensor_noise import common_quantisation_step
-from ...recording.channels import is_reference
+from ...recording.channels import DRIVES, Role, is_reference, joint_of, role_of
 from ...recording.resampling import GAP
 from ...recording.spec import GapsSpec
 
@@ -107,30 +109,51 @@ class Dead(Check):
     def _frozen(self, case: Case, name: str, good: np.ndarray, x: np.ndarray) -> Iterable[Finding]:
         starts = np.flatnonzero(np.r_[True, np.diff(x) != 0.0])
         lengths = np.diff(np.r_[starts, len(x)])
-        order = np.argsort(lengths)[::-1]
-        after = int(starts[order[0]] + lengths[order[0]])
-        if _released_from_friction(x, after):
+        longest, second = np.sort(np.r_[lengths, 0])[:-3:-1]
+        first = int(starts[np.argmax(lengths)])
+        after, value = first + int(longest), x[first]
+        if longest < max(LONGEST_CONSTANT_RUN, LONGER * second) or _clipped(x, value):
             return
-        longest, second = lengths[order[0]], lengths[order[1]] if len(order) > 1 else 0
-        if longest < max(LONGEST_CONSTANT_RUN, LONGER * second) or _clipped(x, x[starts[order[0]]]):
+        recording, rows = case.recording, slice(int(good[first]), int(good[after - 1]) + 1)
+        breaks = role_of(name) not in FORCES and breaks_off(x, first, after)
+        if not breaks and not _must_move(recording, name, rows):
             return
-        time = case.recording.time[good]
-        begin = time[starts[order[0]]]
-        span = longest * case.recording.step
-        sentence = f"{name} stays at {x[starts[order[0]]]:.6g} for {span:.4g} s from {begin:.4g} s"
+        begin, span = recording.time[rows.start], longest * recording.step
+        sentence = f"{name} stays at {value:.6g} for {span:.4g} s from {begin:.4g} s"
         mask = f"mask = {{ {name} = [[{begin:.9g}, {begin + span:.9g}]] }}"
         yield case.finding(self.kind, name, span, "s", sentence, mask)
 
 
-def _released_from_friction(x: np.ndarray, after: int) -> bool:
-    """Whether an encoder leaves a stretch of equal samples at sample `after` as a joint does that
-    dry friction held: by a count, or faster and faster. A channel that froze jumps to where the
-    joint is by then, and goes on at its usual speed."""
-    step = common_quantisation_step([x])
-    if step == 0.0 or after + 1 >= len(x):
+FORCES = (*DRIVES, Role.VOLTAGE, Role.KNOWN_TORQUE)
+"""What no inertia keeps from breaking off."""
+
+
+def _must_move(recording: MeasuredRecording, name: str, rows: slice) -> bool:
+    """Whether what goes with a channel moves in some rows: the joint of a torque, the references of
+    a joint, and while the other joints rest its torque and all that hangs on it."""
+    joints = recording.names("theta#")
+    of_joint = [n for n in recording.channels if joint_of(n) == joint_of(name) and n != name]
+    forces = [n for n in of_joint if role_of(n) in FORCES]
+    if role_of(name) in FORCES:
+        joints = [n for n in joints if n in of_joint]
+        return not joints or any(_moves(recording.counted(n), rows, MOVES) for n in joints)
+    # What a coarse channel repeats, it may have seen.
+    coarse = common_quantisation_step([recording.counted(name)]) > 0.0
+    share = OF_SPREAD if coarse else MOVES
+    if name not in joints:
+        return any(_moves(recording.counted(n), rows, share) for n in joints)
+    references = [n for n in of_joint if is_reference(n) and n not in forces]
+    if any(_moves(recording.counted(n), rows, share) for n in references):
+        return True
+    if any(_moves(recording.counted(n), rows, MOVES) for n in joints):
         return False
-    jump, next_ = abs(x[after] - x[after - 1]), abs(x[after + 1] - x[after])
-    return bool(jump < max(1.5 * step, next_))
+    noisy = [recording.counted(n) for n in (*forces, *recording.names("z#", "deflection#"))]
+    return any(np.nanstd(x[rows]) > OF_SPREAD * np.nanstd(x) for x in noisy)
+
+
+def _moves(x: np.ndarray, rows: slice, share: float) -> bool:
+    """Whether a channel (N,) moves in some rows by a share of its range."""
+    return bool(np.ptp(x[rows]) > share * np.ptp(x[np.isfinite(x)]))
 
 
 def _clipped(x: np.ndarray, value: float) -> bool:
