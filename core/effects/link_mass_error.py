@@ -8,7 +8,9 @@ from ..effects.per_segment import arm_parameter
 from ..effects.sizes import Sizes
 
 START_MASS_ERROR = 0.1
-"""Of the stated mass: where to begin."""
+BELIEVED = 0.3
+"""Shares of the stated mass: where to begin, and how wrong that of a link can be whose bending
+shows its stiffness over its mass. With more, every vibration ends in a minimum of its own."""
 
 
 class LinkMassError(Effect):
@@ -29,9 +31,11 @@ class LinkMassError(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def make(k: int) -> EffectParameter:
-            # A slip in a data sheet is as large as it likes: the bounds of any estimated mass.
             own = arm_parameters(arm)[f"m{k + 1}"]
-            step = START_MASS_ERROR * own.value
-            return arm_parameter(arm, own.name, step, own.lower, own.upper)
+            # That of a rigid link shows as it is, however large the slip in the data sheet.
+            low, high = own.lower, own.upper
+            if arm.modes[k]:
+                low, high = (1.0 - BELIEVED) * own.value, (1.0 + BELIEVED) * own.value
+            return arm_parameter(arm, own.name, START_MASS_ERROR * own.value, low, high)
 
         return tuple(make(k) for k in range(arm.joints))
