@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from ..validation import Bounded, NonNegative, Positive, Stated
 
 MAX_MODES = 3
+CLAMPED = 1.8751**2
+"""First eigenvalue of a clamped uniform beam, squared: omega = CLAMPED sqrt(EI / (m l^3))."""
 _OF_RIGID = ("centre_of_mass", "centre_of_mass_across", "inertia")
+
+
+def _of_an_arm(length: float) -> float:
+    """ValueError for a length that only another unit explains."""
+    if length > 100.0:
+        raise ValueError(f"is {length:g} m; no segment is longer than 100 m. Is it in mm?")
+    return length
 
 
 class Segment(Stated):
@@ -20,8 +30,8 @@ class Segment(Stated):
     are SI.
     """
 
-    length: Positive
-    """m"""
+    length: Annotated[Positive, AfterValidator(_of_an_arm)]
+    """m, 100 at most."""
     mass: Positive
     """kg"""
     width: Positive | None = None
@@ -82,6 +92,16 @@ class Segment(Stated):
         return self
 
     @model_validator(mode="after")
+    def _check_stiffness(self) -> Segment:
+        if self.modes and not 1e-3 < (hz := self.clamped_frequency / (2.0 * math.pi)) < 1e6:
+            raise ValueError(
+                f"bends at {hz:.2g} Hz by its EI of {self.bending_stiffness:.3g} N m², its mass "
+                "and its length; no beam does. State EI in N m² (width in m, young_modulus in Pa), "
+                "mass in kg and length in m, or modes = 0 for a rigid one"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _check_motor(self) -> Segment:
         if self.joint_compliance is not None and self.hub_inertia + self.rotor_inertia == 0.0:
             raise ValueError(
@@ -103,6 +123,11 @@ class Segment(Stated):
         if self.width is not None and self.young_modulus is not None:
             return self.young_modulus * self.width**4 / 12.0
         return 0.0
+
+    @property
+    def clamped_frequency(self) -> float:
+        """rad/s of the segment alone, clamped at its root: its first."""
+        return CLAMPED * math.sqrt(self.bending_stiffness / (self.mass * self.length**3))
 
     @property
     def centre(self) -> tuple[float, float]:

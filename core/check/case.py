@@ -13,6 +13,7 @@ from ..check.column_fault import ColumnFault
 from ..check.column_search import Search, search
 from ..check.comparison import Comparison
 from ..check.finding import Finding, Picture
+from ..check.lengths import tip_products, wrong_lengths
 from ..check.measured_recording import MeasuredRecording
 from ..check.signals import jumps
 from ..recording.channels import channel_kind
@@ -41,9 +42,25 @@ class Case:
         return tuple(_jumps(self.recording))
 
     @cached_property
+    def tip_products(self) -> np.ndarray | None:
+        """What its camera and encoders show of the links: see `core.check.lengths`."""
+        return None if self.jumps else tip_products(self.recording)
+
+    @cached_property
+    def wrong_lengths(self) -> dict[int, float]:
+        """Segment (from 0) -> its length in m as all recordings show it, where another is stated;
+        none without a camera here."""
+        own, model = self.tip_products, self.recording.model
+        if model is None or own is None:
+            return {}
+        others = (o.tip_products for o in self.others)
+        return wrong_lengths(model.arm, [own, *(p for p in others if p is not None)])
+
+    @cached_property
     def comparison(self) -> Comparison | None:
-        """With a model, once the encoders' jumps are taken back; None where it lacks something."""
-        return Comparison.of(self.recording, self.jumps)
+        """With a model, once the encoders' jumps are taken back; None where it lacks something, or
+        is that of another arm."""
+        return None if self.wrong_lengths else Comparison.of(self.recording, self.jumps)
 
     @cached_property
     def search(self) -> Search | None:

@@ -81,6 +81,11 @@ SCALE = Kind(_scaled, 0.01, FACTOR)
 """Sizes are logarithms."""
 
 
+def is_absurd(fault: ColumnFault) -> bool:
+    """Whether not even a unit and a gear together explain a factor."""
+    return abs(np.log(fault.factor)) > np.log(MILLI * GEARS[1]) if fault.factor > 0.0 else False
+
+
 def _trials(fit: Fitted) -> Iterator[tuple[Kind, Group, float]]:
     """Kinds, channels and sizes from which a fit begins."""
     step, count = fit.recording.sample_time, len(fit.recording.time)

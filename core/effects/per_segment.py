@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from ..arm.arm import Arm
 from ..arm.catalogue import arm_parameters
 from ..effects.effect import EffectParameter, Rig
-
-CLAMPED = 1.8751**2
-"""First eigenvalue of a clamped uniform beam, squared: omega = CLAMPED sqrt(EI / (m l^3))."""
 
 
 def bending(arm: Arm) -> tuple[int, ...]:
@@ -22,12 +17,6 @@ def bending(arm: Arm) -> tuple[int, ...]:
 def unbent(rig: Rig) -> str:
     """The sentence for an effect of bending; empty where a segment bends."""
     return "" if rig.bends else "No segment of this arm bends."
-
-
-def clamped_frequency(arm: Arm, k: int) -> float:
-    """rad/s of segment k (from 0) alone, clamped at its root."""
-    s = arm.segments[k]
-    return float(CLAMPED * np.sqrt(s.bending_stiffness / (s.mass * s.length**3)))
 
 
 def arm_parameter(arm: Arm, name: str, step: float, lower: float, upper: float) -> EffectParameter:

@@ -3,7 +3,7 @@
 from ..arm.arm import Arm
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Rig
-from ..effects.per_segment import arm_parameter, bending, clamped_frequency, unbent
+from ..effects.per_segment import arm_parameter, bending, unbent
 from ..effects.sizes import Sizes
 
 RATIO = 0.02
@@ -36,7 +36,7 @@ class StructuralDamping(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def make(k: int) -> EffectParameter:
             own = arm.segments[k].damping_time
-            step = 2.0 * RATIO / clamped_frequency(arm, k)
+            step = 2.0 * RATIO / arm.segments[k].clamped_frequency
             return arm_parameter(arm, f"tau{k + 1}", step, 0.0, own + LARGEST_DAMPING * step)
 
         return tuple(make(k) for k in bending(arm))

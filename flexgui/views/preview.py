@@ -134,6 +134,7 @@ TITLES = {
     "gear_ratio": "Gear ratio missing",
     "scale": "Wrong scale",
     "tip": "Camera and encoders disagree",
+    "stated_length": "Length as stated",
     "stated_stiffness": "Stiffness as stated",
     "delay": "Delayed",
     "dead": "Frozen",

@@ -80,7 +80,7 @@ def test_nothing_is_found_in_good_recordings(rigs: list[Rig]) -> None:
 
 def test_every_seeded_fault_has_a_check_and_every_check_a_fault() -> None:
     of_several = {"different_rig", "missing_reference", "same_data", "unequal_rates"}
-    assert set(checks()) - set(FAULTS) == {*of_several, "wrong_columns"}
+    assert set(checks()) - set(FAULTS) == {*of_several, "stated_length", "wrong_columns"}
     assert set(FAULTS) <= {*checks(), *SENTENCES}
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from ...check.case import Case
 from ...check.column_fault import TIME, ColumnFault, unit_of
 from ...check.finding import Check, Finding
+from ...check.sized_faults import is_absurd
 from ...recording.channels import from_camera
 from ...sentences import listed
 
@@ -39,9 +40,11 @@ class WrongColumns(Check):
         for fault in case.wrong_columns:
             sentence = _sentence(case, fault)
             question = case.search is not None and case.search.is_question(fault)
-            if question:
+            if absurd := is_absurd(fault):
+                sentence += ". No unit or gear does that: the arm is not the stated one"
+            elif question:
                 sentence += ". A missing effect or a wrong mass may explain it as well"
-            fix = None if fault.alternatives else _fix_line(case, fault)
+            fix = None if fault.alternatives or absurd else _fix_line(case, fault)
             unit = "s/s" if fault.drift else "s" if fault.lag else "SI" if fault.shift else ""
             for channel in fault.channels if fault.lag or fault.drift else fault.channels[:1]:
                 finding = case.finding(fault.fault, channel, fault.size, unit, sentence, fix, True)
