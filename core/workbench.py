@@ -21,11 +21,13 @@ from .errors import InputError
 from .identify.compare import compare_many
 from .identify.fit import Fitted
 from .identify.setup import Setup, make_setup
+from .information_criteria import added_up
 from .linear_or_nonlinear import AUTO, choose_level
 from .loading import load_recordings
 from .model import Model
 from .noise.output_noise import stated_noise
 from .noise.repeated_motions import compare_repeated_runs
+from .noise.whitening import error_products
 from .processors import fast_thread_switching, is_limited
 from .profile_likelihood import profile_likelihood
 from .progress import Progress, Silent, beside
@@ -33,6 +35,7 @@ from .propose.propose import propose, with_proposal
 from .recording.recording import Recording
 from .results import (
     Diagnosis,
+    ErrorProducts,
     Estimate,
     Fit,
     LevelChoice,
@@ -114,6 +117,7 @@ def run_scenario(
                     diagnosis = replace(diagnosis, linear_model=linear)
         with clock.timed("load"):
             found = findings()
+    left = added_up([_left(f) for f in fits])
     standing, values, shown = _final_model(scenario, setup, fits, diagnosis)
     unchecked = () if check else (NOT_CHECKED,)
     return Outcome(
@@ -125,8 +129,15 @@ def run_scenario(
         arm_table=_arm_table(model), diagnosis=diagnosis,
         repeated=compare_repeated_runs(fits),
         origins=_origins(setup.model, fits), mechanism=mechanism(standing, values),
-        state_equations=state_equations(standing, values),
+        state_equations=state_equations(standing, values), left=left,
     )  # fmt: skip
+
+
+def _left(fitted: Fitted) -> ErrorProducts:
+    """The errors of a fit, for BIC."""
+    r = fitted.residuals
+    count = len(fitted.vector)
+    return error_products(r.experiments, r.blocks(fitted.vector), r.weights, count)
 
 
 def _findings(

@@ -28,6 +28,7 @@ from ..diagnose.search_round import not_applicable, ruled_out
 from ..effects import catalogue, with_included
 from ..errors import InputError
 from ..identify.setup import Setup
+from ..information_criteria import with_evidence
 from ..precompile import precompile_arms
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
@@ -81,7 +82,7 @@ def diagnose(
     have = {e.kind for e in with_included(last.effects)}
     reasons = not_applicable(last.data, options.candidates)
     compared = options.compare
-    return Diagnosis(
+    return with_evidence(Diagnosis(
         verdict=verdict, final_verdict=final, rounds=climbed.rounds, steps=steps, doubts=unsure,
         not_applicable={kind: why for kind, why in reasons.items() if kind not in have},
         ruled_out=ruled_out(last.data, options.candidates),
@@ -96,7 +97,8 @@ def diagnose(
         origins=parameter_origins(last.refit), values=last.refit.parametrised.values(),
         proposed=proposed, shapes=_further_shapes(last, base.data.bare.arm),
         unstated_noise=_unstated_noise(last.data, options.stated_noise),
-    )  # fmt: skip
+        noise=climbed.noise.products,
+    ))  # fmt: skip
 
 
 def _final(climbed: Ladder, options: Options, progress: Progress) -> FittedModel:

@@ -16,7 +16,7 @@ from ..diagnose.acceptance import Round
 from ..diagnose.evidence import assess_refit
 from ..diagnose.fit_problem import FitProblem, parameter_names, parametrised
 from ..diagnose.fitted_model import FittedModel, fit_model
-from ..diagnose.ladder_steps import ladder_step
+from ..diagnose.ladder_steps import Noise, ladder_step
 from ..diagnose.linear_screen import screen
 from ..diagnose.memo import Memo, ModelRound
 from ..diagnose.next_experiment import deciding_experiments
@@ -25,7 +25,6 @@ from ..diagnose.refit import fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS
 from ..diagnose.search import Found
 from ..effects.effect import Effect
-from ..noise.whitening import Whitener, fit_whitener, whitened_rows
 from ..progress import Progress
 from ..results import DiagnosisRound, LadderStep, RankedEffect
 from ..sentences import listed
@@ -47,6 +46,7 @@ class Ladder:
     rungs: tuple[Rung, ...]
     rounds: tuple[DiagnosisRound, ...]
     """One per added effect, and the one that found nothing more."""
+    noise: Noise
 
     def ending(self, last: FittedModel) -> Ladder:
         """The same with its last model as it is stated."""
@@ -54,7 +54,8 @@ class Ladder:
 
     def as_given(self) -> Ladder:
         """That of the model as given alone, with its ranking."""
-        return Ladder(self.rungs[:1], tuple(replace(r, accepted=None) for r in self.rounds[:1]))
+        rounds = tuple(replace(r, accepted=None) for r in self.rounds[:1])
+        return replace(self, rungs=self.rungs[:1], rounds=rounds)
 
     @property
     def added(self) -> tuple[str, ...]:
@@ -63,34 +64,43 @@ class Ladder:
 
     def steps(self, memo: Memo) -> tuple[LadderStep, ...]:
         """The error of each model on estimation and validation recordings."""
-        return tuple(_step(rung, memo) for rung in self.rungs)
+        return tuple(
+            replace(_step(rung, memo), left=self.noise.left(rung.model.data, rung.model.refit))
+            for rung in self.rungs
+        )
 
 
 def ladder(found: Found, memo: Memo, progress: Progress) -> Ladder:
     """The ladder to the last model of a search."""
     last, first = found.model, found.path[0].model
-    base = first.against(last.data)
+    base, noise = first.against(last.data), _noise(memo, last)
     if base.key == last.key:
         # Effects that went again can have brought the model to a better minimum.
         better = last if last.refit.cost <= base.refit.cost else base
-        tried = _tried(memo, better, last.data, progress, None)
-        return Ladder((Rung(better, None),), (tried,) if tried else ())
+        tried = _tried(memo, better, last.data, progress, None, noise)
+        return Ladder((Rung(better, None),), (tried,) if tried else (), noise)
     rungs, remaining = [Rung(base, None)], list(last.effects[len(memo.stated) :])
     grown = {} if any(move.removed for move in found.path) else _grown(found)
-    noise = fit_whitener(last.refit.errors, whitened_rows(last.data.experiments))
     while remaining and not progress.stopped():
         before = rungs[-1].model
         effect, model = grown.get(before.key) or _strongest(last, before, remaining, progress)
         remaining.remove(effect)
-        tried = _tried(memo, before, last.data, progress, effect.kind)
+        tried = _tried(memo, before, last.data, progress, effect.kind, noise)
         refitted = {r.effect for r in tried.ranking if r.delta_bic is not None} if tried else ()
         if tried is None or effect.kind not in refitted:
             ranked = tried.ranking if tried else ()
             tried = _assembled(memo.rounds[first.key], before, model, effect, noise, ranked)
         rungs.append(Rung(model.against(last.data), effect, tried))
     rounds = [rung.tried for rung in rungs if rung.tried is not None]
-    unaccepted = _tried(memo, last, last.data, progress, None)
-    return Ladder(tuple(rungs), (*rounds, *([unaccepted] if unaccepted else [])))
+    unaccepted = _tried(memo, last, last.data, progress, None, noise)
+    return Ladder(tuple(rungs), (*rounds, *([unaccepted] if unaccepted else [])), noise)
+
+
+def _noise(memo: Memo, last: FittedModel) -> Noise:
+    """What neither the last model nor, where they were tried on it, any candidate explains."""
+    known = memo.rounds.get(last.key)
+    rest = last.refit.errors if known is None else known.against(last.data).round.screen.remainders
+    return Noise.of(last.data, rest)
 
 
 def _grown(found: Found) -> dict[tuple[str, ...], tuple[Effect, FittedModel]]:
@@ -123,21 +133,22 @@ def _strongest(
 
 
 def _tried(
-    memo: Memo, model: FittedModel, like: FitProblem, progress: Progress, accepted: str | None
-) -> DiagnosisRound | None:
+    memo: Memo, model: FittedModel, like: FitProblem, progress: Progress, accepted: str | None,
+    noise: Noise,
+) -> DiagnosisRound | None:  # fmt: skip
     """What was tried on a model, against the noise of `like`; None if nothing was."""
     known = memo.rounds.get(model.key)
     if known is None:
         return None
     found = known.against(like).round
-    ranking = ranking_of(found, found.data)
+    ranking = ranking_of(found, found.data, noise)
     experiments = deciding_experiments(found, ranking, found.data, progress)
     not_simulated = tuple(dict.fromkeys((*found.screen.diverged, *found.failed_refits)))
     return DiagnosisRound(ranking, accepted, tuple(found.refused), not_simulated, experiments)
 
 
 def _assembled(
-    first: ModelRound, before: FittedModel, after: FittedModel, effect: Effect, noise: Whitener,
+    first: ModelRound, before: FittedModel, after: FittedModel, effect: Effect, noise: Noise,
     others: Sequence[RankedEffect],
 ) -> DiagnosisRound:  # fmt: skip
     """The effect ranked against the model before, beside the other ranks there."""
@@ -147,11 +158,11 @@ def _assembled(
     if own is None:  # it came in as the simpler part of a candidate, and is none itself
         screened = screen(data, before.refit.parametrised, before.effects, [effect])
         (own,) = screened.candidates
-    old, new = (with_whitened_cost(m.refit, noise) for m in (before, after))
+    old, new = (with_whitened_cost(m.refit, noise.whitener) for m in (before, after))
     assessed = assess_refit(own, old, new, data.count, len(screened.candidates))
     record = Round(screened, (assessed,), assessed, before.refit, after.refit, data)
     kept = (r for r in others if r.effect != effect.kind)
-    return DiagnosisRound((*ranking_of(record, data)[:1], *kept), effect.kind)
+    return DiagnosisRound((*ranking_of(record, data, noise)[:1], *kept), effect.kind)
 
 
 def _step(rung: Rung, memo: Memo) -> LadderStep:

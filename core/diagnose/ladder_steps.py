@@ -12,13 +12,49 @@ from ..diagnose.refit import Refit
 from ..identify.identifiability import analyse, identified
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknown
-from ..least_squares import SEEN, as_finite, levenberg_marquardt
+from ..least_squares import (
+    SEEN,
+    as_finite,
+    levenberg_marquardt,
+    normal_equations,
+    pseudo_inverse,
+    with_prior,
+)
 from ..model import Model
 from ..noise.noise_floor import channel_rms
-from ..results import ChannelError, Estimate, LadderStep
+from ..noise.whitening import Whitener, error_products, fit_whitener, whitened_rows
+from ..results import ChannelError, ErrorProducts, Estimate, LadderStep
 
 VALIDATION_ITERATIONS = 4
 """Offsets and starts of a recording enter almost linearly."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What whitens the errors of all models that are compared."""
+
+    whitener: Whitener
+    products: ErrorProducts
+
+    @classmethod
+    def of(cls, data: FitProblem, rest: Sequence[np.ndarray]) -> Noise:
+        """Of what is left (M, k) per recording, in floors, where all is explained."""
+        whitener = fit_whitener(rest, whitened_rows(data.experiments))
+        return cls(whitener, error_products(data.experiments, rest, data.weights, 0))
+
+    def left(self, data: FitProblem, refit: Refit) -> ErrorProducts:
+        """The errors of a model, by a linear step where the whitened ones are least."""
+        h, end = refit.parametrised, refit.descended
+        blocks, slopes = (
+            [self.whitener(i, x) for i, x in enumerate(each)] for each in (end.blocks, end.slopes)
+        )
+        A, b = with_prior(*normal_equations(blocks, slopes), h.vector, h.limits)
+        free = np.flatnonzero(h.limits.inside(h.vector) & (np.diag(A) > 0.0))
+        move = np.zeros(len(h.vector))
+        move[free] = -pseudo_inverse(A[np.ix_(free, free)]) @ b[free]
+        moved = [r + S @ move for r, S in zip(end.blocks, end.slopes, strict=True)]
+        prior = float(h.limits.prior_cost(h.vector + move))
+        return error_products(data.experiments, moved, data.weights, len(move), prior)
 
 
 def ladder_step(

@@ -11,10 +11,11 @@ import numpy as np
 from ..diagnose.acceptance import Round
 from ..diagnose.evidence import RELEVANT, TIE, RefittedCandidate, acceptable
 from ..diagnose.fit_problem import FitProblem, parameter_names
-from ..diagnose.ladder_steps import estimates
+from ..diagnose.ladder_steps import Noise, estimates
 from ..diagnose.linear_screen import Screen, ScreenedCandidate
 from ..diagnose.refit import Refit
 from ..identify.identifiability import POORLY_DISTINGUISHABLE, correlation_of
+from ..information_criteria import fall_of_bic
 from ..least_squares import normal_equations, pseudo_inverse, with_prior
 from ..results import Estimate, RankedEffect
 
@@ -65,10 +66,21 @@ def _inverse_root(A: np.ndarray) -> np.ndarray:
     return np.asarray((vectors[:, kept] / np.sqrt(values[kept])) / d[:, None])
 
 
-def ranking_of(result: Round, data: FitProblem) -> tuple[RankedEffect, ...]:
-    """Refitted candidates first, best first; then the others by expected reduction."""
+def ranking_of(
+    result: Round, data: FitProblem, noise: Noise | None = None
+) -> tuple[RankedEffect, ...]:
+    """Refitted candidates first, best first; then the others by expected reduction. `noise`: that
+    whitens for ΔBIC; None: what the screen leaves."""
     above = max(result.before.cost - data.count, RELEVANT * data.count)
-    refitted = [_refitted_record(w, result, data, above) for w in result.refitted]
+    refitted = []
+    if result.refitted:
+        noise = noise or Noise.of(data, result.screen.remainders)
+        before = noise.left(data, result.before)
+        for w in result.refitted:
+            left = noise.left(data, w.refit)
+            fall = fall_of_bic(before, left, noise.products)
+            w = w if fall is None else replace(w, delta_bic=fall)
+            refitted.append(replace(_refitted_record(w, result, data, above), left=left))
     have = {r.effect for r in refitted}
     others = [s for s in result.screen.candidates if s.effect.kind not in have]
     others.sort(key=lambda s: -s.cost_reduction)

@@ -17,8 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..identify.prepared_recording import Prepared
+from ..results import ErrorProducts
 
 HIGHEST_ORDER = 6
 """Sensor noise correlated by a filter or a vibration needs two to four."""
@@ -218,3 +220,48 @@ def _predict_channel(rows: np.ndarray, autocovariance: _Autocovariance) -> Chann
     a = np.linalg.solve(among, to[:, :, None])[:, :, 0]
     deviation = np.sqrt(np.maximum(gamma[0] - np.sum(a * to, axis=1), SMALLEST_VARIANCE))
     return ChannelPrediction(rows, a[which.ravel()], deviation[which.ravel()])
+
+
+def error_products(
+    experiments: Sequence[Prepared], errors: Sequence[np.ndarray], weights: Sequence[np.ndarray],
+    parameters: int, prior: float = 0.0,
+) -> ErrorProducts:  # fmt: skip
+    """The inner products of the errors (M, k) per recording, which are weighted by `weights` (k,).
+
+    Args:
+        experiments: The recordings.
+        errors: Of a model, times the weights.
+        weights: One over the unit that the errors are in.
+        parameters: That the model estimates.
+        prior: What is known a priori costs so much.
+    """
+    rows, channels = whitened_rows(experiments), range(len(weights[0]))
+    windows = [
+        np.concatenate([
+            _windows(r[own[c], c] / (w[c] or np.nan), _steps(own[c]))
+            for r, w, own in zip(errors, weights, rows, strict=True)
+        ])
+        for c in channels
+    ]  # fmt: skip
+    return ErrorProducts(
+        np.array([x.T @ x for x in windows]),
+        np.array([len(x) for x in windows]),
+        np.array([_variance([e.measured[e.counted[:, c], c] for e in experiments])
+                  for c in channels]),
+        parameters, prior,
+    )  # fmt: skip
+
+
+def _windows(x: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """(n, HIGHEST_ORDER + 1): samples x (N,) with those before them, the latest first, where none
+    of them is missing; `numbers` (N,) of the samples."""
+    grid = np.full(max(numbers.max(initial=-1), HIGHEST_ORDER) + 1, np.nan)
+    grid[numbers] = x
+    windows = sliding_window_view(grid, HIGHEST_ORDER + 1)[:, ::-1]
+    return windows[np.isfinite(windows).all(axis=1)]
+
+
+def _variance(parts: Sequence[np.ndarray]) -> float:
+    """Mean square about each part's own mean."""
+    about = [y - y.mean() for y in parts if len(y)]
+    return float(np.mean(np.concatenate(about) ** 2)) if about else 0.0

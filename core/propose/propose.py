@@ -16,7 +16,7 @@ from ..diagnose.base_fit import BaseFit
 from ..diagnose.evidence import CLOSE, LEAST_SHARE, RefittedCandidate, acceptable
 from ..diagnose.fit_problem import parameter_names
 from ..diagnose.fitted_model import FittedModel
-from ..diagnose.ladder_steps import estimates
+from ..diagnose.ladder_steps import Noise, estimates
 from ..diagnose.memo import Memo
 from ..diagnose.next_experiment import next_experiments, possible_experiments
 from ..diagnose.refit import Refit
@@ -26,6 +26,7 @@ from ..diagnose.search import Search
 from ..diagnose.search_options import Options
 from ..diagnose.search_round import REFITTED
 from ..errors import InputError
+from ..information_criteria import fall_of_bic, with_evidence
 from ..least_squares import cost_of
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
@@ -92,7 +93,7 @@ def with_proposal(
         return diagnosis
     ranking = diagnosis.rounds[-1].ranking if diagnosis.rounds else ()
     proposal = propose(last, options, progress, ranking, len(diagnosis.kept))
-    return replace(diagnosis, proposal=proposal)
+    return with_evidence(replace(diagnosis, proposal=proposal))
 
 
 class _Proposing:
@@ -214,7 +215,8 @@ class _Proposing:
         if found.accepted is None:
             return Proposal(carriers, reason=NO_LAW, refused=refused)
         chosen = self._chosen(found, by_kind)
-        stated = tuple(self._law(w, refit, by_kind) for w, refit in chosen)
+        noise = Noise.of(found.data, found.screen.remainders)
+        stated = tuple(self._law(w, refit, by_kind, noise) for w, refit in chosen)
         needless = self._needless(found)
         experiments = self._experiments(chosen)
         return Proposal(carriers, stated, "", refused, experiments, needless)
@@ -247,20 +249,24 @@ class _Proposing:
                 chosen.append((w, w.refit))
         return chosen
 
-    def _law(self, w: RefittedCandidate, refit: Refit, by_kind: dict[str, Law]) -> ProposedLaw:
-        law, count = by_kind[w.screened.effect.kind], self.model.data.count
-        own, model = w.screened.effect, refit.parametrised.model
-        names = parameter_names(own, model, self.model.data.sizes)
+    def _law(
+        self, w: RefittedCandidate, refit: Refit, by_kind: dict[str, Law], noise: Noise
+    ) -> ProposedLaw:
+        law, data, own = by_kind[w.screened.effect.kind], self.model.data, w.screened.effect
+        names = parameter_names(own, refit.parametrised.model, data.sizes)
+        left, count = noise.left(data, refit), data.count
         listed = {e.name: e for e in estimates(refit)}
         at = law.with_values([listed[name].value for name in names])
         relative, likeness = self._relative(refit)
+        fall = fall_of_bic(noise.left(data, self.model.refit), left, noise.products)
         return ProposedLaw(
             title=own.title, target=law.target, formula=at.formula(names),
             latex=own.formula, parameters=tuple(listed[name] for name in names),
             terms=tuple(_term(term) for term in at.terms), explained=w.reduction,
             rms=(math.sqrt(self.model.refit.cost / count), math.sqrt(refit.cost / count)),
             unseen_rms=(self._unseen(self.model.refit), self._unseen(refit)),
-            delta_bic=w.delta_bic, relative=relative, likeness=likeness,
+            delta_bic=w.delta_bic if fall is None else fall, relative=relative,
+            likeness=likeness, left=left,
         )  # fmt: skip
 
     def _unseen(self, refit: Refit) -> float:

@@ -12,6 +12,7 @@ from ..results.comparison import (
     Variant,
     WorstCell,
 )
+from ..results.criteria import ErrorProducts, InformationCriteria
 from ..results.diagnosis import (
     ABOVE,
     ABOVE_IN_ONE,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..results.comparison import RecordingComparison
+from ..results.criteria import ErrorProducts
 from ..results.identification import Estimate
 from ..results.objection import Doubt, Objection, PlannedExperiment
 from ..results.proposal import Proposal
@@ -106,6 +107,8 @@ class LadderStep:
     0 % no better than the mean."""
     validation_fit_percent: tuple[float, ...] = ()
     """The same on the recordings that no fit has seen."""
+    left: ErrorProducts | None = field(default=None, compare=False)
+    """Its errors, for BIC."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,8 @@ class RankedEffect:
     refit_drop_percent: float | None
     """The same by a full refit; None where none was made."""
     delta_bic: float | None
-    """Fall of the Bayesian information criterion by the refit; positive speaks for the effect."""
+    """Fall of the Bayesian information criterion by the refit, of the effect that was added by its
+    step; positive speaks for the effect."""
     confused_with: tuple[str, ...] = ()
     """Ids of the effects that these recordings do not distinguish from it."""
     parameters: tuple[Estimate, ...] = ()
@@ -138,6 +142,8 @@ class RankedEffect:
     """(M, k) per recording in floors: the residual that the effect predicts."""
     unseen_rms: float = float("nan")
     """Validation error of its refit, in floors, where that decides among similar effects."""
+    left: ErrorProducts | None = field(default=None, compare=False)
+    """Errors of its refit, for BIC."""
 
 
 @dataclass(frozen=True)
@@ -224,6 +230,8 @@ class Diagnosis:
     """Why the model as it now stands cannot be judged."""
     unstated_noise: tuple[str, ...] = ()
     """Settings of [sensors] for the noise of what is compared or followed, which nobody stated."""
+    noise: ErrorProducts | None = field(default=None, compare=False)
+    """What neither the last model nor any candidate explains: it whitens all errors for BIC."""
 
     @property
     def added(self) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..results.comparison import RecordingComparison, Variant
+from ..results.criteria import ErrorProducts
 from ..results.diagnosis import Diagnosis
 from ..results.identification import Estimate, Fit
 from ..results.state_equations import StateEquations
@@ -46,6 +47,8 @@ class Outcome:
     """The arm of `model` in plain numbers; None where nobody stated it."""
     state_equations: StateEquations | None = None
     """The non-linear model with its drive and forces; None where joints follow a recording."""
+    left: ErrorProducts | None = field(default=None, compare=False)
+    """Errors of the fits, for BIC; None where there are none."""
 
 
 @dataclass(frozen=True)

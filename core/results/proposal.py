@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..results.criteria import ErrorProducts
 from ..results.identification import Estimate
 from ..results.objection import Objection, PlannedExperiment
 
@@ -79,6 +80,8 @@ class ProposedLaw:
     """Title of the listed effect that it is most like; empty: none was ranked."""
     likeness: float = float("nan")
     """Cosine between what both predict."""
+    left: ErrorProducts | None = field(default=None, compare=False)
+    """Errors of the model with it, for BIC."""
 
     @property
     def carrier(self) -> Carrier:

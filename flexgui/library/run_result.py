@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from flexgui.core.diagnosed_scenario import diagnosed_scenario, identified_scenario
 from flexgui.core.errors import InputError
-from flexgui.core.information_criteria import InformationCriteria
 from flexgui.core.results import (
     Estimate,
+    InformationCriteria,
     Outcome,
 )
 from flexgui.core.sentences import few

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from flexgui.core.information_criteria import InformationCriteria
 from flexgui.core.results import (
     ABOVE,
     ChannelError,
     Doubt,
     DoubtReason,
     Estimate,
+    InformationCriteria,
     LadderStep,
     LinearModel,
     RankedEffect,

@@ -222,7 +222,8 @@ def _reason_against(share: float, second: RankedEffect, best: RankedEffect) -> s
         return f", but the evidence for it is weaker by ΔBIC {evidence(behind)}"
     if second.unseen_rms > best.unseen_rms:
         return f", but leaves {times(second.unseen_rms)} the noise floor on validation recordings"
-    return ", but needs more parameters: the simpler one is preferred"
+    more = len(second.parameters) > len(best.parameters)
+    return ", but needs more parameters: the simpler one is preferred" if more else ""
 
 
 def _not_refitted(f: Finding, share: float) -> str:

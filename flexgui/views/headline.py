@@ -9,7 +9,7 @@ import numpy as np
 
 from flexgui.core.effects import catalogue
 from flexgui.core.identify.unknowns import GAIN, OFFSET
-from flexgui.core.information_criteria import InformationCriteria, information_criteria
+from flexgui.core.information_criteria import information_criteria
 from flexgui.core.results import (
     MISSING,
     NOTHING,
@@ -17,6 +17,7 @@ from flexgui.core.results import (
     UNLISTED,
     Diagnosis,
     Estimate,
+    InformationCriteria,
     Outcome,
     RecordingComparison,
 )
@@ -153,15 +154,12 @@ def final_comparisons(outcome: Outcome) -> tuple[RecordingComparison, ...]:
 
 
 def criteria(outcome: Outcome) -> InformationCriteria | None:
-    """AIC, BIC and FPE of the model after the diagnosis. First states of recordings, which every
-    model of them has, are not counted as parameters."""
+    """AIC, BIC and FPE of the model after the diagnosis, against its noise."""
     diagnosis = outcome.diagnosis
-    if diagnosis is None or not diagnosis.parameters:
-        found = _without_starts([e for fit in outcome.fits for e in fit.estimates])
-    else:
-        derived = final_derived_names(outcome)
-        found = tuple(e for e in final_estimates(outcome) if e.name not in derived)
-    return information_criteria(final_comparisons(outcome), len(found))
+    if diagnosis is None:
+        return None if outcome.left is None else information_criteria(outcome.left)
+    left, noise = diagnosis.steps[-1].left, diagnosis.noise
+    return None if left is None else information_criteria(left, noise)
 
 
 def comparisons_as_given(outcome: Outcome) -> tuple[RecordingComparison, ...]:

@@ -50,7 +50,7 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
     if any("FIT" in each for each in sentences):
         sentences.append(FIT_IS)
     if found := criteria(outcome):
-        sentences.append(f"{criteria_text(found)}; the residuals are taken for white.")
+        sentences.append(f"{criteria_text(found)}, of whitened errors.")
     return (*(s for s in sentences if s), *_doubts(outcome))
 
 

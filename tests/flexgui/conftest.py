@@ -27,7 +27,7 @@ from flexgui.core.results import (
     Variant,
 )
 from flexgui.export.export_files import export_outcome
-from tests.flexgui.findings import whole_outcome
+from tests.flexgui.findings import left, whole_outcome
 
 EI = 520.8333
 """N m², of the paper's arm."""
@@ -165,6 +165,7 @@ def _outcome(fits: tuple[Fit, ...], comparisons: tuple[RecordingComparison, ...]
         seconds={"identify": 12.34},
         notes=("Output ȳ from positions by central differences over 2 ms.",),
         arm_table=(("l1", "length of segment 1", 0.5, "m"), ("m1", "mass", 7.5, "kg")),
+        left=left(81.0, 3 * len(fits)),
     )
 
 

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from flexgui.core.identify.repeatability import repeatability
+from flexgui.core.information_criteria import with_evidence
 from flexgui.core.results import (
     ChannelError,
     Diagnosis,
     DiagnosisRound,
+    ErrorProducts,
     Estimate,
     JointMotion,
     LadderStep,
@@ -40,7 +42,17 @@ def step(added: str | None, title: str, cost: float, validation: float) -> Ladde
     errors = tuple(
         ChannelError(n, "rad/s", root * f, f, validation * f, "stated") for n, f in FLOORS.items()
     )
-    return LadderStep(added, title, (), errors, 2e-4 * root, cost, (90.0, 91.0), (88.0, 87.0))
+    return LadderStep(
+        added, title, (), errors, 2e-4 * root, cost, (90.0, 91.0), (88.0, 87.0),
+        left=left(cost, 4 if added else 2),
+    )  # fmt: skip
+
+
+def left(cost: float, parameters: int) -> ErrorProducts:
+    """White errors of a squared size in noise floors."""
+    size = 8400.0 * cost * np.square(list(FLOORS.values()))
+    products = size[:, None, None] * np.eye(7)
+    return ErrorProducts(products, np.full(2, 8400), np.full(2, 0.03), parameters)
 
 
 RANKING = (
@@ -50,7 +62,7 @@ RANKING = (
 )
 PLANNED = PlannedExperiment({"theta2": 1.57}, "rad/s", 123.0, ("Friction", "Damping"))
 
-FOUND = Diagnosis(
+FOUND = with_evidence(Diagnosis(
     verdict="missing",
     final_verdict="nothing_missing",
     rounds=(
@@ -66,7 +78,8 @@ FOUND = Diagnosis(
     effects=({"id": "coulomb_friction", "fc1": {"start": 1.2, "vary": True}},),
     floors=FLOORS,
     seconds={"base": 1.0, "diagnose": 2.0},
-)
+    noise=left(1.0, 0),
+))  # fmt: skip
 
 
 def motion(samples: int) -> JointMotion:

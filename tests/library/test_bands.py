@@ -103,7 +103,7 @@ def test_a_local_fit_needs_its_recording() -> None:
     ]
     local = rig(machines, sensors=NOISE, identify={**QUICK, "method": "local"}).identify()
     assert local.criteria is not None
-    assert local.criteria.parameters == 4  # two of each recording
+    assert local.criteria.parameters == 8  # two of each recording, and where its joints begin
     with pytest.raises(fg.InputError, match="choose a recording of r0 and r1"):
         local.profile("EI1")
     assert np.isfinite(local.profile("EI1", recording="r1").interval).all()

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import flexgui as fg
-from flexgui.core.results import Estimate, LadderStep, Outcome
+from flexgui.core.results import Diagnosis, Estimate, LadderStep, Outcome
 from flexgui.core.scenario.read import parse_scenario, scenario_toml
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario.stated_effects import base_model
@@ -22,7 +24,9 @@ from flexgui.session.scenario_edits import ScenarioDict, apply_edits, set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.uploads import found_file
 from flexgui.stages.diagnose.effects import present
+from flexgui.stages.diagnose.fitted_models import errors_of, evidence_of
 from flexgui.stages.diagnose.model_versions import combined_diagnosis, ladder_steps
+from flexgui.stages.diagnose.panel_candidates import WORDS
 from flexgui.views.headline import criteria, final_comparisons
 from tests.session.helpers import exported, shortened, until
 
@@ -107,6 +111,21 @@ def test_page_command_line_and_library_agree(
         assert mine[name][0] == pytest.approx(value, abs=SAME_SIZE * deviation), name
     assert rms(page.steps[-1]) == pytest.approx(rms(headless.steps[-1]), rel=SAME_ERROR)
     assert page.verdict == ("missing" if hidden else "nothing_missing")
+    one_evidence(session, page)
+
+
+def one_evidence(session: Session, report: Diagnosis) -> None:
+    """What the report of a session says for an effect is the difference of the criteria that its
+    table of models shows."""
+    models = session.diagnosis.models
+    assert models.present is not None
+    rows = [evidence_of(model, models.present.version) for model in models.comparable]
+    found = [r.delta_bic for tried in report.rounds for r in tried.ranking
+             if r.effect == tried.accepted]  # fmt: skip
+    assert [row.fall for row in rows[1:]] == pytest.approx(found)
+    for before, after in pairwise(rows):
+        assert before.criteria is not None and after.criteria is not None
+        assert after.fall == pytest.approx(before.criteria.bic - after.criteria.bic)
 
 
 FEW = ["coulomb_friction", "viscous_friction", "tip_payload"]
@@ -176,10 +195,31 @@ def test_the_scenario_of_what_was_found_goes_on_from_its_fit(opened: Session) ->
 
 
 def test_each_model_has_the_criteria_that_the_report_states(opened: Session, run: Path) -> None:
-    given, grown = (model.criteria for model in opened.diagnosis.models.comparable)
-    assert given is not None and grown is not None
+    """So that their differences are the evidence: one number wherever it stands."""
+    models = opened.diagnosis.models
+    assert models.present is not None
+    (given, none), (grown, fall) = (
+        evidence_of(model, models.present.version) for model in models.comparable
+    )
+    assert given is not None and grown is not None and none is None
     assert grown.parameters == given.parameters + 2
     assert grown == criteria(saved(run)[1])
+    assert fall == pytest.approx(given.bic - grown.bic)
+    diagnosis = saved(run)[1].diagnosis
+    assert diagnosis is not None
+    assert diagnosis.ranking[0].effect == "coulomb_friction"
+    assert diagnosis.ranking[0].delta_bic == pytest.approx(fall)
+
+
+def test_the_table_of_models_states_numbers_that_agree(opened: Session) -> None:
+    models = opened.diagnosis.models
+    assert models.present is not None
+    like = models.present.version
+    rows = [(m, errors_of(m, like), evidence_of(m, like), "") for m in models.comparable]
+    text = str(WORDS.models(rows, models.present, None, True))
+    bics = [float(x) for x in re.findall(r"[^\u0394]BIC (-?\d+)", text)]
+    (fall,) = (float(x) for x in re.findall(r"\u0394BIC (-?\d+)", text))
+    assert fall == pytest.approx(bics[0] - bics[1], abs=1.0)  # each is rounded to one
 
 
 def test_one_can_return_to_the_model_as_given(opened: Session, run: Path) -> None:

@@ -7,12 +7,10 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from flexgui.core.information_criteria import InformationCriteria, information_criteria
-from flexgui.core.results import LadderStep
+from flexgui.core.information_criteria import fall_of_bic, information_criteria
+from flexgui.core.results import ErrorProducts, InformationCriteria, LadderStep
 from flexgui.core.scenario.schema import Scenario
-from flexgui.core.scenario.stated_effects import with_effect_parameters
 from flexgui.sentences.figures import validation_rms
-from flexgui.session.scenario_edits import cached_model
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.model_versions import ModelVersion, step_in_floors
@@ -54,24 +52,6 @@ class FittedModel:
     def title(self) -> str:
         """What it is called."""
         return self.name or " + ".join(self.effects) or GIVEN
-
-    @property
-    def evidence(self) -> float | None:
-        """Difference of the criterion BIC to the model before, by the whitened residual: more than
-        10 is very strong evidence for the last effect. None where that was not computed."""
-        before = self.way[-2].ranking if len(self.way) > 1 else ()
-        ranked = next((r for r in before if r.effect == self.version.added), None)
-        return None if ranked is None else ranked.delta_bic
-
-    @property
-    def criteria(self) -> InformationCriteria | None:
-        """AIC, BIC and FPE; None where it was not compared."""
-        scenario, compared = self.version.scenario, self.version.comparisons
-        spec = with_effect_parameters(scenario.identify, cached_model(scenario), scenario.model)
-        fitted = sum(c.role == "estimate" for c in compared)
-        own = set(spec.per_recording)
-        count = len(set(spec.parameters) - own) + fitted * len(own)
-        return information_criteria(compared, count)
 
 
 class FittedModels:
@@ -153,6 +133,28 @@ def errors_of(model: FittedModel, like: ModelVersion | None) -> Errors:
         return Errors(math.nan, math.nan)
     step = step_like(found.step, like)
     return Errors(math.sqrt(step.cost_per_sample), validation_rms(step.errors))
+
+
+class Evidence(NamedTuple):
+    """For a model, against one noise; None where it was not fitted to its end."""
+
+    criteria: InformationCriteria | None
+    fall: float | None
+    """Of BIC from the model before: more than 10 is very strong evidence for the last effect."""
+
+
+def evidence_of(model: FittedModel, like: ModelVersion | None) -> Evidence:
+    """The criteria of a model against the noise of another one, so that rows can be compared."""
+    found = None if like is None else like.diagnosis
+    noise, left = None if found is None else found.noise, _left(model.version)
+    if noise is None or left is None:
+        return Evidence(None, None)
+    before = _left(model.way[-2]) if len(model.way) > 1 else None
+    return Evidence(information_criteria(left, noise), fall_of_bic(before, left, noise))
+
+
+def _left(version: ModelVersion) -> ErrorProducts | None:
+    return None if version.found is None else version.found.step.left
 
 
 def step_like(step: LadderStep, like: ModelVersion | None) -> LadderStep:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from flexgui.core.information_criteria import with_evidence
 from flexgui.core.parameters import Parameter
 from flexgui.core.progress import Progress
 from flexgui.core.results import (
@@ -120,7 +121,7 @@ def combined_diagnosis(versions: Sequence[ModelVersion]) -> Diagnosis | None:
         return None
     last, steps, whole = versions[-1], ladder_steps(versions), len(versions) > 1
     stands = last.diagnosis or _unseen(complete[-1], steps[-1])
-    return replace(
+    combined = replace(
         stands,
         verdict=MISSING if whole else stands.verdict,
         final_verdict=last.diagnosis.verdict if whole and last.diagnosis else None,
@@ -135,6 +136,7 @@ def combined_diagnosis(versions: Sequence[ModelVersion]) -> Diagnosis | None:
         given=versions[0].comparisons,
         left=last.comparisons if whole else (),
     )
+    return with_evidence(combined)
 
 
 def _unseen(before: Diagnosis, step: LadderStep) -> Diagnosis:

@@ -7,8 +7,7 @@ from typing import Any
 
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, bind
-from flexgui.sentences.figures import criteria_text
-from flexgui.stages.diagnose.fitted_models import FittedModel, errors_of
+from flexgui.stages.diagnose.fitted_models import FittedModel, errors_of, evidence_of
 from flexgui.stages.diagnose.panel_candidates import WORDS
 
 
@@ -44,7 +43,7 @@ class ModelTable(PageElement):
         if len(models) < 2:
             return
         like = None if present is None else present.version
-        rows = [(m, errors_of(m, like), criteria_text(m.criteria), _date(m)) for m in models]
+        rows = [(m, errors_of(m, like), evidence_of(m, like), _date(m)) for m in models]
         self._rows.show(WORDS.models(rows, present, diagnosis.models.beside, able))
 
 

@@ -94,7 +94,8 @@ def diagnose(
         replace(r, ranking=thinned(r.ranking, reporter.counted, first)) for r in found.rounds
     )
     reported = replace(found, rounds=light)
-    reporter.report(ranking=reported.ranking, diagnosis=reported)
+    step = replace(reporter.seen.step, left=found.steps[0].left)
+    reporter.report(step=step, ranking=reported.ranking, diagnosis=reported)
     if scenario.diagnose.propose:
         whole = with_proposal(found, reporter.fitted, inputs.options, progress)
         reporter.report(diagnosis=replace(reported, proposal=whole.proposal))
@@ -113,6 +114,7 @@ def propose_laws(
 ) -> ModelFindings:
     """What was found with laws for what the scenario's model leaves, whatever the verdict."""
     from flexgui.core.diagnose.diagnose import fit_base_to_recordings
+    from flexgui.core.information_criteria import with_evidence
     from flexgui.core.propose.propose import propose
 
     assert found is not None
@@ -121,7 +123,7 @@ def propose_laws(
     recordings, setup, spec, options = _search_inputs(scenario, identified or {}, where, progress)
     fitted = fit_base_to_recordings(setup, spec, recordings, options, progress)
     proposal = propose(fitted, options, progress)
-    return replace(found, diagnosis=replace(found.diagnosis, proposal=proposal))
+    return replace(found, diagnosis=with_evidence(replace(found.diagnosis, proposal=proposal)))
 
 
 def _search_inputs(
