@@ -6,7 +6,7 @@ Marx 1996).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from ..diagnose.evidence import RELEVANT
 from ..diagnose.fitted_model import FittedModel
+from ..identify.uncertainty import autocovariance, score_covariance
 from ..least_squares import as_finite, pseudo_inverse
 from ..propose.targets import Target
 from ..propose.variables import Factor, Series, Variable, ends
@@ -103,15 +104,20 @@ class PartMatrices:
         at = np.ix_(which, which)
         return pseudo_inverse(C[at] + self._costs[at])
 
-    def fitted(self) -> tuple[np.ndarray, np.ndarray]:
-        """(m,) coefficients of the columns fitted to everything, and their standard deviations for
-        the error that is left."""
+    def fitted(self, scores: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """(m,) coefficients of the columns fitted to everything, and their standard deviations,
+        infinite where nothing shows one, for the error that is left: as if it were white, or for
+        the covariance (n - 1, n - 1) of its `scores`."""
         C, P = self.total, self.nuisance
         inverse = self._inverse(C, np.arange(len(C) - 1))
         x = inverse @ C[:-1, -1]
         left = C[-1, -1] - 2.0 * x @ C[:-1, -1] + x @ C[:-1, :-1] @ x
-        deviations = np.sqrt(np.maximum(np.diag(inverse), 0.0) * max(left / self.count, 1.0))
-        return x[P:], deviations[P:]
+        covariance, level = inverse, max(left / self.count, 1.0)
+        if scores is not None:
+            known = self.prior[:-1, :-1] + self._costs
+            covariance = inverse @ (scores / level + known) @ inverse
+        variances = np.where(np.diag(C)[:-1] > 0.0, np.diag(covariance), np.inf)
+        return x[P:], np.sqrt(np.maximum(variances, 0.0) * level)[P:]
 
     def reduction(self) -> tuple[np.ndarray, np.ndarray]:
         """(K, K) and (K,): inner products of the columns with each other and with the error, with
@@ -176,6 +182,34 @@ def smooth_functions(
     return functions
 
 
+def missed_by_law(
+    model: FittedModel, f: SmoothFunction, held: Collection[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """(K,) what a model with a law misses of the law at the knots of its function, and standard
+    deviations under coloured noise. All unknowns but those `held`, the law's own, are free: the law
+    and what it misses are the function that these recordings show. It is not smoothed, which would
+    lead it along the law where they show nothing."""
+    columns = f.target.responses(model, hats(f.variable, f.factor, f.knots))
+    pairs = zip(_directions(model, _free(model, held)), _blocks(columns), strict=True)
+    scores = [
+        score_covariance(np.concatenate([S, G], axis=-1), autocovariance((r, e.counted)))
+        for (S, G), r, e in zip(pairs, model.refit.errors, model.data.experiments, strict=True)
+    ]
+    matrices = ErrorParts.of(model, held).matrices(columns)
+    return matrices.combined(np.eye(len(columns))).fitted(np.sum(scores, axis=0))
+
+
+def _free(model: FittedModel, held: Collection[str]) -> list[int]:
+    """The unknowns of a model but those `held`."""
+    labels = model.refit.parametrised.unknowns.labels
+    return [j for j, label in enumerate(labels) if label not in held]
+
+
+def _directions(model: FittedModel, free: Sequence[int]) -> list[np.ndarray]:
+    """(M, k, P) per recording: directions of the outputs by the unknowns that are `free`."""
+    return [-as_finite(S[:, :, free]) for S in model.refit.descended.slopes]
+
+
 def hats(variable: Variable, factor: Factor, places: np.ndarray) -> list[Series]:
     """Per place of `places` (K,), which are even, the signal (N,) of each recording: the hat there,
     times the factor."""
@@ -204,14 +238,14 @@ class ErrorParts:
     """How many of the nuisance, the last, are hats of a function."""
 
     @classmethod
-    def of(cls, model: FittedModel) -> ErrorParts:
-        """Of a model at its minimum."""
-        h = model.refit.parametrised
+    def of(cls, model: FittedModel, held: Collection[str] = ()) -> ErrorParts:
+        """Of a model at its minimum, whose unknowns `held` are none of the nuisance."""
+        h, free = model.refit.parametrised, _free(model, held)
         blocks = [
-            np.concatenate([-as_finite(S), r[..., None]], axis=-1)
-            for S, r in zip(model.refit.descended.slopes, model.refit.errors, strict=True)
+            np.concatenate([S, r[..., None]], axis=-1)
+            for S, r in zip(_directions(model, free), model.refit.errors, strict=True)
         ]
-        errors, sizes = h.limits.prior_measurements(h.vector)
+        errors, sizes = (x[free] for x in h.limits.prior_measurements(h.vector))
         known = np.column_stack([np.diag(-sizes), errors])
         parts = parts_of(model.refit.errors)
         return cls(cut(blocks, parts), known.T @ known, parts, model.data.count)

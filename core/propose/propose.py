@@ -31,8 +31,8 @@ from ..least_squares import cost_of
 from ..processors import fast_thread_switching
 from ..progress import Progress, Silent
 from ..propose.actual_motion import actual_motions
-from ..propose.carriers import SmoothFunction, smooth_functions
-from ..propose.short_laws import Law, ShortLaw, logarithm, per, short_laws
+from ..propose.carriers import SmoothFunction, missed_by_law, smooth_functions
+from ..propose.short_laws import Law, ShortLaw, carrier_of, logarithm, short_laws
 from ..propose.targets import Target, targets
 from ..propose.variables import COARSE, FINE, ends
 from ..results import (
@@ -258,11 +258,12 @@ class _Proposing:
         listed = {e.name: e for e in estimates(refit)}
         at = law.with_values([listed[name].value for name in names])
         relative, likeness = self._relative(refit)
+        grown = FittedModel(data, refit, (*self.model.effects, own))
         fall = fall_of_bic(noise.left(data, self.model.refit), left, noise.products)
         return ProposedLaw(
             title=own.title, target=law.target, formula=at.formula(names),
             latex=own.formula, parameters=tuple(listed[name] for name in names),
-            terms=tuple(_term(term) for term in at.terms), explained=w.reduction,
+            terms=tuple(_term(term, grown, names) for term in at.terms), explained=w.reduction,
             rms=(math.sqrt(self.model.refit.cost / count), math.sqrt(refit.cost / count)),
             unseen_rms=(self._unseen(self.model.refit), self._unseen(refit)),
             delta_bic=w.delta_bic if fall is None else fall, relative=relative,
@@ -301,20 +302,14 @@ class _Proposing:
         return next_experiments(self.model.data, first, second, (one, other), specs, stopped)
 
 
-def _term(law: ShortLaw) -> LawTerm:
-    places = np.linspace(*ends(law.function.variable), CURVE_POINTS)
-    return LawTerm(carrier_of(law.function), places, law.values(places))
-
-
-def carrier_of(f: SmoothFunction) -> Carrier:
-    """A function of one variable as a record."""
-    values, deviations = f.matrices.fitted()
-    unit = per(f.target.unit, f.factor.unit)
-    return Carrier(
-        target=f.target.name, target_title=f.target.title, variable=f.variable.word,
-        title=f.variable.title, unit=f.variable.unit, factor=f.factor.words, share=f.share,
-        places=f.knots, values=values, deviations=deviations, value_unit=unit,
-    )  # fmt: skip
+def _term(law: ShortLaw, grown: FittedModel, names: Sequence[str]) -> LawTerm:
+    """A term of a law, beside what the model that has `grown` by it shows of it; `names` of its
+    parameters."""
+    f = law.function
+    places = np.linspace(*ends(f.variable), CURVE_POINTS)
+    missed, deviations = missed_by_law(grown, f, names)
+    shown = replace(carrier_of(f), values=law.values(f.knots) + missed, deviations=deviations)
+    return LawTerm(shown, places, law.values(places))
 
 
 def _different(laws: Sequence[ShortLaw], most: int) -> list[ShortLaw]:

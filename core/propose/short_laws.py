@@ -20,6 +20,7 @@ from ..parameters import Parameter
 from ..propose.carriers import SmoothFunction
 from ..propose.shapes import SHAPES, Constant, Shape, Size
 from ..propose.variables import ends
+from ..results import Carrier
 from ..sentences import listed
 
 Value = TypeVar("Value")
@@ -208,6 +209,17 @@ def _size_unit(f: SmoothFunction, size: Size) -> str:
 def per(unit: str, *others: str) -> str:
     """A unit over others; empty ones do not count."""
     return "/".join([unit, *(f"({u})" if "/" in u else u for u in others if u)])
+
+
+def carrier_of(f: SmoothFunction) -> Carrier:
+    """A function of one variable as a record."""
+    values, deviations = f.matrices.fitted()
+    unit = per(f.target.unit, f.factor.unit)
+    return Carrier(
+        target=f.target.name, target_title=f.target.title, variable=f.variable.word,
+        title=f.variable.title, unit=f.variable.unit, factor=f.factor.words, share=f.share,
+        places=f.knots, values=values, deviations=deviations, value_unit=unit,
+    )  # fmt: skip
 
 
 def _constant_unit(f: SmoothFunction, constant: Constant) -> str:

@@ -9,7 +9,7 @@ from flexgui.sentences.figures import short_percent
 from flexgui.sentences.proposal import carrier_words
 from flexgui.sentences.written import estimate_text, format_number, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import Figure, axis, band, dots, figure, line, named_axis
+from flexgui.views.layout import Figure, axis, dots, figure, line, named_axis
 from flexgui.views.table import Row, Table, numbers, texts
 
 VARIABLE_ROW, AROUND_ROWS = 30, 80
@@ -41,18 +41,18 @@ def carrier_shares(proposal: Proposal | None) -> Figure | None:
 
 
 def law_over_variable(carrier: Carrier, term: LawTerm | None = None) -> Figure:
-    """The smooth function with two standard deviations either way, and that of a law's term."""
+    """A smooth function, or the term of a law and what the model with it shows in its place, with
+    two standard deviations either way."""
     unit = shown_unit(carrier.values, carrier.value_unit)
     place = shown_unit(carrier.places, carrier.unit)
-    x, y = carrier.places * place.factor, carrier.values * unit.factor
-    wide = 2.0 * carrier.deviations * unit.factor
     hover = f"%{{x:.4g}} {place.name}, %{{y:.4g}} {unit.name}<extra></extra>"
-    known = np.isfinite(wide) & (wide < np.ptp(y))
-    x, y, wide = x[known], y[known], wide[known]
-    traces = [
-        band((x, y + wide), (x, y - wide), "± 2 standard deviations", colours.RESIDUAL, 0.2),
-        dots(x, y, "what the rest shows", colours.RESIDUAL, hover),
-    ]
+    every = np.stack([carrier.places, carrier.values, 2.0 * carrier.deviations])
+    seen = every[:, np.isfinite(carrier.deviations)]
+    x, y, wide = seen[:, seen[2] < np.ptp(seen[1])]
+    name = "what the rest shows" if term is None else "what the recordings show"
+    bars = {"type": "data", "array": wide * unit.factor, "thickness": 1, "width": 0}
+    shown = dots(x * place.factor, y * unit.factor, name, colours.RESIDUAL, hover)
+    traces = [shown | {"error_y": bars}]
     if term is not None:
         places, values = term.places * place.factor, term.values * unit.factor
         traces.append(line(places, values, "the law", colours.ADDED, hover, width=2.6))
@@ -62,7 +62,8 @@ def law_over_variable(carrier: Carrier, term: LawTerm | None = None) -> Figure:
 
 
 def _caption(carrier: Carrier) -> str:
-    return f"At {carrier.target_title}, over {carrier_words(carrier)}."
+    where = f"At {carrier.target_title}, over {carrier_words(carrier)}"
+    return f"{where}; bars are two standard deviations either way."
 
 
 def _values(law: ProposedLaw) -> str:

@@ -46,35 +46,40 @@ def test_the_first_variables_alone_are_shown() -> None:
     assert len(shares_of(many)["data"][0]["x"]) == MOST_SHOWN
 
 
-def test_the_law_is_a_line_through_the_band_of_what_the_rest_shows() -> None:
+def test_the_law_is_a_line_through_the_bars_of_what_the_recordings_show() -> None:
     one = law().terms[0]
     drawn = traces(law_over_variable(one.carrier, one))
-    line, band = drawn["the law"], drawn["± 2 standard deviations"]
+    line, points = drawn["the law"], drawn["what the recordings show"]
     assert line["x"] == pytest.approx(one.places, rel=DRAWN)
     assert line["y"] == pytest.approx(one.values, rel=DRAWN)
-    half = len(band["x"]) // 2
-    upper, lower = band["y"][:half], band["y"][half:][::-1]
-    assert upper - lower == pytest.approx(4.0 * 0.1)
-    inside = np.interp(band["x"][:half], one.places, one.values)
-    assert np.all((inside <= upper) & (inside >= lower))
+    wide = points["error_y"]["array"]
+    assert wide == pytest.approx(2.0 * 0.1)
+    at = np.interp(points["x"], one.places, one.values)
+    assert np.all(np.abs(at - points["y"]) <= wide)
 
 
 def test_places_that_nothing_was_seen_of_are_not_drawn() -> None:
-    drawn = traces(law_over_variable(carrier()))
-    assert "the law" not in drawn
-    assert drawn["what the rest shows"]["x"] == pytest.approx(PLACES[:-1])
-    assert np.isfinite(drawn["± 2 standard deviations"]["y"]).all()
+    """Nor does what a law says there decide which deviations are small."""
+    (points,) = law_over_variable(carrier())["data"]
+    assert points["name"] == "what the rest shows"
+    assert points["x"] == pytest.approx(PLACES[:-1])
+    assert np.isfinite(points["error_y"]["array"]).all()
+    values = carrier().values.copy()
+    values[-1] = 1e6
+    (same,) = law_over_variable(carrier(values=values))["data"]
+    assert same["y"] == pytest.approx(points["y"])
 
 
-def test_small_values_are_drawn_in_small_units_with_law_and_band_in_the_same() -> None:
+def test_small_values_are_drawn_in_small_units_with_law_and_bars_in_the_same() -> None:
     k = 1e-3 / STIFFNESS
     small = carrier(values=k * carrier().values, deviations=k * carrier().deviations)
     drawn = term(small)
     figure = law_over_variable(small, replace(drawn, values=k * drawn.values))
     assert figure["layout"]["yaxis"]["title"]["text"] == "missing [mN m]"
-    line, dots = (traces(figure)[name] for name in ("the law", "what the rest shows"))
+    line, dots = (traces(figure)[name] for name in ("the law", "what the recordings show"))
     at = np.interp(np.asarray(dots["x"]), np.asarray(line["x"]), np.asarray(line["y"]))
     assert at == pytest.approx(np.asarray(dots["y"]), abs=0.02 * float(np.max(line["y"])))
+    assert dots["error_y"]["array"] == pytest.approx(1e3 * k * 2.0 * 0.1)
 
 
 def test_without_carriers_or_laws_there_is_nothing_to_draw() -> None:

@@ -12,6 +12,9 @@ from tests.propose.made_up import HIGH, LOW, NUISANCE, MadeUp, answer, place, to
 
 SEEDS = range(3)
 
+LEVEL = 0.03
+"""Relative, of the size of a noise that 3,600 samples show: 1.2 %, twice and a half as much."""
+
 SAME_SHARE = 2e-3
 """Of the error: hats cost a thousandth of their size, plain least squares nothing."""
 
@@ -154,3 +157,21 @@ def test_all_hats_in_one_sum_are_one_constant() -> None:
     shares = [combined(f, np.ones((len(f.knots), 1))) for f in (one, fine)]
     assert shares[0] == pytest.approx(shares[1], rel=1e-9)
     assert shares[0] > 0.99
+
+
+def test_deviations_follow_the_errors_that_are_there() -> None:
+    """Those for the scores of white errors are the usual ones; four times the variance makes them
+    at most twice as large, as what holds a hat beside the errors stays."""
+    matrices = MadeUp(bent).function(9).matrices
+    scores = matrices.parts.sum(axis=0)[:-1, :-1]
+    usual, white, loud = (matrices.fitted(s)[1] for s in (None, scores, 4.0 * scores))
+    assert white == pytest.approx(usual, rel=LEVEL)
+    assert np.all((loud > 1.5 * usual) & (loud <= 2.0 * usual))
+
+
+def test_what_nothing_shows_has_no_deviation() -> None:
+    matrices = MadeUp(bent).function(9).matrices
+    weights = np.eye(9)
+    weights[4, 4] = 0.0
+    deviations = matrices.combined(weights).fitted()[1]
+    assert np.flatnonzero(np.isinf(deviations)).tolist() == [4]

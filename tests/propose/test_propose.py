@@ -15,7 +15,15 @@ import flexgui as fg
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.progress import Silent
 from flexgui.core.propose.propose import propose, with_proposal
-from flexgui.core.results import MISSING, NOTHING, UNLISTED, Diagnosis, Proposal, ProposedLaw
+from flexgui.core.results import (
+    MISSING,
+    NOTHING,
+    UNLISTED,
+    Diagnosis,
+    LawTerm,
+    Proposal,
+    ProposedLaw,
+)
 from flexgui.core.results.proposal import NO_CARRIER, WITHIN_NOISE
 from flexgui.core.trajectory import Trajectory
 from tests.diagnose import fits
@@ -32,6 +40,14 @@ FOUND_VALUE = 0.03
 
 AT_THE_NOISE = 1.1
 """Times the floor: noise of thousands of samples alone stays below."""
+
+WITHIN = 3.0
+"""Standard deviations within which each point of a right law's picture lies: of a hundred points
+one is further away in four pictures."""
+
+SCATTERED = 1.5
+"""Mean square of these distances at most: one by chance, of twenty points within 0.3, and less,
+since the law was fitted to the same errors."""
 
 ATTEMPTS = 15
 """Questions whether to stop: a search is in its first stage by then."""
@@ -59,10 +75,15 @@ def project(recordings: list[dict[str, Any]]) -> fg.Project:
 
 
 @cache
-def spring() -> fg.Project:
+def held() -> list[dict[str, Any]]:
     """The elbow is held by the cube of its angle."""
     law = fg.formula("joint2", "-a*theta2**3", a=0.3)
-    return project(recorded((0.6, 1.3, 2.0), law, amplitude=0.5))
+    return recorded((0.6, 1.3, 2.0), law, amplitude=0.5)
+
+
+@cache
+def spring() -> fg.Project:
+    return project(held())
 
 
 def only_law(found: Proposal, target: str, variable: str) -> ProposedLaw:
@@ -73,7 +94,17 @@ def only_law(found: Proposal, target: str, variable: str) -> ProposedLaw:
     assert found.carriers[0].variable == variable and found.carriers[0].share > 0.95
     assert law.rms[0] > 10.0 > AT_THE_NOISE > law.rms[1]
     assert law.explained > 0.99 and law.delta_bic > 10.0
+    for term in law.terms:
+        away = distances(term)
+        assert np.abs(away).max() < WITHIN and np.mean(away**2) < SCATTERED
     return law
+
+
+def distances(term: LawTerm) -> np.ndarray:
+    """(n,) of the drawn points from the drawn curve, in the points' standard deviations."""
+    seen, drawn = np.isfinite(term.carrier.deviations), term.carrier
+    curve = np.interp(drawn.places, term.places, term.values)
+    return np.asarray(((drawn.values - curve) / drawn.deviations)[seen])
 
 
 def values_of(law: ProposedLaw) -> dict[str, float]:
@@ -89,6 +120,11 @@ def test_a_spring_at_a_joint_is_found_with_its_stiffness_and_leaves_nothing_once
     (term,) = law.terms
     assert term.values == pytest.approx(-0.3 * term.places**3, rel=FOUND_VALUE)
     assert (law.carrier.unit, law.carrier.value_unit) == ("rad", "N m")
+    places = law.carrier.places
+    visited = np.concatenate([r["table"].filter(regex="^theta2") for r in held()]).ravel()
+    near = np.abs(visited - places[:, None]).min(axis=1) < places[1] - places[0]
+    assert np.array_equal(np.isfinite(law.carrier.deviations), near), "no point elsewhere"
+    assert 0 < near.sum() < len(near)
     assert np.isnan(law.unseen_rms).all(), "there are no validation recordings"
     after = rig.with_effects(law.settings).propose()
     assert after.reason == WITHIN_NOISE and not after.laws and not after.carriers

@@ -39,7 +39,7 @@ class ProposedLaws(PageElement):
 
 
 class LawFigure(PageElement):
-    """What the rest shows over the variable that carries it, and the first law."""
+    """The first law over its variable, and what the model with it shows in its place."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
