@@ -233,7 +233,7 @@ def error_products(
         errors: Of a model, times the weights.
         weights: One over the unit that the errors are in.
         parameters: That the model estimates.
-        prior: What is known a priori costs so much.
+        prior: What is known a priori, in squares of its deviations.
     """
     rows, channels = whitened_rows(experiments), range(len(weights[0]))
     windows = [
