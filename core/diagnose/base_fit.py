@@ -25,7 +25,7 @@ from ..errors import InputError
 from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.prescribed_joint_forces import servo_points_per_sample
 from ..identify.processing import Processing
-from ..identify.setup import primary_sensors
+from ..identify.setup import measured_sensors
 from ..identify.unknowns import Unknown, Unknowns, fixed_values, unknowns_with_starts
 from ..least_squares import MOST_ITERATIONS
 from ..model import Model
@@ -54,10 +54,10 @@ class BaseFit:
     def validation_data(
         self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]
     ) -> FitProblem | None:
-        """The same comparison on validation recordings; None if they lack an output."""
+        """The same comparison on validation recordings; None if they have none of its outputs."""
         outputs = self.data.experiments[0].outputs
         model = self.base.parametrised.model
-        usable = [r for r in recordings if all(can_measure(model, r, s) for s in outputs)]
+        usable = [r for r in recordings if any(can_measure(model, r, s) for s in outputs)]
         experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in usable)
         if not experiments:
             return None
@@ -73,10 +73,7 @@ def compared_outputs(model: Model, fitted: Sequence[Sensor], recordings: Sequenc
     none."""
     if model.steering is not None:
         return tuple(fitted)
-    measured = tuple(
-        s for s in primary_sensors() if all(s.direct(r, model.arm) for r in recordings)
-    )
-    return measured or tuple(fitted)
+    return measured_sensors(model, recordings) or tuple(fitted)
 
 
 def fit_base(
@@ -213,5 +210,6 @@ def _fit_from_better_start(
 
 def _spread_weights(e: Prepared) -> np.ndarray:
     """(k,) one over the spread of each channel, before the noise floors are known."""
-    spread = [float(np.std(e.measured[e.counted[:, k], k])) for k in range(e.measured.shape[1])]
+    columns = [e.measured[e.counted[:, k], k] for k in range(e.measured.shape[1])]
+    spread = [float(np.std(y)) if y.size else 0.0 for y in columns]
     return np.array([1.0 / s if s > 0.0 else 1.0 for s in spread])

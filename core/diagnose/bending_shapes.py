@@ -19,7 +19,6 @@ from ..diagnose.fit_problem import (
     UNANCHORED_ERROR,
     FitProblem,
     enough_substeps,
-    for_model,
     parametrised,
 )
 from ..diagnose.fitted_model import FittedModel
@@ -27,7 +26,6 @@ from ..diagnose.gram_matrix import explained_by, gram_matrix
 from ..diagnose.linear_screen import remainders_of
 from ..diagnose.refit import fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, nominal_values
-from ..identify.predictor import MotionCache
 from ..least_squares import cost_of
 from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
 
@@ -122,12 +120,7 @@ def _values(model: FittedModel) -> dict[str, float]:
 def data_with_modes(data: FitProblem, modes: tuple[int, ...], model: FittedModel) -> FitProblem:
     """The same recordings for an arm with so many shapes per segment, in steps that are fine
     enough for the effects and values of a model."""
-    bare = replace(data.bare, arm=arm_with_modes(data.bare.arm, modes))
-    experiments = tuple(for_model(e, bare) for e in data.experiments)
-    other = replace(
-        data, bare=bare, experiments=experiments, anchor=None, motion_cache=MotionCache(),
-        result_substeps=None,
-    )  # fmt: skip
+    other = data.of_arm(replace(data.bare, arm=arm_with_modes(data.bare.arm, modes)))
     values = _values(model)
     steps = enough_substeps(other, model.effects, values, UNANCHORED_ERROR)
     steps = substeps_for_directions(other, model.effects, values, steps)

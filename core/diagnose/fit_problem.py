@@ -17,7 +17,7 @@ from ..identify.predictor import Motion, MotionCache, Predictor
 from ..identify.prepared_recording import Prepared, make_task
 from ..identify.prescribed_joint_forces import needed_steps
 from ..identify.residuals import Residuals
-from ..identify.unknowns import Unknown, Unknowns
+from ..identify.unknowns import Unknown, Unknowns, with_first_states_of
 from ..least_squares import BoundsAndPrior, bounds_and_prior
 from ..model import Model
 from ..noise.noise_floor import Floor
@@ -74,6 +74,16 @@ class FitProblem:
             np.array([1.0 / floors[n] for n, _ in e.channels]) / times
             for e, times in zip(self.experiments, own, strict=True)
         )
+
+    def of_arm(self, bare: Model) -> FitProblem:
+        """The same recordings for a bare model with other bending shapes, without an anchor."""
+        if bare is self.bare:
+            return self
+        return replace(
+            self, bare=bare, experiments=tuple(for_model(e, bare) for e in self.experiments),
+            nuisance=with_first_states_of(self.nuisance, bare), anchor=None,
+            motion_cache=MotionCache(), result_substeps=None,
+        )  # fmt: skip
 
     def in_floors(self, floors: Mapping[str, Floor]) -> FitProblem:
         """The same data with other noise floors, without an anchor."""

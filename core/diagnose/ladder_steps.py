@@ -129,7 +129,7 @@ def _figures(parts: Sequence[tuple[Prepared, int, np.ndarray]]) -> tuple[str, fl
     unit = parts[0][0].channels[parts[0][1]][1]
     error = np.concatenate([r[e.counted[:, k]] for e, k, r in parts])
     y = [e.measured[e.counted[:, k], k] for e, k, _ in parts]
-    spread = float(np.linalg.norm(np.concatenate([x - x.mean() for x in y])))
+    spread = float(np.linalg.norm(np.concatenate([x - x.mean() for x in y if x.size])))
     fit = 100.0 * max(1.0 - float(np.linalg.norm(error)) / spread, 0.0) if spread else np.nan
     return unit, float(np.sqrt(np.mean(error**2))), float(fit)
 

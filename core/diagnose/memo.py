@@ -66,7 +66,8 @@ class Memo:
         """The model on the validation recordings; None without any."""
         if self.validation is None:
             return None
-        data, refit, validation = model.data, model.refit, self.validation
+        data, refit = model.data, model.refit
+        validation = self.validation.of_arm(data.bare)
         key = id(refit), data.result_substeps
         if key not in self.validated:
             weights = validation.weights_at(data.floors)

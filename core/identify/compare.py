@@ -10,7 +10,7 @@ from ..arm.chord import deflection_rows
 from ..arm.joints import joint
 from ..errors import InputError
 from ..identify.predictor import Predictor
-from ..identify.prepared_recording import Prepared, prepare
+from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.processing import TORQUE, Processing
 from ..identify.unknowns import Unknowns
 from ..loading import joint_units
@@ -30,8 +30,8 @@ from ..trajectory import Trajectory
 
 
 def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]) -> list[Sensor]:
-    """The fitted outputs, then every other one that the recording holds."""
-    shown = list(fitted)
+    """The fitted outputs that the recording holds, then every other one."""
+    shown = [s for s in fitted if can_measure(model, recording, s)]
     servo = model.steering is not None
     torque = servo and model.drive.torque_known
     for kind, sensor in sensors().items():
@@ -68,10 +68,10 @@ def compare_many(
     own = {r.name: values for r, values, _ in chosen}
     predictor = Predictor(experiments, Unknowns(()), steps=steps, own=own)
     motions = predictor.trajectories([(np.zeros(0), range(len(experiments)))])[0]
-    count = sum(len(s.channels(model.arm)) for s in fitted)
     comparisons = []
     for e, motion, (_, _, label) in zip(experiments, motions, chosen, strict=True):
         predicted = e.processed(e.readings(*motion))
+        count = sum(len(s.channels(model.arm)) for s in e.outputs if s in fitted)
         channels = tuple(
             ChannelComparison(
                 channel=name,

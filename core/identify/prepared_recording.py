@@ -255,25 +255,31 @@ def prepare(
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:
-    """Whether a recording shows an output; a virtual servo gives the torque wherever the drive
-    does."""
-    servo = model.steering is not None and model.drive.torque_known
-    return (servo and sensor.kind == TORQUE) or sensor.available(recording, model.arm)
+    """Whether a recording has samples of an output; a virtual servo gives the torque wherever the
+    drive does."""
+    if model.steering is not None and model.drive.torque_known and sensor.kind == TORQUE:
+        return True
+    arm = model.arm
+    return sensor.available(recording, arm) and bool(
+        np.isfinite(sensor.measured(recording, arm)).any()
+    )
 
 
 def measured_outputs(
     model: Model, recording: Recording, sensor: Sensor
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Measured (N, k) and which samples count (N, k)."""
+    """Measured (N, k) and which samples count (N, k): none of what the recording lacks."""
     arm = model.arm
-    sensor.check(arm, recording)
     names = [c.name for c in sensor.channels(arm)]
     steering = model.steering
     if sensor.kind == TORQUE and steering is not None:
         recorded = steering.recorded(recording, arm)
         y = steering.recorded_torque(recorded, arm, steering.base.law(arm, model.numbers().p, {}))
-    else:
+    elif sensor.available(recording, arm):
+        sensor.check(arm, recording)
         y = np.array(sensor.measured(recording, arm))
+    else:
+        y = np.full((len(recording.time), len(names)), np.nan)
     mask = np.isfinite(y)
     for k, name in enumerate(names):
         chosen = recording.counted.get(name)

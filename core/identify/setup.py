@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..drives.servo import BEYOND, DEFAULT_HZ, FollowingServo
 from ..errors import InputError
-from ..identify.prepared_recording import start_joints
+from ..identify.prepared_recording import can_measure, start_joints
 from ..identify.prescribed_joint_motion import sampling_warning
 from ..identify.processing import TORQUE, Processing
 from ..identify.unknowns import first_state_names, starts_unknown
@@ -20,6 +20,7 @@ from ..recording.visible_band import visible_band
 from ..scenario.schema import IdentifySpec
 from ..sensors import sensor, sensors
 from ..sensors.sensor import Sensor
+from ..sentences import listed
 from ..simulate.motion import at_rest
 
 ENCODER = "encoder"
@@ -29,9 +30,14 @@ PREFERENCE = ("ydot", "z", "deflection", "encoder")
 stable output; y integrates, and z is right for any arm."""
 
 
-def primary_sensors() -> tuple[Sensor, ...]:
-    """Sensors compared by default with the full equations: all direct measurements."""
-    return tuple(s for s in sensors().values() if s.primary)
+def measured_sensors(model: Model, recordings: Sequence[Recording]) -> tuple[Sensor, ...]:
+    """Sensors compared by default with the full equations: all direct measurements of which some
+    recording has samples. Each is compared in the recordings that have it."""
+    arm = model.arm
+    return tuple(
+        s for s in sensors().values()
+        if s.primary and any(s.direct(r, arm) and can_measure(model, r, s) for r in recordings)
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -70,20 +76,25 @@ def _outputs(
     model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
 ) -> tuple[Sensor, ...]:
     if spec.output is not None:
-        return _with_known_torque(model, tuple(sensor(kind) for kind in spec.output))
+        stated = tuple(sensor(kind) for kind in spec.output)
+        for missing in (s for s in stated if not _shown_in(s, model, recordings)):
+            missing.check(model.arm, recordings[0])
+            missing.measured(recordings[0], model.arm)  # says which column is not there
+        return _with_known_torque(model, stated)
+    measured = measured_sensors(model, recordings)
     if _needs_servo(model):
-        shown = [s for s in primary_sensors() if s.kind != ENCODER]
-        direct = [s for s in shown if all(s.direct(r, model.arm) for r in recordings)]
-        return _with_known_torque(model, (sensor(TORQUE), *direct), stated=False)
-    measured = tuple(
-        s for s in primary_sensors() if all(s.direct(r, model.arm) for r in recordings)
-    )
+        beside = [s for s in measured if s.kind != ENCODER]
+        return _with_known_torque(model, (sensor(TORQUE), *beside), stated=False)
     if model.level == "nonlinear" and measured:
         return measured
-    for kind in PREFERENCE:
-        candidate = sensor(kind)
-        if all(_usable(candidate, model, r) for r in recordings):
-            return (candidate,)
+    chosen, left = list[Sensor](), list(recordings)
+    for candidate in map(sensor, PREFERENCE):
+        showing = [r for r in left if _usable(candidate, model, r)]
+        if showing:
+            chosen.append(candidate)
+            left = [r for r in left if r not in showing]
+    if chosen and not left:
+        return tuple(chosen)
     raise InputError(
         f"The recordings share none of the outputs {', '.join(PREFERENCE)}; add columns of a "
         f"camera, strain gauges or encoders, or state [identify] output."
@@ -166,8 +177,13 @@ def _needs_servo(model: Model) -> bool:
     return model.steering is None and not model.drive.holds_joints(law)
 
 
+def _shown_in(output: Sensor, model: Model, recordings: Sequence[Recording]) -> list[Recording]:
+    """The recordings that have samples of an output; all for a torque, which a servo may give."""
+    return [r for r in recordings if output.kind == TORQUE or can_measure(model, r, output)]
+
+
 def _usable(candidate: Sensor, model: Model, recording: Recording) -> bool:
-    if not candidate.available(recording, model.arm):
+    if not can_measure(model, recording, candidate):
         return False
     try:
         candidate.check(model.arm, recording)
@@ -199,6 +215,18 @@ IN_MOTION = (
 ANY_START = "The state in which each recording begins is estimated."
 
 
+def _gaps(
+    model: Model, outputs: Sequence[Sensor], recordings: Sequence[Recording]
+) -> Iterator[str]:
+    """Which of the outputs some recordings lack."""
+    for s in outputs:
+        showing = _shown_in(s, model, recordings)
+        lacking = [r.name for r in recordings if r not in showing]
+        if lacking:
+            have = "has" if len(lacking) == 1 else "have"
+            yield f"{s.kind} is not compared in {listed(lacking)}, which {have} no sample of it."
+
+
 def _notes(
     model: Model, spec: IdentifySpec, outputs: Sequence[Sensor], recordings: Sequence[Recording],
     servo: FollowingServo | None,
@@ -206,7 +234,8 @@ def _notes(
     stated = spec.output is not None
     names = ", ".join(f"{s.kind} ({s.title})" for s in outputs)
     sentences = [
-        f"Compared output: {names}{'' if stated else ', the default for these recordings'}."
+        f"Compared output: {names}{'' if stated else ', the default for these recordings'}.",
+        *_gaps(model, outputs, recordings),
     ]
     if model.level == "lpv":
         sentences.append(

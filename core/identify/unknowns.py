@@ -144,6 +144,23 @@ def first_state_names(model: Model) -> tuple[str, ...]:
     return tuple(f"{START}{rate}{q}" for rate in ("", "d") for q in free)
 
 
+def with_first_states_of(items: Sequence[Unknown], model: Model) -> tuple[Unknown, ...]:
+    """The unknowns of the same recordings for a model with other bending shapes: where the state in
+    which one begins is estimated, that of all its coordinates."""
+    names = first_state_names(model)
+    rates = f"{START}d"
+    moving = dict.fromkeys(u.recording for u in items if u.parameter.name.startswith(rates))
+    known = {(u.recording, u.parameter.name): u for u in items}
+    states = [
+        known.get((r, name)) or Unknown(_start(model, name.removeprefix(START)), r, False)
+        for r in moving for name in names
+    ]  # fmt: skip
+    others = [
+        u for u in items if u.recording not in moving or not u.parameter.name.startswith(START)
+    ]
+    return (*others, *states)
+
+
 def is_neutral(values: Mapping[str, float]) -> bool:
     """Whether offsets, gains and initial deviations are neutral."""
     gains = all(value == 1.0 for name, value in values.items() if name.startswith(GAIN))
