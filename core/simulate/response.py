@@ -10,7 +10,7 @@ from ..arm.joints import joint
 from ..model import Model
 from ..recording.channels import channel_kind, joint_of
 from ..sensors import sensor
-from ..simulate.posture import OSCILLATES, Posture, integrators
+from ..simulate.posture import AT_REST, OSCILLATES, Posture, integrators
 
 STEP_SAMPLES = 257
 """One more than a power of two: they are made by doubling."""
@@ -71,7 +71,7 @@ class FrequencyResponse:
     frequency: np.ndarray
     """(W,) Hz"""
     gain: np.ndarray
-    """(W, ny, nr) complex"""
+    """(W, ny, nr) complex; NaN at a frequency of a pole without damping, where it has no value"""
     outputs: tuple[Port, ...]
     references: tuple[Port, ...]
 
@@ -182,19 +182,31 @@ def _round_up(value: float) -> float:
 def frequency_response(
     at: Posture, kind: str | None = None, frequency: np.ndarray | None = None
 ) -> FrequencyResponse:
-    """G = C (i w E - A)^-1 B + D at every `frequency` (W,) in Hz at once."""
+    """G = C (i w E - A)^-1 B + D at every `frequency` (W,) in Hz at once; NaN at a pole."""
     output = linear_output(at, kind or default_output(at.model))
     inputs = references(at)
     f = frequency_grid(at.poles) if frequency is None else np.asarray(frequency, dtype=float)
-    pencil = 2j * np.pi * f[:, None, None] * at.E - at.A
+    defined = ~_at_pole(f, at.poles)
+    pencil = 2j * np.pi * f[defined, None, None] * at.E - at.A
     B = at.B[:, : len(inputs)].astype(complex)
-    x = np.linalg.solve(pencil, np.broadcast_to(B, (len(f), *B.shape)))
-    return FrequencyResponse(f, output.C @ x + output.D[:, : len(inputs)], output.ports, inputs)
+    x = np.linalg.solve(pencil, np.broadcast_to(B, (len(pencil), *B.shape)))
+    gain = np.full((len(f), len(output.ports), len(inputs)), complex(np.nan, np.nan))
+    gain[defined] = output.C @ x + output.D[:, : len(inputs)]
+    return FrequencyResponse(f, gain, output.ports, inputs)
+
+
+def _at_pole(frequency: np.ndarray, poles: np.ndarray) -> np.ndarray:
+    """(W,) bool: where i w, of the frequencies (W,) in Hz, is one of the poles (nx,) in 1/s but for
+    rounding. An integrator that rounding has moved is taken at zero."""
+    exact = np.where(integrators(poles), 0.0, poles)
+    rounding = AT_REST * np.abs(poles).max(initial=0.0) + OSCILLATES
+    away = np.abs(2j * np.pi * frequency[:, None] - exact)
+    return np.asarray((away <= rounding).any(axis=1))
 
 
 def frequency_grid(poles: np.ndarray) -> np.ndarray:
     """(W,) Hz for poles (nx,) in 1/s: even on a logarithmic axis over whole decades, and finer at
-    each resonance."""
+    each resonance. One without damping has no width: its points fill the even ones' distance."""
     moving = poles[~integrators(poles)]
     swinging = moving[moving.imag > OSCILLATES * np.abs(moving)]
     corners = np.abs(swinging if swinging.size else moving) / (2.0 * np.pi)
@@ -204,6 +216,9 @@ def frequency_grid(poles: np.ndarray) -> np.ndarray:
     last = np.ceil(np.log10(corners.max() * 1.5))
     even = np.logspace(first, last, int((last - first) * POINTS_PER_DECADE) + 1)
     centres, widths = swinging.imag / (2.0 * np.pi), np.abs(swinging.real) / (2.0 * np.pi)
+    spacing = (10.0 ** (1.0 / POINTS_PER_DECADE) - 1.0) / AROUND_PEAK.max()
+    undamped = widths <= OSCILLATES * centres
+    widths = np.where(undamped, spacing * centres, widths)
     around = (centres[:, None] + widths[:, None] * AROUND_PEAK).ravel()
     inside = around[(around > even[0]) & (around < even[-1])]
     return np.unique(np.concatenate([even, inside]))

@@ -123,7 +123,8 @@ class LinearModel:
             frequency: (W,) in Hz; a grid about the poles where not given.
 
         Returns:
-            frequency (W,) in Hz and gain (W, ny, nr), complex.
+            frequency (W,) in Hz and gain (W, ny, nr), complex; NaN at a pole without damping,
+            where the gain has no value.
         """
         return frequency_response(self.at, self.kind, frequency)
 

@@ -71,7 +71,7 @@ def frequency_response(response: FrequencyResponse) -> Figure:
     """Magnitude over frequency in Hz, both logarithmic."""
     gain = np.abs(response.gain)
     unit = ShownUnit(1.0, response.outputs[0].unit or "–")
-    top = float(np.log10(gain.max(initial=1e-12) * 2.0))
+    top = float(np.log10(np.nanmax(gain, initial=1e-12) * 2.0))
     lowest = float(np.log10(max(gain[gain > 0.0].min(initial=1e12), 1e-12)))
     title = f"|{_outputs(response)}| [{per_reference(unit, response.references)}]"
     ends = [max(top - DECADES, lowest), top]
@@ -86,8 +86,12 @@ def frequency_response(response: FrequencyResponse) -> Figure:
 def phase_response(response: FrequencyResponse) -> Figure:
     """Phase in degrees over frequency in Hz, unwrapped; a coupling of zero has no phase."""
     gain = response.gain
-    coupled = np.abs(gain).max(axis=0) > NEGLIGIBLE * np.abs(gain).max(initial=0.0)
-    phase = np.where(coupled, np.rad2deg(np.unwrap(np.angle(gain), axis=0)), 0.0)
+    size = np.nanmax(np.abs(gain), axis=0, initial=0.0)
+    coupled = size > NEGLIGIBLE * size.max(initial=0.0)
+    defined = np.isfinite(gain).all(axis=(1, 2))  # the curve goes on beyond a pole
+    phase = np.full(gain.shape, np.nan)
+    phase[defined] = np.rad2deg(np.unwrap(np.angle(gain[defined]), axis=0))
+    phase = np.where(coupled, phase, 0.0)
     return figure(
         pair_lines(response.frequency, phase, response, "%{y:.0f}°"),
         _frequencies(response),
@@ -112,13 +116,13 @@ NEGLIGIBLE = 1e-9
 def pair_lines(
     x: np.ndarray, values: np.ndarray, response: StepResponse | FrequencyResponse, hover: str
 ) -> list[Figure]:
-    """Lines of values (N, ny, nr) over x (N,), one for each output and reference."""
-    size = float(np.abs(values).max(initial=0.0))
+    """Lines of values (N, ny, nr) over x (N,), one for each output and reference; NaN: a gap."""
+    size = float(np.nanmax(np.abs(values), initial=0.0))
     lines = []
     for i, output in enumerate(response.outputs):
         for j, reference in enumerate(response.references):
             y = values[:, i, j]
-            if float(np.abs(y).max(initial=0.0)) <= NEGLIGIBLE * size:
+            if float(np.nanmax(np.abs(y), initial=0.0)) <= NEGLIGIBLE * size:
                 continue
             stepped = reference_symbol(reference.name, reference.unit)
             ends = (stepped, channel_symbol(output.name, output.unit))

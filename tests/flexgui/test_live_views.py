@@ -74,6 +74,19 @@ def test_figures_hold_what_plotly_knows(name: str) -> None:
     go.Figure(FIGURES[name](at("2-2")))
 
 
+def test_curves_have_a_gap_at_a_pole_without_damping_and_go_on_beyond_it() -> None:
+    response = gains_of(posture(Model(ARMS["2-2"], Torque()), np.array([0.0, 1.0])))
+    gaps = np.isnan(response.gain).all(axis=(1, 2))
+    assert 0 < gaps.sum() < 0.1 * len(gaps)
+    for draw in (frequency_response, phase_response):
+        figure = draw(response)
+        go.Figure(figure)
+        assert len(figure["data"]) == 4
+        for trace in figure["data"]:
+            assert np.array_equal(np.isnan(trace["y"]), gaps)
+        assert np.all(np.isfinite(frequency_response(response)["layout"]["yaxis"]["range"]))
+
+
 def test_far_poles_are_told_and_not_drawn() -> None:
     here = at("2-2")
     figure = FIGURES["poles"](here)

@@ -20,6 +20,7 @@ from flexgui.session.scheduling import COMPUTE_TURNS
 from flexgui.session.session import Session
 from flexgui.session.state import LiveSettings, PagePart, Topic
 from flexgui.stages.arm.live import LiveModel
+from flexgui.stages.data.rigs import RIGS
 from tests.session.helpers import until
 
 
@@ -75,6 +76,15 @@ def test_every_slider_moves_the_poles(session: Session) -> None:
         before = now
     session.document.set_live(theta2=2.0)
     assert not np.allclose(live(session).at.poles, before)
+
+
+@pytest.mark.parametrize("title", [rig.title for rig in RIGS])
+def test_every_kind_of_rig_is_shown_at_once(session: Session, title: str) -> None:
+    """Torques damp nothing: the free arm has poles on the axis of its frequency response."""
+    rig = session.recordings.rig
+    assert rig.choose_kind(title) or title == RIGS[0].title
+    assert live(session).scenario is session.document.scenario
+    assert not session.faults.outdated and not session.message.bad
 
 
 def test_another_kind_of_arm_is_announced_while_it_is_made(session: Session) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
+import scipy
 
 from flexgui.core.challenge.challenge_rig import bare_model
 from flexgui.core.diagnose.force_shape_refinement import spectrum, spectrum_of_error
@@ -99,6 +100,45 @@ def test_a_resonance_is_hit_at_its_peak() -> None:
     resonance = np.abs(here.poles.imag).max() / (2.0 * np.pi)
     assert np.abs(grid / resonance - 1.0).min() < SAME_GAIN
     assert np.all(np.diff(grid) > 0.0)
+
+
+UNDAMPED = [
+    ("1-1", Torque()), ("2-2", Torque()), ("one mode", Torque()), ("rigid pair", Torque()),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "drive"), UNDAMPED)
+def test_an_undamped_pole_is_a_gap_and_all_else_agrees_with_control(
+    name: str, drive: Torque
+) -> None:
+    arm = ARMS[name]
+    here = posture(Model(arm, drive), np.resize(JOINTS, arm.joints))
+    at_poles = np.abs(vibrations(here)) / (2.0 * np.pi)
+    asked = np.unique(np.concatenate([[0.0], np.logspace(-1.0, 3.0, 40), at_poles]))
+    found = frequency_response(here, "encoder", asked)
+    gaps = np.isnan(found.gain).all(axis=(1, 2))
+    assert not np.isinf(found.gain).any()
+    assert asked[gaps] == pytest.approx([0.0, *at_poles], rel=SAME_GAIN)  # joints integrate
+    known = system(here, "encoder")(2j * np.pi * asked[~gaps], squeeze=False)
+    expected = np.moveaxis(known, -1, 0)
+    assert np.all(np.abs(expected - found.gain[~gaps]) <= SAME_GAIN * np.abs(expected).max(axis=0))
+
+
+def vibrations(here: Posture) -> np.ndarray:
+    """rad/s of the free vibrations, from the energies alone: M q'' + K q = 0, slowest first."""
+    squares = scipy.linalg.eigh(here.K, here.M, eigvals_only=True)
+    return np.sqrt(squares[squares > SAME_GAIN * squares.max()])
+
+
+def test_an_undamped_peak_is_drawn_on_both_sides() -> None:
+    """The curve rises to it and is left open at the pole."""
+    here = posture(Model(ARMS["1-1"], Torque()), JOINTS)
+    found = frequency_response(here, "ydot")
+    for pole in vibrations(here) / (2.0 * np.pi):
+        k = int(np.flatnonzero(np.isclose(found.frequency, pole, rtol=SAME_GAIN))[0])
+        beside = np.linalg.norm(found.gain[k - 2 : k + 3], axis=(1, 2))
+        assert np.isnan(beside[2])
+        assert beside[0] < beside[1] and beside[3] > beside[4]
 
 
 def test_an_undamped_arm_still_has_a_length_of_time_to_show() -> None:
