@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.simulate.posture import Posture
+from flexgui.core.drives.torque import Torque
+from flexgui.core.model import Model
+from flexgui.core.simulate.posture import Posture, posture
 from flexgui.core.simulate.response import frequency_response as gains_of
 from flexgui.core.simulate.response import step_response
 from flexgui.library.shipped import demo_scenario
@@ -19,6 +21,7 @@ from flexgui.views import colours
 from flexgui.views.dynamics import DOTS, frequency_response, noisy_step, phase_response, step
 from flexgui.views.layout import Figure, axis, dots, figure, line
 from tests.flexgui.test_live_views import NAMES, at
+from tests.helpers import ARMS
 
 SINGLE = 1e-6
 """Relative: a figure's numbers are single precision."""
@@ -85,6 +88,16 @@ def test_what_no_axis_can_hold_is_a_gap(bad: float) -> None:
     trace = {**line(x, x, "a", "#000"), "y": np.array([1.0, bad, -3.0])}
     found = chart(figure([trace], axis("time [s]"), axis("y [m]"))).data[1]
     assert np.array_equal(found, [1.0, np.nan, -3.0], equal_nan=True)
+
+
+def test_a_gap_is_no_point_of_a_logarithmic_axis() -> None:
+    """There uPlot would draw a line to the lower end of the axis."""
+    at_rest = np.array([0.0, 1.2])
+    given = frequency_response(gains_of(posture(Model(ARMS["2-2"], Torque()), at_rest)))
+    gaps = np.isnan([trace["y"] for trace in given["data"]]).any(axis=0)
+    found = chart(given)
+    assert gaps.any() and len(found.data[0]) == np.sum(~gaps)
+    assert all(np.isfinite(column).all() for column in found.data)
 
 
 def test_the_look_stays_while_only_numbers_change() -> None:

@@ -3,6 +3,8 @@ few clicks."""
 
 from __future__ import annotations
 
+import io
+import json
 import os
 from pathlib import Path
 from typing import Any
@@ -16,9 +18,9 @@ from flexgui.core.results import MISSING, NOTHING, Outcome
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from tests.page.conftest import Desktop
-from tests.page.helpers import press, sees
+from tests.page.helpers import plots, press, sees
 from tests.page.test_walk import BOXES, SETTLED
-from tests.session.helpers import LABORATORY, laboratory_csv, until
+from tests.session.helpers import LABORATORY, good_csv, laboratory_csv, until
 
 CLICKS = 7
 """From the first page to a verdict."""
@@ -28,6 +30,8 @@ CLOSE = 0.02
 """Of the true value: one recording of three seconds."""
 PATIENT = 240_000
 """ms for a search on a busy machine."""
+LOW, PEAK = 3.0, 2.0
+"""Hz, below the vibrations of the example; times the largest gain there."""
 SIZES = ((1600, 900), (390, 844))
 
 
@@ -121,6 +125,42 @@ def test_a_file_leads_to_a_verdict_in_seven_clicks(
     assert session.diagnosis.newest is not None and session.diagnosis.newest.diagnosis is not None
     assert session.diagnosis.newest.diagnosis.verdict == missing
     assert hand.count <= CLICKS
+
+
+def resonates(page: Any) -> bool:
+    """Whether the second chart of the first stage has peaks, and no point that is no number."""
+    charts = json.loads(plots(page))[1]
+    if len(charts) < 3 or any(None in column for column in charts[1]):
+        return False
+    frequency, *gains = np.array(charts[1])
+    return bool(np.max(gains) > PEAK * np.max(np.array(gains)[:, frequency < LOW]))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("brought", [False, True], ids=["on a fresh page", "by a file"])
+def test_a_torque_rig_has_its_plots(
+    page: Any, session: Session, tmp_path: Path, brought: bool
+) -> None:
+    """Nothing damps its vibrations: at their poles its response has no value."""
+    if brought:
+        table = pd.read_csv(io.BytesIO(good_csv(session)))
+        recorded = tmp_path / "torques.csv"
+        table.filter(regex=r"^(t|u\d|theta\d)( |$)").to_csv(recorded, index=False)
+        hand = Clicks(page)
+        hand.upload(recorded, "Open my recordings")
+        hand.press("Torque recorded: use it")
+        hand.press("Read the file")
+        sees(page, "1 to fit, 0 to validate.")
+    else:
+        press(page, "Data")
+        page.locator("select[data-action=rig]:visible").select_option("Torque recorded")
+    until(lambda: session.document.scenario.drive.kind == "torque")
+    press(page, "Arm")
+    until(lambda: resonates(page))
+    shown = session.document.live_model
+    assert shown is not None and shown.scenario is session.document.scenario
+    assert not session.faults.outdated and not session.message.bad
+    shot(page, f"torque_{brought}")
 
 
 @pytest.mark.long

@@ -38,12 +38,16 @@ class Chart:
 def chart(figure: Figure, dark: bool = False) -> Chart:
     """A chart from a figure whose lines share their x values.
 
-    What is below the least of a logarithmic axis runs along it. `dark`: for a dark ground.
+    What is below the least of a logarithmic axis runs along it; a gap there is no point at all.
+    `dark`: for a dark ground.
     """
     traces, layout = figure["data"], figure["layout"]
     x = _decimals(max((t["x"] for t in traces), key=len))
     lowest = _least(layout["yaxis"])
     columns = [_column(trace, x, lowest) for trace in traces]
+    if np.isfinite(lowest):  # uPlot takes what is no number for the lower end of such an axis
+        drawn = np.isfinite(columns).all(axis=0)
+        x, columns = x[drawn], [column[drawn] for column in columns]
     axes = {key: layout[f"{key}axis"] for key in ("x", "y")}
     style = {
         "series": (
