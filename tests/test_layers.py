@@ -86,7 +86,7 @@ itself is the public face: it names what lies below and imports it when it is fi
 
 AT_THE_SERVER = ("flexgui.classroom.demo", "flexgui.classroom.tickets")
 """Where a class comes in."""
-PARTS = {"edited_scenario", "playback", "saved_work", "tour"}
+PARTS = {"edited_scenario", "playback", "replaced_work", "saved_work", "tour"}
 """Files of `flexgui/session` that know the stages."""
 
 CORE_NEVER = {"flexgui", "viser", "plotly", "typer", "rich", "jinja2"}

@@ -141,7 +141,7 @@ def best_start(
 
 def _own_slopes(h: ParametrisedModel, labels: Collection[str]) -> SlopesByLabel:
     """Those of the `labels` where a model stands: the base's hold near the base alone. A base whose
-    free first states had taken up friction had beams ten times too stiff, whose slopes led the
+    free first states had taken up friction had beams ten times too stiff, whose slopes took the
     refits from the nominal values nowhere."""
     own = slopes_by_label(h, h.half_substeps.slopes(h.vector))
     return {label: own[label] for label in own.keys() & set(labels)}

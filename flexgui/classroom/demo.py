@@ -123,6 +123,7 @@ def copy_session(teacher: Session, own: Session) -> None:
     own.identification.take(teacher.identification.outcome, teacher.identification.outcome_of)
     if teacher.challenge.state is None:
         own.diagnosis.versions = teacher.diagnosis.versions
+        own.diagnosis.models.all = teacher.diagnosis.models.all
     else:
         own.challenge.take_up(teacher.challenge.state)
     own.document.live, own.stage = teacher.document.live, teacher.stage

@@ -13,6 +13,7 @@ import viser
 from markupsafe import Markup
 
 from flexgui.page.actions import press, selection
+from flexgui.page.earlier_work import register_ways_back, replaced_work
 from flexgui.page.in_browser import install_scripts, remove_curtain
 from flexgui.page.layout import CONTROLS, PLOTS, THEMES, PageLayout, Widths, Window
 from flexgui.page.panel import PageContext, PageElement, Panel
@@ -205,7 +206,8 @@ class StageBar(PageElement):
         super().__init__(context)
         self._panels, self._tour_label = panels, tour
         HtmlBlock(self.gui, FOLLOWS if context.read_only else "")
-        self._steps, self._message, self._old = (HtmlBlock(self.gui) for _ in range(3))
+        self._steps, self._message, self._left, self._old = (HtmlBlock(self.gui) for _ in range(4))
+        register_ways_back(context)
         context.actions.register("stage", self.session.show)
         context.actions.register("theme", context.theme.choose)
 
@@ -214,6 +216,7 @@ class StageBar(PageElement):
         self._steps.show(self._written())
         message = self.session.message
         self._message.show(paragraph(message.text, "bad" if message.bad else "good"))
+        self._left.show("" if self.context.read_only else replaced_work(self.session))
         self._old.show(*not_updated(self.session.faults.outdated | self.context.faults.outdated))
 
     def _written(self) -> Markup:

@@ -9,8 +9,15 @@ from flexgui.core.arm.build import build_arm
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import demo_scenario
-from flexgui.session.scenario_edits import Edit, apply_edits, cached_model, set_simulated_noise
+from flexgui.session.scenario_edits import (
+    Edit,
+    apply_edits,
+    cached_model,
+    set_simulated_noise,
+    simulated_noise,
+)
 from flexgui.session.scheduling import COMPUTE_TURNS, LatestRequest
+from flexgui.session.settings import settings_of
 from flexgui.session.state import LiveSettings, PagePart, Topic
 from flexgui.stages.arm.live import LiveModel, Prepared, is_new, live_model, prepare
 
@@ -30,8 +37,8 @@ class EditedScenario:
         self.live_model: LiveModel | None = None
         """The model of the sliders; None before it was computed first."""
         self._worker = LatestRequest(session.faults, PagePart.MODEL)
-        self._dragged = False
-        """Whether a slider that was dragged made a change that was not notified yet."""
+        self._dragged: set[Topic] = set()
+        """What a slider that was dragged has changed and was not notified yet."""
 
     def change(self, *edits: Edit, dragging: bool = False) -> bool:
         """Edits the scenario; shows a message and changes nothing where the result is invalid.
@@ -39,18 +46,36 @@ class EditedScenario:
         While a slider is `dragging`, subscribers are notified only together with a computed arm, so
         that they skip values in between.
         """
+        session, models = self._session, self._session.diagnosis.models
         try:
-            with self._session.lock:
-                changed = apply_edits(self.scenario, *edits)
+            with session.lock:
+                changed = self._as_known(apply_edits(self.scenario, *edits))
                 cached_model(changed)
-                self.scenario, self._dragged = changed, self._dragged or dragging
+                self.become(changed)
+                topics = (Topic.SCENARIO, *models.recall())
+                self._dragged |= set(topics) if dragging else set()
         except InputError as error:
-            return self._session.refuse(error)
+            return session.refuse(error)
         if not dragging:
-            self._session.notify(Topic.SCENARIO)
+            session.notify(*topics)
         self.refresh()
-        self._session.scenario_changed()
+        session.scenario_changed()
         return True
+
+    def become(self, scenario: Scenario) -> None:
+        """Takes another scenario; the slider of the noise shows what its recordings have."""
+        self.scenario = scenario
+        self.live = replace(self.live, snr_db=simulated_noise(scenario, self.live.snr_db))
+
+    def _as_known(self, scenario: Scenario) -> Scenario:
+        """The scenario with the same settings of which something was found: a person who goes back
+        to its settings goes back to it. Itself where there is none."""
+        settings, checked = settings_of(scenario), self._session.check.checked
+        models = (m.version.scenario for m in reversed(self._session.diagnosis.models.all)
+                  if m.settings == settings)  # fmt: skip
+        if checked is not None and settings_of(checked) == settings:
+            return next(models, checked)
+        return next(models, scenario)
 
     def set_live(self, **changes: Any) -> None:
         """Changes slider values that are not part of a scenario."""
@@ -99,8 +124,8 @@ class EditedScenario:
 
     def _pending_topics(self) -> tuple[Topic, ...]:
         with self._session.lock:
-            dragging, self._dragged = self._dragged, False
-        return (Topic.SCENARIO,) if dragging else ()
+            dragged, self._dragged = self._dragged, set()
+        return tuple(dragged)
 
     def _base_model(self) -> Prepared:
         """A model with the present arm; shows a message where it has to be compiled."""

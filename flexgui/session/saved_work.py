@@ -19,7 +19,7 @@ from flexgui.core.files import replacing
 from flexgui.core.results import Outcome
 from flexgui.core.scenario.schema import Scenario
 from flexgui.export.serialization import deserialize, serialize
-from flexgui.session.scenario_edits import ScenarioDict
+from flexgui.session.replaced_work import Work
 from flexgui.session.state import STAGES, Cursor, LiveSettings, Topic
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.compare.state import SIGNALS
@@ -140,17 +140,17 @@ class WorkStore:
         session = self._session
         session.stage = work.stage if work.stage in STAGES else STAGES[0]
         session.playback.cursor = Cursor(recording=work.recording)
-        imports = session.recordings.imports
-        imports.replaced, imports.own_files = work.replaced, frozenset(work.own_files)
+        session.recordings.imports.own_files = frozenset(work.own_files)
         session.tour.step = work.tour_step
         session.challenge.nickname, session.challenge.state = work.nickname, work.challenge
         if work.challenge is not None:
             started = time.monotonic() - work.challenge_seconds
             session.challenge.state = replace(work.challenge, started=started)
-        session.identification.take(results.outcome, results.outcome_of)
+        session.replaced.left = work.left
+        results = _with_shared_outcomes(results)
         session.diagnosis.formulas = dict(work.formulas)
-        session.diagnosis.versions = _with_shared_outcome(results)
-        session.diagnosis.models.all = results.models
+        session.diagnosis.versions, session.diagnosis.models.all = results.versions, results.models
+        session.identification.take(results.outcome, results.outcome_of)
         session.study.choice = work.study
         session.comparison.picked, session.comparison.view = work.picked, work.view
         if work.studied_scenario is not None:
@@ -195,10 +195,10 @@ class WorkStore:
         session = self._session
         imports = session.recordings.imports
         return (
-            session.document.scenario, session.challenge.state, imports.replaced, imports.own_files,
+            session.document.scenario, session.challenge.state, imports.own_files,
             " ".join(session.diagnosis.formulas), session.study.choice,
             " ".join(session.comparison.picked), session.comparison.view,
-            session.study.state.settings,
+            session.study.state.settings, session.replaced.left,
         )  # fmt: skip
 
     def _result_fields(self) -> tuple[Any, ...]:
@@ -225,7 +225,6 @@ class WorkStore:
             live=session.document.live,
             stage=session.stage,
             recording=session.playback.cursor.recording,
-            replaced=session.recordings.imports.replaced,
             own_files=tuple(sorted(session.recordings.imports.own_files)),
             nickname=session.challenge.nickname,
             tour_step=session.tour.step,
@@ -236,11 +235,12 @@ class WorkStore:
             picked=session.comparison.picked,
             view=session.comparison.view,
             studied_scenario=None if studied is None else studied.scenario,
+            left=session.replaced.left,
         )
 
 
 ENCODED = {
-    "replaced": "aside", "own_files": "own", "tour_step": "tour", "studied_scenario": "studied",
+    "own_files": "own", "tour_step": "tour", "studied_scenario": "studied",
     "challenge_seconds": "challenged_for",
 }  # fmt: skip
 """Field -> its name in saved files."""
@@ -253,7 +253,6 @@ class SavedWork(msgspec.Struct, frozen=True, rename=ENCODED):
     live: LiveSettings = LiveSettings()
     stage: str = STAGES[0]
     recording: str = ""
-    replaced: tuple[ScenarioDict, ...] = ()
     own_files: tuple[str, ...] = ()
     nickname: str = ""
     tour_step: int | None = 0
@@ -266,6 +265,8 @@ class SavedWork(msgspec.Struct, frozen=True, rename=ENCODED):
     view: str = SIGNALS
     studied_scenario: Scenario | None = None
     """The scenario whose study cases lie in the folder."""
+    left: Work | None = None
+    """What another scenario has replaced."""
 
 
 class SavedResults(msgspec.Struct, frozen=True, rename={"versions": "looks"}):
@@ -288,18 +289,19 @@ def _with_fitted_model(scenario: Scenario, versions: Sequence[ModelVersion]) -> 
     return restored if restored == last else scenario
 
 
-def _with_shared_outcome(results: SavedResults) -> tuple[ModelVersion, ...]:
-    """The versions; those with the last outcome share its object."""
-    if results.outcome is None:
-        return results.versions
-    last = serialize(results.outcome)
-    is_last_outcome = [
-        version.outcome is not None and serialize(version.outcome) == last
-        for version in results.versions
-    ]
-    return tuple(
-        replace(version, outcome=results.outcome) if is_last else version
-        for version, is_last in zip(results.versions, is_last_outcome, strict=True)
+def _with_shared_outcomes(results: SavedResults) -> SavedResults:
+    """The results; equal outcomes are one object, as they were."""
+    known: dict[bytes, Outcome] = {}
+
+    def shared(outcome: Outcome | None) -> Outcome | None:
+        return None if outcome is None else known.setdefault(serialize(outcome), outcome)
+
+    def way(versions: Sequence[ModelVersion]) -> tuple[ModelVersion, ...]:
+        return tuple(replace(version, outcome=shared(version.outcome)) for version in versions)
+
+    models = [replace(m, way=way(m.way), identified=shared(m.identified)) for m in results.models]
+    return SavedResults(
+        shared(results.outcome), results.outcome_of, way(results.versions), tuple(models)
     )
 
 

@@ -58,6 +58,16 @@ def set_value(path: Sequence[str | int], value: Any) -> Edit:
     return edit
 
 
+def becoming(scenario: Scenario) -> Edit:
+    """Edit that makes it another scenario."""
+
+    def edit(document: ScenarioDict) -> None:
+        document.clear()
+        document.update(with_lists(scenario.model_dump(exclude_defaults=True)))
+
+    return edit
+
+
 def set_arm(scenario: Scenario, name: str, value: Any) -> Edit:
     """Edit that sets a segment's setting for all segments (a list: one value each).
 
@@ -92,6 +102,13 @@ def set_simulated_noise(snr_db: float | None) -> Edit:
                 set_value(("simulate", "snr_db"), snr_db)(entry)
 
     return edit
+
+
+def simulated_noise(scenario: Scenario, otherwise: float | None) -> float | None:
+    """The signal-to-noise ratio in dB that this sets; `otherwise`: of no simulated recording."""
+    simulated = (spec.simulate for spec in scenario.recordings)
+    noise = [each.snr_db for each in simulated if each is not None and each.sweep is None]
+    return noise[0] if noise else otherwise
 
 
 CACHE_SIZE = 64

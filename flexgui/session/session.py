@@ -18,9 +18,20 @@ from flexgui.library.shipped import EMBEDDED, scenario_choices
 from flexgui.places import has_saved_work, hide_paths
 from flexgui.session.edited_scenario import EditedScenario
 from flexgui.session.playback import Playback
+from flexgui.session.replaced_work import ReplacedWork
 from flexgui.session.running_job import RunningJob
 from flexgui.session.saved_work import WorkStore
-from flexgui.session.state import STAGES, Faults, Message, PagePart, Services, Subscriber, Topic
+from flexgui.session.scenario_edits import becoming
+from flexgui.session.state import (
+    BUSY,
+    STAGES,
+    Faults,
+    Message,
+    PagePart,
+    Services,
+    Subscriber,
+    Topic,
+)
 from flexgui.session.tour import Tour
 from flexgui.stages.challenge.state import Challenges
 from flexgui.stages.compare.state import Comparison
@@ -58,7 +69,7 @@ class Session:
         self.export = Export(self)
         self.study = Study(self)
         self.challenge, self.tour = Challenges(self), Tour(self)
-        self.store = WorkStore(self)
+        self.replaced, self.store = ReplacedWork(self), WorkStore(self)
 
     def subscribe(self, callback: Subscriber) -> Callable[[], None]:
         """Calls `callback` with each changed topic, from any thread; returns how to end that."""
@@ -139,21 +150,33 @@ class Session:
     def start_with(self, scenario: Scenario) -> None:
         """As `open`, but raises InputError for an unsuitable scenario."""
         check_suits(scenario)
+        self.replaced.keep()
         self.run.reset()
         self.study.reset()
         self.demonstration.end()
         self.recordings.leave_waiting()
         with self.lock:
-            self.document.scenario = scenario
+            self.recordings.imports.own_files = frozenset()
+            self.document.become(scenario)
             for part in (
                 self.playback, self.identification, self.export, self.diagnosis, self.challenge,
                 self.check,
             ):  # fmt: skip
                 part.reset()
+            self.diagnosis.models.recall()
         self.notify(Topic.SCENARIO, Topic.RECORDINGS, Topic.RUN, Topic.OUTCOME, Topic.CURSOR)
         self.notify(Topic.DIAGNOSIS, Topic.CHALLENGE)
         self.document.refresh()
         self.playback.refresh()
+
+    def go_to(self, scenario: Scenario) -> bool:
+        """Makes a scenario of which something was found the present one again."""
+        if self.run.busy:
+            return self.refuse(BUSY)
+        names = [[spec.name for spec in s.recordings] for s in (scenario, self.document.scenario)]
+        if names[0] != names[1]:
+            return self.open(scenario)
+        return self.document.change(becoming(scenario))
 
     def scenario_changed(self) -> None:
         """Updates the parts that depend on the scenario, except the live model."""

@@ -24,6 +24,9 @@ STAGES = (*WORK_STAGES, "Study", "Challenge")
 """With the two stages beside them."""
 
 
+BUSY = "A computation is running; stop it or wait."
+
+
 @dataclass(frozen=True)
 class LiveSettings:
     """Slider values that are not part of a scenario."""

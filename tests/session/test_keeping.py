@@ -178,6 +178,29 @@ def test_results_are_there_again(session: Session, work: SavedWorkFolders, found
     made.close()
 
 
+def test_results_of_other_settings_and_replaced_work_are_there_again(
+    session: Session, work: SavedWorkFolders, found: Session
+) -> None:
+    session.document.scenario = found.document.scenario
+    fitted = found.identification
+    session.identification.take(fitted.outcome, fitted.outcome_of)
+    session.diagnosis.versions = found.diagnosis.versions
+    session.diagnosis.models.all = found.diagnosis.models.all
+    assert session.document.change(set_value(("identify", "seed"), 5))
+    left = session.document.scenario
+    assert session.choose("demo")
+    dead(session)
+    made = revived(work)
+    assert made.identification.outcome is None and not made.diagnosis.versions
+    assert made.replaced.back() and made.document.scenario == left
+    assert made.identification.current is None
+    assert made.document.change(set_value(("identify", "seed"), 1))
+    assert same(made.identification.current, fitted.outcome)
+    assert same(made.diagnosis.versions, found.diagnosis.versions)
+    assert made.comparison.shown is made.diagnosis.versions[-1].comparisons
+    made.close()
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("end", [dead, Session.close])
 def test_a_study_is_there_again_and_goes_on(

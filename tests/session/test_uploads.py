@@ -98,7 +98,7 @@ def test_what_nobody_has_touched_makes_room_without_a_question(session: Session)
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     scenario, imports = session.document.scenario, session.recordings.imports
     assert [spec.file for spec in scenario.recordings] == ["own.csv"]
-    assert not imports.pending and not imports.replaced
+    assert not imports.pending and session.replaced.left is None
     assert scenario.identify.parameters == ("EI1", "EI2") and scenario.identify.output is None
     assert scenario.model.level == "nonlinear", "so that everything measured is compared"
     assert scenario.sensors == SensorsSpec(), "what was simulated says nothing of them"
@@ -116,14 +116,13 @@ def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
     session: Session,
 ) -> None:
     worked(session)
-    before = session.document.scenario.recordings
+    before = session.document.scenario
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.recordings.imports.use(alone=True)
-    assert [s.file for s in session.document.scenario.recordings] == ["own.csv"]
-    assert len(session.recordings.imports.replaced) == len(before)
-    assert session.recordings.imports.restore() and not session.recordings.imports.replaced
-    assert session.document.scenario.recordings[:-1] == before
-    assert session.document.scenario.recordings[-1].file == "own.csv"
+    own = session.document.scenario
+    assert [s.file for s in own.recordings] == ["own.csv"]
+    assert session.replaced.back() and session.document.scenario == before
+    assert session.replaced.back() and session.document.scenario == own
 
 
 def test_files_that_arrive_wait_for_one_answer_and_later_ones_for_none(session: Session) -> None:
@@ -135,10 +134,8 @@ def test_files_that_arrive_wait_for_one_answer_and_later_ones_for_none(session: 
     assert session.recordings.upload("a.csv", content).result() and not imports.pending
     files = [s.file for s in session.document.scenario.recordings]
     assert files == ["a.csv", "b.csv", "a-2.csv"]
-    assert imports.replaced
     session.choose("demo")
     worked(session)
-    assert not imports.replaced and not imports.restore(), "another scenario forgets them"
     assert session.recordings.upload("a.csv", content).result() and imports.pending
 
 
@@ -158,7 +155,7 @@ def test_a_challenge_waits_while_own_recordings_are_used_alone(session: Session)
     known = session.challenge.state = Challenge(4, "easy", "sealed")
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.recordings.imports.use(alone=True) and session.challenge.state is None
-    assert session.recordings.imports.restore() and session.challenge.state == known
+    assert session.replaced.back() and session.challenge.state == known
 
 
 @pytest.mark.parametrize("content", [b"no zip at all", zipped({"a.csv": b"t"})])

@@ -106,8 +106,6 @@ class Challenges:
         """Ends the challenge."""
         self._unsubscribe()
         self.state: Challenge | None = None
-        self._aside: Challenge | None = None
-        """Whose recordings made room for a person's own."""
 
     def hide(self, seed: int, level: str) -> bool:
         """Starts a challenge: simulates recordings of an arm with hidden effects."""
@@ -140,17 +138,11 @@ class Challenges:
         board = self._session.services.board
         self._unsubscribe = board.subscribe(lambda: self._session.notify(Topic.CHALLENGE))
 
-    def suspend(self) -> None:
-        """Sets the challenge aside while only own recordings are used."""
-        if self.state is not None:
-            with self._session.changing(Topic.CHALLENGE):
-                self._aside, self.state = self.state, None
-
-    def resume(self) -> None:
-        """Continues the challenge after its recordings are restored."""
-        if self._aside is not None:
-            with self._session.changing(Topic.CHALLENGE):
-                self.state, self._aside = self._aside, None
+    def go_on(self, challenge: Challenge | None) -> None:
+        """Continues one that another scenario had ended; None: there was none."""
+        self.state = challenge
+        if challenge is not None:
+            self._subscribe()
 
     def take_up(self, challenge: Challenge) -> None:
         """Starts another session's challenge, whose recordings are here already."""

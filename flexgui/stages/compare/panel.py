@@ -11,6 +11,7 @@ from flexgui.core.results import (
     RecordingComparison,
     WorstCell,
 )
+from flexgui.page.earlier_work import FIT, other_settings
 from flexgui.page.panel import Panel
 from flexgui.page.tour import to_diagnosis
 from flexgui.page.widgets import (
@@ -55,7 +56,7 @@ class ComparePanel(Panel):
     """Right: choices and the table of errors. Left: the chosen view."""
 
     kind = "Compare"
-    topics = frozenset({Topic.OUTCOME, Topic.RECORDINGS, Topic.DIAGNOSIS})
+    topics = frozenset({Topic.SCENARIO, Topic.OUTCOME, Topic.RECORDINGS, Topic.DIAGNOSIS})
 
     def build_controls(self) -> None:
         context = self.context
@@ -135,7 +136,9 @@ class ComparePanel(Panel):
             outcome = self.session.identification.outcome
             # Which fit the errors are of: they change where the diagnosis has made its own.
             which = which_fit(self._comparisons, () if outcome is None else outcome.fits)
-            self._lead.show(WORDS.quality(current))
+            pending = self.session.diagnosis.pending is not None
+            note = "" if pending else other_settings(self.session, FIT)
+            self._lead.show(note, WORDS.quality(current))
             table = html_table(_short(fit_table(self._comparisons)))
             self._table.show(
                 folded("FIT and noise floor", WORDS.figures(table, FIT_IS, FLOOR_IS, which))

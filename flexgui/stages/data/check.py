@@ -30,7 +30,7 @@ class Check:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._findings: tuple[Finding, ...] = ()
-        self._checked: Scenario | None = None
+        self.checked: Scenario | None = None
         """The scenario whose recordings were looked at."""
         self.running = False
         """Whether they are being looked at."""
@@ -45,7 +45,7 @@ class Check:
     @property
     def is_checked(self) -> bool:
         """Whether the findings are about the current recordings."""
-        checked = self._checked
+        checked = self.checked
         return checked is not None and _same_rig(checked, self._session.document.scenario)
 
     def findings_of(self, recording: str) -> tuple[Finding, ...]:
@@ -55,7 +55,7 @@ class Check:
 
     def was_checked(self, recording: str) -> bool:
         """Whether the last check included the recording."""
-        looked = () if self._checked is None else _to_check(self._checked).recordings
+        looked = () if self.checked is None else _to_check(self.checked).recordings
         return recording in {spec.name for spec in looked}
 
     def start(self) -> None:
@@ -100,7 +100,7 @@ class Check:
         if checked:  # nothing else has changed
             with self._session.changing(Topic.RECORDINGS):
                 self._findings = tuple(f for f in self._findings if f is not finding)
-                self._checked = self._session.document.scenario
+                self.checked = self._session.document.scenario
         return True
 
     def close(self) -> None:
@@ -117,7 +117,7 @@ class Check:
             found = ()
             self._session.show_message(str(error), bad=True)
         with self._session.changing(Topic.RECORDINGS):
-            self._findings, self._checked, self.running = found, scenario, False
+            self._findings, self.checked, self.running = found, scenario, False
 
 
 def _to_check(scenario: Scenario) -> Scenario:

@@ -25,14 +25,12 @@ class Import:
 
 
 class Imports:
-    """Adds a person's files to the recordings, and sets aside what they replace."""
+    """Adds a person's files to the recordings, or puts them in their place."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self.pending: tuple[Import, ...] = ()
         """Files of which the person has not said yet whether they are used alone."""
-        self.replaced: tuple[ScenarioDict, ...] = ()
-        """Recordings that made room for them."""
         self.own_files: frozenset[str] = frozenset()
         """Files of the person that are recordings by now."""
 
@@ -46,8 +44,6 @@ class Imports:
             return
         if self._nothing_done():
             self.use(alone=True)
-            with self._session.changing(Topic.RECORDINGS):
-                self.replaced = ()
             return
         self._session.show_message(" ".join(arrival.words for arrival in imports))
         self._session.notify(Topic.RECORDINGS)
@@ -60,18 +56,22 @@ class Imports:
         edits = [set_value(("recordings",), entries if alone else [*before, *entries])]
         scenario = self._session.document.scenario
         edits += [titled_edit(scenario), *([measured_edit(scenario)] if alone else [])]
-        if not pending or not self._session.document.change(*edits):
+        if not pending:
+            return False
+        if alone and before:
+            self._session.replaced.keep()
+        if not self._session.document.change(*edits):
             return False
         with self._session.lock:
             self.own_files |= {arrival.entry["file"] for arrival in pending}
-            self.pending, self.replaced = (), (*self.replaced, *(before if alone else ()))
+            self.pending = ()
+            if alone:
+                self._session.challenge.reset()
         self._session.show_message(" ".join(arrival.words for arrival in pending))
         last = self._session.document.scenario.recordings[-1].name
         self._session.playback.move(recording=last, time=0.0, playing=False)
-        self._session.notify(Topic.RECORDINGS)
+        self._session.notify(Topic.RECORDINGS, Topic.CHALLENGE)
         self._session.check.start()
-        if alone:
-            self._session.challenge.suspend()
         return True
 
     @property
@@ -96,16 +96,6 @@ class Imports:
             self._session.check.start()
         return True
 
-    def restore(self) -> bool:
-        """Restores the recordings that were set aside."""
-        together = set_value(("recordings",), [*self.replaced, *self._entries()])
-        if not self.replaced or not self._session.document.change(together):
-            return False
-        with self._session.changing(Topic.RECORDINGS):
-            self.replaced = ()
-        self._session.challenge.resume()
-        return True
-
     def cancel(self) -> None:
         """Drops the pending files."""
         with self._session.lock:
@@ -113,12 +103,6 @@ class Imports:
         for arrival in pending:
             self.drop(arrival.entry["file"])
         self._session.notify(Topic.RECORDINGS)
-
-    def clear(self) -> None:
-        """Forgets the pending files and the recordings set aside."""
-        self.cancel()
-        with self._session.lock:
-            self.replaced, self.own_files = (), frozenset()
 
     def drop(self, file: str) -> None:
         """Deletes a file that no recording uses."""

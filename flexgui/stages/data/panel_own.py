@@ -35,7 +35,7 @@ def upload_button(context: PageContext, label: str) -> None:
 
 
 class Arrivals(PageElement):
-    """Asks how imported files are used, and restores what they replaced."""
+    """Asks how imported files are used."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -47,18 +47,14 @@ class Arrivals(PageElement):
                 context, "Use it alone", partial(imports.use, alone=True), prominent=True
             )
             self._beside = button(context, "Add", partial(imports.use, alone=False))
-            self._leave = button(context, "Cancel import", imports.cancel)
-            self._back = button(context, "Restore", imports.restore)
+            button(context, "Cancel import", imports.cancel)
 
     def refresh(self) -> None:
         """Hides everything if there is nothing to ask."""
-        imports = self.session.recordings.imports
-        pending, replaced = imports.pending, imports.replaced
+        pending = self.session.recordings.imports.pending
         count, one = len(self.session.document.scenario.recordings), len(pending) == 1
         present = f"the {count} present recordings" if count > 1 else "the present recording"
         self._alone.label = "Use it alone" if one else f"Use these {len(pending)} alone"
         self._beside.label = f"Add to {present}"
-        self._alone.visible = self._beside.visible = self._leave.visible = bool(pending)
-        self._back.visible = bool(replaced) and not pending
-        self._lead.show(WORDS.arrivals(pending, present, len(replaced)))
-        self._folder.visible = bool(pending or replaced)
+        self._lead.show(WORDS.arrivals(pending, present))
+        self._folder.visible = bool(pending)

@@ -68,19 +68,24 @@ class RigStatement:
         """Changes the kind of rig."""
         scenario = self._session.document.scenario
         rig = next((r for r in RIGS if r.title == title), None)
-        is_other = rig is not None and rig != rig_of(scenario)
-        return rig is not None and is_other and self._become(rig_edit(scenario, rig))
+        if rig is None or rig == rig_of(scenario):
+            return False
+        self._session.replaced.keep()
+        return self._become(rig_edit(scenario, rig))
 
     def choose_arm(self, preset: str) -> bool:
         """Uses a supplied arm."""
         scenario = self._session.document.scenario
-        is_preset = preset in presets() and preset != scenario.arm.preset
-        return is_preset and self._become(arm_edit(scenario, preset))
+        if preset not in presets() or preset == scenario.arm.preset:
+            return False
+        self._session.replaced.keep()
+        return self._become(arm_edit(scenario, preset))
 
     def choose_links(self, count: str) -> bool:
         """Gives the arm another number of links."""
         if count not in map(str, range(1, MOST_SEGMENTS + 1)):
             return False
+        self._session.replaced.keep()
         return self._become(with_links(self._session.document.scenario, int(count)))
 
     def _become(self, edit: Edit) -> bool:

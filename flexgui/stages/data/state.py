@@ -296,13 +296,13 @@ class Recordings:
             self._wait(None)
 
     def leave_waiting(self) -> None:
-        """Drops all waiting files and those set aside."""
+        """Drops all waiting files."""
         with self._session.lock:
             queued, self._queued = self._queued, ()
         for file in queued:
             self.imports.drop(file)
         self._forget_file()
-        self.imports.clear()
+        self.imports.cancel()
         self.rig.reset()
 
     def rig_changed(self) -> None:

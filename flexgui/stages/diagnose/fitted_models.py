@@ -1,16 +1,19 @@
-"""All models that were fitted in a session, to compare and to return to."""
+"""All models that were fitted in a session, with what was found: to compare and to return to."""
 
 from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from flexgui.core.information_criteria import fall_of_bic, information_criteria
-from flexgui.core.results import ErrorProducts, InformationCriteria, LadderStep
+from flexgui.core.results import ErrorProducts, InformationCriteria, LadderStep, Outcome, Profile
 from flexgui.core.scenario.schema import Scenario
 from flexgui.sentences.figures import validation_rms
+from flexgui.session.settings import settings_of
 from flexgui.session.state import Topic
 from flexgui.stages.diagnose.effects import present
 from flexgui.stages.diagnose.model_versions import ModelVersion, step_in_floors
@@ -30,13 +33,27 @@ class FittedModel:
     way: tuple[ModelVersion, ...]
     """Its versions, itself last."""
     number: int
-    """From 1, in the order in which they were fitted first."""
+    """From 1, in the order in which they were diagnosed first; 0: only identified so far."""
     made: float
     """When it was fitted last, s (Unix time)."""
     seconds: float = 0.0
     """That fit and diagnosis took."""
     name: str = ""
     """A person's own; empty: after its effects."""
+    identified: Outcome | None = None
+    """Of a later identification than that of its diagnosis."""
+    profile: Profile | None = None
+    """Of a parameter of its outcome."""
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """Of its last identification."""
+        return self.identified or self.version.outcome
+
+    @cached_property
+    def settings(self) -> Mapping[Any, Any]:
+        """That it was made with."""
+        return settings_of(self.version.scenario)
 
     @property
     def version(self) -> ModelVersion:
@@ -55,28 +72,31 @@ class FittedModel:
 
 
 class FittedModels:
-    """All models of a session, also those that were undone, and the one that is drawn beside."""
+    """All results of a session by the settings that they were made with, also of models that were
+    undone, and the model that is drawn beside. A change of a setting throws no result away."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self.reset()
-
-    def reset(self) -> None:
-        """Another scenario follows."""
         self.all: tuple[FittedModel, ...] = ()
+        """Those that were fitted last stand last."""
         self._beside: int | None = None
 
     @property
+    def listed(self) -> tuple[FittedModel, ...]:
+        """Those that were diagnosed, so that their errors are known."""
+        return tuple(sorted((m for m in self.all if m.number), key=lambda m: m.number))
+
+    @property
     def comparable(self) -> tuple[FittedModel, ...]:
-        """Those that differ from the present model in their effects only."""
+        """Those of them that differ from the present model in their effects only."""
         now = _settings(self._session.document.scenario)
-        return tuple(m for m in self.all if _settings(m.version.scenario) == now)
+        return tuple(m for m in self.listed if _settings(m.version.scenario) == now)
 
     @property
     def present(self) -> FittedModel | None:
         """The one that stands now."""
         last = next(reversed(self._session.diagnosis.versions), None)
-        return next((m for m in self.all if last and m.version.scenario == last.scenario), None)
+        return None if last is None else self._of(last.scenario)
 
     @property
     def beside(self) -> FittedModel | None:
@@ -101,14 +121,46 @@ class FittedModels:
 
     def add(self, way: tuple[ModelVersion, ...], seconds: float) -> None:
         """Keeps the last model of a way, which took `seconds`; fitted again it keeps its number and
-        its name."""
-        known = next((m for m in self.all if m.version.scenario == way[-1].scenario), None)
-        number = 1 + max((m.number for m in self.all), default=0)
+        its name. The models before it are kept as they stand on this way."""
+        known, outcome = self._of(way[-1].scenario), way[-1].outcome
+        number = (known and known.number) or 1 + max((m.number for m in self.all), default=0)
         fitted = FittedModel(way, number, time.time(), seconds)
         if known is not None:
-            fitted = replace(fitted, number=known.number, name=known.name)
-        others = [m for m in self.all if m is not known][1 - MOST_MODELS :]
-        self.all = tuple(sorted([*others, fitted], key=lambda m: m.number))
+            profile = known.profile if outcome is known.outcome else None
+            identified = known.identified if outcome is None else None
+            fitted = replace(fitted, name=known.name, identified=identified, profile=profile)
+        for k in range(1, len(way)):
+            before = self._of(way[k - 1].scenario)
+            if before is not None:
+                self._put(replace(before, way=way[:k]))
+        self._put(fitted)
+
+    def identified(self, of: Scenario, outcome: Outcome, profile: Profile | None) -> None:
+        """Keeps an identification and the last profile of a parameter of it."""
+        known = self._of(of) or FittedModel((ModelVersion(of),), 0, time.time())
+        own = outcome is known.version.outcome
+        if known.outcome is not outcome or known.profile is not profile:
+            self._put(replace(known, identified=None if own else outcome, profile=profile))
+
+    def recall(self) -> tuple[Topic, ...]:
+        """Shows what was found with the settings as they stand now; the topics that it changes.
+        What was shown before is kept, and stays where nothing was found with them."""
+        session = self._session
+        known = self._of(session.document.scenario)
+        if known is None:
+            return ()
+        if known.outcome is not None:
+            session.identification.take(known.outcome, known.version.scenario, known.profile)
+        if known.number:
+            session.diagnosis.versions = known.way
+        return Topic.OUTCOME, Topic.DIAGNOSIS
+
+    def _of(self, scenario: Scenario) -> FittedModel | None:
+        return next((m for m in self.all if m.version.scenario == scenario), None)
+
+    def _put(self, model: FittedModel) -> None:
+        others = [m for m in self.all if m.version.scenario != model.version.scenario]
+        self.all = (*others[1 - MOST_MODELS :], model)
 
 
 LONGEST_NAME = 60

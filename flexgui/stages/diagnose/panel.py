@@ -10,6 +10,7 @@ from flexgui.core.effects import catalogue
 from flexgui.core.results import MISSING, NOTHING, RankedEffect
 from flexgui.jobs.job import RUNNING
 from flexgui.page.actions import press
+from flexgui.page.earlier_work import DIAGNOSIS, other_settings
 from flexgui.page.job_status import JobStatus
 from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.plot import Plot
@@ -65,6 +66,7 @@ class DiagnosePanel(Panel):
     def build_controls(self) -> None:
         context, session, gui = self.context, self.session, self.gui
         self._busy = JobStatus(context, "diagnose", "hide")
+        self._made = HtmlBlock(gui)
         self._refitted: tuple[ModelFindings, ModelFindings] | None = None
         self._find = button(
             context, "Find what is missing", session.diagnosis.search, prominent=True
@@ -100,6 +102,7 @@ class DiagnosePanel(Panel):
         free, old, way_on = not session.run.busy, self._old(version), self._next_step(version)
         titles = _titles(findings)
         self._busy.refresh(self._sentence(version))
+        self._made.show(other_settings(session, DIAGNOSIS) if free else "")
         self._find.visible = not self._busy.running and not self.done
         self.enable(free, self._find)
         self._find.color = color(way_on == FIND)
@@ -203,8 +206,6 @@ class DiagnosePanel(Panel):
             recordings = self.session.document.scenario.recordings
             count = sum(r.role == "estimate" for r in recordings)
             return f"{count} recordings to diagnose. What does the model lack?"
-        if self._old(version):
-            return "The settings have changed; repeat the diagnosis."
         return ""
 
     def _old(self, version: ModelVersion | None) -> bool:

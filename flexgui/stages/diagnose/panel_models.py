@@ -7,12 +7,13 @@ from typing import Any
 
 from flexgui.page.panel import PageContext, PageElement
 from flexgui.page.widgets import HtmlBlock, bind
+from flexgui.session.settings import made_with
 from flexgui.stages.diagnose.fitted_models import FittedModel, errors_of, evidence_of
 from flexgui.stages.diagnose.panel_candidates import WORDS
 
 
 class ModelTable(PageElement):
-    """A row per fitted model; shown once there are two."""
+    """A row per diagnosed model; shown once there is another than the present one."""
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -23,8 +24,8 @@ class ModelTable(PageElement):
         with self._folder:
             self._rows = HtmlBlock(self.gui)
             hint = "Of the model in bold."
-            field: Any = self.gui.add_text("Name", "", hint=hint)
-            bind(context, field, self._name, diagnosis.models.rename)
+            self._field: Any = self.gui.add_text("Name", "", hint=hint)
+            bind(context, self._field, self._name, diagnosis.models.rename)
 
     def _name(self) -> str:
         present = self.session.diagnosis.models.present
@@ -38,13 +39,20 @@ class ModelTable(PageElement):
     def refresh(self, able: bool) -> None:
         """`able`: whether another model can be made the present one now."""
         diagnosis = self.session.diagnosis
-        models, present = diagnosis.models.comparable, diagnosis.models.present
-        self._folder.visible = len(models) > 1
-        if len(models) < 2:
-            return
-        like = None if present is None else present.version
-        rows = [(m, errors_of(m, like), evidence_of(m, like), _date(m)) for m in models]
+        models, comparable = diagnosis.models.listed, diagnosis.models.comparable
+        present = next((m for m in comparable if m is diagnosis.models.present), None)
+        self._folder.visible = len(models) > (present is not None)
+        self._field.visible = present is not None
+        rows = [self._row(m, present if m in comparable else None) for m in models]
         self._rows.show(WORDS.models(rows, present, diagnosis.models.beside, able))
+
+    def _row(self, model: FittedModel, like: FittedModel | None) -> tuple[object, ...]:
+        """The model, its errors and its evidence against the noise of `like`, when it was fitted,
+        and with which other settings."""
+        made, now = model.version.scenario, self.session.document.scenario
+        others = made_with(made, now.model_copy(update={"model": made.model}))
+        version = None if like is None else like.version
+        return model, errors_of(model, version), evidence_of(model, version), _date(model), others
 
 
 def _number(text: str) -> int:

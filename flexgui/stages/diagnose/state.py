@@ -19,7 +19,7 @@ from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.messages import Ended
 from flexgui.session.running_job import AfterEnd
 from flexgui.session.scenario_edits import Edit, apply_edits, cached_model, set_value, with_lists
-from flexgui.session.state import Topic
+from flexgui.session.state import BUSY, Topic
 from flexgui.stages.diagnose.effects import (
     of_formula,
     present,
@@ -44,8 +44,6 @@ from flexgui.stages.diagnose.version_history import VersionHistory
 if TYPE_CHECKING:
     from flexgui.session.session import Session
 
-BUSY = "A computation is running; stop it or wait."
-
 
 class Diagnosis(VersionHistory):
     """One version per change of the model; the last complete one survives any newer one."""
@@ -64,7 +62,6 @@ class Diagnosis(VersionHistory):
     def reset(self) -> None:
         """Another scenario follows."""
         self.versions, self.pending = (), None
-        self.models.reset()
         self._started = 0.0
         """When the running diagnosis was started, s (Unix time)."""
 
@@ -168,9 +165,14 @@ class Diagnosis(VersionHistory):
         return self._stand_at(tuple(before), f"Undone: {undone.title}.")
 
     def return_to(self, number: int) -> bool:
-        """Makes another of the session's models the present one; nothing is computed."""
-        model = next((m for m in self.models.comparable if m.number == number), None)
-        return model is not None and self._stand_at(model.way, f"Back to: {model.title}.")
+        """Makes another of the session's models the present one, with the settings that it was made
+        with; nothing is computed."""
+        model = next((m for m in self.models.listed if m.number == number), None)
+        if model is None:
+            return False
+        if model in self.models.comparable:
+            return self._stand_at(model.way, f"Back to: {model.title}.")
+        return self._session.go_to(model.version.scenario)
 
     def _stand_at(self, way: tuple[ModelVersion, ...], message: str) -> bool:
         """Makes the last of a way's versions the present model."""

@@ -13,6 +13,7 @@ from flexgui.export.formats import model_formats
 from flexgui.export.model_format import ModelFormat
 from flexgui.jobs.messages import Task
 from flexgui.page.actions import press
+from flexgui.page.earlier_work import FIT, other_settings
 from flexgui.page.job_status import JobStatus
 from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.widgets import HtmlBlock, button, number, paragraph, stage_macros
@@ -85,7 +86,9 @@ class ExportPanel(Panel):
         session, outcome = self.session, self.session.diagnosis.whole
         free = not session.run.busy
         self._busy.refresh("")
-        self._files.show(WORDS.files(self._groups, outcome is not None, free))
+        self._files.show(
+            other_settings(session, FIT), WORDS.files(self._groups, outcome is not None, free)
+        )
         self._next.refresh()
         found = () if outcome is None else (summary(outcome), html_equations(outcome.equations))
         self._about.show(WORDS.result(outcome, *found))

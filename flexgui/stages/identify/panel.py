@@ -13,6 +13,7 @@ from flexgui.core.results import Outcome, RecordingComparison, Repeated
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sensors import sensors
 from flexgui.jobs.job import PAUSED, RUNNING, STOPPING
+from flexgui.page.earlier_work import FIT, other_settings
 from flexgui.page.panel import Panel
 from flexgui.page.plot import Plot
 from flexgui.page.widgets import (
@@ -167,10 +168,10 @@ class IdentifyPanel(Panel):
         self._repeated.show(repeated_html(outcome.repeated))
         self._fit.show_whole(fit_dots(final_comparisons(whole)))
         biased = self.session.diagnosis.known_biased
-        old = self.session.identification.current is None
         self._summary.show(
+            other_settings(self.session, FIT),
             WORDS.converged(outcome.fits),
-            WORDS.summary(implausible(whole), whole.findings, biased, lead_sentences(whole), old),
+            WORDS.summary(implausible(whole), whole.findings, biased, lead_sentences(whole)),
             folded("Full summary", joined(*map(paragraph, summary(whole)))),
         )
         self._paper.show(paper_comparison(outcome, self._fitted_scenario))

@@ -61,12 +61,12 @@ class ChosenParameters(PageElement):
         unit = shown_unit(p.value or p.upper, p.unit)
         symbol = plain_symbol(p.symbol, name)
         bounds = self.gui.add_vector2(
-            unit.label(symbol), self._bounds(p, unit), step=_step(p, unit),
+            unit.label(symbol), self._bounds(name, unit), step=_step(p, unit),
             hint=f"{p.title or name}: bounds, from and to.",
         )  # fmt: skip
         bind(
-            context, bounds, partial(self._bounds, p, unit),
-            lambda ends: self._put("bounds", name, [float(v) / unit.factor for v in ends]),
+            context, bounds, partial(self._bounds, name, unit),
+            partial(self._put_bounds, name, unit),
         )  # fmt: skip
         number(
             context, f"± {symbol}, prior", (0.0, math.inf, None),
@@ -79,10 +79,20 @@ class ChosenParameters(PageElement):
     def _put(self, setting: str, name: str, value: Any) -> bool:
         return self.session.document.change(set_value(("identify", setting, name), value))
 
-    def _bounds(self, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
-        bounds = self.session.document.scenario.identify.bounds
-        low, high = bounds.get(p.name, (p.lower, p.upper))
-        return _plain(low * unit.factor), _plain(high * unit.factor)
+    def _usual(self, name: str) -> Parameter:
+        """With the bounds that it has where none are stated."""
+        return cached_model(self.session.document.scenario).parameters[name]
+
+    def _bounds(self, name: str, unit: ShownUnit) -> tuple[float, float]:
+        usual, bounds = self._usual(name), self.session.document.scenario.identify.bounds
+        return _shown(bounds.get(name, (usual.lower, usual.upper)), unit)
+
+    def _put_bounds(self, name: str, unit: ShownUnit, ends: Sequence[float]) -> bool:
+        """The usual ones are not stated."""
+        usual = self._usual(name)
+        are_usual = tuple(map(float, ends)) == _shown((usual.lower, usual.upper), unit)
+        values = None if are_usual else [float(v) / unit.factor for v in ends]
+        return self._put("bounds", name, values)
 
     def _prior(self, name: str) -> float:
         prior = self.session.document.scenario.identify.prior.get(name)
@@ -104,6 +114,10 @@ class ChosenParameters(PageElement):
         if name is not None:
             names = [*document.scenario.identify.parameters, name]
             document.change(set_value(("identify", "parameters"), names))
+
+
+def _shown(bounds: tuple[float, float], unit: ShownUnit) -> tuple[float, float]:
+    return _plain(bounds[0] * unit.factor), _plain(bounds[1] * unit.factor)
 
 
 def _plain(value: float) -> float:

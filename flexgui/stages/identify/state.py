@@ -37,7 +37,7 @@ class SoFar:
 
 
 class Identification:
-    """What was identified last, of which scenario."""
+    """What was identified last, of which scenario; all earlier results are kept with the models."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -58,12 +58,16 @@ class Identification:
         """The result, where it is of the scenario as it is now."""
         return self.outcome if self.outcome_of == self._session.document.scenario else None
 
-    def take(self, outcome: Outcome | None, of: Scenario | None) -> None:
+    def take(
+        self, outcome: Outcome | None, of: Scenario | None, profile: Profile | None = None
+    ) -> None:
         """Another result, of the scenario `of`; the caller lets the subscribers know."""
         with self._session.lock:
-            if outcome is not self.outcome:
-                self.profile = None
+            if outcome is not self.outcome or profile is not None:
+                self.profile = profile
             self.outcome, self.outcome_of = outcome, of
+            if outcome is not None and of is not None:
+                self._session.diagnosis.models.identified(of, outcome, self.profile)
 
     def start(self, then: AfterEnd = None) -> bool:
         """Runs the scenario in the pool; `then` follows however it ends."""
@@ -91,7 +95,10 @@ class Identification:
 
         def show(found: Profile) -> None:
             with self._session.changing(Topic.OUTCOME):
-                self.profile = found if self.outcome is outcome else None
+                if self.outcome is outcome:
+                    self.take(outcome, scenario, found)
+                else:  # of another one by now, with which it is shown again
+                    self._session.diagnosis.models.identified(scenario, outcome, found)
 
         return self._session.run.start_export(task, show, "profile")
 
