@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 from flexgui.core.diagnose.remaining_error import doubts
 from flexgui.core.noise.noise_floor import REFUTED, UNCERTAINTY, Floor, spreads
 from flexgui.core.results import ABOVE_IN_ONE, ChannelError, Diagnosis, DoubtReason
+from flexgui.core.scenario.schema import Scenario
 from flexgui.sentences.verdict import card_words, verdict_paragraphs
-from tests.diagnose.fits import diagnosis_of, on_paper
+from tests.diagnose.fits import diagnosis_of, on_paper, set_up
 from tests.diagnose.test_stated_effects import bare
+from tests.identify.helpers import without
 from tests.noise.floors import BARE, Case, clean, noisy
 from tests.noise.floors import floors as found_floors
 
@@ -66,12 +68,11 @@ def test_a_residual_far_below_an_estimate_refutes_it_and_stands_in_its_place(
 HIDDEN = {"viscous_friction": {"fv1": 6.0, "fv2": 3.0}}
 
 
-@cache
-def validated(hidden: bool) -> Diagnosis:
-    """The model of recordings in which nothing is missing, judged by one that has friction."""
+def scenario(hidden: bool) -> Scenario:
+    """Recordings in which nothing is missing, and one to judge by, which may have friction."""
     of_other_rig: dict[str, Any] = {"hidden": HIDDEN} if hidden else {}
     simulate = {"theta2": 1.2, "seconds": 0.4}
-    return diagnosis_of(on_paper(
+    return on_paper(
         sensors={"camera_noise": 3e-5, "encoder_noise": 1e-5},
         identify={"parameters": ["EI"], "output": ["z", "encoder"]},
         diagnose={"max_effects": 1, "candidates": ["tip_payload"]},
@@ -79,7 +80,13 @@ def validated(hidden: bool) -> Diagnosis:
             {"name": "a", "simulate": simulate},
             {"name": "b", "simulate": simulate, "role": "validate", **of_other_rig},
         ],
-    ))  # fmt: skip
+    )  # fmt: skip
+
+
+@cache
+def validated(hidden: bool) -> Diagnosis:
+    """What is said of them."""
+    return diagnosis_of(scenario(hidden))
 
 
 def test_an_error_on_unseen_recordings_excludes_that_nothing_is_missing() -> None:
@@ -95,3 +102,17 @@ def test_an_error_on_unseen_recordings_excludes_that_nothing_is_missing() -> Non
 def test_unseen_recordings_at_the_floor_confirm_that_nothing_is_missing() -> None:
     found = validated(hidden=False)
     assert found.verdict == found.final_verdict == "nothing_missing" and not found.doubts
+
+
+def test_an_unseen_recording_judges_the_channels_that_it_has() -> None:
+    """It was left out where one output was missing, and nothing was said of it."""
+    setup, recordings = set_up(scenario(hidden=False))
+    lacking = without(recordings[1], "z")
+    spec = scenario(hidden=False).identify
+    judged = bare().validation_data(setup.processing, spec, [lacking])
+    assert judged is not None
+    names = [name for name, _ in judged.experiments[0].channels]
+    assert dict(zip(names, judged.experiments[0].counted.any(axis=0), strict=True)) == {
+        "z1": False, "z2": False, "theta1": True, "theta2": True,
+        "deflection1": True, "deflection2": True,
+    }  # fmt: skip

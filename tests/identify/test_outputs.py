@@ -130,3 +130,35 @@ def test_all_outputs_are_compared_and_the_fitted_ones_marked():
     assert all(c.rms < 1e-9 for c in found.channels)
     assert found.tip_rms is not None
     assert found.tip_rms < 1e-9
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("empty", [False, True])
+def test_a_channel_is_compared_in_the_recordings_that_have_it(level: str, empty: bool) -> None:
+    """One recording without camera took the camera out of the whole fit without a word."""
+    whole, other = (without(r, "ydot", "y", "deflection") for r in data(level))
+    none = {name: np.full(len(other.time), np.nan) for name in ("z1", "z2")}
+    lacking = with_channels(other, none) if empty else without(other, "z")
+    setup = make_setup(LEVELS[level], IdentifySpec(parameters=["EI"]), [whole, lacking])
+    camera = setup.outputs[0].kind
+    assert camera in ("z", "ydot")
+    assert {s.kind for s in setup.outputs} == {camera, "encoder"}
+    assert f"{camera} is not compared in {lacking.name}, which has no sample of it." in setup.notes
+    fitted = fit(LEVELS[level], [whole, lacking], parameters=("EI",), start=WRONG)
+    tolerance = 0.01 if camera == "ydot" else EXACT[level]
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=tolerance)
+    assert fitted.fit.residual_count == 2 * 2 * 800 + 2 * 800
+
+
+def test_an_output_that_is_asked_for_and_stands_in_no_recording_is_refused() -> None:
+    bare = [without(r, "z", "ydot", "y") for r in data("lpv")]
+    with pytest.raises(InputError, match="has no column z1"):
+        make_setup(LPV, IdentifySpec(output=["z"]), bare)
+
+
+def test_what_a_recording_lacks_is_not_shown_as_compared_in_it() -> None:
+    lacking = without(data("lpv")[0], "z", "ydot", "y")
+    found = compare(LPV, lacking, [sensor("z"), sensor("encoder")], Processing(), {"EI": EI}, "")
+    fitted = {c.channel: c.fitted for c in found.channels}
+    assert [name for name, yes in fitted.items() if yes] == ["theta1", "theta2"]
+    assert "z1" not in fitted
