@@ -79,9 +79,10 @@ class FitProblem:
         """The same recordings for a bare model with other bending shapes, without an anchor."""
         if bare is self.bare:
             return self
+        fastest = min(e.recording.sample_time for e in self.experiments)
         return replace(
             self, bare=bare, experiments=tuple(for_model(e, bare) for e in self.experiments),
-            nuisance=with_first_states_of(self.nuisance, bare), anchor=None,
+            nuisance=with_first_states_of(self.nuisance, bare, fastest), anchor=None,
             motion_cache=MotionCache(), result_substeps=None,
         )  # fmt: skip
 

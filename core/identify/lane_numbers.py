@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..drives.law import DriveLaw
+from ..identify.first_states import START
 from ..identify.lane_groups import Group, Lanes
 from ..identify.prepared_recording import Prepared
-from ..identify.unknowns import GAIN, OFFSET, START, Unknowns
+from ..identify.unknowns import GAIN, OFFSET, Unknowns
 from ..lanes.wide import LANES
 from ..model import Model, Numbers
 from ..simulate.linear import with_forces

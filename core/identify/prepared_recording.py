@@ -11,12 +11,13 @@ import numpy as np
 from ..drives.law import DriveLaw
 from ..drives.servo import Recorded, rates_along
 from ..errors import InputError
+from ..identify.first_states import START, followed_first_state
 from ..identify.prescribed_joint_forces import simulated_part
 from ..identify.prescribed_joint_motion import unknown_ends
 from ..identify.prescribed_joints import is_prescribed
 from ..identify.processing import TORQUE, Processing, delayed
 from ..identify.standstill import Standstill
-from ..identify.unknowns import GAIN, OFFSET, START
+from ..identify.unknowns import GAIN, OFFSET
 from ..model import Model, Numbers
 from ..recording.channels import from_camera
 from ..recording.initial_motion import AT_ONCE
@@ -76,9 +77,10 @@ class Prepared:
             schedule = schedule.copy()
             schedule[:, :joints] += shifted
         names = self.model.arm.coordinate_names
-        for i, name in enumerate(names):
-            start[i] += values.get(START + name, 0.0)
-            start[len(names) + i] += values.get(f"{START}d{name}", 0.0)
+        for first, prefix in ((0, START), (len(names), f"{START}d")):
+            free = {name for name in names if prefix + name in values}
+            own = np.array([values.get(prefix + name, 0.0) for name in names])
+            start[first : first + len(names)] += followed_first_state(self.model, free, own)
         # Where the first state is estimated, rest is one value of it and no other way to begin.
         before = None if moved else task.before
         return replace(task, start=start, schedule=schedule, before=before)

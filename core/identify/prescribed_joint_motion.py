@@ -64,7 +64,7 @@ _POINTS = BoundedCache[tuple[Model, object, int]](64)
 
 def _count_points(bare: Model, servo: FollowingServo | None, sample_time: float) -> int:
     joints = bare.arm.joints
-    K, M = _matrices(bare)
+    K, M = stretched_matrices(bare)
     band = np.inf if servo is None else servo.band_hz
     most = min(2.0 * np.pi * band * sample_time, FREQUENCY_FACTOR * np.pi)
 
@@ -81,7 +81,7 @@ def sampling_warning(model: Model, sample_time: float) -> str:
     """A warning if even the arm's slowest vibration is too fast for samples every `sample_time` s;
     else empty."""
     bare = model.bare or model
-    K, M = _matrices(bare)
+    K, M = stretched_matrices(bare)
     swings = _phase_steps(K, M, sample_time)
     vibrating = swings[swings > FREE_JOINT]
     slowest = float(vibrating.min(initial=np.inf))
@@ -99,7 +99,7 @@ FREE_JOINT = 1e-3
 """rad per sample: slower is a freely turning joint."""
 
 
-def _matrices(bare: Model) -> tuple[np.ndarray, np.ndarray]:
+def stretched_matrices(bare: Model) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and mass (n, n) of the arm stretched out, at its own values."""
     n, p = bare.arm.coordinates, bare.numbers().p
     K, _ = bare.compiled.linear_matrices(np.zeros(n), p)

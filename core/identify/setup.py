@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..identify.prepared_recording import can_measure, start_joints
 from ..identify.prescribed_joint_motion import sampling_warning
 from ..identify.processing import TORQUE, Processing
-from ..identify.unknowns import first_state_names, starts_unknown
+from ..identify.unknowns import starts_unknown
 from ..model import Model
 from ..recording.recording import Recording
 from ..recording.velocity import ZeroPhaseLowPass
@@ -265,7 +265,8 @@ def _notes(
         seldom = sampling_warning(model, max(r.sample_time for r in recordings))
         if seldom and model.drive.torque_known:
             sentences.append(seldom)
-    if first_state_names(model) and any(starts_unknown(spec, r) for r in recordings):
+    free = model.arm.coordinates - (0 if model.steering is None else model.arm.joints)
+    if free and any(starts_unknown(spec, r) for r in recordings):
         sentences.append(IN_MOTION if spec.initial_state is None else ANY_START)
     for r in recordings:
         for channel, logged in r.logger_filters.items():

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
+from ..identify.first_states import START, first_state_names
 from ..model import Model
 from ..parameters import Parameter, ParameterSet
 from ..recording.recording import Beginning, Recording
@@ -19,7 +20,7 @@ from ..sensors.sensor import Sensor
 from ..sentences import did_you_mean
 from ..validation import naming_scenario
 
-OFFSET, GAIN, START = "offset_", "gain_", "start_"
+OFFSET, GAIN = "offset_", "gain_"
 
 WIDE = 1e3
 """Bounds of offsets and initial states, in units of their scale; only to be finite."""
@@ -80,7 +81,7 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
     own = dict.fromkeys([*spec.per_recording, *(OFFSET + c for c in spec.offsets)], recordings)
     starting = [r for r in recordings if starts_unknown(spec, r)]
     if starting:
-        starts = first_state_names(model)
+        starts = first_state_names(model, min(r.sample_time for r in starting))
         names += [n for n in starts if n not in names]
         own = dict.fromkeys(starts, starting) | own
     _check_mentioned(spec, names)
@@ -136,18 +137,12 @@ def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
     return recording.beginning is not Beginning.REST if stated is None else stated
 
 
-def first_state_names(model: Model) -> tuple[str, ...]:
-    """Names of the initial state's numbers; with a virtual servo, of the coordinates beside the
-    joints."""
-    prescribed = 0 if model.steering is None else model.arm.joints
-    free = model.arm.coordinate_names[prescribed:]
-    return tuple(f"{START}{rate}{q}" for rate in ("", "d") for q in free)
-
-
-def with_first_states_of(items: Sequence[Unknown], model: Model) -> tuple[Unknown, ...]:
-    """The unknowns of the same recordings for a model with other bending shapes: where the state in
-    which one begins is estimated, that of all its coordinates."""
-    names = first_state_names(model)
+def with_first_states_of(
+    items: Sequence[Unknown], model: Model, sample_time: float
+) -> tuple[Unknown, ...]:
+    """The unknowns of the same recordings, the fastest with samples every `sample_time` s, for a
+    model with other bending shapes."""
+    names = first_state_names(model, sample_time)
     rates = f"{START}d"
     moving = dict.fromkeys(u.recording for u in items if u.parameter.name.startswith(rates))
     known = {(u.recording, u.parameter.name): u for u in items}

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arm.arm import Arm
+from ..identify.first_states import START
 from ..identify.predictor import motion_of
 from ..identify.prepared_recording import Prepared, make_task, measured_outputs
 from ..identify.prescribed_joint_forces import servo_points_per_sample
 from ..identify.processing import TORQUE
-from ..identify.unknowns import START
 from ..model import Numbers
 from ..noise.sensor_noise import ColumnNoise, is_command, quieter_of
 from ..recording.channels import DRIVES, Role, role_of

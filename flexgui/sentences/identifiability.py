@@ -7,13 +7,13 @@ from fractions import Fraction
 
 import numpy as np
 
+from flexgui.core.identify.first_states import START
 from flexgui.core.identify.identifiability import (
     INDISTINGUISHABLE,
     INVOLVED,
     POORLY_DISTINGUISHABLE,
     identified,
 )
-from flexgui.core.identify.unknowns import START
 from flexgui.core.results import Fit, LevelChoice, Outcome, Repeated, Valley
 from flexgui.core.results.identification import RECORDING_MARK
 from flexgui.core.sentences import listed

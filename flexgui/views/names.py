@@ -7,7 +7,7 @@ import re
 
 from markupsafe import Markup, escape
 
-from flexgui.core.identify.unknowns import START
+from flexgui.core.identify.first_states import START
 from flexgui.core.recording.channels import channel_kind, is_channel
 from flexgui.core.results import Estimate
 from flexgui.sentences.written import DOT, SUBSCRIPTS, SUPERSCRIPTS, channel_symbol, split_name

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from markupsafe import Markup, escape
 
-from flexgui.core.identify.unknowns import START
+from flexgui.core.identify.first_states import START
 from flexgui.core.results import Estimate, Fit, Outcome, RecordingComparison
 from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.core.sentences import listed

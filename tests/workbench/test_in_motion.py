@@ -11,8 +11,8 @@ import pytest
 from flexgui.core.arm.presets import presets
 from flexgui.core.drives.torque import Torque
 from flexgui.core.effects import effect
+from flexgui.core.identify.first_states import first_state_names
 from flexgui.core.identify.setup import IN_MOTION, make_setup
-from flexgui.core.identify.unknowns import first_state_names
 from flexgui.core.model import Model
 from flexgui.core.recording.recording import Beginning, Recording
 from flexgui.core.recording.save import save_recording
@@ -133,5 +133,5 @@ def test_a_rigid_arm_that_its_encoders_lead_has_no_first_state() -> None:
     channels = {"u1": np.ones(100), "theta1": np.cos(3.0 * time)}
     recording = Recording("r", time, channels, beginning=Beginning.MOTION)
     setup = make_setup(model, IdentifySpec(parameters=("m1",)), [recording])
-    assert first_state_names(setup.model) == ()
+    assert first_state_names(setup.model, STEP) == ()
     assert IN_MOTION not in setup.notes

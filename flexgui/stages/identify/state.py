@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from flexgui.core.diagnosed_scenario import identified_scenario
-from flexgui.core.identify.unknowns import GAIN, OFFSET, START
+from flexgui.core.identify.first_states import START
+from flexgui.core.identify.unknowns import GAIN, OFFSET
 from flexgui.core.model import Model
 from flexgui.core.parameters import Parameter
 from flexgui.core.results import Outcome, Profile, RecordingComparison

@@ -1,0 +1,85 @@
+"""Which numbers of a first state are free: as many as there are vibrations that samples can show.
+
+Bending coordinates are amplitudes of polynomials, and most states of them excite vibrations of many
+times the sampling rate. No sample shows these, and a fit that lacks an effect uses them: 32 steps
+per sample in place of one. So some coordinates are free, and the others follow along the slowest
+vibrations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+import scipy
+
+from ..bounded_cache import BoundedCache
+from ..identify.prescribed_joint_motion import FREQUENCY_FACTOR, stretched_matrices
+from ..model import Model
+
+START = "start_"
+"""Before the name of a coordinate, or 'd' and its name: its deviation at the first sample."""
+
+
+class _Vibrations:
+    """Of a bare arm with its joints held, stretched out."""
+
+    def __init__(self, bare: Model) -> None:
+        joints = bare.arm.joints
+        K, M = (x[joints:, joints:] for x in stretched_matrices(bare))
+        self.bare = bare
+        self.names = bare.arm.coordinate_names[joints:]
+        squares, shapes = scipy.linalg.eigh(K, M) if len(K) else (np.zeros(0), np.zeros((0, 0)))
+        self.shapes: np.ndarray = shapes
+        self.rates = np.sqrt(np.maximum(squares, 0.0))
+        """rad/s, the slowest first"""
+        self._sizes = 1.0 / np.sqrt(np.diag(M))
+
+    def free(self, count: int) -> tuple[str, ...]:
+        """The coordinates that determine a state of the `count` slowest vibrations best."""
+        if count >= len(self.names):
+            return self.names
+        shares = (self.shapes[:, :count] / self._sizes[:, None]).T
+        order = scipy.linalg.qr(shares, mode="r", pivoting=True)[1][:count]
+        return tuple(self.names[i] for i in sorted(order))
+
+    def following(self, free: Collection[str], x: np.ndarray) -> np.ndarray:
+        """A deviation x (n,) with those that are not `free` along the slowest vibrations; as it is
+        where others are free than these take."""
+        count = len(free)
+        if not 0 < count < len(self.names) or set(free) != set(self.free(count)):
+            return x
+        at = [i for i, name in enumerate(self.names) if name in free]
+        slow = self.shapes[:, :count]
+        return np.asarray(slow @ np.linalg.solve(slow[at], x[at]))
+
+
+_VIBRATIONS = BoundedCache[_Vibrations](16)
+"""By the id of a bare model, which the value keeps."""
+
+
+def _vibrations(model: Model) -> _Vibrations:
+    bare = model.bare or model
+    return _VIBRATIONS.get(id(bare), lambda: _Vibrations(bare))
+
+
+def first_state_names(model: Model, sample_time: float) -> tuple[str, ...]:
+    """Names of the initial state's numbers that samples every `sample_time` s may show; with a
+    virtual servo, of the coordinates beside the joints."""
+    found = _vibrations(model)
+    shown = found.rates * sample_time < FREQUENCY_FACTOR * np.pi
+    joints = model.arm.coordinate_names[: model.arm.joints] if model.steering is None else ()
+    free = (*joints, *found.free(max(int(shown.sum()), 1)))
+    return tuple(f"{START}{rate}{q}" for rate in ("", "d") for q in free)
+
+
+def followed_first_state(model: Model, free: Collection[str], start: np.ndarray) -> np.ndarray:
+    """Deviations `start` (n,) of the coordinates, or of their rates, with the bending ones that are
+    not `free` (names) along the slowest vibrations."""
+    found, names = _vibrations(model), model.arm.coordinate_names
+    at = [names.index(name) for name in found.names if name in names]
+    if len(at) < len(found.names):
+        return start
+    out = start.copy()
+    out[at] = found.following([name for name in found.names if name in free], start[at])
+    return out
