@@ -16,7 +16,7 @@ from flexgui.core.identify.prepared_recording import Prepared, prepare
 from flexgui.core.identify.prescribed_joint_motion import points_per_sample, sampling_warning
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
-from flexgui.core.noise.noise_floor import channel_floors
+from flexgui.core.noise.noise_floor import REFUTED, channel_floors
 from flexgui.core.recording.recording import Recording
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.sensors import sensor
@@ -40,8 +40,6 @@ places before they are differentiated 0.2 near their ends."""
 COUNT = 1.2e-5
 """rad, of an encoder of 2^19 steps"""
 
-FACTOR = 1.5
-"""Between noise floor and truth, as for all noise floors."""
 
 DRAWS = 10
 """Of the encoder's steps: its link swings with them for the whole recording, so one may leave a
@@ -104,7 +102,7 @@ def test_a_rig_whose_samples_hardly_show_its_vibration_is_told() -> None:
 
 
 @pytest.mark.parametrize("turned", np.linspace(0.0, 0.9, DRAWS))
-def test_the_noise_floor_is_what_the_encoder_leaves(turned: float) -> None:
+def test_what_the_model_leaves_refutes_a_noise_that_is_motion(turned: float) -> None:
     """What the encoder reads beyond a low-pass is motion; only the missing torque has it not."""
     e = prepared(COUNT, turned)
     numbers = e.model.numbers()
@@ -112,5 +110,5 @@ def test_the_noise_floor_is_what_the_encoder_leaves(turned: float) -> None:
     error = e.measured - e.predicted(motion, numbers, {})
     found = channel_floors([e], [error], [(motion, numbers, {})], {}, 0.0)["u1"]
     assert found.source == "estimated"
-    left = rms(missing(e))
-    assert left < found.noise < FACTOR * left * (1.0 + ROUNDING)
+    assert found.refuted is not None and found.refuted > REFUTED * found.noise
+    assert found.noise == pytest.approx(rms(missing(e)), rel=ROUNDING)

@@ -215,7 +215,7 @@ def test_the_table_of_models_states_numbers_that_agree(opened: Session) -> None:
     models = opened.diagnosis.models
     assert models.present is not None
     like = models.present.version
-    rows = [(m, errors_of(m, like), evidence_of(m, like), "") for m in models.comparable]
+    rows = [(m, errors_of(m, like), evidence_of(m, like), "", "") for m in models.comparable]
     text = str(WORDS.models(rows, models.present, None, True))
     bics = [float(x) for x in re.findall(r"[^\u0394]BIC (-?\d+)", text)]
     (fall,) = (float(x) for x in re.findall(r"\u0394BIC (-?\d+)", text))
