@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from flexgui.core.progress import Silent
 from flexgui.core.results import RecordingComparison
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.stages.diagnose.model_versions import ModelFindings
 from flexgui.stages.diagnose.task import COMPARED, LOOKED, diagnose
+from tests.diagnose.test_doubts import scenario as judged
+from tests.diagnose.test_doubts import validated
 from tests.diagnose.test_run import HIDDEN, text
 
 CANDIDATES = """[diagnose]
@@ -81,3 +84,16 @@ def test_an_added_effects_own_fit_is_not_held_up_by_the_ranking() -> None:
     assert heard.order[:4] == [LOOKED, LOOKED, COMPARED, LOOKED]
     assert heard.versions[2].outcome is not None and not heard.versions[2].ranking
     assert heard.order.count(COMPARED) == 1
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_a_search_beside_the_page_judges_by_unseen_recordings_as_a_run_does(hidden: bool) -> None:
+    """It left them out and found nothing missing, beside an error of 40 noise floors on them."""
+    scenario = judged(hidden)
+    found, run = diagnose(scenario, progress=Heard()).diagnosis, validated(hidden)
+    assert found is not None
+    assert found.verdict == run.verdict and [d.reason for d in found.doubts] == [
+        d.reason for d in run.doubts
+    ]
+    shown, stated = (d.steps[-1].errors for d in (found, run))
+    assert [e.validation_rms for e in shown] == pytest.approx([e.validation_rms for e in stated])

@@ -87,7 +87,7 @@ def diagnose(
 
     found = search(
         inputs.setup, inputs.spec, inputs.recordings, inputs.options, progress, on_ranking,
-        reporter.begun, reporter.settled,
+        reporter.fitted, reporter.settled,
     )  # fmt: skip
     first = next(iter(found.proposed), None)
     light = tuple(
@@ -171,9 +171,9 @@ class FindingsReporter:
         self._checked = False
         self._shown: tuple[RecordingComparison, ...] = ()
         self._best: object = None
-        self.begun = replace(self._whole, validation=None)  # the reporter checks it
-        self.counted = [e.counted for e in self.begun.data.experiments]
-        self.seen = _seen(_as_given(self.begun), self.begun)
+        at_once = replace(self._whole, validation=None)  # that takes longer
+        self.counted = [e.counted for e in at_once.data.experiments]
+        self.seen = _seen(_as_given(at_once), at_once)
         self.report()
 
     @property
@@ -201,16 +201,9 @@ class FindingsReporter:
 
     def settled(self, last: BaseFit) -> None:
         """The final fit of the diagnosis; from now on all figures are of it."""
-        before, floors = self._whole, last.data.floors
-        moved = floors != before.data.floors
-        later = before.validation
-        if later is not None and moved:
-            later = replace(later, floors=floors, weights=later.weights_at(floors))
-        self._checked = self._checked and not moved
-        known = before.validation_fit if self._checked else None
-        self._whole = replace(last, validation=later, cached_fit=known)
-        shown = self._whole if self._checked else last
-        self.report(step=_as_given(shown), residual=_seen(self.seen.step, last).residual)
+        self._checked = self._checked and last.data.floors == self._whole.data.floors
+        self._whole = last
+        self.report(step=_as_given(last), residual=_seen(self.seen.step, last).residual)
         self.check()
 
     def _add_laws(self) -> None:
@@ -222,7 +215,7 @@ class FindingsReporter:
         best = (first.effect, tuple(e.value for e in first.parameters))
         if best != self._best:
             self._best = best
-            laws = laws_of(self.begun.base.parametrised.model, self._shown, first)
+            laws = laws_of(self._whole.base.parametrised.model, self._shown, first)
             self.seen = replace(self.seen, laws=laws, laws_of=first.effect)
 
 
