@@ -195,14 +195,18 @@ def doubts_sentence(doubts: Sequence[Doubt], settings: str, missing: str = "some
         own = [d for d in doubts if d.reason is reason]
         channels = listed([channel_symbol(d.channel, d.unit) for d in own])
         text, advice = CONTRADICTED[reason]
-        because.append(text.format(channels, listed([_beside(d) for d in own])))
+        because.append(text.format(channels, _most_contradicted(own)))
         needed.append(advice.format(settings))
     why, advice = "; ".join(because), " ".join(needed)
     return f"It cannot be judged whether {missing} is missing: {why}. {advice}"
 
 
-def _beside(doubt: Doubt) -> str:
-    return f"{quantity(doubt.beside, doubt.unit, 2)} beside {quantity(doubt.floor, doubt.unit, 2)}"
+def _most_contradicted(doubts: Sequence[Doubt]) -> str:
+    """Both numbers of the channel in which they differ most."""
+    worst = max(doubts, key=lambda d: abs(math.log(max(d.beside, 1e-300) / d.floor)))
+    numbers = (quantity(x, worst.unit, 2) for x in (worst.beside, worst.floor))
+    most = f"most in {channel_symbol(worst.channel, worst.unit)}: " if len(doubts) > 1 else ""
+    return most + " beside ".join(numbers)
 
 
 def vibration(remains: Remains) -> str:
