@@ -30,6 +30,8 @@ def drawn(seed: int) -> tuple[Arm, str, float, np.ndarray]:
     arm, kind = ARMS[("paper", "unequal")[seed % 2]], HIDDEN[seed // 2 % len(HIDDEN)]
     small, _, large = SIZES[kind]
     size = float(np.exp(rng.uniform(np.log(small), np.log(large))))
+    if kind == "camera_delay":  # ms, a whole number of samples
+        size = 1e3 * SAMPLE * round(1e-3 * size / SAMPLE)
     return arm, kind, size, rng.uniform(EARLIEST, LATEST, len(arm.postures))
 
 
