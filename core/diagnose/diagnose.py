@@ -59,7 +59,8 @@ def diagnose(
     stated = tuple(setup.model.effects)
     memo = Memo(base_fit.validation, stated, base_fit.data.bare.arm.modes)
     base = FittedModel(base_fit.data, base_fit.base, stated)
-    found = Search(options, progress, on_ranking, memo).run(base)
+    search = Search(options, progress, on_ranking, memo)
+    found = search.run(base)
     progress.stage(ORDER)
     climbed = ladder(found, memo, progress)
     proposed = found.proposed
@@ -75,7 +76,8 @@ def diagnose(
     )
     added, stopped = last.effects[len(stated) :], progress.stopped()
     steps = climbed.steps(memo)
-    unsure = tuple(doubts(last.data, steps[-1].errors, current_floors(last, options)))
+    floors = current_floors(last, options)
+    unsure = tuple(doubts(last.data, steps[-1].errors, floors, lambda: search.explains_more(last)))
     more = bool(proposed or added or (stopped and base_error.above))
     verdict = _verdict(more, base_error, unsure)
     final = _verdict(bool(proposed), remaining, unsure) if options.adds and not stopped else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,20 +60,23 @@ def remaining_error(
 
 
 def doubts(
-    data: FitProblem, by_channel: Sequence[ChannelError], floors: Mapping[str, Floor]
-) -> Iterator[Doubt]:
+    data: FitProblem, by_channel: Sequence[ChannelError], floors: Mapping[str, Floor],
+    explains_more: Callable[[], bool],
+) -> Iterator[Doubt]:  # fmt: skip
     """Why the errors of a model, within the noise, do not show that nothing is missing. `floors`:
-    of the noise as that model shows it.
+    of the noise as that model shows it; `explains_more`: whether a candidate explains a part of
+    what it leaves, whatever the noise is.
 
-    A noise floor is worth what it can refute: not one that the model's own error refutes, or one
-    above all that a channel shows, of which a model then explains nothing. And unseen recordings
+    A noise floor is worth what it can refute: not one that the model's own error refutes while
+    something explains this error, or one above all that a channel shows. And unseen recordings
     have the last word; they may be noisier than those that were fitted by the factor within which
     an estimate is known.
     """
     spread = spreads(data.experiments)
+    unknown = any(f.refuted is not None for f in floors.values()) and explains_more()
     for e in by_channel:
         refuted = floors[e.channel].refuted
-        if refuted is not None:
+        if unknown and refuted is not None:
             yield Doubt(DoubtReason.REFUTED_NOISE, e.channel, e.unit, refuted, e.rms)
         elif e.floor > ABOVE_IN_ONE * spread[e.channel]:
             reason = DoubtReason.FLOOR_ABOVE_SPREAD

@@ -34,7 +34,7 @@ def test_an_error_within_the_floor_shows_something_if_floor_and_unseen_data_allo
     spread = spreads(data.experiments)["z1"]
     error = ChannelError("z1", "m", rms * spread, floor * spread, unseen * spread)
     known = {"z1": Floor(floor * spread, floor * spread, "estimated", UNCERTAINTY)}
-    reasons = {d.reason for d in doubts(data, [error], known)}
+    reasons = {d.reason for d in doubts(data, [error], known, lambda: True)}
     wanted = {DoubtReason.FLOOR_ABOVE_SPREAD} if floor > ABOVE_IN_ONE else set()
     wanted |= {DoubtReason.UNSEEN} if unseen > REFUTED * max(floor, rms) else set()
     assert reasons == wanted
@@ -43,7 +43,19 @@ def test_an_error_within_the_floor_shows_something_if_floor_and_unseen_data_allo
 def test_without_unseen_recordings_nothing_is_said_of_them() -> None:
     data = bare().data
     error = ChannelError("z1", "m", 1e-5, 1e-5)
-    assert not list(doubts(data, [error], {"z1": Floor(1e-5, 1e-5, "stated")}))
+    assert not list(doubts(data, [error], {"z1": Floor(1e-5, 1e-5, "stated")}, lambda: True))
+
+
+@pytest.mark.parametrize("explains_more", [False, True])
+def test_a_noise_that_is_not_known_matters_where_something_explains_what_is_left(
+    explains_more: bool,
+) -> None:
+    data = bare().data
+    spread = spreads(data.experiments)["z1"]
+    error = ChannelError("z1", "m", 0.2 * spread, 0.2 * spread)
+    known = {"z1": Floor(0.2 * spread, 0.2 * spread, "estimated", UNCERTAINTY, refuted=spread)}
+    found = [d.reason for d in doubts(data, [error], known, lambda: explains_more)]
+    assert found == [DoubtReason.REFUTED_NOISE] * explains_more
 
 
 @pytest.mark.parametrize(("share", "refuted"), [(0.4, True), (0.7, False), (1.0, False)])
