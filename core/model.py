@@ -156,13 +156,21 @@ class Model:
             elements += effect.elements(self.arm, p, own)
         return Numbers(p, law, tuple(elements), self.inputs)
 
-    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Mapping[str, float]):  # type: ignore[no-untyped-def]
+    def sensed(
+        self, sensor: str, y: np.ndarray, dt: float, values: Mapping[str, float],
+        moving: bool = False,
+    ) -> np.ndarray:  # fmt: skip
         """What a kind of sensor reads (N, k), from what an ideal one would, y (N, k), every `dt`
-        s."""
-        all_values = {**self.effect_values, **values}
+        s. Before the first sample the arm rests or, where it was `moving`, y came straight on:
+        what is late then shows it."""
+        all_values, first = {**self.effect_values, **values}, 0
+        if moving and self.effects and len(y) > 2:
+            first = len(y)
+            slope = 2.0 * y[1] - 1.5 * y[0] - 0.5 * y[2]
+            y = np.vstack([y[0] + np.arange(-first, 0)[:, None] * slope, y])
         for effect in self.effects:
             y = effect.sensed(sensor, y, dt, all_values)
-        return y
+        return y[first:]
 
     def started(self, joints: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """True joint positions (..., nj) from what the encoders say, `joints` (..., nj)."""

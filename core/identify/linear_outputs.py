@@ -268,6 +268,5 @@ def _sensed(
 def _through_effects(e: Prepared, kind: str, y: np.ndarray, values: Values) -> np.ndarray:
     if all(type(effect).sensed is Effect.sensed for effect in e.model.effects):
         return y
-    dt = e.recording.sample_time
-    each = [e.model.sensed(kind, y[:, :, s], dt, v) for s, v in enumerate(values)]
+    each = [e.sensed_by(kind, y[:, :, s], v) for s, v in enumerate(values)]
     return np.stack(each, axis=2)

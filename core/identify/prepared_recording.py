@@ -47,14 +47,13 @@ class Prepared:
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
         """(name, unit) of the k outputs."""
-        arm = self.model.arm
-        return tuple((c.name, c.unit) for s in self.outputs for c in s.channels(arm))
+        each = (c for s in self.outputs for c in s.channels(self.model.arm))
+        return tuple((c.name, c.unit) for c in each)
 
     @cached_property
     def kinds(self) -> tuple[str, ...]:
         """Of the sensors of the k channels."""
-        arm = self.model.arm
-        return tuple(s.kind for s in self.outputs for _ in s.channels(arm))
+        return tuple(s.kind for s in self.outputs for _ in s.channels(self.model.arm))
 
     @property
     def time(self) -> np.ndarray:
@@ -114,8 +113,7 @@ class Prepared:
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
     ) -> np.ndarray:
         """(M, k): the model's outputs, processed like the measured ones."""
-        raw = self.readings(trajectory, numbers, values)
-        return self.processed(raw)
+        return self.processed(self.readings(trajectory, numbers, values))
 
     def readings(
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
@@ -153,7 +151,7 @@ class Prepared:
         """(N, k): a sensor's reading along a motion, before any filter; of a virtual servo's
         torque, the reading of the drive's sensor by the model."""
         y = np.array(sensor.measure_like(self.recording, trajectory))
-        y = self.model.sensed(sensor.kind, y, self.recording.sample_time, values)
+        y = self.sensed_by(sensor.kind, y, values)
         steering = self.model.steering
         if sensor.kind != TORQUE or steering is None:
             return y
@@ -171,6 +169,11 @@ class Prepared:
             place = self._place_at(values)[0][-len(y) :]
             missing = y + steering.between_samples(place, dt) - applied
         return stated + (missing if same else _in_stated_units(missing, applied, stated))
+
+    def sensed_by(self, kind: str, y: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+        """(N, k): what a kind of sensor reads of y (N, k); values may hold a first state."""
+        moving = any(name.startswith(f"{START}d") for name in values)
+        return self.model.sensed(kind, y, self.recording.sample_time, values, moving)
 
     @cached_property
     def _stated(self) -> tuple[DriveLaw, np.ndarray]:

@@ -64,12 +64,13 @@ def channel_floors(
     floors = {}
     for name, spread in spreads(experiments).items():
         equal = (1.0,) * len(experiments)
-        noise, source, ratios = (
-            (repeated_noise[name], REPETITION, equal) if name in repeated_noise else drawn[name]
+        repeated = repeated_noise.get(name)
+        noise, source, ratios, least = (
+            drawn[name] if repeated is None else (repeated, REPETITION, equal, repeated)
         )
         allowance = fidelity * spread
         left = residual_rms[name]
-        too_large = source == ESTIMATED and noise > REFUTED * left
+        too_large = source == ESTIMATED and least > REFUTED * left
         # Within the modelling tolerance nothing can be missing, whatever the noise is.
         refuted = noise if too_large and left > allowance else None
         noise = left if too_large else noise

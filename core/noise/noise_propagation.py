@@ -139,7 +139,7 @@ class NoisePath:
             # Under a servo the model's joints are the encoders', noise and all.
             if self.servo_driven and kind == ENCODER:
                 y = e.model.servo.response(y, self.recording.sample_time)
-            y = e.model.sensed(kind, y, self.recording.sample_time, self.values)
+            y = e.sensed_by(kind, y, self.values)
             return self._logged(name, y[:, names.index(name)])
         return None
 

@@ -54,6 +54,8 @@ class ChannelNoise(NamedTuple):
     source: str
     ratios: tuple[float, ...]
     """Noise in each recording over that level; all one if the recordings agree."""
+    least: float
+    """rms of the quietest draw."""
 
 
 def output_noise(
@@ -77,12 +79,15 @@ def output_noise(
     scatters = any(path.servo_driven for path in paths)
     noises = dict[str, ChannelNoise]()
     for name, parts in drawn.items():
-        level = _level_of(parts, scatters)
+        draws_rms = np.array([_rms(np.concatenate(draw)) for draw in zip(*parts, strict=True)])
+        level = _level_of(draws_rms, scatters)
         ratios = (1.0,) * len(paths)
         if differ and level and len(parts) == len(paths):
             whole = _rms(np.concatenate([x for draws in parts for x in draws]))
             ratios = tuple(_rms(np.concatenate(draws)) / whole or 1.0 for draws in parts)
-        noises[name] = ChannelNoise(level, _source(sources[name]), ratios)
+        noises[name] = ChannelNoise(
+            level, _source(sources[name]), ratios, float(draws_rms.min(initial=level))
+        )
     return noises
 
 
@@ -101,14 +106,13 @@ def simulate_noise(
     ]
 
 
-def _level_of(parts: Sequence[Sequence[np.ndarray]], scatters: bool) -> float:
-    """rms of the draws over all recordings; if it scatters from draw to draw, plus one standard
-    deviation: an upper quantile of six noise simulations.
+def _level_of(each: np.ndarray, scatters: bool) -> float:
+    """rms of draws of these rms (D,) over all recordings; if it scatters from draw to draw, plus
+    one standard deviation: an upper quantile of six noise simulations.
 
     Encoder noise excites lightly damped links for the whole recording, so long recordings hold few
     independent values of it.
     """
-    each = np.array([_rms(np.concatenate(draw)) for draw in zip(*parts, strict=True)])
     level = float(np.sqrt(np.mean(each**2)))
     return level + float(np.std(each, ddof=1)) if scatters else level
 

@@ -256,3 +256,14 @@ def test_the_delay_under_a_servo_is_an_unknown_like_any_other():
     place = simulate_within(model, model.numbers(), task).trajectory
     assert np.abs(at[1][10:-10, -2] - place.joint_positions[10:-10, 0]).max() < 1e-6
     assert np.array_equal(at[0][:, -2], recording["theta1"])
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_what_is_late_shows_how_a_recording_that_begins_in_motion_came_there(moving: bool) -> None:
+    """A camera stood still before the first sample, and the whole recording was not explained."""
+    model = looped(PAPER).with_effects([effect("camera_delay")], {"td": 0.01})
+    dt, speeds = 1e-3, np.array([0.3, -2.0])
+    y = 1.0 + np.arange(300)[:, None] * dt * speeds
+    before = np.arange(300)[:, None] * dt - 0.01
+    true = 1.0 + (before if moving else np.maximum(before, 0.0)) * speeds
+    assert model.sensed("z", y, dt, {}, moving) == pytest.approx(true, abs=ROUNDING)
