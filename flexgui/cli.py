@@ -206,8 +206,6 @@ def reference() -> None:
 
 app.command("challenge")(challenge.challenge)
 app.command("reveal")(challenge.reveal)
-app.command("hand-in")(challenge.hand_in)
-app.command("grade")(challenge.grade)
 
 
 @app.command()

@@ -1,1 +1,1 @@
-"""Challenges for a class: hidden effects, the board, hand-ins and their grades."""
+"""Challenges for a class: hidden effects and the board."""

@@ -83,10 +83,6 @@ class ChallengePanel(Panel):
         self._change = button(
             context, "Change my guess (it is marked)", self.session.challenge.change_guess
         )
-        self._take = button(
-            context, "Hand in (file)", self._handed_in,
-            hint="Your guess as a file for grading. Reveal does not change it.",
-        )  # fmt: skip
         self._truth, self._board = HtmlBlock(gui), HtmlBlock(gui)
 
     def _hidden(self) -> None:
@@ -110,17 +106,6 @@ class ChallengePanel(Panel):
         if self._name.visible and name.strip():
             challenge.nickname = plain_name(name)
         challenge.reveal()
-
-    def _handed_in(self) -> None:
-        challenge = self.session.challenge
-        state = challenge.state
-        if state is None or not state.guesses:
-            return
-        from flexgui.classroom.hand_in import HandIn  # late: few hand anything in
-
-        name = challenge.nickname or plain_name(str(self._name.value))
-        answer = HandIn(name, state.guesses, state.sealed, state.asked, state.changed)
-        self.send(answer.filename, answer.text().encode())
 
     def refresh(self) -> None:
         """Shows the next possible actions."""
@@ -176,7 +161,6 @@ class ChallengePanel(Panel):
         self._nameless.show(paragraph(NAME_IT if nameless else "", "soft"))
         self._name.visible, self._commit.visible = nameless, asks
         self._reveal.visible = self._change.visible = stands
-        self._take.visible = committed and not state.changing
 
 
 def _verdict(revealed: Revealed, tool: ToolAnswer | None, busy: bool) -> str:
