@@ -13,7 +13,6 @@ import typer
 from typer.core import TyperGroup
 
 from flexgui import __version__
-from flexgui.classroom import commands as challenge
 from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, print_error
 from flexgui.stages.study import command as study
 
@@ -202,10 +201,6 @@ def reference() -> None:
     from flexgui.reference import reference_text
 
     typer.echo(reference_text(), nl=False)
-
-
-app.command("challenge")(challenge.challenge)
-app.command("reveal")(challenge.reveal)
 
 
 @app.command()

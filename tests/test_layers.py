@@ -74,7 +74,6 @@ RANKS = {
     "flexgui.page.page": 17,
     "flexgui.server": 17.5,
     "flexgui.stages.study.command": 17.5,
-    "flexgui.classroom.commands": 17.6,
     "flexgui.library": 17.6,
     "flexgui.reference": 17.7,
     "flexgui.cli": 18,

@@ -86,8 +86,6 @@ def test_too_many_are_counted(name: str, command, tmp_path: Path) -> None:  # ty
         ("export", "{}", "--out", "out"),
         ("export", SCENARIO, "--out", "{}"),
         ("export", SCENARIO, "--out", "out", "--data", "{}"),
-        ("challenge", "--seed", "1", "--out", "{}"),
-        ("reveal", "{}"),
         ("study", "{}"),
         ("{}",),
         ("export", SCENARIO, "--{}", "out"),
@@ -99,18 +97,6 @@ def test_a_name_that_is_too_long_is_one_sentence(
 ) -> None:  # type: ignore[no-untyped-def]
     arrange(GOOD, tmp_path)
     refused(command(*(part.format("a" * length) for part in arguments)))
-
-
-def test_a_file_in_the_way_of_a_challenge_is_told_before_the_work(
-    command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:  # type: ignore[no-untyped-def]
-    def begun(*given: object) -> None:
-        raise AssertionError("the work has begun")
-
-    monkeypatch.setattr("flexgui.core.challenge.challenge.make_challenge", begun)
-    (tmp_path / "taken").touch()
-    refused(command("challenge", "--seed", "1", "--out", "taken"), "taken", "is a file")
-    refused(command("challenge", "--seed", "1", "--out", "taken/x.zip"), "taken", "is a file")
 
 
 def test_a_data_folder_that_is_none_is_told(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]

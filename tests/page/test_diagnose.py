@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.core.challenge.challenge import reveal
 from flexgui.jobs.messages import DEFAULT
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
@@ -21,7 +20,7 @@ from flexgui.stages.diagnose.model_versions import ladder_steps
 from tests.jobs.helpers import process_id, task
 from tests.page.conftest import Desktop
 from tests.page.helpers import LOOK, field, pick, plots, press, sees
-from tests.session.helpers import shortened, until
+from tests.session.helpers import HIDDEN_FRICTION, shortened, until
 
 FOUND = 60_000
 """ms: two searches of a few candidates on a busy machine."""
@@ -217,15 +216,8 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
 
 @pytest.mark.long
 def test_guess_and_reveal(page: Any, session: Session) -> None:
-    """The recordings are made by the session's tests; here the seal is opened by hand."""
     few(session)
-    from flexgui.core.challenge.challenge import obfuscate
-
-    truth = {
-        "seed": 4, "level": "easy", "effects": ["coulomb_friction"], "EI": 520.0,
-        "values": {"fc1": 0.1823, "fc2": 0.1}, "shown": {"coulomb_friction": 3.0},
-    }  # fmt: skip
-    session.challenge.state = Challenge(4, "easy", obfuscate(json.dumps(truth), "4 easy"))
+    session.challenge.state = Challenge(4, "easy", HIDDEN_FRICTION)
     press(page, "Challenge")
     sees(page, "the board marks your line with *")
     press(page, "Compare")
@@ -257,7 +249,7 @@ that the click would take the place of the last key."""
 @pytest.mark.long
 def test_a_size_is_committed_as_the_field_shows_it(page: Any, session: Session) -> None:
     few(session)
-    session.challenge.state = Challenge(4, "easy", "sealed")
+    session.challenge.state = Challenge(4, "easy", HIDDEN_FRICTION)
     session.show("Challenge")
     choose(page, "Coulomb friction")
     row = page.get_by_text("fc1 [N m]", exact=True).first.locator("xpath=ancestor::*[.//input][1]")
@@ -323,8 +315,7 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     press(page, "Hide an effect")
     known = hidden_in(session, page, desktop)
     sees(page, "these recordings hide an effect")
-    hidden = json.loads(reveal(known.sealed, "-"))["effects"]
-    answer(page, hidden[0])
+    answer(page, known.truth.effects[0])
     told = re.compile(r"\(used only now\)|It is examining the recordings\.")
     page.get_by_text(told).first.wait_for()
     session.run.stop()

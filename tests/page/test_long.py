@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from flexgui.core.challenge.challenge import reveal
 from flexgui.core.scenario.read import read_scenario
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
@@ -85,7 +83,7 @@ def test_on_a_challenge(page: Any, session: Session) -> None:
     page.get_by_text("these recordings hide an effect").wait_for(timeout=SLOW)
     known = session.challenge.state
     assert known is not None
-    kind = json.loads(reveal(known.sealed, "-"))["effects"][0]
+    kind = known.truth.effects[0]
     walk(page, session, kind, identified=True)
     press(page, "Challenge")
     answer(page, kind)

@@ -32,7 +32,7 @@ from tests.server.helpers import (
     get,
     wait_for,
 )
-from tests.session.helpers import alone
+from tests.session.helpers import HIDDEN_FRICTION, alone
 
 CODE, TOKEN = "K7QM-2XWP", "0123456789abcdef"
 
@@ -195,11 +195,12 @@ def test_a_copy_has_what_the_teacher_found(both: list[Session]) -> None:
 def test_a_copy_of_a_challenge_begins_anew(both: list[Session]) -> None:
     teacher, own = both
     (teacher.folder / "th1.csv").write_text("t\n")
-    teacher.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia"),))
+    teacher.challenge.state = Challenge(7, "hard", HIDDEN_FRICTION, (Guess("rotor_inertia"),))
     teacher.diagnosis.versions = (ModelVersion(teacher.document.scenario),)
     copy_session(teacher, own)
     assert (own.folder / "th1.csv").is_file()
     known = own.challenge.state
-    assert known is not None and (known.seed, known.level, known.sealed) == (7, "hard", "sealed")
+    assert known is not None and (known.seed, known.level) == (7, "hard")
+    assert known.truth == HIDDEN_FRICTION
     assert not known.guesses and known.count == 2
     assert not own.diagnosis.versions, "the teacher's findings would give it away"

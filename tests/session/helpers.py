@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from flexgui.cli import run
+from flexgui.core.challenge.truth import Truth
 from flexgui.jobs import JobPool
 from flexgui.session.scenario_edits import Edit, ScenarioDict, set_value
 from flexgui.session.session import Session
@@ -23,6 +24,11 @@ from tests.session.conftest import Offered
 
 SOON = 60.0
 """s: a worker that has to compile first needs most of it."""
+
+HIDDEN_FRICTION = Truth(
+    ("coulomb_friction",), {"fc1": 0.1823, "fc2": 0.1}, {"coulomb_friction": 3.0}, 520.0
+)
+"""What a challenge may hide."""
 
 
 def alone(key: str, folder: Path) -> Session:

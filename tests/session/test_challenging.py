@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from flexgui.classroom.board import MOST_ENTRIES, Board, board_table
+from flexgui.core.challenge.truth import Truth
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
@@ -14,16 +15,15 @@ from flexgui.session.session import Session
 from flexgui.stages.challenge.judging import Entry, judge, read_sizes, size_fields
 from flexgui.stages.challenge.state import Challenge, Guess
 from tests.approved import approved
-from tests.session.helpers import until
+from tests.session.helpers import HIDDEN_FRICTION, until
 
 SEED = 4
 """Hides Coulomb friction."""
 
 FRICTION = Guess("coulomb_friction", " fc1 = 0.2 N m ")
-TRUTH = {
-    "effects": ["coulomb_friction", "camera_delay"],
-    "values": {"fc1": 0.2, "fc2": 0.1, "td": 0.004},
-}
+TRUTH = Truth(
+    ("coulomb_friction", "camera_delay"), {"fc1": 0.2, "fc2": 0.1, "td": 0.004}, {}, 520.0
+)
 
 
 @pytest.mark.long
@@ -34,7 +34,7 @@ def test_from_hiding_to_the_truth(session: Session) -> None:
     known = session.challenge.state
     assert known is not None and known.revealed is None
     assert (session.folder / "th1.csv").is_file() and len(session.document.scenario.recordings) == 8
-    told = scenario_toml(session.document.scenario) + known.sealed
+    told = scenario_toml(session.document.scenario)
     assert "coulomb" not in told and "fc1" not in told
     assert not session.challenge.reveal() and session.message.bad, "no truth before a guess"
     assert session.challenge.guess((FRICTION,), " Ada \n Lovelace ")
@@ -67,7 +67,7 @@ def test_from_hiding_to_the_truth(session: Session) -> None:
 
 
 def test_a_class_hears_of_each_other(session: Session, tmp_path: Path) -> None:
-    known = session.challenge.state = Challenge(SEED, "easy", "sealed")
+    known = session.challenge.state = Challenge(SEED, "easy", HIDDEN_FRICTION)
     folder = tmp_path / "other"
     folder.mkdir()
     other = Session("another", folder, session.services)
@@ -85,17 +85,17 @@ def test_a_class_hears_of_each_other(session: Session, tmp_path: Path) -> None:
 
 def test_a_changed_guess_is_noted_and_the_same_one_is_not() -> None:
     first, second = (Guess("rotor_inertia"),), (FRICTION,)
-    once = Challenge(1, "easy", "sealed").committed(first, asked=False)
+    once = Challenge(1, "easy", HIDDEN_FRICTION).committed(first, asked=False)
     again = once.committed(first, asked=True)
     assert not again.changed and not again.asked, "the guess was there before the tool spoke"
     other = again.committed(second, asked=True)
     assert other.changed and other.asked
     assert other.committed(second, asked=False).changed
-    assert Challenge(1, "easy", "sealed").committed(second, asked=True).asked
+    assert Challenge(1, "easy", HIDDEN_FRICTION).committed(second, asked=True).asked
 
 
 def test_no_truth_while_the_guess_is_being_changed(session: Session) -> None:
-    session.challenge.state = Challenge(1, "easy", "sealed")
+    session.challenge.state = Challenge(1, "easy", HIDDEN_FRICTION)
     assert not session.challenge.change_guess(), "there is none yet"
     assert session.challenge.guess((FRICTION,)) and session.challenge.change_guess()
     assert not session.challenge.reveal() and session.message.bad

@@ -38,7 +38,7 @@ from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.state import DONE, STOPPED
 from tests.montecarlo.helpers import short
 from tests.session.conftest import SOON, Offered
-from tests.session.helpers import alone, bring, good_csv, small, until
+from tests.session.helpers import HIDDEN_FRICTION, alone, bring, good_csv, small, until
 
 KEY = "k" * 32
 
@@ -143,7 +143,7 @@ def test_edits_files_and_a_challenge_are_there_again(
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     assert bring(session, "own.csv", good_csv(session))
-    session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
+    session.challenge.state = Challenge(7, "hard", HIDDEN_FRICTION, (Guess("rotor_inertia", "2"),))
     session.comparison.pick("theta1/model")
     session.comparison.show_view("signals of my choice")
     session.notify(Topic.CHALLENGE)
@@ -382,7 +382,7 @@ def test_work_of_another_version_is_taken_up(
     session: Session, work: SavedWorkFolders, version: str
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
-    session.challenge.state = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
+    session.challenge.state = Challenge(7, "hard", HIDDEN_FRICTION, (Guess("rotor_inertia", "2"),))
     session.notify(Topic.CHALLENGE)
     OTHER_VERSIONS[version](session.folder / WORK)
     dead(session)

@@ -24,7 +24,7 @@ from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered
-from tests.session.helpers import bring, good_csv, waiting_of, worked
+from tests.session.helpers import HIDDEN_FRICTION, bring, good_csv, waiting_of, worked
 
 
 def lines(content: bytes) -> list[str]:
@@ -152,7 +152,7 @@ def test_a_zip_of_scenario_and_recordings_can_be_brought_back(session: Session) 
 
 
 def test_a_challenge_waits_while_own_recordings_are_used_alone(session: Session) -> None:
-    known = session.challenge.state = Challenge(4, "easy", "sealed")
+    known = session.challenge.state = Challenge(4, "easy", HIDDEN_FRICTION)
     assert session.recordings.upload("own.csv", good_csv(session)).result()
     assert session.recordings.imports.use(alone=True) and session.challenge.state is None
     assert session.replaced.back() and session.challenge.state == known

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.sizes import typical
@@ -19,7 +18,9 @@ from flexgui.core.units import factor_to_si
 from flexgui.sentences.written import format_number, shown_unit
 
 if TYPE_CHECKING:
+    from flexgui.core.challenge.truth import Truth
     from flexgui.core.progress import Progress
+    from flexgui.core.scenario.schema import Scenario
 
 NONE_GUESSED = "nothing"
 NONE_TITLE = "nothing is hidden"
@@ -111,11 +112,11 @@ class Judgement:
         return "That was not it."
 
 
-def judge(guesses: Sequence[Guess], truth: Mapping[str, Any]) -> Judgement:
-    """Compares guesses with the truth; `truth` is the decoded content of the obfuscated text."""
-    hidden = tuple(truth["effects"])
+def judge(guesses: Sequence[Guess], truth: Truth) -> Judgement:
+    """Compares guesses with the truth."""
+    hidden = truth.effects
     quantities = _parameters(hidden)
-    each = tuple(_judged_guess(guess, hidden, quantities, truth["values"]) for guess in guesses)
+    each = tuple(_judged_guess(guess, hidden, quantities, truth.values) for guess in guesses)
     right = [effect(result.guess.kind) for result in each if result.right]
     named = {k.kind for k in with_included(right)}
     return Judgement(each, hidden, len(named & set(hidden)))
@@ -226,54 +227,39 @@ def plain_name(text: str) -> str:
     return " ".join("".join(c for c in text if c.isprintable()).split())[:LONGEST_NAME]
 
 
-def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str, str]:
-    """(scenario as TOML, obfuscated truth); the recordings lie in `folder` afterwards."""
+def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[Scenario, Truth]:
+    """The scenario and what is hidden; the recordings lie in `folder` afterwards."""
     from flexgui.core.challenge.challenge import make_challenge
     from flexgui.core.recording.save import save_recording
-    from flexgui.core.scenario.read import scenario_toml
 
     progress.stage("Hiding an effect in an arm, and recording it")
     made = make_challenge(seed, level)
     for r in made.recordings:
         save_recording(r, Path(folder) / f"{r.name}.csv")
-    return scenario_toml(made.scenario), made.obfuscated
+    return made.scenario, made.truth
 
 
-def truth_of(place: Path) -> str:
-    """The truth as text; InputError if the file is missing or its checksum is wrong.
-
-    `place` is a challenge's folder, its zip, or the obfuscated file itself.
-    """
-    from flexgui.core.challenge.challenge import TRUTH_FILE, obfuscated_truth, reveal
-
-    return truth_text(reveal(obfuscated_truth(place), TRUTH_FILE))
-
-
-def truth_text(text: str, names: bool = True) -> str:
-    """The truth as text: effects, sizes, visibility; with `names` also their ids in scenarios."""
+def truth_lines(truth: Truth) -> tuple[str, ...]:
+    """What is hidden, and how large it is, in a line per effect."""
     from flexgui.core.challenge.challenge_rig import bare_model
 
-    truth = json.loads(text)
-    values, shown = truth["values"], truth["shown"]
-    kinds = [effect(kind) for kind in truth["effects"]]
-    model = bare_model().with_effects(kinds, values)
-    nominal = bare_model().parameters["EI"].value
-    lines = [f"Challenge {truth['seed']} ({truth['level']}). Hidden:"]
+    kinds = [effect(kind) for kind in truth.effects]
+    model, lines = bare_model().with_effects(kinds, truth.values), []
     for hidden in model.effects:
         quantities = hidden.parameters(model.arm, model.drive, typical(model.arm))
         # A size of zero hides nothing, such as the delay of a sensor that is not there.
-        stated = [q.parameter for q in quantities if values.get(q.parameter.name)]
-        sizes = [_size(p, values[p.name], p.name if names else "") for p in stated]
-        title = f"{hidden.title} ({hidden.kind})" if names else hidden.title
-        lines.append(f"- {title}{': ' if sizes else ''}{'; '.join(sizes)}.")
-        if hidden.kind in shown:
-            above = f"{shown[hidden.kind]:.1f} times the noise"
-            lines.append(f"  After refitting the nominal parameters, {above} remains visible.")
-    lines.append(
-        f"The true bending stiffness is EI = {truth['EI']:.2f} N m² (nominal {nominal:.2f} N m²)."
+        stated = [q.parameter for q in quantities if truth.values.get(q.parameter.name)]
+        sizes = "; ".join(_size(p, truth.values[p.name]) for p in stated)
+        lines.append(f"{hidden.title}{': ' if sizes else ''}{sizes}.")
+        if hidden.kind in truth.shown:
+            above = f"{truth.shown[hidden.kind]:.1f} times the noise"
+            lines.append(f"After refitting the nominal parameters, {above} remains visible.")
+    nominal = bare_model().parameters["EI"].value
+    return (
+        *lines,
+        f"The true bending stiffness is EI = {truth.EI:.2f} N m² (nominal {nominal:.2f} N m²).",
     )
-    return "\n".join(lines)
 
 
-def _size(p: Parameter, value: float, name: str) -> str:
-    return f"{p.title} {name} = {value:.4g} {p.unit}".replace("  ", " ").strip()
+def _size(p: Parameter, value: float) -> str:
+    return f"{p.title} = {value:.4g} {p.unit}".strip()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexgui.core.challenge.challenge import LEVELS
+from flexgui.core.challenge.truth import LEVELS
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.page.panel import PageContext, PageElement, Panel

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from flexgui.core.errors import InputError
-from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.challenge.truth import LEVELS, Truth
 from flexgui.jobs import Event, Finished, Task
 from flexgui.session.state import Topic
 from flexgui.stages.challenge.judging import (
@@ -19,12 +17,13 @@ from flexgui.stages.challenge.judging import (
     hide,
     judge,
     plain_name,
-    truth_text,
+    truth_lines,
 )
 from flexgui.stages.diagnose.effects import present, titled
 from flexgui.views.ranking import sizes
 
 if TYPE_CHECKING:
+    from flexgui.core.scenario.schema import Scenario
     from flexgui.session.session import Session
 
 SOURCE = "The challenge"
@@ -57,11 +56,11 @@ class ToolAnswer:
 
 @dataclass(frozen=True)
 class Challenge:
-    """A challenge; the truth stays obfuscated on the server until it is revealed."""
+    """A challenge; the truth stays on the server until it is revealed."""
 
     seed: int
     level: str
-    sealed: str
+    truth: Truth
     guesses: tuple[Guess, ...] = ()
     """Empty: none yet. They stand until the person asks to change them."""
     changing: bool = False
@@ -76,8 +75,6 @@ class Challenge:
     @property
     def count(self) -> int:
         """How many effects are hidden at this level."""
-        from flexgui.core.challenge.challenge import LEVELS
-
         return LEVELS[self.level][0] if self.level in LEVELS else 1
 
     def committed(self, guesses: tuple[Guess, ...], asked: bool) -> Challenge:
@@ -120,9 +117,9 @@ class Challenges:
 
         return self._session.run.submit("hide", task, on_event)
 
-    def _hidden(self, made: Challenge, text: str) -> None:
+    def _hidden(self, made: Challenge, scenario: Scenario) -> None:
         run = self._session.run.state
-        if not self._session.open(parse_scenario(text, SOURCE)):
+        if not self._session.open(scenario):
             return
         with self._session.lock:
             self.state, self._session.run.state = made, run
@@ -147,7 +144,7 @@ class Challenges:
     def take_up(self, challenge: Challenge) -> None:
         """Starts another session's challenge, whose recordings are here already."""
         with self._session.changing(Topic.CHALLENGE):
-            self.state = Challenge(challenge.seed, challenge.level, challenge.sealed)
+            self.state = Challenge(challenge.seed, challenge.level, challenge.truth)
 
     def guess(self, guesses: tuple[Guess, ...], name: str = "") -> bool:
         """Commits to guesses; `change_guess` allows others."""
@@ -184,21 +181,13 @@ class Challenges:
 
     def reveal(self) -> bool:
         """Reveals the truth after a guess, and uses the tool if it was not used yet."""
-        from flexgui.core.challenge.challenge import reveal
-
         state = self.state
         if state is None or not state.guesses or state.changing:
             return self._session.refuse("Guess first: you cannot hide the truth again.")
         if state.revealed is not None:
             return False
-        try:
-            text = reveal(state.sealed, SOURCE)
-        except InputError as error:
-            return self._session.refuse(error)
-        judgement = judge(state.guesses, json.loads(text))
-        asked = self.tool_used
-        lines = tuple(truth_text(text, names=False).splitlines())
-        revealed = Revealed(lines, judgement, asked, json.loads(text)["values"])
+        truth, judgement = state.truth, judge(state.guesses, state.truth)
+        revealed = Revealed(truth_lines(truth), judgement, self.tool_used, truth.values)
         with self._session.lock:
             self.state = replace(state, revealed=revealed)
         self._session.services.board.put(

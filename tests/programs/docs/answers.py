@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import flexgui as fg
-from flexgui.core.challenge.challenge import TRUTH_FILE, make_challenge, reveal
+from flexgui.core.challenge.challenge import make_challenge
 from flexgui.core.results import Diagnosis, Estimate, LadderStep
 from flexgui.sentences.identifiability import identifiability_sentences
 from flexgui.sentences.written import format_number
-from flexgui.stages.challenge.judging import truth_text
+from flexgui.stages.challenge.judging import truth_lines
 
 ROOT = Path(__file__).resolve().parents[3]
 FILE = ROOT / "docs" / "teaching" / "answers.md"
@@ -57,8 +57,7 @@ def _load(scenario: str) -> fg.Project:
 
 
 def _truth(seed: int, level: str) -> str:
-    said = truth_text(reveal(make_challenge(seed, level).obfuscated, TRUTH_FILE)).splitlines()[1:]
-    return "\n".join(line if line.startswith(("-", " ")) else f"- {line}" for line in said)
+    return "\n".join(f"- {line}" for line in truth_lines(make_challenge(seed, level).truth))
 
 
 def _friction(rig: fg.Project) -> Iterator[str]:
