@@ -41,9 +41,8 @@ NOT_LOADED = {
         "flexgui.core.simulate.batch",
         "flexgui.core.workbench",
     ),
-    # The server listens before it loads what a page needs, and what only a class does.
+    # The server listens before it loads what a page needs.
     "flexgui.server.serve": (
-        "flexgui.classroom",
         "flexgui.session",
         "flexgui.core.workbench",
         "numba",
@@ -58,8 +57,6 @@ NOT_LOADED = {
         "scipy.signal",
         "scipy.optimize",
     ),
-    # A challenge on the page needs nothing of what only a class does.
-    "flexgui.session.session, flexgui.stages.diagnose.panel": ("flexgui.classroom",),
     # The page shows this panel, and computes nothing of it.
     "flexgui.stages.study.panel": ("scipy.signal", "scipy.stats"),
 }

@@ -68,7 +68,6 @@ RANKS = {
     "flexgui.jobs": 15.5,
     "flexgui.session": 15.8,
     "flexgui.stages": 16,
-    "flexgui.classroom": 16.1,
     "flexgui.session.session": 16.2,
     "flexgui.page": 16.5,
     "flexgui.page.page": 17,
@@ -83,8 +82,6 @@ RANKS = {
 """A module may import what ranks lower, and its own package. The longest prefix counts. `flexgui`
 itself is the public face: it names what lies below and imports it when it is first used."""
 
-AT_THE_SERVER = ("flexgui.classroom.demo", "flexgui.classroom.tickets")
-"""Where a class comes in."""
 PARTS = {"edited_scenario", "playback", "replaced_work", "saved_work", "tour"}
 """Files of `flexgui/session` that know the stages."""
 
@@ -146,8 +143,6 @@ def room(name: str) -> str:
     """The longest ranked prefix of a dotted name; panels are of the page, what a session is made of
     stands with it."""
     parts = name.split(".")
-    if name.startswith(AT_THE_SERVER):
-        return "flexgui.server"
     if parts[:2] == ["flexgui", "stages"] and parts[3:] and parts[3].startswith("panel"):
         return "flexgui.page"
     if parts[:2] == ["flexgui", "session"] and parts[2:3] and parts[2] in PARTS:

@@ -39,7 +39,7 @@ from flexgui.server.options import hosts_of
 from flexgui.server.services import Limits
 
 if TYPE_CHECKING:
-    from flexgui.classroom.tickets import Tickets
+    from flexgui.server.tickets import Tickets
 
 log = logging.getLogger(__name__)
 

@@ -19,10 +19,12 @@ from flexgui.page.in_browser import remove_curtain, watch_connection
 from flexgui.places import hide_paths
 from flexgui.server.access import AccessHandler
 from flexgui.server.browser_connection import FOLLOWER, STORED_AS, BrowserConnection, KeyRequests
+from flexgui.server.demo import Demo
 from flexgui.server.errors import ErrorReporter
 from flexgui.server.options import host_name, loopback_origins, port_of
 from flexgui.server.services import Limits
 from flexgui.server.sessions import SessionStore
+from flexgui.server.tickets import Tickets
 from flexgui.server.viser_patches import (
     connection_of,
     guarded_viser,
@@ -33,7 +35,6 @@ from flexgui.server.viser_patches import (
 from flexgui.server.work_folders import SavedWorkFolders
 
 if TYPE_CHECKING:
-    from flexgui.classroom.tickets import Tickets
     from flexgui.page.page import Page
     from flexgui.server.warming import Warming
     from flexgui.session.session import Session
@@ -72,8 +73,6 @@ class PageServer:
         self.store = SessionStore(settings.make_session, settings.limits, settings.kept)
         self._demo = None
         if settings.demo:
-            from flexgui.classroom.demo import Demo
-
             self._demo = Demo(self.store, self._show, first_is_teacher=settings.tickets is None)
         self._browsers: dict[int, BrowserConnection] = {}
         self._admission = ThreadPoolExecutor(ADMISSION_THREADS, thread_name_prefix="flexgui-access")

@@ -27,11 +27,11 @@ from flexgui.plain_words import INTERNAL, print_error
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import ServeOptions, bind, port_of
 from flexgui.server.services import Limits, Services
+from flexgui.server.tickets import Tickets
 from flexgui.server.warming import Warming
 from flexgui.server.work_folders import SavedWorkFolders, state_folder
 
 if TYPE_CHECKING:
-    from flexgui.classroom.tickets import Tickets
     from flexgui.session.session import Session
 
 log = logging.getLogger("flexgui")
@@ -114,8 +114,6 @@ def tickets_of(options: ServeOptions) -> Tickets | None:
     """The tickets of a class; None if only this machine may connect."""
     if not options.lan:
         return None
-    from flexgui.classroom.tickets import Tickets
-
     return Tickets(options.join_code, secrets.token_hex(12) if options.demo else None)
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from flexgui.classroom.board import Board
     from flexgui.jobs import JobPool
+    from flexgui.stages.challenge.board import Board
 
 MEGA = 10**6
 
@@ -69,6 +69,6 @@ class Services:
     @cached_property
     def board(self) -> Board:
         """The results of this server's challenges."""
-        from flexgui.classroom.board import Board  # late: the first challenge needs it
+        from flexgui.stages.challenge.board import Board  # late: the first challenge needs it
 
         return Board()

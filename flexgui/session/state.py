@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from flexgui.classroom.board import Board
     from flexgui.jobs import JobPool
+    from flexgui.stages.challenge.board import Board
 
 
 WORK_STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export")

@@ -26,7 +26,7 @@ PINNED = {
 }
 FOR_USERS = ("page", "cluster", "control", "casadi", "lab")
 """Extras whose packages the program imports; the others are for tests."""
-PAGE = ("page", "server", "scene", "session", "stages", "jobs", "classroom")
+PAGE = ("page", "server", "scene", "session", "stages", "jobs")
 """Folders of flexgui that may import what only the page needs."""
 
 

@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from flexgui.classroom import tickets
 from flexgui.page import page as page_module
-from flexgui.server import app, sessions, work_folders
+from flexgui.server import app, sessions, tickets, work_folders
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.options import bind
 from flexgui.server.services import Limits

@@ -11,10 +11,10 @@ from urllib.request import urlopen
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from flexgui.classroom.tickets import LETTERS, Tickets, checked_code, new_code
 from flexgui.core.errors import InputError
 from flexgui.page.in_browser import plotly_script
 from flexgui.server.options import origin_of
+from flexgui.server.tickets import LETTERS, Tickets, checked_code, new_code
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import Browser, get
 

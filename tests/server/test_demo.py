@@ -10,13 +10,13 @@ from typing import Any, cast
 
 import pytest
 
-from flexgui.classroom import demo as demo_module
-from flexgui.classroom.demo import COPY, FOLLOW, copy_session
-from flexgui.classroom.tickets import Tickets
 from flexgui.places import WORK
+from flexgui.server import demo as demo_module
 from flexgui.server.browser_connection import BrowserConnection
+from flexgui.server.demo import COPY, FOLLOW, copy_session
 from flexgui.server.services import Limits
 from flexgui.server.sessions import SessionStore
+from flexgui.server.tickets import Tickets
 from flexgui.server.work_folders import SavedWorkFolders
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge, Guess

@@ -15,11 +15,11 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from flexgui.classroom import tickets
-from flexgui.classroom.tickets import CODE, KEY_FILE, TEACHER, Tickets, new_code, server_key
+from flexgui.server import tickets
 from flexgui.server.access import AccessHandler
 from flexgui.server.options import address_group
 from flexgui.server.services import Limits
+from flexgui.server.tickets import CODE, KEY_FILE, TEACHER, Tickets, new_code, server_key
 from flexgui.server.work_folders import STATE_VARIABLE
 from tests.server.helpers import FakeClock
 

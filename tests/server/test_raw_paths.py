@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.classroom.demo import COPY
 from flexgui.server.app import PageServer, Settings
+from flexgui.server.demo import COPY
 from flexgui.server.options import bind
 from flexgui.session.session import Session
 from tests.server.helpers import Browser, action

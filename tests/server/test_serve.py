@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.classroom.tickets import qr_text
 from flexgui.core.errors import InputError
 from flexgui.plain_words import INTERNAL
 from flexgui.server.options import ServeOptions, bind, origin_of
 from flexgui.server.serve import tickets_of
+from flexgui.server.tickets import qr_text
 from tests.server.served import served
 
 ENDING = 5.0

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.classroom.board import Board
 from flexgui.jobs import JobPool
 from flexgui.session.session import Session
+from flexgui.stages.challenge.board import Board
 
 UPLOAD_LIMIT = 1_000_000
 """bytes; small, so that a file that is too large is quick to make."""

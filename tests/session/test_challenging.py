@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.classroom.board import MOST_ENTRIES, Board, board_table
 from flexgui.core.challenge.truth import Truth
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.session.session import Session
+from flexgui.stages.challenge.board import MOST_ENTRIES, Board, board_table
 from flexgui.stages.challenge.judging import Entry, judge, read_sizes, size_fields
 from flexgui.stages.challenge.state import Challenge, Guess
 from tests.approved import approved

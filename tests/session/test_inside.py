@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.classroom.demo import copy_session
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.data_folder import VARIABLE, ConfinedFolder
 from flexgui.places import hide_paths
 from flexgui.scene.recorded_motion import load_motion
+from flexgui.server.demo import copy_session
 from flexgui.session.session import Session
 from flexgui.stages.data.inspect import headers, read_file
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpack, zipped

@@ -11,6 +11,7 @@ from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragraph, stage_macros
 from flexgui.sentences.figures import validation_rms
 from flexgui.session.state import Topic
+from flexgui.stages.challenge.board import board_table
 from flexgui.stages.challenge.judging import (
     NONE_GUESSED,
     NONE_TITLE,
@@ -140,8 +141,6 @@ class ChallengePanel(Panel):
         board = session.services.board
         entries = board.entries(state.seed, state.level)
         waiting = board.guessing(state.seed, state.level)
-        from flexgui.classroom.board import board_table  # late: only a class has entries
-
         table = html_table(board_table(entries, waiting))
         self._board.show(WORDS.board(state, entries, waiting, table).strip())
 

@@ -1,1 +1,0 @@
-"""Challenges for a class: hidden effects and the board."""
