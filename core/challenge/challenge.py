@@ -18,17 +18,11 @@ from ..challenge.challenge_rig import (
     simulate_exactly,
     with_noise,
 )
-from ..challenge.detectability import UnreachableError
-from ..challenge.hidden_effect import (
-    HiddenEffect,
-    candidates,
-    hide_effect,
-    prerequisites,
-    with_added,
-)
+from ..challenge.detectability import Detectability, UnreachableError
+from ..challenge.hidden_effect import candidates, hide_effect
 from ..challenge.truth import LEVELS, Truth
 from ..drives.velocity_loop import VelocityLoop
-from ..effects import effect, with_included
+from ..effects import effect
 from ..errors import InputError
 from ..model import Model
 from ..recording.recording import Recording
@@ -104,47 +98,33 @@ def _hidden(
 ) -> tuple[Model, Truth]:
     """The model with random effects, drawn until their sizes can be reached."""
     count, low, high = LEVELS[level]
-    chosen = [e for e in experiments if e.spec.sweep is None][::3]
+    points = [e for e in experiments if e.spec.sweep is None][::3]
+    detectability = Detectability(bare, points)
     for _ in range(ATTEMPTS):
         kinds = _kinds(count, rng)
         sizes = [float(np.exp(rng.uniform(np.log(low), np.log(high)))) for _ in kinds]
         try:
             effects = [
-                hide_effect(effect(kind), bare, chosen, size, rng)
+                hide_effect(effect(kind), detectability, size, rng)
                 for kind, size in zip(kinds, sizes, strict=True)
             ]
         except UnreachableError:
             continue
-        return _together(bare, effects)
+        values = {name: float(x) for h in effects for name, x in h.values.items()}
+        shown = {h.effect.kind: h.level for h in effects}
+        truth = Truth(shown, values, float(bare.parameters["EI"].value))
+        return bare.with_effects([h.effect for h in effects], values), truth
     raise InputError("No challenge can be made from this seed; try another.")
 
 
 def _kinds(count: int, rng: np.random.Generator) -> list[str]:
-    """Kinds with `count` parts in all; two of them at different locations."""
-    possible = sorted(candidates())
-    parts = {kind: 1 + len(prerequisites(effect(kind))) for kind in possible}
-    fitting = [kind for kind in possible if parts[kind] <= count]
-    chosen = [str(rng.choice(fitting))]
-    if parts[chosen[0]] < count:
-        location = effect(chosen[0]).location
-        others = [k for k in fitting if parts[k] == 1 and effect(k).location != location]
-        chosen.append(str(rng.choice(others)))
+    """Kinds of effects at different locations."""
+    chosen: list[str] = []
+    while len(chosen) < count:
+        taken = {effect(kind).location for kind in chosen}
+        free = [kind for kind, e in sorted(candidates().items()) if e.location not in taken]
+        chosen.append(str(rng.choice(free)))
     return chosen
-
-
-def _together(bare: Model, effects: Sequence[HiddenEffect]) -> tuple[Model, Truth]:
-    values: dict[str, float] = {}
-    for h in effects:
-        values |= {**h.base.effect_values, **h.values}
-    kinds = [e for h in effects for e in h.base.effects] + [effect(h.kind) for h in effects]
-    model = with_added(bare, with_included(kinds), values, effects[0].sizes)
-    truth = Truth(
-        tuple(e.kind for e in model.effects),
-        {name: float(model.effect_values[name]) for name in sorted(model.effect_values)},
-        {h.kind: h.level for h in effects},
-        float(bare.parameters["EI"].value),
-    )
-    return model, truth
 
 
 def _recorded(experiment: Experiment, model: Model) -> Recording:

@@ -21,12 +21,11 @@ from ..challenge.challenge_rig import (
     recording,
     simulate_roughly,
 )
-from ..effects.sizes import sizes_of
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
 from ..identify.residuals import Residuals
-from ..identify.unknowns import Unknown, Unknowns, unknowns_with_starts
+from ..identify.unknowns import unknowns_with_starts
 from ..model import Model
 from ..recording.recording import Recording
 from ..sensors import sensor
@@ -42,21 +41,15 @@ class Detectability:
         self.base, self.experiments = base, tuple(experiments)
         self.tasks = [e.task(base) for e in experiments]
         motions = [simulate_roughly(base, t) for t in self.tasks]
-        self.sizes = sizes_of(motions)
         self.plain = [readings(base, m) for m in motions]
         pairs = zip(self.experiments, self.tasks, self.plain, strict=True)
         self.recordings: list[Recording] = [recording(e, t, base, y) for e, t, y in pairs]
 
     @cached_property
     def nuisance(self) -> np.ndarray:
-        """(K, P) orthonormal: directions that nominal parameters, starts and known effects can
-        absorb."""
+        """(K, P) orthonormal: directions that nominal parameters and starts can absorb."""
         outputs = [sensor(kind) for kind in KINDS]
-        bare = self.base.bare or self.base
-        items = list(unknowns_with_starts(bare, IDENTIFY, self.recordings, outputs).items)
-        taken = {u.parameter.name for u in items}
-        items += [Unknown(p) for n, p in self.base.effect_parameters.items() if n not in taken]
-        unknowns = Unknowns(tuple(items))
+        unknowns = unknowns_with_starts(self.base, IDENTIFY, self.recordings, outputs)
         steps = self.base.steps(self.recordings[0].sample_time, STEPS)
         prepared = [prepare(self.base, r, outputs, Processing()) for r in self.recordings]
         weights = [np.array([1.0 / STDS[n] for n, _ in e.channels]) for e in prepared]

@@ -13,12 +13,15 @@ LEVELS: Mapping[str, tuple[int, float, float]] = {"easy": (1, 3.0, 10.0), "hard"
 class Truth:
     """What is hidden in the recordings of a challenge."""
 
-    effects: tuple[str, ...]
-    """Ids."""
-    values: dict[str, float]
-    """Parameter of an effect -> its size, in SI units."""
     shown: dict[str, float]
     """Id of an effect -> its size in noise rms per sample, after a refit of the nominal
     parameters."""
+    values: dict[str, float]
+    """Parameter of an effect -> its size, in SI units."""
     EI: float
     """N m², of both beams."""
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Ids of what is hidden."""
+        return tuple(self.shown)

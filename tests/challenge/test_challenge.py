@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from flexgui.core.challenge.challenge import Challenge, _kinds, make_challenge
-from flexgui.core.challenge.hidden_effect import prerequisites
-from flexgui.core.effects import catalogue
+from flexgui.core.effects import catalogue, effect
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.stated_effects import base_model
@@ -39,28 +38,22 @@ def test_the_model_has_no_effect_and_the_scenario_names_none(made: Challenge) ->
     assert not [kind for kind in catalogue() if kind in scenario_toml(made.scenario)]
 
 
-@pytest.mark.parametrize(("level", "count"), [("easy", 1), ("hard", 2)])
-def test_as_many_effects_are_hidden_as_the_level_says(level: str, count: int) -> None:
+def test_two_effects_are_hidden_at_different_locations() -> None:
     for seed in range(30):
-        kinds = _kinds(count, np.random.default_rng(seed))
-        parts = [e.kind for kind in kinds for e in prerequisites(catalogue()[kind])]
-        assert len({*kinds, *parts}) == count
+        kinds = _kinds(2, np.random.default_rng(seed))
+        assert len({effect(kind).location for kind in kinds}) == 2
 
 
-@pytest.mark.parametrize(
-    "seed", [4, pytest.param(1, marks=pytest.mark.long), pytest.param(8, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("seed", [4, pytest.param(1, marks=pytest.mark.long)])
 def test_each_hidden_effect_is_well_above_the_noise(seed: int) -> None:
-    """Of these seeds one effect or both were hidden below 1.4 times the noise."""
     truth = make_challenge(seed, "hard").truth
     assert len(truth.shown) == 2 and min(truth.shown.values()) >= 1.9
-    assert " = 0 " not in " ".join(truth_lines(truth))
 
 
 def test_the_truth_says_what_is_hidden_and_how_large(made: Challenge) -> None:
     lines = truth_lines(made.truth)
     for kind in made.truth.effects:
-        assert [line for line in lines if line.startswith(catalogue()[kind].title)]
+        assert [line for line in lines if line.startswith(effect(kind).title)]
     assert any("times the noise" in line for line in lines) and "EI = " in lines[-1]
 
 

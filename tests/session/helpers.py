@@ -25,9 +25,7 @@ from tests.session.conftest import Offered
 SOON = 60.0
 """s: a worker that has to compile first needs most of it."""
 
-HIDDEN_FRICTION = Truth(
-    ("coulomb_friction",), {"fc1": 0.1823, "fc2": 0.1}, {"coulomb_friction": 3.0}, 520.0
-)
+HIDDEN_FRICTION = Truth({"coulomb_friction": 3.0}, {"fc1": 0.1823, "fc2": 0.1}, 520.0)
 """What a challenge may hide."""
 
 

@@ -22,7 +22,7 @@ SEED = 4
 
 FRICTION = Guess("coulomb_friction", " fc1 = 0.2 N m ")
 TRUTH = Truth(
-    ("coulomb_friction", "camera_delay"), {"fc1": 0.2, "fc2": 0.1, "td": 0.004}, {}, 520.0
+    {"coulomb_friction": 3.0, "camera_delay": 2.0}, {"fc1": 0.2, "fc2": 0.1, "td": 0.004}, 520.0
 )
 
 

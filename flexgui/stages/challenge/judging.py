@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from flexgui.core.effects import catalogue, effect, with_included
-from flexgui.core.effects.sizes import typical
+from flexgui.core.effects import catalogue, effect
 from flexgui.core.errors import InputError
 from flexgui.core.parameters import Parameter
 from flexgui.core.units import factor_to_si
@@ -114,58 +113,42 @@ class Judgement:
 
 def judge(guesses: Sequence[Guess], truth: Truth) -> Judgement:
     """Compares guesses with the truth."""
-    hidden = truth.effects
-    quantities = _parameters(hidden)
-    each = tuple(_judged_guess(guess, hidden, quantities, truth.values) for guess in guesses)
-    right = [effect(result.guess.kind) for result in each if result.right]
-    named = {k.kind for k in with_included(right)}
-    return Judgement(each, hidden, len(named & set(hidden)))
+    each = tuple(_judged_guess(guess, truth) for guess in guesses)
+    return Judgement(each, truth.effects, sum(one.right for one in each))
 
 
 @cache
 def size_fields(kind: str) -> tuple[SizeField, ...]:
     """The parameters whose size a guess may state; empty if the effect has none."""
-    hidden = catalogue().get(kind)
-    if hidden is None:
+    if kind not in catalogue():
         return ()
-    parameters = _parameters([part.kind for part in with_included([hidden])])[kind]
     return tuple(
-        SizeField(p.name, p.title, shown_unit(p.value or p.scale, p.unit).name) for p in parameters
+        SizeField(p.name, p.title, shown_unit(p.value or p.scale, p.unit).name)
+        for p in _parameters(kind)
     )
 
 
-def _parameters(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
-    from flexgui.core.challenge.challenge_rig import bare_model, challenge_rig
+def _parameters(kind: str) -> tuple[Parameter, ...]:
+    from flexgui.core.challenge.challenge_rig import bare_model
+    from flexgui.core.challenge.hidden_effect import parameters_on
 
-    model = bare_model().with_effects([effect(kind) for kind in kinds], {})
-    return {
-        hidden.kind: tuple(
-            k.parameter
-            for k in hidden.parameters(model.arm, model.drive, typical(model.arm))
-            if hidden.shown(k.parameter.name, challenge_rig(model))
-        )
-        for hidden in model.effects
-    }
+    return tuple(quantity.parameter for quantity in parameters_on(effect(kind), bare_model()))
 
 
-def _judged_guess(
-    guess: Guess,
-    hidden: Sequence[str],
-    quantities: Mapping[str, tuple[Parameter, ...]],
-    values: Mapping[str, float],
-) -> JudgedGuess:
-    if guess.kind not in hidden:
+def _judged_guess(guess: Guess, truth: Truth) -> JudgedGuess:
+    if guess.kind not in truth.effects:
         return JudgedGuess(guess, False)
     stated = read_sizes(guess.size)
     if not stated:
         return JudgedGuess(guess, True)
+    parameters = [p for p in _parameters(guess.kind) if p.name in truth.values]
     phrases, near = [], True
     for name, value, unit in stated:
-        matching = [p for p in quantities[guess.kind] if p.name in values and name in ("", p.name)]
+        matching = [p for p in parameters if name in ("", p.name)]
         if not matching:
             phrases.append(f"{name} is not a parameter of this effect")
             continue
-        compared = [_compared(p, value, unit, values[p.name]) for p in matching]
+        compared = [_compared(p, value, unit, truth.values[p.name]) for p in matching]
         phrase, off = min(compared, key=lambda pair: pair[1])
         phrases.append(phrase)
         near = near and off <= NEAR
@@ -243,17 +226,14 @@ def truth_lines(truth: Truth) -> tuple[str, ...]:
     """What is hidden, and how large it is, in a line per effect."""
     from flexgui.core.challenge.challenge_rig import bare_model
 
-    kinds = [effect(kind) for kind in truth.effects]
-    model, lines = bare_model().with_effects(kinds, truth.values), []
-    for hidden in model.effects:
-        quantities = hidden.parameters(model.arm, model.drive, typical(model.arm))
-        # A size of zero hides nothing, such as the delay of a sensor that is not there.
-        stated = [q.parameter for q in quantities if truth.values.get(q.parameter.name)]
+    lines = []
+    for kind, level in truth.shown.items():
+        stated = [p for p in _parameters(kind) if p.name in truth.values]
         sizes = "; ".join(_size(p, truth.values[p.name]) for p in stated)
-        lines.append(f"{hidden.title}{': ' if sizes else ''}{sizes}.")
-        if hidden.kind in truth.shown:
-            above = f"{truth.shown[hidden.kind]:.1f} times the noise"
-            lines.append(f"After refitting the nominal parameters, {above} remains visible.")
+        lines.append(
+            f"{effect(kind).title}: {sizes}. After refitting the nominal parameters, "
+            f"{level:.1f} times the noise remains visible."
+        )
     nominal = bare_model().parameters["EI"].value
     return (
         *lines,
