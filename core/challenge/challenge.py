@@ -4,29 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from ..challenge.challenge_rig import (
-    CHANNELS,
-    GAINS,
-    STDS,
-    Experiment,
-    bare_model,
-    readings,
-    recording,
-    simulate_exactly,
-    with_noise,
-)
+from ..challenge.challenge_rig import GAINS, STDS, bare_model
 from ..challenge.detectability import Detectability, UnreachableError
-from ..challenge.hidden_effect import candidates, hide_effect
+from ..challenge.hidden_effect import HiddenEffect, candidates, hide_effect
 from ..challenge.truth import LEVELS, Truth
 from ..drives.velocity_loop import VelocityLoop
 from ..effects import effect
 from ..errors import InputError
+from ..loading import load_recordings
 from ..model import Model
+from ..progress import Progress
 from ..recording.recording import Recording
-from ..recording.spec import SimulateSpec
+from ..recording.spec import RecordingSpec, SimulateSpec
 from ..scenario.schema import Scenario
 from ..sentences import did_you_mean
 
@@ -34,9 +27,6 @@ MOVE_SECONDS, SWEEP_SECONDS = 2.0, 5.0
 
 STIFFNESS = 0.05
 """Largest relative difference of the beams' true stiffness from nominal."""
-
-RESOLUTION = 8
-"""Digits after the point, in SI: a good sensor's, for small files."""
 
 ATTEMPTS = 20
 
@@ -51,7 +41,7 @@ class Challenge:
     truth: Truth
 
 
-def make_challenge(seed: int, level: str = "easy") -> Challenge:
+def make_challenge(seed: int, level: str, progress: Progress) -> Challenge:
     """One hidden effect (easy) or two (hard) of random kinds and sizes; same seed, same data.
     InputError for another level or an impossible seed."""
     if level not in LEVELS:
@@ -59,27 +49,39 @@ def make_challenge(seed: int, level: str = "easy") -> Challenge:
     if not 0 <= seed < 2**32:
         raise InputError(f"seed {seed} is not possible; give a whole number below 2^32.")
     rng = np.random.default_rng([seed, *map(ord, level)])
-    experiments = _experiments(rng)
-    bare = _as_built(rng)
-    model, truth = _hidden(level, bare, experiments, rng)
-    clean = [_recorded(e, model) for e in experiments]
-    recordings = [_rounded(r) for r in with_noise(clean, "white", [seed, len(level)])[0]]
-    return Challenge(_scenario(seed, recordings), tuple(recordings), truth)
-
-
-def _experiments(rng: np.random.Generator) -> list[Experiment]:
-    """Seven working points to estimate on, a sweep through all of them to validate."""
-    seeds = rng.integers(1, 2**31, 8)
-    points = [
-        Experiment(
-            f"th{k}",
-            SimulateSpec(theta2=float(k * np.pi / 8), seconds=MOVE_SECONDS, seed=int(seeds[k - 1])),
+    experiments, as_built = _experiments(rng), _as_built(rng)
+    effects = _hidden(level, as_built, list(experiments.values())[:-1:3], rng)
+    hidden = {h.effect.kind: dict(h.values) for h in effects}
+    specs = [
+        RecordingSpec(
+            name=name, simulate=e, hidden=hidden, role="estimate" if e.sweep is None else "validate"
         )
-        for k in range(1, 8)
+        for name, e in experiments.items()
     ]
-    ends = (float(np.pi / 8), float(7 * np.pi / 8))
-    sweep = SimulateSpec(sweep=ends, seconds=SWEEP_SECONDS, excitation="prbs", seed=int(seeds[7]))
-    return [*points, Experiment("sweep", sweep)]
+    simulated = load_recordings(_scenario(seed, specs), as_built, Path(), None, progress)
+    files = [
+        RecordingSpec(file=f"{spec.name}.csv", role=spec.role, theta2=r.theta2)
+        for spec, r in zip(specs, simulated, strict=True)
+    ]
+    truth = Truth(
+        {h.effect.kind: h.level for h in effects},
+        {name: x for values in hidden.values() for name, x in values.items()},
+        float(as_built.parameters["EI"].value),
+    )
+    return Challenge(_scenario(seed, files), tuple(map(_measured, simulated)), truth)
+
+
+def _experiments(rng: np.random.Generator) -> dict[str, SimulateSpec]:
+    """Seven working points to estimate on, a sweep through all of them to validate."""
+    *seeds, last = (int(seed) for seed in rng.integers(1, 2**31, 8))
+    places = [float(k * np.pi / 8) for k in range(1, 8)]
+    points = {
+        f"th{k}": SimulateSpec(theta2=theta2, seconds=MOVE_SECONDS, seed=seed)
+        for k, (theta2, seed) in enumerate(zip(places, seeds, strict=True), 1)
+    }
+    ends = (places[0], places[-1])
+    sweep = SimulateSpec(sweep=ends, seconds=SWEEP_SECONDS, excitation="prbs", seed=last)
+    return {**points, "sweep": sweep}
 
 
 def _as_built(rng: np.random.Generator) -> Model:
@@ -94,26 +96,21 @@ def _as_built(rng: np.random.Generator) -> Model:
 
 
 def _hidden(
-    level: str, bare: Model, experiments: Sequence[Experiment], rng: np.random.Generator
-) -> tuple[Model, Truth]:
-    """The model with random effects, drawn until their sizes can be reached."""
+    level: str, bare: Model, experiments: Sequence[SimulateSpec], rng: np.random.Generator
+) -> list[HiddenEffect]:
+    """Random effects, drawn until their sizes can be reached in these experiments."""
     count, low, high = LEVELS[level]
-    points = [e for e in experiments if e.spec.sweep is None][::3]
-    detectability = Detectability(bare, points)
+    detectability = Detectability(bare, experiments)
     for _ in range(ATTEMPTS):
         kinds = _kinds(count, rng)
         sizes = [float(np.exp(rng.uniform(np.log(low), np.log(high)))) for _ in kinds]
         try:
-            effects = [
+            return [
                 hide_effect(effect(kind), detectability, size, rng)
                 for kind, size in zip(kinds, sizes, strict=True)
             ]
         except UnreachableError:
             continue
-        values = {name: float(x) for h in effects for name, x in h.values.items()}
-        shown = {h.effect.kind: h.level for h in effects}
-        truth = Truth(shown, values, float(bare.parameters["EI"].value))
-        return bare.with_effects([h.effect for h in effects], values), truth
     raise InputError("No challenge can be made from this seed; try another.")
 
 
@@ -127,26 +124,14 @@ def _kinds(count: int, rng: np.random.Generator) -> list[str]:
     return chosen
 
 
-def _recorded(experiment: Experiment, model: Model) -> Recording:
-    task = experiment.task(model)
-    role = "estimate" if experiment.spec.sweep is None else "validate"
-    return recording(experiment, task, model, readings(model, simulate_exactly(model, task)), role)
+def _measured(r: Recording) -> Recording:
+    """The recording with the channels of references, camera and encoders only."""
+    kept = {name: x for name, x in r.channels.items() if name in STDS or name.endswith("_ref")}
+    return replace(r, channels=kept)
 
 
-def _rounded(r: Recording) -> Recording:
-    channels = {
-        name: np.round(x, RESOLUTION) if name in CHANNELS else x for name, x in r.channels.items()
-    }
-    return replace(r, time=np.round(r.time, RESOLUTION), channels=channels)
-
-
-def _scenario(seed: int, recordings: Sequence[Recording]) -> Scenario:
-    """The scenario to start with: the nominal arm without effects."""
-    stated = [
-        {"file": f"{r.name}.csv", "role": r.role}
-        | ({} if r.theta2 is None else {"theta2": float(r.theta2)})
-        for r in recordings
-    ]
+def _scenario(seed: int, recordings: Sequence[RecordingSpec]) -> Scenario:
+    """The nominal arm without effects."""
     return Scenario.model_validate({
         "title": f"Challenge {seed}: what is missing?",
         "arm": {"preset": "paper"},
@@ -155,5 +140,5 @@ def _scenario(seed: int, recordings: Sequence[Recording]) -> Scenario:
         "sensors": {"camera_noise": STDS["z1"], "encoder_noise": STDS["theta1"]},
         "identify": {"parameters": ["EI"], "output": ["z"], "generations": 0},
         "diagnose": {"max_effects": 3},
-        "recordings": stated,
+        "recordings": recordings,
     })  # fmt: skip

@@ -11,16 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..challenge.challenge_rig import (
-    IDENTIFY,
-    KINDS,
-    STDS,
-    STEPS,
-    Experiment,
-    readings,
-    recording,
-    simulate_roughly,
-)
+from ..challenge.challenge_rig import KINDS, STDS
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
@@ -28,7 +19,13 @@ from ..identify.residuals import Residuals
 from ..identify.unknowns import unknowns_with_starts
 from ..model import Model
 from ..recording.recording import Recording
+from ..recording.spec import SimulateSpec
+from ..scenario.schema import IdentifySpec
 from ..sensors import sensor
+from ..simulate.experiment import simulate_recording
+
+IDENTIFY = IdentifySpec(parameters=("EI",), output=("z",))
+"""The nominal parameter; a diagnosis adds the starts of each recording."""
 
 RANK = 1e-10
 """Relative singular value below which a nuisance direction is absent."""
@@ -37,42 +34,41 @@ RANK = 1e-10
 class Detectability:
     """What a set of experiments shows of a change of the base model."""
 
-    def __init__(self, base: Model, experiments: Sequence[Experiment]) -> None:
-        self.base, self.experiments = base, tuple(experiments)
-        self.tasks = [e.task(base) for e in experiments]
-        motions = [simulate_roughly(base, t) for t in self.tasks]
-        self.plain = [readings(base, m) for m in motions]
-        pairs = zip(self.experiments, self.tasks, self.plain, strict=True)
-        self.recordings: list[Recording] = [recording(e, t, base, y) for e, t, y in pairs]
+    def __init__(self, base: Model, experiments: Sequence[SimulateSpec]) -> None:
+        self.base, self._experiments = base, tuple(experiments)
+        self.recordings = self._recorded(base)
+
+    def _recorded(self, model: Model) -> list[Recording]:
+        specs = enumerate(self._experiments)
+        return [simulate_recording(model, spec, f"r{k}") for k, spec in specs]
 
     @cached_property
     def nuisance(self) -> np.ndarray:
         """(K, P) orthonormal: directions that nominal parameters and starts can absorb."""
         outputs = [sensor(kind) for kind in KINDS]
         unknowns = unknowns_with_starts(self.base, IDENTIFY, self.recordings, outputs)
-        steps = self.base.steps(self.recordings[0].sample_time, STEPS)
         prepared = [prepare(self.base, r, outputs, Processing()) for r in self.recordings]
         weights = [np.array([1.0 / STDS[n] for n, _ in e.channels]) for e in prepared]
-        residuals = Residuals(Predictor(prepared, unknowns, {}, steps=steps), weights)
+        residuals = Residuals(Predictor(prepared, unknowns, {}), weights)
         slopes = residuals.sensitivities(unknowns.parameters.vector())
         S = np.concatenate([s.reshape(-1, s.shape[-1]) for s in slopes])
         S = S / np.maximum(np.linalg.norm(S, axis=0), 1e-300)
         U, s, _ = np.linalg.svd(S, full_matrices=False)
         return np.asarray(U[:, s > RANK * s[0]])
 
-    def seen(self, shown: Sequence[np.ndarray]) -> float:
-        """The size of a change from the base's outputs to `shown` (N, 4) per recording, in standard
-        deviations of the noise."""
-        weights = 1.0 / np.array(list(STDS.values()))
-        differences = [(a - b) * weights for a, b in zip(shown, self.plain, strict=True)]
-        d = np.concatenate([x.ravel() for x in differences])
+    def seen(self, shown: Sequence[Recording]) -> float:
+        """The size of a change from the base's recordings, in standard deviations of the noise."""
+        changes = [
+            np.column_stack([(a[name] - b[name]) / std for name, std in STDS.items()])
+            for a, b in zip(shown, self.recordings, strict=True)
+        ]
+        d = np.concatenate([x.ravel() for x in changes])
         Q = self.nuisance
         return float(np.sqrt(np.mean((d - Q @ (Q.T @ d)) ** 2)))
 
     def of(self, model: Model) -> float:
         """The size of the difference of `model` from the base, in the same unit."""
-        motions = [simulate_roughly(model, e.task(model)) for e in self.experiments]
-        return self.seen([readings(model, m) for m in motions])
+        return self.seen(self._recorded(model))
 
 
 CLOSE = 0.02

@@ -8,6 +8,7 @@ import pytest
 from flexgui.core.challenge.challenge import Challenge, _kinds, make_challenge
 from flexgui.core.effects import catalogue, effect
 from flexgui.core.errors import InputError
+from flexgui.core.progress import Silent
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.stages.challenge.judging import truth_lines
@@ -15,11 +16,11 @@ from flexgui.stages.challenge.judging import truth_lines
 
 @pytest.fixture(scope="module")
 def made() -> Challenge:
-    return make_challenge(3, "hard")
+    return make_challenge(3, "hard", Silent())
 
 
 def test_the_same_seed_gives_the_same_data(made: Challenge) -> None:
-    again = make_challenge(3, "hard")
+    again = make_challenge(3, "hard", Silent())
     assert (again.scenario, again.truth) == (made.scenario, made.truth)
     for one, other in zip(again.recordings, made.recordings, strict=True):
         assert all(np.array_equal(one[name], other[name]) for name in one.channels)
@@ -46,7 +47,7 @@ def test_two_effects_are_hidden_at_different_locations() -> None:
 
 @pytest.mark.parametrize("seed", [4, pytest.param(1, marks=pytest.mark.long)])
 def test_each_hidden_effect_is_well_above_the_noise(seed: int) -> None:
-    truth = make_challenge(seed, "hard").truth
+    truth = make_challenge(seed, "hard", Silent()).truth
     assert len(truth.shown) == 2 and min(truth.shown.values()) >= 1.9
 
 
@@ -60,4 +61,4 @@ def test_the_truth_says_what_is_hidden_and_how_large(made: Challenge) -> None:
 @pytest.mark.parametrize(("seed", "level", "wrong"), [(1, "esy", "'esy'"), (-1, "easy", "-1")])
 def test_a_wrong_level_or_seed_is_named(seed: int, level: str, wrong: str) -> None:
     with pytest.raises(InputError, match=wrong):
-        make_challenge(seed, level)
+        make_challenge(seed, level, Silent())

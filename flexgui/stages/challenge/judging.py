@@ -216,7 +216,7 @@ def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[Sce
     from flexgui.core.recording.save import save_recording
 
     progress.stage("Hiding an effect in an arm, and recording it")
-    made = make_challenge(seed, level)
+    made = make_challenge(seed, level, progress)
     for r in made.recordings:
         save_recording(r, Path(folder) / f"{r.name}.csv")
     return made.scenario, made.truth

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import flexgui as fg
 from flexgui.core.challenge.challenge import make_challenge
+from flexgui.core.progress import Silent
 from flexgui.core.results import Diagnosis, Estimate, LadderStep
 from flexgui.sentences.identifiability import identifiability_sentences
 from flexgui.sentences.written import format_number
@@ -57,7 +58,8 @@ def _load(scenario: str) -> fg.Project:
 
 
 def _truth(seed: int, level: str) -> str:
-    return "\n".join(f"- {line}" for line in truth_lines(make_challenge(seed, level).truth))
+    made = make_challenge(seed, level, Silent())
+    return "\n".join(f"- {line}" for line in truth_lines(made.truth))
 
 
 def _friction(rig: fg.Project) -> Iterator[str]:

@@ -17,7 +17,6 @@ import pandas as pd
 from scipy.signal import butter, sosfiltfilt
 
 from flexgui.core.arm.arm import Arm
-from flexgui.core.challenge.challenge_rig import simulate_exactly
 from flexgui.core.drives.drive import Drive
 from flexgui.core.drives.law import DriveLaw
 from flexgui.core.parameters import Parameter
@@ -25,6 +24,7 @@ from flexgui.core.results import Outcome
 from flexgui.core.scenario.read import check_scenario, read_scenario
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.workbench import run_scenario
 
 ESTIMATED, JUDGED = "emps.csv", "emps_pulses.csv"
@@ -163,7 +163,8 @@ def closed_loop(
     drive = {"kind": "cascade", "position_gains": [loop.kp], "velocity_gains": [loop.gain]}
     model = model_of(values, effects, drive)
     moved = data.q_ref + data.pulse * loop.volt / (loop.kp * loop.gain)
-    motion = simulate_exactly(model, _task(model, data, moved, 0, 0.0))
+    task = _task(model, data, moved, 0, 0.0)
+    motion = simulate_within(model, model.numbers(), task).trajectory
     q, u = motion.q[:, 0], motion.torque[:, 0]
     found = {"position": percent(data.q, q)}
     smooth = [_smooth(x, data.step, MOTION_HZ) for x in (data.q, q)]
@@ -185,7 +186,8 @@ def free_run(
     at = slice(0, FIRST)
     speed, place = np.polyfit(data.time[at] - data.time[FIRST], data.q[at], 1)
     task = _task(model, data, data.force, FIRST, float(speed), float(place))
-    error = data.q[FIRST:] - simulate_exactly(model, task).q[:, 0]
+    motion = simulate_within(model, model.numbers(), task).trajectory
+    error = data.q[FIRST:] - motion.q[:, 0]
     return float(np.sqrt(np.mean(error**2))), error
 
 
