@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import final
+from typing import TYPE_CHECKING, final
 
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import read_scenario
@@ -28,7 +28,6 @@ from flexgui.session.state import (
     Faults,
     Message,
     PagePart,
-    Services,
     Subscriber,
     Topic,
 )
@@ -43,6 +42,9 @@ from flexgui.stages.diagnose.state import Diagnosis
 from flexgui.stages.export.state import Export
 from flexgui.stages.identify.state import Identification
 from flexgui.stages.study.studying import Study
+
+if TYPE_CHECKING:
+    from flexgui.server.services import Services
 
 
 @final

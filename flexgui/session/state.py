@@ -10,13 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
-from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    from flexgui.jobs import JobPool
-    from flexgui.stages.challenge.board import Board
-
 
 WORK_STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export")
 """The main stages, in order."""
@@ -142,23 +135,3 @@ class Faults:
             self.outdated = self.outdated | {part} if failed else self.outdated - {part}
         if changed:
             self._changed()
-
-
-class Services(Protocol):
-    """Shared by all sessions."""
-
-    @property
-    def pool(self) -> JobPool:
-        """The worker processes."""
-
-    @property
-    def data_folder(self) -> Path | None:
-        """Folder of the recordings of supplied scenarios; None if not given."""
-
-    @property
-    def upload_limit_bytes(self) -> int:
-        """The largest upload, bytes."""
-
-    @property
-    def board(self) -> Board:
-        """The results of this server's challenges."""

@@ -14,9 +14,10 @@ import viser
 
 from flexgui.jobs import JobPool
 from flexgui.page.page import Page, build_page
+from flexgui.server.services import Services
 from flexgui.session.session import Session
 from tests.page.helpers import FIRST, PATIENCE, SIZE
-from tests.session.conftest import Offered
+from tests.session.conftest import offered
 
 FORGET = """() => {
   localStorage.clear();
@@ -32,7 +33,7 @@ FIRST_ANEW = """document.querySelectorAll('.uplot:not([data-before])').length >=
 class Desktop:
     """One server whose next browser gets `session`."""
 
-    def __init__(self, services: Offered) -> None:
+    def __init__(self, services: Services) -> None:
         self.services = services
         self.session: Session | None = None
         self.read_only = False
@@ -83,7 +84,7 @@ INNERMOST = 4
 
 @pytest.fixture(scope="session")
 def desktop(chromium: Any, job_pool: JobPool) -> Iterator[Desktop]:
-    made = Desktop(Offered(job_pool))
+    made = Desktop(offered(job_pool))
     yield made
     made.server.stop()
 

@@ -18,7 +18,7 @@ from flexgui.server.viser_patches import skip_plotly_upload
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES
 from tests.jobs.helpers import EVEN
-from tests.page.conftest import Desktop, Offered
+from tests.page.conftest import Desktop, offered
 from tests.page.helpers import press
 from tests.page.test_diagnose import few
 from tests.session.helpers import until
@@ -54,7 +54,7 @@ def walked(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     """One session with recordings, a fit, and an effect that was found."""
     folder = tmp_path_factory.mktemp("walk")
     with JobPool(2, EVEN) as pool:
-        desk = Served(Offered(pool))
+        desk = Served(offered(pool))
         (folder / "own").mkdir()
         session = desk.session = Session("walk", folder / "own", desk.services)
         few(session)

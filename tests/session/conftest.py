@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
 from flexgui.jobs import JobPool
+from flexgui.server.services import Services
 from flexgui.session.session import Session
-from flexgui.stages.challenge.board import Board
 
 UPLOAD_LIMIT = 1_000_000
 """bytes; small, so that a file that is too large is quick to make."""
@@ -19,23 +18,18 @@ SOON = 30.0
 """s: generous on a busy machine, only waited for where something is wrong."""
 
 
-@dataclass(frozen=True)
-class Offered:
+def offered(pool: JobPool) -> Services:
     """What a server offers a session."""
-
-    pool: JobPool
-    data_folder: Path | None = None
-    upload_limit_bytes: int = UPLOAD_LIMIT
-    board: Board = field(default_factory=Board)
+    return Services(pool, upload_limit_bytes=UPLOAD_LIMIT)
 
 
 @pytest.fixture(scope="session")
-def services(job_pool: JobPool) -> Offered:
-    return Offered(job_pool)
+def services(job_pool: JobPool) -> Services:
+    return offered(job_pool)
 
 
 @pytest.fixture
-def session(tmp_path: Path, services: Offered) -> Iterator[Session]:
+def session(tmp_path: Path, services: Services) -> Iterator[Session]:
     folder = tmp_path / "own"
     folder.mkdir()
     made = Session("a-person", folder, services)

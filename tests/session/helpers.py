@@ -20,7 +20,7 @@ from flexgui.jobs import JobPool
 from flexgui.session.scenario_edits import Edit, ScenarioDict, set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.waiting_file import WaitingFile
-from tests.session.conftest import Offered
+from tests.session.conftest import offered
 
 SOON = 60.0
 """s: a worker that has to compile first needs most of it."""
@@ -32,7 +32,7 @@ HIDDEN_FRICTION = Truth({"coulomb_friction": 3.0}, {"fc1": 0.1823, "fc2": 0.1}, 
 def alone(key: str, folder: Path) -> Session:
     """A session that begins no job, in a folder that is made where there is none."""
     folder.mkdir(exist_ok=True)
-    return Session(key, folder, Offered(JobPool()))
+    return Session(key, folder, offered(JobPool()))
 
 
 def shortened(*kept: int, seconds: float = 1.0) -> Edit:

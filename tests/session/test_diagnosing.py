@@ -18,6 +18,7 @@ from flexgui.jobs import JobPool
 from flexgui.jobs.job import DONE, FAILED
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
+from flexgui.server.services import Services
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
@@ -27,7 +28,7 @@ from flexgui.stages.diagnose.model_versions import ModelFindings, combined_diagn
 from flexgui.views.comparison import live_comparison
 from flexgui.views.headline import current_verdict, final_estimates
 from flexgui.views.pooled import channel_errors, with_role
-from tests.session.conftest import SOON, Offered
+from tests.session.conftest import SOON
 from tests.session.helpers import shortened, until
 
 CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
@@ -58,7 +59,7 @@ def over(session: Session) -> None:
 
 
 @pytest.fixture(scope="module")
-def searched(services: Offered, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Searched]:
+def searched(services: Services, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Searched]:
     """The same, once a search has ended, and the rankings that were told meanwhile."""
     made, seen = Session("searched", tmp_path_factory.mktemp("searched"), services), list[Any]()
     with_friction(made)
@@ -280,7 +281,7 @@ class SlowPool:
 
 
 def test_two_who_ask_at_the_same_moment_do_not_take_each_others_look_away(
-    session: Session, services: Offered
+    session: Session, services: Services
 ) -> None:
     pool = SlowPool()
     session.services = replace(services, pool=cast(JobPool, pool))

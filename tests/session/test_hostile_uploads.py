@@ -11,12 +11,13 @@ from pathlib import Path
 import pytest
 
 from flexgui.jobs import JobPool, file_jobs
+from flexgui.server.services import Services
 from flexgui.server.viser_patches import CALLBACK_THREADS
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from tests.recording.test_large_files import long_csv, mat_of_zeros
-from tests.session.conftest import SOON, Offered
+from tests.session.conftest import SOON
 from tests.session.helpers import good_csv, largest, until
 
 LARGE = 600_000_000
@@ -44,7 +45,7 @@ def bomb(file: str) -> bytes:
 @pytest.mark.skipif(not STATM.exists(), reason="Linux tells the memory of a process")
 @pytest.mark.parametrize("file", ["one.mat", "rows.csv.gz"])
 def test_a_bomb_is_refused_and_this_process_does_not_grow(
-    file: str, session: Session, services: Offered
+    file: str, session: Session, services: Services
 ) -> None:
     content = bomb(file)
     assert len(content) < services.upload_limit_bytes

@@ -26,6 +26,7 @@ from flexgui.export.serialization import SCHEMA_VERSION, Envelope, deserialize, 
 from flexgui.library.shipped import demo_scenario, hidden_scenario, shipped_folder
 from flexgui.places import OWNER, REPLACED_SUFFIX, RESULTS, WORK, earlier_folder, has_saved_work
 from flexgui.server import work_folders
+from flexgui.server.services import Services
 from flexgui.server.work_folders import SavedWorkFolders
 from flexgui.session import saved_work
 from flexgui.session.saved_work import SavedResults, SavedWork
@@ -37,7 +38,7 @@ from flexgui.stages.diagnose.effects import with_effect
 from flexgui.stages.diagnose.model_versions import ModelVersion
 from flexgui.stages.study.state import DONE, STOPPED
 from tests.montecarlo.helpers import short
-from tests.session.conftest import SOON, Offered
+from tests.session.conftest import SOON
 from tests.session.helpers import HIDDEN_FRICTION, alone, bring, good_csv, small, until
 
 KEY = "k" * 32
@@ -97,7 +98,7 @@ def revived(work: SavedWorkFolders) -> Session:
 
 
 @pytest.fixture(scope="module")
-def found(services: Offered, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+def found(services: Services, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     """An identification and a diagnosis, short."""
     folder = tmp_path_factory.mktemp("found")
     made = Session("found", folder, services)
@@ -139,7 +140,7 @@ def test_what_is_no_record_is_neither_written_nor_read() -> None:
 
 
 def test_edits_files_and_a_challenge_are_there_again(
-    session: Session, work: SavedWorkFolders, services: Offered
+    session: Session, work: SavedWorkFolders, services: Services
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     assert bring(session, "own.csv", good_csv(session))

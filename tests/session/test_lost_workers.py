@@ -13,10 +13,11 @@ from pathlib import Path
 import pytest
 
 from flexgui.jobs import JobPool, file_jobs
+from flexgui.server.services import Services
 from flexgui.session.scenario_edits import set_value
 from flexgui.session.session import Session
 from tests.jobs.helpers import EVEN
-from tests.session.conftest import Offered
+from tests.session.conftest import offered
 from tests.session.helpers import good_csv, small, until
 
 pytestmark = pytest.mark.long
@@ -28,9 +29,9 @@ WARM = 300.0
 
 
 @pytest.fixture(scope="module")
-def services() -> Iterator[Offered]:
+def services() -> Iterator[Services]:
     with JobPool(1, replace(EVEN, silence=SILENCE)) as pool:
-        yield Offered(pool)
+        yield offered(pool)
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +86,7 @@ def succeeds(session: Session, attempt: str) -> bool:
     [*((each, signal.SIGKILL) for each in TRIES), ("identify", signal.SIGSTOP)],
 )
 def test_a_lost_worker_costs_one_try(
-    identified: Session, services: Offered, attempt: str, number: int
+    identified: Session, services: Services, attempt: str, number: int
 ) -> None:
     outcome, versions = identified.identification.outcome, identified.diagnosis.versions
     lose_worker(services.pool, number)

@@ -11,6 +11,7 @@ from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import DEMO, HIDDEN, demo_scenario, hidden_scenario
 from flexgui.page.earlier_work import DIAGNOSIS, FIT, other_settings, replaced_work
+from flexgui.server.services import Services
 from flexgui.session.scenario_edits import (
     Edit,
     apply_edits,
@@ -23,14 +24,13 @@ from flexgui.session.session import Session
 from flexgui.session.settings import made_with, settings_of
 from flexgui.stages.diagnose.effects import with_effect
 from tests.marks import long_except
-from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, shortened, small, until
 
 KINDS = ["coulomb_friction", "tip_payload"]
 
 
 @pytest.fixture(scope="module")
-def worked(services: Offered, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+def worked(services: Services, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     """A session with an identification, a profile of its parameter, and a diagnosis."""
     made = Session("worked", tmp_path_factory.mktemp("worked"), services)
     made.choose(HIDDEN)

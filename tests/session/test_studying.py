@@ -18,13 +18,13 @@ from flexgui.core.montecarlo.summary import summarise
 from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Journal
 from flexgui.core.scenario.read import parse_scenario, read_scenario, scenario_toml
+from flexgui.server.services import Services
 from flexgui.session.session import Session
 from flexgui.session.state import Topic
 from flexgui.stages.data.uploads import zipped_folder
 from flexgui.stages.study.state import DONE, FAILED, IDLE, STOPPED, remaining, shown
 from flexgui.stages.study.task import JOURNAL
 from tests.montecarlo.helpers import numbers, records_of, short
-from tests.session.conftest import Offered
 from tests.session.helpers import until
 
 MANY = 400
@@ -134,7 +134,7 @@ def test_another_scenario_ends_the_study_of_the_first(quick: Session) -> None:
 
 
 @pytest.mark.long
-def test_a_killed_worker_costs_no_case(quick: Session, services: Offered) -> None:
+def test_a_killed_worker_costs_no_case(quick: Session, services: Services) -> None:
     quick.study.choose(runs=20)
     quick.study.start()
     until(lambda: quick.study.state.done >= 1)
@@ -154,7 +154,7 @@ def test_a_closed_session_leaves_no_thread(quick: Session) -> None:
 
 
 def test_other_sessions_have_their_turn_and_one_that_leaves_stops_its_study(
-    quick: Session, services: Offered, tmp_path: Path
+    quick: Session, services: Services, tmp_path: Path
 ) -> None:
     quick.study.choose(runs=MANY)
     quick.study.start()

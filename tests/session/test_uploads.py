@@ -18,12 +18,13 @@ from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.core.scenario.rig_spec import SensorsSpec
 from flexgui.jobs import JobPool
+from flexgui.server.services import Services
 from flexgui.session.scenario_edits import apply_edits, set_value
 from flexgui.session.session import Session
 from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.data import state as uploading
 from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
-from tests.session.conftest import UPLOAD_LIMIT, Offered
+from tests.session.conftest import UPLOAD_LIMIT
 from tests.session.helpers import HIDDEN_FRICTION, bring, good_csv, waiting_of, worked
 
 
@@ -266,7 +267,7 @@ def test_as_many_numbers_as_an_upload_may_hold_become_a_recording_and_are_played
     z = np.cumsum([0.5 * f(np.cumsum(theta, axis=0)) for f in (np.cos, np.sin)], axis=1)[:, -1]
     names = ("t", "dtheta1_ref", "dtheta2_ref", "theta1", "theta2", "z1", "z2")
     table = pd.DataFrame(dict(zip(names, (t, *speeds, *theta, *z), strict=True)))
-    session = Session("long", tmp_path, Offered(job_pool, upload_limit_bytes=10**8))
+    session = Session("long", tmp_path, Services(job_pool))
     content = table.round(6).to_csv(index=False).encode()
     assert session.recordings.upload("long.csv", content).result(LONG), session.message
     session.playback.refresh()

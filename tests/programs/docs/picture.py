@@ -20,7 +20,7 @@ from PIL import Image
 from flexgui.jobs import JobPool
 from flexgui.session.session import Session
 from tests.conftest import ROOT, headless_browser
-from tests.page.conftest import Offered
+from tests.page.conftest import offered
 from tests.page.helpers import SIZE
 from tests.page.test_diagnose import few
 from tests.page.test_walk import Served, finish
@@ -93,7 +93,7 @@ def main() -> None:
     folder = Path(tempfile.mkdtemp())
     (folder / "own").mkdir()
     with JobPool(2) as pool:
-        desk = Plain(Offered(pool))
+        desk = Plain(offered(pool))
         session = desk.session = Session("picture", folder / "own", desk.services)
         few(session)
         session.tour.set_step(None)

@@ -105,10 +105,10 @@ def page(trace: Trace) -> None:
     """A viser server with a page in this process, its workers beside it."""
     from flexgui.jobs import JobPool
     from flexgui.session.session import Session
-    from tests.page.conftest import Desktop, Offered
+    from tests.page.conftest import Desktop, offered
 
     with JobPool(1) as pool, tempfile.TemporaryDirectory() as folder:
-        desktop = Desktop(Offered(pool))
+        desktop = Desktop(offered(pool))
         desktop.session = Session("trace", Path(folder), desktop.services)
         asyncio.run(slider(trace, desktop.server.get_port(), desktop.session))
         desktop.server.stop()
