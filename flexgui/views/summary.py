@@ -11,7 +11,7 @@ from flexgui.core.identify.first_states import START
 from flexgui.core.results import Estimate, Fit, Outcome, RecordingComparison
 from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.core.sentences import listed
-from flexgui.sentences.figures import criteria_text, times
+from flexgui.sentences.figures import criteria_text
 from flexgui.sentences.identifiability import invariant
 from flexgui.sentences.proposal import proposed_line
 from flexgui.sentences.written import channel_symbol, format_number, quantity, split_name
@@ -207,22 +207,6 @@ def _symbols(estimates: Iterable[Estimate]) -> list[Markup]:
 def _joined(parts: Sequence[str]) -> Markup:
     *first, last = parts
     return Markup("{} and {}").format(Markup(", ").join(first), last) if first else escape(last)
-
-
-MUCH = 3.0
-"""A validation error below so many times the estimation error is not mentioned."""
-
-
-def validation_warning(estimation: float, validation: float) -> str:
-    """Sentences on a large `validation` error beside that of `estimation`, both rms in noise
-    floors; else empty."""
-    if not validation > MUCH * max(estimation, 1.0):
-        return ""
-    return (
-        f"Validation error: {times(validation)} the noise floor; estimation error: "
-        f"{times(estimation)}. In other motions and postures a fit cannot compensate for missing "
-        "effects."
-    )
 
 
 DOUBTFUL = 2.0

@@ -21,7 +21,7 @@ from flexgui.export.report_motion import report_motion
 from flexgui.export.report_sections import digest
 from flexgui.export.template import NO_BREAK, glued
 from flexgui.views.layout import MOST_POINTS
-from flexgui.views.summary import DOUBTFUL, provisional_warning, validation_warning
+from flexgui.views.summary import DOUBTFUL, provisional_warning
 
 
 def test_other_data_have_another_digest(glocal: Outcome) -> None:
@@ -35,13 +35,6 @@ def test_other_data_have_another_digest(glocal: Outcome) -> None:
 def test_far_from_the_floor_it_is_said_that_all_rests_on_a_complete_model() -> None:
     assert provisional_warning(DOUBTFUL) == "" == provisional_warning(float("nan"))
     assert provisional_warning(9.0).startswith("Provisional: error is 9.0× noise floor.")
-
-
-def test_only_a_much_larger_validation_error_is_explained() -> None:
-    said = validation_warning(3.1, 131.0)
-    assert "131 times" in said and "3.1 times" in said
-    for estimation, validation in ((3.1, 9.0), (0.5, 2.9), (1.0, float("nan"))):
-        assert validation_warning(estimation, validation) == ""
 
 
 def recordings(counts: list[int]) -> Any:

@@ -30,7 +30,7 @@ from flexgui.stages.compare.panel_plots import WORDS as COMPARE_WORDS
 from flexgui.stages.compare.panel_plots import worst_output
 from flexgui.stages.compare.state import where_it_fails
 from flexgui.stages.diagnose.effects import own_place, own_ranked, ranked_with_own
-from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion, refitted_only
+from flexgui.stages.diagnose.model_versions import ModelFindings, ModelVersion
 from flexgui.stages.diagnose.panel_candidates import WORDS, may_explain
 from flexgui.views.convergence import (
     LIVE_POINTS,
@@ -228,17 +228,6 @@ def test_each_joint_stands_in_the_legend_once_with_its_own_dash() -> None:
     assert [t["name"] for t in data if t["showlegend"]] == ["joint 1", "joint 2"]
     looks = {(t["name"], t["line"]["color"], t["line"]["dash"]) for t in data}
     assert len(looks) == 2 == len({dash for _, _, dash in looks})
-
-
-def test_a_challenge_lists_what_refits_have_shown() -> None:
-    tried = replace(ONE, effect="tried", refit_drop_percent=50.0)
-    guessed = replace(ONE, effect="guessed", refit_drop_percent=None)
-    found = ModelFindings(
-        LadderStep(None, "as given", (), (), None, 9.0), ("a",), (("z1",),), (1e-3,),
-        (np.zeros((3, 1)),), ranking=(guessed, tried),
-    )  # fmt: skip
-    shown = refitted_only(found)
-    assert [r.effect for r in shown.ranking] == ["tried"]
 
 
 SEARCHED = (

@@ -88,8 +88,8 @@ class Board:
 
 SOMEBODY = "somebody"
 
-MARKS = {"*": "used the tool before guessing", "°": "changed the guess"}
-"""Behind a name."""
+CHANGED = "°"
+"""Behind the name of who changed the guess."""
 
 
 def board_table(entries: Sequence[Entry], waiting: int) -> Table:
@@ -101,22 +101,17 @@ def board_table(entries: Sequence[Entry], waiting: int) -> Table:
     rows = tuple(
         Row(
             (
-                " ".join(((e.name or SOMEBODY), *_marks(e))), e.guess,
+                " ".join(((e.name or SOMEBODY), *([CHANGED] if e.changed else []))), e.guess,
                 f"{e.found} of {e.hidden}", e.size or "–", clock(e.seconds),
             ),
             strong=e.complete,
         )
         for e in entries
     )  # fmt: skip
-    used = {mark for e in entries for mark in _marks(e)}
-    notes = [f"{mark} {meaning}." for mark, meaning in MARKS.items() if mark in used]
+    notes = [f"{CHANGED} changed the guess."] if any(e.changed for e in entries) else []
     if waiting:
         notes.append(f"{waiting} more guessed and have not revealed yet.")
     return Table(columns, rows, " ".join(notes))
-
-
-def _marks(e: Entry) -> tuple[str, ...]:
-    return tuple(m for m, it in zip(MARKS, (e.asked, e.changed), strict=True) if it)
 
 
 def clock(seconds: float) -> str:

@@ -196,8 +196,6 @@ class Entry:
     size: str
     seconds: float
     """From the data to the truth."""
-    asked: bool
-    """Whether the tool was asked before the guess."""
     changed: bool = False
     """Whether another guess was committed to before this one."""
 

@@ -9,7 +9,6 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragraph, stage_macros
-from flexgui.sentences.figures import validation_rms
 from flexgui.session.state import Topic
 from flexgui.stages.challenge.board import board_table
 from flexgui.stages.challenge.judging import (
@@ -21,11 +20,9 @@ from flexgui.stages.challenge.judging import (
     read_sizes,
     size_fields,
 )
-from flexgui.stages.challenge.state import Challenge, Revealed, ToolAnswer
-from flexgui.stages.diagnose.effects import titled
+from flexgui.stages.challenge.state import Challenge, Revealed
 from flexgui.stages.diagnose.panel import DemonstrationView
 from flexgui.stages.diagnose.panel_candidates import WORDS as DIAGNOSE_WORDS
-from flexgui.views.summary import validation_warning
 from flexgui.views.table import html_table
 
 WORDS = stage_macros("challenge")
@@ -35,8 +32,7 @@ EASY_SEED = 30
 
 EXPLANATION = (
     "The program hides an effect in an arm and records it. The same seed gives everybody the same "
-    "data. Look, compare, commit to a guess, use the tool, reveal. The board marks who used the "
-    "tool before guessing."
+    "data. Look, compare, commit to a guess, reveal. The board marks who changed the guess."
 )
 AFTER = "After you reveal it, the hidden effect is shown here on the recordings."
 NAME_IT = (
@@ -50,7 +46,7 @@ class ChallengePanel(Panel):
     """Right: start, guess, board. Left, after the reveal: the hidden effect at work."""
 
     kind = "Challenge"
-    topics = frozenset({Topic.CHALLENGE, Topic.RUN, Topic.DIAGNOSIS, Topic.DEMONSTRATION})
+    topics = frozenset({Topic.CHALLENGE, Topic.RUN, Topic.DEMONSTRATION})
 
     def build_controls(self) -> None:
         context, gui = self.context, self.gui
@@ -128,17 +124,10 @@ class ChallengePanel(Panel):
                 session.demonstration.start(hidden[0], revealed.values)
 
     def _show_words(self, state: Challenge) -> None:
-        session = self.session
-        version, tool, improvement = session.diagnosis.newest, session.challenge.tool_answer, ""
-        if version is not None and version.found is not None:
-            improvement = validation_warning(
-                version.error, validation_rms(version.found.step.errors)
-            )
-        self._state.show(WORDS.state(state, session.challenge.tool_used, improvement))
         revealed = state.revealed
-        answer = _verdict(revealed, tool, session.run.busy) if revealed else ""
-        self._truth.show(WORDS.end(revealed, answer) if revealed else "")
-        board = session.services.board
+        self._state.show(WORDS.state(state))
+        self._truth.show(WORDS.end(revealed) if revealed else "")
+        board = self.session.services.board
         entries = board.entries(state.seed, state.level)
         waiting = board.guessing(state.seed, state.level)
         table = html_table(board_table(entries, waiting))
@@ -160,22 +149,6 @@ class ChallengePanel(Panel):
         self._nameless.show(paragraph(NAME_IT if nameless else "", "soft"))
         self._name.visible, self._commit.visible = nameless, asks
         self._reveal.visible = self._change.visible = stands
-
-
-def _verdict(revealed: Revealed, tool: ToolAnswer | None, busy: bool) -> str:
-    """The tool's result, judged as a person's guess is."""
-    if busy and (tool is None or not tool.whole):
-        return "It is examining the recordings."
-    if tool is None:
-        return "It was not used."
-    late = "" if revealed.asked else " (used only now)"
-    if not tool.whole:
-        return f"Stopped early{late}: {tool.words}."
-    hidden = revealed.judgement.hidden
-    missed = [kind for kind in hidden if kind not in tool.effects]
-    mark = "✓" if not missed else "✓ in part:" if len(missed) < len(hidden) else "✗"
-    not_named = f" Not named: {', '.join(titled(missed))}." if missed else ""
-    return f"{mark} Verdict{late}: {tool.words}.{not_named}"
 
 
 class GuessFields(PageElement):

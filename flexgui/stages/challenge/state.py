@@ -19,8 +19,6 @@ from flexgui.stages.challenge.judging import (
     plain_name,
     truth_lines,
 )
-from flexgui.stages.diagnose.effects import present, titled
-from flexgui.views.ranking import sizes
 
 if TYPE_CHECKING:
     from flexgui.core.scenario.schema import Scenario
@@ -37,21 +35,8 @@ class Revealed:
     truth: tuple[str, ...]
     """Lines."""
     judgement: Judgement
-    asked: bool
-    """Whether the tool had been asked before the truth was seen."""
     values: Mapping[str, float] = field(default_factory=dict)
     """Parameter of a hidden effect -> its true size."""
-
-
-@dataclass(frozen=True)
-class ToolAnswer:
-    """The tool's verdict on the recordings of a challenge."""
-
-    effects: tuple[str, ...]
-    """Ids: what was added to the model, else the first of its list."""
-    words: str
-    whole: bool = True
-    """Whether it has tried all that it knows; what was added is its last word, too."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +50,6 @@ class Challenge:
     """Empty: none yet. They stand until the person asks to change them."""
     changing: bool = False
     """Whether the person is about to change them."""
-    asked: bool = False
-    """Whether the tool had been asked before they were committed to."""
     changed: bool = False
     """Whether others were committed to before."""
     revealed: Revealed | None = None
@@ -77,16 +60,10 @@ class Challenge:
         """How many effects are hidden at this level."""
         return LEVELS[self.level][0] if self.level in LEVELS else 1
 
-    def committed(self, guesses: tuple[Guess, ...], asked: bool) -> Challenge:
+    def committed(self, guesses: tuple[Guess, ...]) -> Challenge:
         """With these guesses; the same guesses again change nothing."""
-        same = guesses == self.guesses
-        return replace(
-            self,
-            guesses=guesses,
-            changing=False,
-            asked=self.asked or (asked and not same),
-            changed=self.changed or (bool(self.guesses) and not same),
-        )
+        changed = self.changed or self.guesses not in ((), guesses)
+        return replace(self, guesses=guesses, changing=False, changed=changed)
 
 
 class Challenges:
@@ -113,7 +90,7 @@ class Challenges:
                 self._hidden(Challenge(seed, level, event.result[1]), event.result[0])
                 # It starts identified: everybody begins at the same question.
                 if self.state is not None:
-                    self._session.identification.start(self._use_tool)
+                    self._session.identification.start()
 
         return self._session.run.submit("hide", task, on_event)
 
@@ -158,7 +135,7 @@ class Challenges:
         short = tuple(replace(guess, size=guess.size.strip()[:LONGEST_SIZE]) for guess in guesses)
         unique = tuple({guess.kind: guess for guess in short}.values())
         with self._session.lock:
-            self.state = state.committed(unique, self.tool_used)
+            self.state = state.committed(unique)
             self.nickname = plain_name(name)
         self._subscribe()
         self._session.services.board.committed(state.seed, state.level, self._session.key)
@@ -174,36 +151,22 @@ class Challenges:
             self.state = replace(state, changing=True)
         return True
 
-    @property
-    def tool_used(self) -> bool:
-        """Whether a ranking of these recordings was shown."""
-        return any(version.ranking for version in self._session.diagnosis.shown_versions)
-
     def reveal(self) -> bool:
-        """Reveals the truth after a guess, and uses the tool if it was not used yet."""
+        """Reveals the truth after a guess."""
         state = self.state
         if state is None or not state.guesses or state.changing:
             return self._session.refuse("Guess first: you cannot hide the truth again.")
         if state.revealed is not None:
             return False
         truth, judgement = state.truth, judge(state.guesses, state.truth)
-        revealed = Revealed(truth_lines(truth), judgement, self.tool_used, truth.values)
+        revealed = Revealed(truth_lines(truth), judgement, truth.values)
         with self._session.lock:
             self.state = replace(state, revealed=revealed)
         self._session.services.board.put(
             state.seed, state.level, self._session.key, self._entry(state, revealed)
         )
         self._session.notify(Topic.CHALLENGE)
-        self._use_tool()
         return True
-
-    def _use_tool(self) -> None:
-        """Starts the tool after the reveal if it was not used and nothing else runs."""
-        state = self.state
-        if state is None or state.revealed is None or state.revealed.asked:
-            return
-        if not (self._session.run.busy or self.tool_used):
-            self._session.diagnosis.search()
 
     def _entry(self, state: Challenge, revealed: Revealed) -> Entry:
         judgement = revealed.judgement
@@ -216,24 +179,5 @@ class Challenges:
             complete=judgement.complete,
             size="" if not near else "near" if all(guess.near for guess in near) else "far off",
             seconds=time.monotonic() - state.started,
-            asked=state.asked,
             changed=state.changed,
         )
-
-    @property
-    def tool_answer(self) -> ToolAnswer | None:
-        """The tool's answer so far; None without a ranking."""
-        first = next(
-            (version for version in self._session.diagnosis.shown_versions if version.ranking), None
-        )
-        if first is None:
-            return None
-        best = first.ranking[0]
-        verdict = "still looking" if first.diagnosis is None else first.diagnosis.verdict
-        size = f", {sizes(best)}" if best.parameters else ""
-        words = f"{verdict.replace('_', ' ')}; first in its list: {best.title}{size}"
-        added = [kind for kind, _ in present(self._session.document.scenario)]
-        if added:
-            words += f"; added: {', '.join(titled(added))}"
-        tried = first.diagnosis is not None and not (first.found and first.found.to_come)
-        return ToolAnswer(tuple(added) or (best.effect,), words, bool(added) or tried)

@@ -304,13 +304,6 @@ class ModelFindings:
     """Of the identification that went with it, where there was one."""
 
 
-def refitted_only(findings: ModelFindings) -> ModelFindings:
-    """Only refitted effects: in a challenge a guess must not rest on predictions."""
-    return replace(
-        findings, ranking=tuple(r for r in findings.ranking if r.refit_drop_percent is not None)
-    )
-
-
 class PartialProgress(Progress, Protocol):
     """A progress that also takes intermediate results."""
 

@@ -27,7 +27,6 @@ from flexgui.stages.diagnose.model_versions import (
     error_rose,
     error_stayed,
     ladder_steps,
-    refitted_only,
     restated,
 )
 from flexgui.stages.diagnose.panel_candidate_figure import CandidateFigure
@@ -67,7 +66,6 @@ class DiagnosePanel(Panel):
         context, session, gui = self.context, self.session, self.gui
         self._busy = JobStatus(context, "diagnose", "hide")
         self._made = HtmlBlock(gui)
-        self._refitted: tuple[ModelFindings, ModelFindings] | None = None
         self._find = button(
             context, "Find what is missing", session.diagnosis.search, prominent=True
         )
@@ -98,7 +96,7 @@ class DiagnosePanel(Panel):
 
     def refresh(self) -> None:
         session, version = self.session, self.session.diagnosis.newest
-        findings = self._listed(None if version is None else version.found)
+        findings = None if version is None else version.found
         free, old, way_on = not session.run.busy, self._old(version), self._next_step(version)
         titles = _titles(findings)
         self._busy.refresh(self._sentence(version))
@@ -120,20 +118,9 @@ class DiagnosePanel(Panel):
         self._about.show(WORDS.nothing_yet() if findings is None else "")
         self._show_plots(findings)
 
-    def _listed(self, findings: ModelFindings | None) -> ModelFindings | None:
-        """The findings; in a challenge only refitted effects, cached while nothing changes."""
-        if findings is None or self.session.challenge.state is None:
-            return findings
-        if self._refitted is None or self._refitted[0] is not findings:
-            self._refitted = (findings, refitted_only(findings))
-        return self._refitted[1]
-
     def _next_step(self, version: ModelVersion | None) -> str:
         """The next button to highlight; empty if the tour's card has it."""
-        challenge = self.session.challenge.state
-        # A challenge waits for a guess, before which asking the tool is marked.
-        guess_first = challenge is not None and challenge.revealed is None and not challenge.guesses
-        if card_has_button(self.session) or guess_first:
+        if card_has_button(self.session):
             return ""
         if version is None or version.found is None or not version.ranking or self._old(version):
             return FIND
