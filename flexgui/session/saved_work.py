@@ -143,9 +143,6 @@ class WorkStore:
         session.recordings.imports.own_files = frozenset(work.own_files)
         session.tour.step = work.tour_step
         session.challenge.nickname, session.challenge.state = work.nickname, work.challenge
-        if work.challenge is not None:
-            started = time.monotonic() - work.challenge_seconds
-            session.challenge.state = replace(work.challenge, started=started)
         session.replaced.left = work.left
         results = _with_shared_outcomes(results)
         session.diagnosis.formulas = dict(work.formulas)
@@ -219,7 +216,7 @@ class WorkStore:
 
     def _saved_work(self) -> SavedWork:
         session = self._session
-        challenge, studied = session.challenge.state, session.study.state.settings
+        studied = session.study.state.settings
         return SavedWork(
             scenario=session.document.scenario,
             live=session.document.live,
@@ -228,8 +225,7 @@ class WorkStore:
             own_files=tuple(sorted(session.recordings.imports.own_files)),
             nickname=session.challenge.nickname,
             tour_step=session.tour.step,
-            challenge=challenge,
-            challenge_seconds=time.monotonic() - challenge.started if challenge else 0.0,
+            challenge=session.challenge.state,
             formulas=dict(session.diagnosis.formulas),
             study=session.study.choice,
             picked=session.comparison.picked,
@@ -241,7 +237,6 @@ class WorkStore:
 
 ENCODED = {
     "own_files": "own", "tour_step": "tour", "studied_scenario": "studied",
-    "challenge_seconds": "challenged_for",
 }  # fmt: skip
 """Field -> its name in saved files."""
 
@@ -257,8 +252,6 @@ class SavedWork(msgspec.Struct, frozen=True, rename=ENCODED):
     nickname: str = ""
     tour_step: int | None = 0
     challenge: Challenge | None = None
-    challenge_seconds: float = 0.0
-    """s since the challenge began."""
     formulas: dict[str, tuple[str, str, str]] = {}
     study: StudyChoice = StudyChoice()
     picked: tuple[str, ...] = ()

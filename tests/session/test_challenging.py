@@ -11,8 +11,8 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.session.session import Session
-from flexgui.stages.challenge.board import MOST_ENTRIES, Board, board_table
-from flexgui.stages.challenge.judging import Entry, judge, read_sizes, size_fields
+from flexgui.stages.challenge.board import MOST_ENTRIES, Board, Entry, board_table, plain_name
+from flexgui.stages.challenge.judging import judge, read_sizes, size_fields
 from flexgui.stages.challenge.state import Challenge, Guess
 from tests.approved import approved
 from tests.session.helpers import HIDDEN_FRICTION, until
@@ -44,15 +44,14 @@ def test_from_hiding_to_the_truth(session: Session) -> None:
     found = session.challenge.state
     assert found is not None and found.revealed is not None
     assert found.guesses == (Guess("coulomb_friction", "fc1 = 0.2 N m"),)
-    judgement = found.revealed.judgement
+    judgement = found.revealed
     assert judgement.complete and judgement.hidden == ("coulomb_friction",)
     assert judgement.each[0].size.startswith("fc1: your guess 0.2 N m, truth ")
-    assert any("Coulomb friction of joint 1" in line for line in found.revealed.truth)
-    assert set(found.revealed.values) == {"fc1", "fc2"}, "what is shown at work has the true sizes"
+    assert any("Coulomb friction of joint 1" in line for line in judgement.truth)
     assert not session.challenge.guess((Guess("rotor_inertia"),)), "the truth is known"
     assert not session.challenge.change_guess()
     entry = session.services.board.entries(SEED, "easy")[0]
-    assert (entry.name, entry.complete) == ("Ada Lovelace", True)
+    assert (entry.name, entry.judgement) == ("Ada Lovelace", judgement)
     assert not entry.changed
     assert session.services.board.guessing(SEED, "easy") == 0
 
@@ -91,9 +90,11 @@ def test_no_truth_while_the_guess_is_being_changed(session: Session) -> None:
 
 
 def test_the_board_says_who_changed() -> None:
-    plain = Entry("Ada", "nothing", 0, 1, False, "", 1.0)
-    changed = Entry("Bob", "nothing", 0, 1, False, "", 2.0, True)
+    plain = Entry("Ada", judge((FRICTION,), HIDDEN_FRICTION), 185.0)
+    changed = Entry("Bob", judge((Guess("rotor_inertia"),), HIDDEN_FRICTION), 2.0, True)
     table = board_table([plain, changed], 0)
+    assert table.rows[0].cells[1:] == ("Coulomb friction", "1 of 1", "near", "3:05 min")
+    assert table.rows[1].cells[3:] == ("–", "0:02 min")
     assert [row.cells[0] for row in table.rows] == ["Ada", "Bob °"]
     assert table.caption == "° changed the guess."
     assert not board_table([plain], 0).caption
@@ -152,15 +153,18 @@ def test_sizes_are_read_as_people_write_them(
 
 def test_a_board_keeps_no_more_than_a_class_needs() -> None:
     board = Board()
-    entry = Entry("x" * 99, "nothing", 0, 1, False, "", 1.0)
+    entry = Entry("x", judge((FRICTION,), HIDDEN_FRICTION), 1.0)
     for k in range(MOST_ENTRIES + 5):
-        board.committed(1, "easy", str(k))
-        board.put(1, "easy", str(k), entry)
+        board.note(1, "easy", str(k))
+        board.note(1, "easy", str(k), entry)
     assert len(board.entries(1, "easy")) == MOST_ENTRIES and not board.guessing(1, "easy")
-    assert len(board.entries(1, "easy")[0].name) < 30
     for seed in range(200):
-        board.put(seed, "easy", "k", entry)
+        board.note(seed, "easy", "k", entry)
     assert not board.entries(1, "easy"), "old seeds are forgotten"
+
+
+def test_a_name_is_one_short_line() -> None:
+    assert plain_name(" Ada \n Lovelace ") == "Ada Lovelace" and len(plain_name("x" * 99)) < 30
 
 
 def test_a_wrong_level_and_another_scenario(session: Session) -> None:

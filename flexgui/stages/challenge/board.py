@@ -5,20 +5,34 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
-from flexgui.stages.challenge.judging import Entry, plain_name
+from flexgui.stages.challenge.judging import Judgement
 from flexgui.views.table import Column, Row, Table
 
 MOST_CLASSES, MOST_ENTRIES = 50, 200
 """Seeds that are remembered, and entries of each; the oldest go first."""
 
 
-@dataclass
-class _Class:
-    entries: dict[str, Entry] = field(default_factory=dict)
-    guessing: set[str] = field(default_factory=set)
-    """Keys of who has committed to a guess and not seen the truth."""
+@dataclass(frozen=True)
+class Entry:
+    """One person's result of a challenge."""
+
+    name: str
+    """As the person wrote it; empty: somebody."""
+    judgement: Judgement
+    seconds: float
+    """From the data to the truth."""
+    changed: bool = False
+    """Whether another guess was committed to before this one."""
+
+
+LONGEST_NAME = 24
+
+
+def plain_name(text: str) -> str:
+    """A name in one short line of printable characters."""
+    return " ".join("".join(c for c in text if c.isprintable()).split())[:LONGEST_NAME]
 
 
 class Board:
@@ -26,39 +40,32 @@ class Board:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._classes: OrderedDict[tuple[int, str], _Class] = OrderedDict()
+        self._classes: OrderedDict[tuple[int, str], dict[str, Entry | None]] = OrderedDict()
+        """Seed and level -> key of a session -> its entry; None until it reveals."""
         self._callbacks: list[Callable[[], None]] = []
 
-    def committed(self, seed: int, level: str, key: str) -> None:
-        """Notes that a session, by its key, has guessed."""
+    def note(self, seed: int, level: str, key: str, entry: Entry | None = None) -> None:
+        """Notes that a session, by its key, has guessed, or its result; the first result stays."""
         with self._lock:
-            state = self._of(seed, level)
-            if key not in state.entries and len(state.guessing) < MOST_ENTRIES:
-                state.guessing.add(key)
-        self._notify()
-
-    def put(self, seed: int, level: str, key: str, entry: Entry) -> None:
-        """Stores the result of a session that revealed; one entry per session."""
-        with self._lock:
-            state = self._of(seed, level)
-            state.guessing.discard(key)
-            state.entries.setdefault(key, replace(entry, name=plain_name(entry.name)))
-            while len(state.entries) > MOST_ENTRIES:
-                state.entries.pop(next(iter(state.entries)))
-        self._notify()
+            entries = self._classes.setdefault((seed, level), {})
+            entries[key] = entries.get(key) or entry
+            self._classes.move_to_end((seed, level))
+            while len(entries) > MOST_ENTRIES:
+                entries.pop(next(iter(entries)))
+            while len(self._classes) > MOST_CLASSES:
+                self._classes.popitem(last=False)
+            callbacks = tuple(self._callbacks)
+        for callback in callbacks:
+            callback()
 
     def entries(self, seed: int, level: str) -> tuple[Entry, ...]:
         """Entries, complete ones first, then by time."""
-        with self._lock:
-            state = self._classes.get((seed, level))
-            entries = () if state is None else tuple(state.entries.values())
-        return tuple(sorted(entries, key=lambda e: (not e.complete, -e.found, e.seconds)))
+        entries = [entry for entry in self._of(seed, level) if entry is not None]
+        return tuple(sorted(entries, key=_rank))
 
     def guessing(self, seed: int, level: str) -> int:
         """Number of sessions that guessed and did not reveal."""
-        with self._lock:
-            state = self._classes.get((seed, level))
-            return 0 if state is None else len(state.guessing)
+        return self._of(seed, level).count(None)
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Calls `callback` after each change; call the result to stop."""
@@ -72,18 +79,13 @@ class Board:
 
         return end
 
-    def _of(self, seed: int, level: str) -> _Class:
-        state = self._classes.setdefault((seed, level), _Class())
-        self._classes.move_to_end((seed, level))
-        while len(self._classes) > MOST_CLASSES:
-            self._classes.popitem(last=False)
-        return state
-
-    def _notify(self) -> None:
+    def _of(self, seed: int, level: str) -> list[Entry | None]:
         with self._lock:
-            callbacks = tuple(self._callbacks)
-        for callback in callbacks:
-            callback()
+            return list(self._classes.get((seed, level), {}).values())
+
+
+def _rank(entry: Entry) -> tuple[bool, int, float]:
+    return not entry.judgement.complete, -entry.judgement.found, entry.seconds
 
 
 SOMEBODY = "somebody"
@@ -98,23 +100,22 @@ def board_table(entries: Sequence[Entry], waiting: int) -> Table:
         Column("Who"), Column("Guess"), Column("Found"), Column("Size"),
         Column("Time", numeric=True),
     )  # fmt: skip
-    rows = tuple(
-        Row(
-            (
-                " ".join(((e.name or SOMEBODY), *([CHANGED] if e.changed else []))), e.guess,
-                f"{e.found} of {e.hidden}", e.size or "–", clock(e.seconds),
-            ),
-            strong=e.complete,
-        )
-        for e in entries
-    )  # fmt: skip
+    rows = tuple(_row(entry) for entry in entries)
     notes = [f"{CHANGED} changed the guess."] if any(e.changed for e in entries) else []
     if waiting:
         notes.append(f"{waiting} more guessed and have not revealed yet.")
     return Table(columns, rows, " ".join(notes))
 
 
-def clock(seconds: float) -> str:
-    """'3:05 min' for 185 `seconds`."""
-    whole = int(round(seconds))
-    return f"{whole // 60}:{whole % 60:02d} min"
+def _row(entry: Entry) -> Row:
+    judgement, minutes = entry.judgement, round(entry.seconds) // 60
+    sized = [guess for guess in judgement.each if guess.size]
+    size = "near" if all(guess.near for guess in sized) else "far off"
+    cells = (
+        f"{entry.name or SOMEBODY} {CHANGED if entry.changed else ''}".strip(),
+        ", ".join(result.guess.title for result in judgement.each),
+        f"{judgement.found} of {len(judgement.hidden)}",
+        size if sized else "–",
+        f"{minutes}:{round(entry.seconds) % 60:02d} min",
+    )
+    return Row(cells, strong=judgement.complete)

@@ -93,8 +93,14 @@ class Judgement:
 
     each: tuple[JudgedGuess, ...]
     hidden: tuple[str, ...]
-    found: int
-    """How many of the hidden effects were named."""
+    """Ids of the hidden effects."""
+    truth: tuple[str, ...]
+    """What is hidden, and how large it is, in a line per effect."""
+
+    @property
+    def found(self) -> int:
+        """How many of the hidden effects were named."""
+        return sum(one.right for one in self.each)
 
     @property
     def complete(self) -> bool:
@@ -114,7 +120,7 @@ class Judgement:
 def judge(guesses: Sequence[Guess], truth: Truth) -> Judgement:
     """Compares guesses with the truth."""
     each = tuple(_judged_guess(guess, truth) for guess in guesses)
-    return Judgement(each, truth.effects, sum(one.right for one in each))
+    return Judgement(each, truth.effects, truth_lines(truth))
 
 
 @cache
@@ -181,31 +187,6 @@ def _comparison_text(off: float, side: str) -> str:
         return "the wrong sign"
     distance = "near" if off <= NEAR else "far off"
     return f"{distance}: {format_number(off, 2)} times too {side}"
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One person's result of a challenge, for the board."""
-
-    name: str
-    """As the person wrote it; empty: somebody."""
-    guess: str
-    found: int
-    hidden: int
-    complete: bool
-    size: str
-    seconds: float
-    """From the data to the truth."""
-    changed: bool = False
-    """Whether another guess was committed to before this one."""
-
-
-LONGEST_NAME = 24
-
-
-def plain_name(text: str) -> str:
-    """A name in one short line of printable characters."""
-    return " ".join("".join(c for c in text if c.isprintable()).split())[:LONGEST_NAME]
 
 
 def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[Scenario, Truth]:

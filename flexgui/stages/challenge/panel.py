@@ -10,17 +10,17 @@ from flexgui.core.errors import InputError
 from flexgui.page.panel import PageContext, PageElement, Panel
 from flexgui.page.widgets import HtmlBlock, button, color, on_user_input, paragraph, stage_macros
 from flexgui.session.state import Topic
-from flexgui.stages.challenge.board import board_table
+from flexgui.stages.challenge.board import board_table, plain_name
 from flexgui.stages.challenge.judging import (
     NONE_GUESSED,
     NONE_TITLE,
     Guess,
+    Judgement,
     SizeField,
-    plain_name,
     read_sizes,
     size_fields,
 )
-from flexgui.stages.challenge.state import Challenge, Revealed
+from flexgui.stages.challenge.state import Challenge
 from flexgui.stages.diagnose.panel import DemonstrationView
 from flexgui.stages.diagnose.panel_candidates import WORDS as DIAGNOSE_WORDS
 from flexgui.views.table import html_table
@@ -62,7 +62,7 @@ class ChallengePanel(Panel):
     def build_plots(self) -> None:
         self._hint = HtmlBlock(self.gui)
         self._at_work = DemonstrationView(self.context)
-        self._shown: Revealed | None = None
+        self._shown: Judgement | None = None
 
     def _guess_controls(self) -> None:
         context, gui = self.context, self.gui
@@ -119,9 +119,8 @@ class ChallengePanel(Panel):
         self._hint.show("" if revealed else paragraph(AFTER, "soft"))
         if revealed is not self._shown:
             self._shown = revealed
-            hidden = revealed.judgement.hidden if revealed else ()
-            if revealed and hidden and not self.context.read_only:
-                session.demonstration.start(hidden[0], revealed.values)
+            if state is not None and revealed is not None and not self.context.read_only:
+                session.demonstration.start(revealed.hidden[0], state.truth.values)
 
     def _show_words(self, state: Challenge) -> None:
         revealed = state.revealed

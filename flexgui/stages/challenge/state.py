@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from flexgui.core.challenge.truth import LEVELS, Truth
+from flexgui.core.challenge.truth import Truth
 from flexgui.jobs import Event, Finished, Task
 from flexgui.session.state import Topic
-from flexgui.stages.challenge.judging import (
-    Entry,
-    Guess,
-    Judgement,
-    hide,
-    judge,
-    plain_name,
-    truth_lines,
-)
+from flexgui.stages.challenge.board import Entry, plain_name
+from flexgui.stages.challenge.judging import Guess, Judgement, hide, judge
 
 if TYPE_CHECKING:
     from flexgui.core.scenario.schema import Scenario
@@ -26,17 +19,6 @@ if TYPE_CHECKING:
 
 SOURCE = "The challenge"
 LONGEST_SIZE = 80
-
-
-@dataclass(frozen=True)
-class Revealed:
-    """The truth and the result, after the reveal."""
-
-    truth: tuple[str, ...]
-    """Lines."""
-    judgement: Judgement
-    values: Mapping[str, float] = field(default_factory=dict)
-    """Parameter of a hidden effect -> its true size."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +34,14 @@ class Challenge:
     """Whether the person is about to change them."""
     changed: bool = False
     """Whether others were committed to before."""
-    revealed: Revealed | None = None
-    started: float = field(default_factory=time.monotonic)
+    revealed: Judgement | None = None
+    started: float = field(default_factory=time.time)
+    """s, Unix time."""
 
     @property
     def count(self) -> int:
-        """How many effects are hidden at this level."""
-        return LEVELS[self.level][0] if self.level in LEVELS else 1
+        """How many effects are hidden."""
+        return len(self.truth.effects)
 
     def committed(self, guesses: tuple[Guess, ...]) -> Challenge:
         """With these guesses; the same guesses again change nothing."""
@@ -138,7 +121,7 @@ class Challenges:
             self.state = state.committed(unique)
             self.nickname = plain_name(name)
         self._subscribe()
-        self._session.services.board.committed(state.seed, state.level, self._session.key)
+        self._session.services.board.note(state.seed, state.level, self._session.key)
         self._session.notify(Topic.CHALLENGE)
         return True
 
@@ -158,26 +141,10 @@ class Challenges:
             return self._session.refuse("Guess first: you cannot hide the truth again.")
         if state.revealed is not None:
             return False
-        truth, judgement = state.truth, judge(state.guesses, state.truth)
-        revealed = Revealed(truth_lines(truth), judgement, truth.values)
+        judgement = judge(state.guesses, state.truth)
         with self._session.lock:
-            self.state = replace(state, revealed=revealed)
-        self._session.services.board.put(
-            state.seed, state.level, self._session.key, self._entry(state, revealed)
-        )
+            self.state = replace(state, revealed=judgement)
+        entry = Entry(self.nickname, judgement, time.time() - state.started, state.changed)
+        self._session.services.board.note(state.seed, state.level, self._session.key, entry)
         self._session.notify(Topic.CHALLENGE)
         return True
-
-    def _entry(self, state: Challenge, revealed: Revealed) -> Entry:
-        judgement = revealed.judgement
-        near = [guess for guess in judgement.each if guess.right and guess.size]
-        return Entry(
-            name=self.nickname,
-            guess=", ".join(guess.title for guess in state.guesses),
-            found=judgement.found,
-            hidden=len(judgement.hidden),
-            complete=judgement.complete,
-            size="" if not near else "near" if all(guess.near for guess in near) else "far off",
-            seconds=time.monotonic() - state.started,
-            changed=state.changed,
-        )
