@@ -33,6 +33,7 @@ from flexgui.session.saved_work import SavedResults, SavedWork
 from flexgui.session.scenario_edits import apply_edits, set_value
 from flexgui.session.session import Session
 from flexgui.session.state import STAGES, Topic
+from flexgui.stages.challenge.judging import Size
 from flexgui.stages.challenge.state import Challenge, Guess
 from flexgui.stages.diagnose.effects import with_effect
 from flexgui.stages.diagnose.model_versions import ModelVersion
@@ -139,12 +140,15 @@ def test_what_is_no_record_is_neither_written_nor_read() -> None:
         deserialize(serialize({"a": 1}), SavedWork)
 
 
+GUESSED = (Guess("rotor_inertia", Size("Jh1", 2.0, "kg m²")),)
+
+
 def test_edits_files_and_a_challenge_are_there_again(
     session: Session, work: SavedWorkFolders, services: Services
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
     assert bring(session, "own.csv", good_csv(session))
-    session.challenge.state = Challenge(7, "hard", HIDDEN_FRICTION, (Guess("rotor_inertia", "2"),))
+    session.challenge.state = Challenge(7, "hard", HIDDEN_FRICTION, GUESSED)
     session.comparison.pick("theta1/model")
     session.comparison.show_view("signals of my choice")
     session.notify(Topic.CHALLENGE)
@@ -155,7 +159,7 @@ def test_edits_files_and_a_challenge_are_there_again(
     assert (made.folder / "own.csv").read_bytes() == content
     assert made.wait_idle() and made.playback.recording is not None
     known = made.challenge.state
-    assert known is not None and known.guesses == (Guess("rotor_inertia", "2"),)
+    assert known is not None and known.guesses == GUESSED
     assert made.comparison.picked == ("theta1/model",)
     assert made.comparison.view == "signals of my choice"
     made.close()
@@ -383,7 +387,7 @@ def test_work_of_another_version_is_taken_up(
     session: Session, work: SavedWorkFolders, version: str
 ) -> None:
     assert session.document.change(set_value(("identify", "population"), 17))
-    session.challenge.state = Challenge(7, "hard", HIDDEN_FRICTION, (Guess("rotor_inertia", "2"),))
+    session.challenge.state = Challenge(7, "hard", HIDDEN_FRICTION, GUESSED)
     session.notify(Topic.CHALLENGE)
     OTHER_VERSIONS[version](session.folder / WORK)
     dead(session)

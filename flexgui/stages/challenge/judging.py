@@ -28,9 +28,18 @@ RIGHT, NEAR = 1.25, 2.0
 """Times too large or too small: a size within the first is right, within the second near."""
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?")
-_SIZE = re.compile(
-    r"(?:([A-Za-zθα-ω]\w*)\s*[=:]\s*)?([-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?)\s*(1/[^\d,;=]*|[^\d,;=]*)"
-)
+
+
+@dataclass(frozen=True)
+class Size:
+    """A parameter's size, as guessed."""
+
+    name: str
+    value: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.value:.10g} {self.unit}".strip()
 
 
 @dataclass(frozen=True)
@@ -39,7 +48,7 @@ class Guess:
 
     kind: str
     """Id of an effect, or 'nothing'."""
-    size: str = ""
+    size: Size | None = None
 
     @property
     def title(self) -> str:
@@ -62,17 +71,17 @@ class SizeField:
         """'mt2 [kg]'"""
         return f"{self.name} [{self.unit or '–'}]"
 
-    def stated(self, text: str) -> str:
-        """'mt2 = 0.15 kg' from the entered text, '' from none; InputError if it is not a number."""
+    def stated(self, text: str) -> Size | None:
+        """The size of an entered text, None of an empty one; InputError if it is not a number."""
         plain = text.strip().replace("\N{MINUS SIGN}", "-").replace(",", ".")
         if not plain:
-            return ""
+            return None
         if _NUMBER.fullmatch(plain) is None or not math.isfinite(float(plain)):
             raise InputError(
                 f"“{text.strip()}” is not a number. Write {self.name}"
                 f"{f' in {self.unit}' if self.unit else ''} as 0.2 or 0,2, or leave it empty."
             )
-        return f"{self.name} = {float(plain):.10g} {self.unit}".strip()
+        return Size(self.name, float(plain), self.unit)
 
 
 @dataclass(frozen=True)
@@ -144,35 +153,17 @@ def _parameters(kind: str) -> tuple[Parameter, ...]:
 def _judged_guess(guess: Guess, truth: Truth) -> JudgedGuess:
     if guess.kind not in truth.effects:
         return JudgedGuess(guess, False)
-    stated = read_sizes(guess.size)
-    if not stated:
+    size = guess.size
+    if size is None:
         return JudgedGuess(guess, True)
-    parameters = [p for p in _parameters(guess.kind) if p.name in truth.values]
-    phrases, near = [], True
-    for name, value, unit in stated:
-        matching = [p for p in parameters if name in ("", p.name)]
-        if not matching:
-            phrases.append(f"{name} is not a parameter of this effect")
-            continue
-        compared = [_compared(p, value, unit, truth.values[p.name]) for p in matching]
-        phrase, off = min(compared, key=lambda pair: pair[1])
-        phrases.append(phrase)
-        near = near and off <= NEAR
-    return JudgedGuess(guess, True, "; ".join(phrases), near)
+    parameter = next(p for p in _parameters(guess.kind) if p.name == size.name)
+    phrase, off = _compared(parameter, size, truth.values[size.name])
+    return JudgedGuess(guess, True, phrase, off <= NEAR)
 
 
-def read_sizes(text: str) -> list[tuple[str, float, str]]:
-    """'fc1 = 0.2 N m, fc2 = 0.1' -> (name or '', number, unit or ''), in the order written."""
-    return [(m[1] or "", float(m[2]), m[3].strip()) for m in _SIZE.finditer(text)]
-
-
-def _compared(p: Parameter, value: float, unit: str, true: float) -> tuple[str, float]:
+def _compared(p: Parameter, size: Size, true: float) -> tuple[str, float]:
     """A phrase, and how many times too large or too small the guess is."""
-    try:
-        value *= factor_to_si(unit, (p.unit,))
-    except InputError:
-        unit = ""  # taken as SI, which the phrase shows
-    shown = shown_unit(true, p.unit)
+    value, shown = size.value * factor_to_si(size.unit, (p.unit,)), shown_unit(true, p.unit)
     numbers = [f"{format_number(v * shown.factor, 3)} {shown.name}".strip() for v in (value, true)]
     ratio = value / true if true else math.inf
     off = max(ratio, 1.0 / ratio) if ratio > 0.0 else math.inf  # of a wrong sign too

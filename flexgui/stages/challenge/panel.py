@@ -17,7 +17,6 @@ from flexgui.stages.challenge.judging import (
     Guess,
     Judgement,
     SizeField,
-    read_sizes,
     size_fields,
 )
 from flexgui.stages.challenge.state import Challenge
@@ -177,7 +176,7 @@ class GuessFields(PageElement):
         """The entered guess; None, with an error beside the field, if its size is not a number."""
         parameter = self._parameter()
         try:
-            size = "" if parameter is None else parameter.stated(str(self._size.value))
+            size = None if parameter is None else parameter.stated(str(self._size.value))
         except InputError as error:
             self._refused.show(paragraph(str(error), "bad"))
             return None
@@ -189,10 +188,10 @@ class GuessFields(PageElement):
         effect = catalogue().get(guess.kind)
         self._kind.value = self._none if effect is None else effect.title
         self._chosen()
-        for name, value, _ in read_sizes(guess.size):
-            titles = [p.title for p in size_fields(guess.kind) if p.name == name]
-            if titles:
-                self._of.value, self._size.value = titles[0], f"{value:.10g}"
+        if guess.size is not None:
+            titles = {p.name: p.title for p in size_fields(guess.kind)}
+            self._of.value = titles[guess.size.name]
+            self._size.value = f"{guess.size.value:.10g}"
         self._name_field()
 
     def show(self, visible: bool) -> None:

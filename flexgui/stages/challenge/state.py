@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from flexgui.session.session import Session
 
 SOURCE = "The challenge"
-LONGEST_SIZE = 80
 
 
 @dataclass(frozen=True)
@@ -115,8 +114,7 @@ class Challenges:
             return self._session.refuse(
                 "Your guess is recorded. Press Change my guess first; the board marks a change."
             )
-        short = tuple(replace(guess, size=guess.size.strip()[:LONGEST_SIZE]) for guess in guesses)
-        unique = tuple({guess.kind: guess for guess in short}.values())
+        unique = tuple({guess.kind: guess for guess in guesses}.values())
         with self._session.lock:
             self.state = state.committed(unique)
             self.nickname = plain_name(name)

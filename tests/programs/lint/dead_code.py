@@ -40,13 +40,13 @@ PROTOCOLS = [
 
 READ_BY_NAME = {
     "camera_noise", "encoder_noise", "deflection_noise", "torque_noise", "rates_noise",
-    "used_tool_first", "warm_file_worker", "straight_line", "validation_fit_percent",
+    "warm_file_worker", "straight_line", "validation_fit_percent",
     "singular_values", "residual_count", "gradient_norm", "rigid_base", "camera_synchronised",
     "gauges_calibrated", "encoders_calibrated",
 }  # fmt: skip
-"""Settings that sensors name, statements about a rig that effects name, a column of a table, a
-task that its worker finds by its name, what generated modules import, and fields of results that
-are written as they are."""
+"""Settings that sensors name, statements about a rig that effects name, a task that its worker
+finds by its name, what generated modules import, and fields of results that are written as they
+are."""
 
 PUBLIC = {"compare_as_given", "to_casadi", "to_control", "to_dataframe", "to_scipy"}
 """Of the library's results: for scripts and notebooks."""
