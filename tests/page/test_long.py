@@ -39,7 +39,7 @@ def walk(page: Any, session: Session, right: str, identified: bool = False) -> N
     press(page, "Next: diagnose")
     press(page, "Find what is missing")
     page.get_by_text("Something is missing.").wait_for(timeout=SLOW)
-    page.get_by_role("button", name=f"Add {title}", exact=True).wait_for()
+    page.get_by_role("button", name=f"Add {title}", exact=True).first.wait_for()
     assert session.diagnosis.newest is not None
     assert session.diagnosis.newest.ranking[0].effect == right
     expected = headless(session)
