@@ -249,6 +249,13 @@ class Model:
         longest = times * min((effect.longest_step for effect in counted), default=np.inf)
         return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
 
+    def stretched_matrices(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness and mass (n, n) of the arm stretched out, at its own values."""
+        n, p = self.arm.coordinates, self.numbers().p
+        K, _ = self.compiled.linear_matrices(np.zeros(n), p)
+        M = self.compiled.mass_matrix(np.zeros(n), p)
+        return 0.5 * (K + K.T), 0.5 * (M + M.T)
+
     def at_level(self, level: str) -> Model:
         """The same at another level, 'lpv' or 'nonlinear'."""
         return replace(self, level=level)

@@ -14,8 +14,10 @@ import numpy as np
 import scipy
 
 from ..bounded_cache import BoundedCache
-from ..identify.prescribed_joint_motion import FREQUENCY_FACTOR, stretched_matrices
 from ..model import Model
+
+FREQUENCY_FACTOR = 2.0
+"""Factor by which a frequency may be wrong at the start, a stiffness by four."""
 
 START = "start_"
 """Before the name of a coordinate, or 'd' and its name: its deviation at the first sample."""
@@ -26,7 +28,7 @@ class _Vibrations:
 
     def __init__(self, bare: Model) -> None:
         joints = bare.arm.joints
-        K, M = (x[joints:, joints:] for x in stretched_matrices(bare))
+        K, M = (x[joints:, joints:] for x in bare.stretched_matrices())
         self.bare = bare
         self.names = bare.arm.coordinate_names[joints:]
         squares, shapes = scipy.linalg.eigh(K, M) if len(K) else (np.zeros(0), np.zeros((0, 0)))

@@ -21,6 +21,7 @@ from ..arm.signatures import DYNAMICS, kernel, matrix, vector
 from ..arm.slots import weighing
 from ..bounded_cache import BoundedCache
 from ..drives.servo import FollowingServo
+from ..identify.first_states import FREQUENCY_FACTOR
 from ..lanes.algebra import factor_positive, substitute_positive
 from ..model import Model, Numbers
 from ..simulate.motion import Task
@@ -35,9 +36,6 @@ PRESCRIBED_SWING = 1.0
 
 FINEST = 8
 """Most points per sample: a phase of pi, the fastest that samples show, takes 6 of SWING."""
-
-FREQUENCY_FACTOR = 2.0
-"""Factor by which a frequency may be wrong at the start, a stiffness by four."""
 
 MOST_SWING = 2.26
 """rad per sample of a vibration, above which a spline of seventh degree misses a hundredth of it:
@@ -64,7 +62,7 @@ _POINTS = BoundedCache[tuple[Model, object, int]](64)
 
 def _count_points(bare: Model, servo: FollowingServo | None, sample_time: float) -> int:
     joints = bare.arm.joints
-    K, M = stretched_matrices(bare)
+    K, M = bare.stretched_matrices()
     band = np.inf if servo is None else servo.band_hz
     most = min(2.0 * np.pi * band * sample_time, FREQUENCY_FACTOR * np.pi)
 
@@ -81,7 +79,7 @@ def sampling_warning(model: Model, sample_time: float) -> str:
     """A warning if even the arm's slowest vibration is too fast for samples every `sample_time` s;
     else empty."""
     bare = model.bare or model
-    K, M = stretched_matrices(bare)
+    K, M = bare.stretched_matrices()
     swings = _phase_steps(K, M, sample_time)
     vibrating = swings[swings > FREE_JOINT]
     slowest = float(vibrating.min(initial=np.inf))
@@ -97,14 +95,6 @@ def sampling_warning(model: Model, sample_time: float) -> str:
 
 FREE_JOINT = 1e-3
 """rad per sample: slower is a freely turning joint."""
-
-
-def stretched_matrices(bare: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness and mass (n, n) of the arm stretched out, at its own values."""
-    n, p = bare.arm.coordinates, bare.numbers().p
-    K, _ = bare.compiled.linear_matrices(np.zeros(n), p)
-    M = bare.compiled.mass_matrix(np.zeros(n), p)
-    return 0.5 * (K + K.T), 0.5 * (M + M.T)
 
 
 def _phase_steps(K: np.ndarray, M: np.ndarray, sample_time: float) -> np.ndarray:
