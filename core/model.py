@@ -236,19 +236,6 @@ class Model:
             bare=bare,
         )
 
-    def steps(
-        self,
-        sample_time: float,
-        fewest: int,
-        times: float = 1.0,
-        effects: Sequence[Effect] | None = None,
-    ) -> int:
-        """Steps per `sample_time` in s: at least `fewest`, and none longer than `times` what the
-        effects allow, all of them or those given."""
-        counted = self.effects if effects is None else effects
-        longest = times * min((effect.longest_step for effect in counted), default=np.inf)
-        return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
-
     def stretched_matrices(self) -> tuple[np.ndarray, np.ndarray]:
         """Stiffness and mass (n, n) of the arm stretched out, at its own values."""
         n, p = self.arm.coordinates, self.numbers().p

@@ -26,7 +26,7 @@ from ..identify.defect_correction import (
     is_minimum,
     minimum_along,
 )
-from ..identify.prescribed_joint_forces import needed_steps
+from ..identify.prescribed_joint_forces import steps_between_points
 from ..least_squares import MOST_ITERATIONS, cost_of, pseudo_inverse
 from ..noise.noise_floor import channel_rms
 from ..noise.output_noise import simulate_noise
@@ -45,7 +45,7 @@ def anchor_at(data: FitProblem, h: ParametrisedModel) -> tuple[FitProblem, list[
     """
     dt = max(e.recording.sample_time for e in data.experiments)
     assert data.substeps is not None
-    steps = max(data.result_substeps or 0, needed_steps(h.model, dt, 2 * data.substeps, 1.0))
+    steps = max(data.result_substeps or 0, steps_between_points(h.model, dt, 2 * data.substeps))
     errors, finer = errors_with_each(h.residuals, h.vector, (steps, 2 * steps))
     while steps < MOST_STEPS:
         change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])

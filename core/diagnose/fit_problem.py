@@ -15,7 +15,7 @@ from ..effects.sizes import Sizes
 from ..identify.defect_correction import Anchor
 from ..identify.predictor import Motion, MotionCache, Predictor
 from ..identify.prepared_recording import Prepared, make_task
-from ..identify.prescribed_joint_forces import needed_steps
+from ..identify.prescribed_joint_forces import steps_between_points
 from ..identify.residuals import Residuals
 from ..identify.unknowns import Unknown, Unknowns, with_first_states_of
 from ..least_squares import BoundsAndPrior, bounds_and_prior
@@ -187,11 +187,6 @@ class ParametrisedModel:
         return replace(self, vector=np.asarray(vector, dtype=float))
 
 
-LONGEST_STEP_FACTOR = 2.0
-"""Factor on an effect's longest step while models are compared. With the step error of the base
-corrected, friction at 0.5 ms is within 0.01 mm of steps of 16 us."""
-
-
 def parametrised(
     data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float], *,
     freed: Sequence[Unknown] | None = None, refine: float = 1,
@@ -219,8 +214,8 @@ def parametrised(
     steps = None
     if data.substeps is not None:
         dt = max(e.recording.sample_time for e in data.experiments)
-        loose = 1.0 if data.anchor is None else LONGEST_STEP_FACTOR
-        steps = max(int(needed_steps(model, dt, _search_substeps(data, model), loose) * refine), 1)
+        steps = steps_between_points(model, dt, _search_substeps(data, model))
+        steps = max(int(steps * refine), 1)
     predictor = Predictor(
         experiments, unknowns, data.fixed, steps=steps, motion_cache=data.motion_cache
     )

@@ -64,7 +64,6 @@ class Backlash(Effect):
         r"\tau = -k_j \begin{cases} 0 & |\varphi_j| < b_l \\ "
         r"\varphi_j - b_l \, \mathrm{sign}(\varphi_j) & \text{else} \end{cases}"
     )
-    longest_step = 6.25e-5
     acts_at = "joints"
     ruled_out_by = "direct_drive"
 

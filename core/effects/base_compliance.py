@@ -40,7 +40,6 @@ class BaseCompliance(Effect):
         "on the elbow angle."
     )
     formula = r"V \leftarrow V + \tfrac{1}{2 c_b} \left( b_1^2 + b_2^2 \right)"
-    longest_step = 2.5e-4
     acts_at = "base"
     ruled_out_by = "rigid_base"
 

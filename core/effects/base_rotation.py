@@ -37,7 +37,6 @@ class BaseRotation(Effect):
     )
     special_cases = ("joint_elasticity",)  # one joint, and a column without inertia
     formula = r"\theta_{arm} = \theta_1 + \beta, \qquad J_p \ddot\beta + \beta / c_p = -\tau_1"
-    longest_step = 2.5e-4
     acts_at = "base"
     ruled_out_by = "rigid_base"
 

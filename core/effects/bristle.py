@@ -27,9 +27,6 @@ IDEALISED = 0.05
 """Measured friction follows one law within some per cent at best: it changes with temperature,
 place and time (B. Armstrong-Helouvry et al., Automatica 30, 1994)."""
 
-LONGEST_STEP = 1.25e-4
-"""s, of a simulation: where a bristle turns is an edge."""
-
 BREAKAWAY = "zs"
 """With the joint's number: the name of a joint's breakaway displacement, where it has one."""
 

@@ -50,7 +50,6 @@ class DriveLag(Effect):
     )
     formula = r"T_l \, \dot u = u^* - u"
     linear = True
-    longest_step = 2.5e-4
     acts_at = "drive"
 
     def not_applicable(self, rig: Rig) -> str:

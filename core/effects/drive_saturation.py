@@ -30,7 +30,6 @@ class DriveSaturation(Effect):
         "bursts, right after large steps of the reference. Small motions show nothing."
     )
     formula = r"u = \max(-u_l, \min(u_l, u^*))"
-    longest_step = 6.25e-5
     acts_at = "drive"
 
     def not_applicable(self, rig: Rig) -> str:

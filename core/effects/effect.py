@@ -97,9 +97,6 @@ class Effect(ABC):
     """Whether it can only take energy away."""
     idealised: float = 0.0
     """Relative uncertainty of its change of the outputs, for a law that idealises the real one."""
-    longest_step: float = float("inf")
-    """s: what a simulation with the effect may step at most; forces that switch have edges, and
-    stiff parts bend within a millisecond."""
     inputs: tuple[str, ...] = ()
     """Names of the signals of a recording that its forces depend on, of core.recording.inputs."""
     acts_at: str = ""

@@ -32,7 +32,6 @@ class FrictionAsymmetry(Effect):
         "a torque offset instead. Only slow and fast motion together distinguish the two."
     )
     formula = r"\tau = -f_a \, |\dot\theta|"
-    longest_step = 2.5e-4
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:

@@ -35,7 +35,6 @@ class JointElasticity(Effect):
     formula = r"\theta_{arm} = \theta + \varphi_j, \qquad \varphi_j = -c \, \tau"
     includes = ("rotor_inertia",)
     linear = True
-    longest_step = 2.5e-4
     acts_at = "joints"
     ruled_out_by = "direct_drive"
 

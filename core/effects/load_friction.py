@@ -5,7 +5,7 @@ import sympy as sp
 
 from ..arm.arm import Arm
 from ..drives.drive import Drive
-from ..effects.bristle import IDEALISED, LONGEST_STEP, breakaway, bristle_force
+from ..effects.bristle import IDEALISED, breakaway, bristle_force
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import each_joint, joint_direction
 from ..effects.sizes import Sizes
@@ -51,7 +51,6 @@ class LoadFriction(Effect):
     )
     dissipative = True
     idealised = IDEALISED
-    longest_step = LONGEST_STEP
     acts_at = "joints"
     ruled_out_by = "direct_drive"
 

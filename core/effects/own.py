@@ -12,7 +12,7 @@ import sympy as sp
 from ..arm.arm import Arm
 from ..arm.chord import deflection_rows
 from ..drives.drive import Drive
-from ..effects.bristle import IDEALISED, LONGEST_STEP, breakaway
+from ..effects.bristle import IDEALISED, breakaway
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.formula_functions import (
     FORMULA_FUNCTIONS,
@@ -67,7 +67,6 @@ class OwnEffect(Effect):
     """Drives, from 0, whose torques the formula sees."""
     inputs: tuple[str, ...] = ()
     idealised: float = 0.0
-    longest_step: float = float("inf")
     own_parameters: tuple[EffectParameter, ...]
     location: str = "own"
 
@@ -163,7 +162,6 @@ def own_effect(
         loads=loads,
         inputs=inputs,
         idealised=IDEALISED if law.states else 0.0,
-        longest_step=LONGEST_STEP if law.bristle else float("inf"),
     )
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from ..arm.arm import Arm
 from ..arm.joints import joint
 from ..drives.drive import Drive
-from ..effects.bristle import BREAKAWAY, LONGEST_STEP
+from ..effects.bristle import BREAKAWAY
 from ..effects.effect import Effect, EffectParameter
 from ..effects.per_joint import each_joint
 from ..effects.sizes import Sizes
@@ -43,7 +43,6 @@ class PreslidingFriction(Effect):
     )
     includes = ("coulomb_friction",)
     dissipative = True
-    longest_step = LONGEST_STEP
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:

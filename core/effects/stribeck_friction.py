@@ -7,7 +7,7 @@ import sympy as sp
 from ..arm.arm import Arm
 from ..arm.joints import joint
 from ..drives.drive import Drive
-from ..effects.bristle import IDEALISED, LONGEST_STEP, bristle_law, bristles
+from ..effects.bristle import IDEALISED, bristle_law, bristles
 from ..effects.effect import Effect, EffectParameter, Values
 from ..effects.per_joint import each_joint
 from ..effects.sizes import FRICTION_SHARE, Sizes
@@ -50,7 +50,6 @@ class StribeckFriction(Effect):
     includes = ("coulomb_friction",)
     dissipative = True
     idealised = IDEALISED
-    longest_step = LONGEST_STEP
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:

@@ -86,11 +86,10 @@ def model_without_servo(h: ParametrisedModel) -> Model:
 
 
 def simulate_reference(h: ParametrisedModel, task: Task, steps: int) -> Trajectory:
-    """The motion of a fitted model under references, with so many steps per sample or what its
-    effects need."""
+    """The motion of a fitted model under references, with so many steps per sample."""
     model = model_without_servo(h)
     shared = {k: v for k, v in h.values().items() if "@" not in k}
-    return run(model, model.numbers(shared), task, model.steps(task.sample_time, steps))
+    return run(model, model.numbers(shared), task, steps)
 
 
 def trials(limits: RigLimits, seconds: float, sample_time: float) -> list[Trial]:

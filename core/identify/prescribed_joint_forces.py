@@ -20,7 +20,6 @@ from ..bounded_cache import BoundedCache
 from ..compiler import njit, types
 from ..drives.law import law_arrays
 from ..drives.servo import averaged
-from ..effects.effect import Effect
 from ..forces.compiled import compile_law
 from ..forces.element import Element
 from ..identify.prescribed_joint_motion import points_per_sample
@@ -62,21 +61,6 @@ def simulated_part(model: Model, numbers: Numbers) -> Numbers:
     if len(moving) == len(numbers.elements):
         return numbers
     return numbers._replace(elements=moving)
-
-
-def effects_in_steps(model: Model) -> tuple[Effect, ...]:
-    """Effects that limit the step: all but those that act at prescribed joints alone."""
-    numbers = model.numbers()
-    if model.steering is None or np.any(np.isfinite(numbers.law.limit)):
-        return model.effects
-
-    def moves(effect: Effect) -> bool:
-        kind = type(effect)
-        inside = kind.law is Effect.law and kind.changed_arm is Effect.changed_arm
-        forces = effect.elements(model.arm, numbers.p, model.effect_values)
-        return not inside or not all(acts_at_prescribed_joint(model, e) for e in forces)
-
-    return tuple(effect for effect in model.effects if moves(effect))
 
 
 def with_prescribed_forces(
@@ -257,13 +241,12 @@ def motion_digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> by
     return hasher.digest()
 
 
-def needed_steps(model: Model, sample_time: float, fewest: int, times: float) -> int:
-    """As `Model.steps`, for effects that move the arm: samples are `sample_time` s apart, and a
-    step may be `times` what the effects allow. `fewest`: steps of the bare model; both between the
-    points of the prescribed motion."""
+def steps_between_points(model: Model, sample_time: float, steps: int) -> int:
+    """Steps between the points of a model's prescribed motion, where its bare model takes `steps`
+    between its own; samples are `sample_time` s apart."""
     points = servo_points_per_sample(model, sample_time)
     ratio = 1 if model.bare is None else servo_points_per_sample(model.bare, sample_time) // points
-    return model.steps(sample_time / points, fewest * max(ratio, 1), times, effects_in_steps(model))
+    return steps * max(ratio, 1)
 
 
 def servo_points_per_sample(model: Model, sample_time: float) -> int:

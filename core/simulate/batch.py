@@ -26,9 +26,6 @@ WEAK_PIVOT = 1e-7
 more than half of the digits are gone, and the simulation is repeated with twice the steps: the
 shorter they are, the closer is their matrix to the positive definite mass matrix."""
 
-EDGE_STEPS = 8
-"""Short steps in place of one with an edge, which costs the method an order."""
-
 DOUBLINGS = 3
 """After these a motion counts as diverged, and is not a number."""
 
@@ -160,10 +157,7 @@ def simulate_lanes(
     arms = [job.model.compiled.linear_matrices(job.task.start[:n], job.numbers.p) for job in jobs]
     K, D = (fill_lanes(matrices) for matrices in zip(*arms, strict=True))
     arm = compile_wide_arm(Structure.of(first.model.arm))
-    law_edges = bool(packed[0].bristles.size) or bool(np.isfinite(limits).any())
-    edge_steps = EDGE_STEPS if law_edges else 1
-    lengths = (dt / substeps, dt / (substeps * edge_steps))
-    parts = tuple(tuple(map(_wide, implicit_parts(K, D, drives, h))) for h in lengths)
+    parts = tuple(map(_wide, implicit_parts(K, D, drives, dt / substeps)))
     inputs = len(first.numbers.inputs)
     law = tuple(map(_wide, (*drive_matrices(drives, inputs), limits)))
     p, elements = _side_by_side([job.numbers.p for job in jobs]), _elements(jobs, packed)
@@ -176,7 +170,7 @@ def simulate_lanes(
         integrate(
             arm.dynamics, arm.tip, (n, *arm.solvers), p, law, parts, elements,
             signals[rows].reshape(-1, LANES), inputs + laws[0].straight, state, _wide(dt), substeps,
-            edge_steps, bool(np.isfinite(limits).any()), states[rows].reshape(-1, LANES),
+            bool(np.isfinite(limits).any()), states[rows].reshape(-1, LANES),
             torques[rows].reshape(-1, LANES), growth,
         )  # fmt: skip
     return states, torques, growth[0]

@@ -13,7 +13,7 @@ import numpy as np
 from ..compiler import njit
 from ..lanes.algebra import add_product, multiply
 from ..lanes.functions import INLINE
-from ..lanes.wide import absolute, any_lane, get, put, select
+from ..lanes.wide import any_lane, get, put, select
 
 
 def drive_matrices(laws: Sequence[np.ndarray], inputs: int) -> tuple[np.ndarray, ...]:
@@ -80,10 +80,3 @@ def release_drives(cuts, u, limit):  # type: ignore[no-untyped-def]
         put(cuts, i, select(free, 0.0, sign))
         released = released or any_lane(free)
     return released
-
-
-@njit(**INLINE)
-def mark_changes(edges, a, b):  # type: ignore[no-untyped-def]
-    """edges (1,) becomes 1 where a and b differ, which hold whole numbers."""
-    for i in range(a.shape[0]):
-        put(edges, 0, select(absolute(get(a, i) - get(b, i)) > 0.5, 1.0, get(edges, 0)))

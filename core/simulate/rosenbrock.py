@@ -30,16 +30,10 @@ from ..arm.signatures import filling, kernel, matrix
 from ..compiler import int64, njit, types
 from ..lanes.algebra import add_product, add_rows, combine, copy, multiply, read, write
 from ..lanes.functions import INLINE
-from ..lanes.wide import absolute, any_lane, get, put, select
+from ..lanes.wide import get, put
 from ..simulate.bristles import bound, friction_rates
 from ..simulate.discrete import aligned
-from ..simulate.drive_limits import (
-    cut_drives,
-    drive_response,
-    mark_changes,
-    release_drives,
-    without_feedback,
-)
+from ..simulate.drive_limits import cut_drives, drive_response, release_drives, without_feedback
 from ..simulate.elements import (
     OUT_PER_PORT,
     OUT_PER_STATE,
@@ -73,12 +67,6 @@ NODE = 2.0 / 3.0
 """Of a step: where the forces are evaluated the second time."""
 
 
-TURN = 0.5
-"""Of a bristle's share, which is between -1 and 1: the change within a sample, at the pace of one
-step, above which the step is done again in short ones. So the same part of a motion is an edge,
-whatever the steps."""
-
-
 def stage_coefficients() -> tuple[np.ndarray, np.ndarray]:
     """c_ij (4, 4) and m_i (4,) for stages that are sums of rates, so that no product with W is
     needed (Hairer and Wanner, section IV.7)."""
@@ -89,6 +77,18 @@ def stage_coefficients() -> tuple[np.ndarray, np.ndarray]:
 
 
 COUPLINGS, WEIGHTS = stage_coefficients()
+
+
+def time_rates() -> np.ndarray:
+    """(4,) what the stages are of time, which is one more state: its rate is one."""
+    rates = np.ones(STAGES)
+    for i in range(1, STAGES):
+        rates[i] += COUPLINGS[i, :i] @ rates[:i]
+    return rates
+
+
+DRIFTS = GAMMA * time_rates()
+"""Times what a signal that runs straight changes in a step: what W holds of time."""
 
 
 def implicit_parts(
@@ -120,23 +120,6 @@ def parts_of(y, n, ns):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def mark_turns(edges, bristles, states, before, after, forces, turn):  # type: ignore[no-untyped-def]
-    """edges (1,) becomes 1 where a bristle with a force bends by more than `turn` between two
-    states."""
-    for i in range(bristles.size):
-        at = states[bristles[i]]
-        bent = absolute(get(after, at) - get(before, at)) > turn
-        put(edges, 0, select(bent & (absolute(get(forces, i)) > 0.0), 1.0, get(edges, 0)))
-
-
-@njit(**INLINE)
-def keep_where(edges, x, other):  # type: ignore[no-untyped-def]
-    """x stays in lanes with an edge and becomes the other elsewhere."""
-    for i in range(x.shape[0]):
-        put(x, i, select(get(edges, 0) > 0.5, get(x, i), get(other, i)))
-
-
-@njit(**INLINE)
 def solve_stage(  # type: ignore[no-untyped-def]
     solvers, rates, inverse, step, elements, ports, g, b, d, w, stage, k, moving
 ):
@@ -164,14 +147,13 @@ def solve_stage(  # type: ignore[no-untyped-def]
     types.void(
         filling(matrix, 5), filling(matrix, 4),
         types.Tuple((int64, *[filling(matrix, count) for count in (2, 2, 2, 3, 3)])),
-        matrix, types.UniTuple(matrix, 4), types.UniTuple(types.UniTuple(matrix, 6), 2),
-        WIDE_ELEMENTS, matrix, int64, matrix, matrix, int64, int64, types.boolean, matrix, matrix,
-        matrix,
+        matrix, types.UniTuple(matrix, 4), types.UniTuple(matrix, 6), WIDE_ELEMENTS, matrix, int64,
+        matrix, matrix, int64, types.boolean, matrix, matrix, matrix,
     )
 )  # fmt: skip
 def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
-    dynamics, tip, solvers, p, law, parts, packed, r, straight, y, dt, substeps, edge_steps,
-    limited, states, torques, growth,
+    dynamics, tip, solvers, p, law, parts, packed, r, straight, y, dt, substeps, limited, states,
+    torques, growth,
 ):  # fmt: skip
     """Fills states (N (2 n + ns + nw),) and drive torques (N nj,) at the N samples from the start
     y, which becomes the end. Returns (1,): by how much a pivot shrank at most, see
@@ -182,10 +164,6 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     limits (nj,), `parts` is `implicit_parts`; r (N nr,), of each row the first `straight` run
     straight between samples, the others are held, and the first may be inputs of the elements; dt
     (1,) in s; `limited` says whether any drive has a limit.
-
-    A step with an edge, in which a joint turns round against dry friction or a drive meets its
-    limit or leaves it, is done again in `edge_steps` steps: an edge costs the order of the method.
-    Lanes without an edge keep their motion. `parts` are those of whole steps and of these.
     """
     addresses, firsts, states_of, values_of, _, _, tips, bristles, loads = packed
     # The tip's directions and loads are written here, and other threads may run the same model.
@@ -211,19 +189,19 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     both, T = aligned(n * n), aligned(n * ns)
     step = (W, both, T, M, M2)
     here, forces, d, b = aligned(length), aligned(length), aligned(length), aligned(n)
-    first, coarse, edges = aligned(length), aligned(length), aligned(1)
-    coarse_guess = aligned(2 * Q)
     stages, k = aligned(STAGES * length), aligned(length)
     at, found = parts_of(here, n, ns), parts_of(forces, n, ns)
     right, rates = parts_of(d, n, ns), parts_of(k, n, ns)
-    state, moving, w, first_w = here[: 2 * n + ns], k[: 2 * n], y[2 * n + ns :], first[2 * n + ns :]
+    state, moving, w = here[: 2 * n + ns], k[: 2 * n], y[2 * n + ns :]
     _, f, c, cw = found
-    response, cuts, first_cuts = aligned(joints + ns), aligned(joints), aligned(joints)
+    response, drift, cuts = aligned(joints + ns), aligned(joints + ns), aligned(joints)
     u, drive_rates = response[:joints], response[joints:]
-    now, then, slope, first_now = aligned(nr), aligned(nr), aligned(nr), aligned(nr)
+    now, then, slope = aligned(nr), aligned(nr), aligned(nr)
     # All stages go through the same instructions, which take a fraction of the time to compile;
     # `stage` is no constant, for which Numba would compile what it calls several times.
-    stage, released, fine, refined = 0, False, False, 0
+    stage, released = 0, False
+    h = get(dt, 0) / substeps
+    g = GAMMA * h
     copy(here, y)
     for sample in range(samples):
         write(states, sample * length, y)
@@ -231,22 +209,16 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
         copy(then, now)
         done = 0
         while done < substeps:
-            own = parts[1] if fine else parts[0]
-            h = get(dt, 0) / (substeps * edge_steps if fine else substeps)
-            g = GAMMA * h
             if stage < 2:
                 drive_response(law, then, state, response, joints)
-                if stage == 0 and not fine:
-                    if done == 0:
-                        write(torques, sample * joints, u)
-                        if sample == samples - 1:
-                            break
-                        for i in range(straight):
-                            change = get(r, (sample + 1) * nr + i) - get(r, sample * nr + i)
-                            put(slope, i, change / substeps)
-                    copy(first, y)
-                    copy(first_now, now)
-                    cut_drives(first_cuts, u, law[3])
+                if stage == 0 and done == 0:
+                    write(torques, sample * joints, u)
+                    if sample == samples - 1:
+                        break
+                    for i in range(straight):
+                        change = get(r, (sample + 1) * nr + i) - get(r, sample * nr + i)
+                        put(slope, i, change / substeps)
+                    multiply(drift, law[1], slope)
                 if stage == 1 and limited and release_drives(cuts, u, law[3]):
                     stage, released = 0, True
                     copy(here, y)
@@ -262,13 +234,13 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
                     write_inputs(elements, u, then)
             if stage == 0:
                 copy(M, M2)
-                copy(both, own[1])
-                copy(T, own[2])
+                copy(both, parts[1])
+                copy(T, parts[2])
                 if limited and not released:
                     cut_drives(cuts, u, law[3])
-                combine(W, M, 1.0, own[0])
+                combine(W, M, 1.0, parts[0])
                 if limited:
-                    without_feedback(cuts, M, own, W, both, T)
+                    without_feedback(cuts, M, parts, W, both, T)
                 if K > 0:
                     push_implicitly(elements, x, xd, at[3], out, f, cw, g, W, slopes)
                 solvers[1](W, growth)
@@ -283,44 +255,27 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
                 for j in range(stage):
                     add_rows(d, COUPLINGS[stage, j], stages, j * length)
                 solvers[4](M, right[1], b)
+            for i in range(joints):
+                put(b, i, get(b, i) + DRIFTS[stage] * get(drift, i))
+            for i in range(ns):
+                put(right[2], i, get(right[2], i) + DRIFTS[stage] * get(drift, joints + i))
             solve_stage(
-                solvers, law[2], own[3], step, elements, ports, g, b, right, at[3], stage, rates,
+                solvers, law[2], parts[3], step, elements, ports, g, b, right, at[3], stage, rates,
                 moving,
             )  # fmt: skip
             write(stages, stage * length, k)
             stage += 1
             if stage == 1:
                 combine(here, y, NODE * h, k)
-                combine(then, now, NODE / edge_steps if fine else NODE, slope)
+                combine(then, now, NODE, slope)
             if stage < STAGES:
                 continue
             for j in range(STAGES):
                 add_rows(y, WEIGHTS[j] * h, stages, j * length)
             if Q > 0:
                 bound(bristles, states_of, w)
-            combine(now, now, 1.0 / edge_steps if fine else 1.0, slope)
+            combine(now, now, 1.0, slope)
             stage, released = 0, False
-            if fine:
-                refined += 1
-                if refined == edge_steps:
-                    keep_where(edges, y, coarse)
-                    keep_where(edges, guess, coarse_guess)
-                    fine = False
-                    done += 1
-            else:
-                done += 1
-                if edge_steps > 1:
-                    put(edges, 0, 0.0 * get(dt, 0))
-                    copy(here, y)
-                    drive_response(law, now, state, response, joints)
-                    cut_drives(cuts, u, law[3])
-                    mark_changes(edges, cuts, first_cuts)
-                    mark_turns(edges, bristles, states_of, first_w, w, guess, TURN / substeps)
-                    if any_lane(get(edges, 0) > 0.5):
-                        fine, refined, done = True, 0, done - 1
-                        copy(coarse, y)
-                        copy(coarse_guess, guess)
-                        copy(y, first)
-                        copy(now, first_now)
+            done += 1
             copy(here, y)
             copy(then, now)

@@ -158,7 +158,6 @@ class LooseMass(Effect):
     title = "Loose mass at the tip"
     story = "What the tip carries hangs on a spring, and swings after each move."
     formula = r"F = m (\omega^2 d + b \dot d), \quad m \ddot z_m = -F"
-    longest_step = 2.5e-4
     acts_at = "tip"
 
     def parameters(self, arm, drive, sizes):

@@ -134,7 +134,7 @@ class Rig:
     def roughly(self, machine: Model, i: int) -> Trajectory:
         """The motion of recording i with a fixed number of steps, extrapolated: a soft base swings
         faster than plain steps follow."""
-        steps = machine.steps(1.0 / self.rate, int(np.ceil(STEPS_HZ / self.rate)))
+        steps = int(np.ceil(STEPS_HZ / self.rate))
         return simulate_fixed(machine, machine.numbers(), self.task(machine, i), 2 * steps)
 
     def exactly(self, machine: Model, i: int) -> Trajectory:
