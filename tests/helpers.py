@@ -20,9 +20,9 @@ from flexgui.core.model import Model, Numbers
 from flexgui.core.recording.recording import Recording
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate import discrete
-from flexgui.core.simulate.batch import Job
+from flexgui.core.simulate.batch import Job, finished, passes
 from flexgui.core.simulate.motion import Task, at_rest
-from flexgui.core.simulate.nonlinear import run_many_extrapolated
+from flexgui.core.simulate.nonlinear import extrapolated
 from flexgui.core.trajectory import Trajectory
 
 PAPER = presets()["paper"]
@@ -228,6 +228,16 @@ def rms(x: np.ndarray | Sequence[float]) -> float:
 def relative_to_largest(a: np.ndarray, b: np.ndarray) -> float:
     """Largest difference relative to the largest entry of b."""
     return float(np.abs(a - b).max() / np.abs(b).max())
+
+
+def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
+    """Two passes of each job and their extrapolation, with a fixed number of steps, so that the
+    error varies smoothly with the parameters."""
+    fine, coarse = passes(jobs, (max(substeps, 2), max(substeps // 2, 1)), workers)
+    return [
+        finished(job, extrapolated(a, b, job.numbers.law.limit))
+        for a, b, job in zip(coarse, fine, jobs, strict=True)
+    ]
 
 
 def simulate_fixed(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:

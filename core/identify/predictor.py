@@ -26,7 +26,7 @@ from ..recording.recording import Recording
 from ..simulate.batch import Job, run_many
 from ..simulate.linear import respond
 from ..simulate.motion import Task
-from ..simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS, run_many_extrapolated, simulate_many
+from ..simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS, simulate_many
 from ..trajectory import Trajectory
 
 Item = TypeVar("Item")
@@ -75,18 +75,6 @@ def job_of(model: Model, numbers: Numbers, task: Task) -> Job:
     return Job(model, numbers, task)
 
 
-FEWEST_EXTRAPOLATED = 4
-"""Steps from which extrapolation costs no more than a plain pass."""
-
-
-def run_extrapolated(jobs: Sequence[Job], steps: int, workers: int) -> list[Trajectory]:
-    """As `run_many`, for motions without edges: extrapolation from a quarter and half of the steps
-    is less work and two orders more accurate."""
-    if steps < FEWEST_EXTRAPOLATED:
-        return run_many(jobs, steps, workers)
-    return run_many_extrapolated(jobs, steps // 2, workers)
-
-
 def motion_of(e: Prepared, numbers: Numbers, values: Mapping[str, float], steps: int) -> Trajectory:
     """The motion of one experiment with a fixed number of steps per sample."""
     moving, task = prescribed_joint_forces.simulated_part(e.model, numbers), e.task_at(values)
@@ -114,12 +102,6 @@ class Moving(NamedTuple):
     def is_given(self) -> bool:
         """Whether the whole motion is prescribed, so that nothing is simulated."""
         return is_fully_prescribed(self.experiment.model, self.numbers)
-
-    @property
-    def is_smooth(self) -> bool:
-        """Whether it has no edges. Play has: extrapolated across them, it was taken for that of a
-        rigid slide."""
-        return is_prescribed(self.experiment.model, self.numbers) and not self.numbers.elements
 
 
 @dataclass(frozen=True)
@@ -238,8 +220,7 @@ class Predictor:
             return [fully_prescribed_motion(*m.parts) for m in moving]
         jobs = [job_of(*m.parts) for m in moving]
         if self.steps is not None:
-            smooth = all(m.is_smooth for m in moving)
-            return (run_extrapolated if smooth else run_many)(jobs, self.steps, workers())
+            return run_many(jobs, self.steps, workers())
         torque_compared = first.model.steering is not None and any(
             output.kind == TORQUE for output in first.outputs
         )
@@ -287,15 +268,14 @@ class Predictor:
 def simulate_together(pairs: Sequence[tuple[Predictor, np.ndarray]]) -> None:
     """Simulate what each predictor needs at its vector (P,), with its number of steps; motions of
     one structure fill the lanes together. The predictors keep them for their next prediction."""
-    groups: dict[tuple[int, bool], list[tuple[Predictor, Key, Job]]] = {}
+    groups: dict[int, list[tuple[Predictor, Key, Job]]] = {}
     for predictor, vector in pairs:
         for key, moving in predictor.missing_at(vector).items():
             if predictor.steps and moving.experiment.model.level != "lpv" and not moving.is_given:
-                group = groups.setdefault((predictor.steps, moving.is_smooth), [])
+                group = groups.setdefault(predictor.steps, [])
                 group.append((predictor, key, job_of(*moving.parts)))
-    for (steps, smooth), group in groups.items():
-        run = run_extrapolated if smooth else run_many
-        motions = run([job for _, _, job in group], steps, workers())
+    for steps, group in groups.items():
+        motions = run_many([job for _, _, job in group], steps, workers())
         for (predictor, key, _), motion in zip(group, motions, strict=True):
             predictor.keep({key: motion})
 

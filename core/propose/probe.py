@@ -22,7 +22,7 @@ from ..effects.per_joint import joint_direction, sized
 from ..effects.sizes import Sizes
 from ..forces.element import Element
 from ..forces.law import ForceLaw, V, X
-from ..identify.predictor import Moving, Predictor, job_of, run_extrapolated
+from ..identify.predictor import Moving, Predictor, job_of
 from ..identify.prepared_recording import Prepared
 from ..identify.prescribed_joint_forces import simulated_part, with_prescribed_forces
 from ..identify.prescribed_joints import fully_prescribed_motion
@@ -150,8 +150,7 @@ class _ProbedRun:
         if all(m.is_given for m in moving):
             motions = [fully_prescribed_motion(*m.parts) for m in moving]
         else:
-            run = run_extrapolated if all(m.is_smooth for m in moving) else run_many
-            motions = run([job_of(*m.parts) for m in moving], steps, workers())
+            motions = run_many([job_of(*m.parts) for m in moving], steps, workers())
         read = []
         for ((e, n, v), _), m, motion in zip(asked, moving, motions, strict=True):
             whole = with_prescribed_forces(e.model, n, motion, m.task.inputs)

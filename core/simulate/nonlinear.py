@@ -128,13 +128,3 @@ def _finished_passes(
         [finished(job, motion) for job, motion in zip(jobs, motions, strict=True)]
         for motions in passes(jobs, steps, workers)
     ]
-
-
-def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
-    """Two passes of each job and their extrapolation, with a fixed number of steps, so that the
-    error varies smoothly with the parameters."""
-    fine, coarse = passes(jobs, (max(substeps, 2), max(substeps // 2, 1)), workers)
-    return [
-        finished(job, extrapolated(a, b, job.numbers.law.limit))
-        for a, b, job in zip(coarse, fine, jobs, strict=True)
-    ]

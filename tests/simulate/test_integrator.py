@@ -149,6 +149,27 @@ def test_one_pass_is_of_second_order() -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=ORDER_OF_ONE_PASS)
 
 
+SMALL = 1e-4
+"""rad/s: with references so small an arm is linear, and a step's matrix its whole slope."""
+
+ORDER_WHERE_LINEAR = 2.8
+"""Of third order; what the measured slope must reach at least."""
+
+
+@pytest.mark.parametrize("straight", [True, False])
+def test_one_pass_is_of_third_order_where_the_arm_is_linear(straight: bool) -> None:
+    """Whether references run straight between samples or are held."""
+    model = looped(with_modes(1, 1))
+    numbers = model.numbers()
+    numbers = numbers._replace(law=replace(numbers.law, interpolate=straight))
+    time = np.arange(301) * 1e-3
+    references = SMALL * np.column_stack([np.sin(20.0 * time), np.cos(30.0 * time) - 1.0])
+    task = task_from(model, np.zeros(2 * model.arm.coordinates), references)
+    exact = run(model, numbers, task, 256)
+    errors = [difference(run(model, numbers, task, steps), exact) for steps in (2, 4, 8, 16)]
+    assert slopes(errors).min() > ORDER_WHERE_LINEAR
+
+
 def test_two_passes_extrapolated_are_of_third_order() -> None:
     model = looped(with_modes(1, 1))
     task, numbers = smooth_task(model), model.numbers()

@@ -19,11 +19,10 @@ from flexgui.core.simulate.experiment import make_task
 from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import (
     MOST_SUBSTEPS,
-    run_many_extrapolated,
     simulate_within,
 )
 from flexgui.core.trajectory import Trajectory
-from tests.helpers import looped, with_modes
+from tests.helpers import looped, run_many_extrapolated, with_modes
 from tests.programs.bench.casadi_arm import CasadiArm, Run, lacking
 from tests.programs.bench.peers import Setting, integrate
 from tests.programs.bench.row import FULL, Row, Size, least_seconds, seconds
