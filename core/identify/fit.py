@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..identify.defect_correction import corrected_minimum
+from ..identify.defect_correction import corrected_minimum, with_enough_steps
 from ..identify.estimates import SearchResult, summarise_fit
 from ..identify.fit_starts import refine_from_starts, search, several_starts, uses_evolution
 from ..identify.predictor import Predictor
@@ -49,7 +49,7 @@ def identify(
     far is described."""
     start, predictor = unknowns.parameters.vector(), Predictor(experiments, unknowns, fixed)
     if predictor.simulation_is_expensive:
-        predictor = predictor.coarsened(start)
+        predictor = predictor.with_steps(1)
     residuals = Residuals(
         predictor, channel_weights(experiments, spec.weights),
         on_better=partial(progress.better, label),
@@ -98,6 +98,7 @@ def _searched(
     if predictor.simulation_is_expensive and spec.refine and len(unknowns):
         progress.advance(0, "starting with the first vibrations of each recording")
         starts = starts_over_horizon(residuals, starts, lambda _: progress.stopped())
+        residuals = with_enough_steps(residuals, starts[0])
     stopped = (searched is not None and searched.stopped) or progress.stopped()
     if not len(unknowns) or stopped or not spec.refine:
         best = starts[0]

@@ -26,7 +26,7 @@ from ..recording.recording import Recording
 from ..simulate.batch import Job, run_many
 from ..simulate.linear import respond
 from ..simulate.motion import Task
-from ..simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS, simulate_many
+from ..simulate.nonlinear import simulate_many
 from ..trajectory import Trajectory
 
 Item = TypeVar("Item")
@@ -239,31 +239,6 @@ class Predictor:
         """The same with so many steps per sample."""
         return replace(self, steps=steps)
 
-    def coarsened(self, vector: np.ndarray) -> Predictor:
-        """The same with as few steps as a `vector` (P,) allows; the step error is corrected at the
-        end (core.identify.defect_correction)."""
-        spread = [_spread_of(e) for e in self.experiments]
-        found = self.with_steps(1)
-        coarse = found.predict(vector)
-        while True:
-            finer = found.with_steps(2 * (found.steps or 1))
-            fine = finer.predict(vector)
-            miss = self._largest_miss(fine, coarse, spread)
-            enough = miss * LEAST_GAIN / (LEAST_GAIN - 1.0) <= SEARCH_SHARE
-            if enough or (found.steps or 1) >= MOST_SUBSTEPS:
-                return found
-            found, coarse = finer, fine
-
-    def _largest_miss(
-        self, fine: Sequence[np.ndarray], coarse: Sequence[np.ndarray], spread: Sequence[np.ndarray]
-    ) -> float:
-        """Rms of what coarse outputs miss where samples count, over the channel's spread."""
-        differences = [
-            np.where(e.counted, a - b, 0.0)
-            for e, a, b in zip(self.experiments, fine, coarse, strict=True)
-        ]
-        return max(float(np.max(_rms(x) / s)) for x, s in zip(differences, spread, strict=True))
-
 
 def simulate_together(pairs: Sequence[tuple[Predictor, np.ndarray]]) -> None:
     """Simulate what each predictor needs at its vector (P,), with its number of steps; motions of
@@ -278,20 +253,3 @@ def simulate_together(pairs: Sequence[tuple[Predictor, np.ndarray]]) -> None:
         motions = run_many([job for _, _, job in group], steps, workers())
         for (predictor, key, _), motion in zip(group, motions, strict=True):
             predictor.keep({key: motion})
-
-
-SEARCH_SHARE = 0.05
-"""Share of a channel's spread, rms: largest step error in a search. The last step corrects what
-it moves the estimates by."""
-
-
-def _rms(block: np.ndarray) -> np.ndarray:
-    """(k,) over the samples of (M, k)."""
-    return np.asarray(np.sqrt(np.mean(block * block, axis=0)))
-
-
-def _spread_of(e: Prepared) -> np.ndarray:
-    """(k,) of what was measured, one where nothing moves."""
-    counted = [y[mask] for y, mask in zip(e.measured.T, e.counted.T, strict=True)]
-    spread = np.array([np.std(y) if y.size else 0.0 for y in counted])
-    return np.where(spread > 0.0, spread, 1.0)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
+from ..identify.defect_correction import with_enough_steps
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.residuals import Residuals
@@ -160,6 +161,7 @@ def starts_over_horizon(
         if counted < FEWEST_PER_UNKNOWN * len(residuals.unknowns):
             continue
         shorter, ends = _with_experiments(residuals, parts), dict[int, np.ndarray]()
+        shorter = with_enough_steps(shorter, vectors[0])
         for vector in vectors:
             if id(vector) not in ends:
                 ends[id(vector)] = _descended(shorter, vector, tuple(ends.values()), on_step)
