@@ -22,8 +22,8 @@ from ..diagnose.refit import Refit, fit
 from ..effects.effect import Effect
 from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
+from ..identify.defect_correction import with_enough_steps
 from ..identify.prepared_recording import Prepared, can_measure, prepare
-from ..identify.prescribed_joint_forces import servo_points_per_sample
 from ..identify.processing import Processing
 from ..identify.setup import measured_sensors
 from ..identify.unknowns import Unknown, Unknowns, fixed_values, unknowns_with_starts
@@ -95,9 +95,7 @@ def fit_base(
     fixed = fixed_values(model, spec, Unknowns(nuisance))
     weights = tuple(_spread_weights(e) for e in experiments)
     effects, bare = model.effects, model.bare or model
-    dt = max(e.recording.sample_time for e in experiments)
-    steps = max(int(np.ceil(dt / servo_points_per_sample(model, dt) / FIRST_TIME_STEP)), 1)
-    data = FitProblem(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), steps)
+    data = FitProblem(bare, experiments, nuisance, weights, {}, fixed, typical(model.arm), 1)
     bounded = _fixed_and_bounded(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **bounded)
     rough = _fit_from_better_start(data, effects, model.effect_values, identified or {}, stopped)
@@ -187,9 +185,6 @@ def _least_cosine(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> 
     return float(min(cosines, default=1.0))
 
 
-FIRST_TIME_STEP = 5e-4
-"""s: step of the very first fit, before the noise floors are known."""
-
 TRIAL_ITERATIONS = 4
 """Iterations from each start before only the best continues."""
 
@@ -198,14 +193,15 @@ def _fit_from_better_start(
     data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float],
     identified: Mapping[str, float], stopped: Callable[[], bool],
 ) -> Refit:  # fmt: skip
-    """The first fit, from the better start."""
+    """The first fit, from the better start, before the noise floors are known."""
     starts = [dict(values)]
     labels = {u.label: u.parameter.value for u in data.nuisance}
     if any(labels.get(k, v) != v for k, v in identified.items()):
         starts.append({**values, **identified})
     trials = [fit(parametrised(data, effects, s), None, stopped, TRIAL_ITERATIONS) for s in starts]
-    best = min(trials, key=lambda trial: trial.cost)
-    return fit(best.parametrised, None, stopped, MOST_ITERATIONS)
+    best = min(trials, key=lambda trial: trial.cost).parametrised
+    residuals = with_enough_steps(best.residuals, best.vector)
+    return fit(replace(best, residuals=residuals), None, stopped, MOST_ITERATIONS)
 
 
 def _spread_weights(e: Prepared) -> np.ndarray:
