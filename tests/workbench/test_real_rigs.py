@@ -159,3 +159,58 @@ def test_a_missing_folder_is_told(tmp_path):
     scenario = read_scenario(SCENARIOS / "emps.toml")
     with pytest.raises(InputError, match=r"emps\.csv was not found.*FLEXGUI_DATA"):
         run_scenario(scenario, folder=SCENARIOS, data_folder=tmp_path)
+
+
+ARM_THAT_HARDLY_MOVES = """
+title = "An arm that hardly moves"
+
+[arm]
+gravity = [0.0, -9.81]
+
+[[arm.segments]]
+length = 0.44
+mass = 1.5
+EI = 80.0
+
+[[arm.segments]]
+length = 0.41
+mass = 1.0
+EI = 80.0
+
+[drive]
+kind = "torque"
+torque_constants = [10.0, 10.0]
+
+[identify]
+parameters = ["EI1", "EI2"]
+
+[diagnose]
+max_effects = 2
+
+[[recordings]]
+file = "rigs/merit1.csv"
+window = [0.0, 20.0]
+{columns}
+
+[[recordings]]
+file = "rigs/merit2.csv"
+window = [10.0, 30.0]
+role = "validate"
+{columns}
+"""
+"""Of TU Dortmund's arm, with torque constants and gains of the gauges that nobody knows."""
+
+MERIT_COLUMNS = """columns = { theta1 = "q2", theta2 = "q3", i1 = "I2", i2 = "I3", \
+deflection1 = { name = "eps21", gain = 1e-5 }, deflection2 = { name = "eps31", gain = 1e-5 } }"""
+
+
+@pytest.mark.long
+def test_of_a_real_arm_that_hardly_moves_nobody_says_that_nothing_is_missing(tmp_path) -> None:
+    """Its model explains nothing of the gauges, and misses another recording by far."""
+    folder = data_folder("rigs/merit1.csv", "rigs/merit2.csv")
+    path = tmp_path / "arm.toml"
+    text = ARM_THAT_HARDLY_MOVES.replace("{columns}", MERIT_COLUMNS)
+    path.write_text(text, encoding="utf-8")
+    found = run_scenario(read_scenario(path), folder=tmp_path, data_folder=folder).diagnosis
+    assert found is not None
+    assert {found.verdict, found.final_verdict}.isdisjoint({"nothing_missing"})
