@@ -85,8 +85,7 @@ def compare_all(
     for r in recordings:
         own = next((f for f in fits if r.name in f.fit.recordings), None)
         values, label, notes[r.name] = _values_for(setup, r, own, fits, spec)
-        # What was stopped is shown as its fit simulated it: nobody waits for more.
-        steps = own.residuals.predictor.steps if own is not None and own.fit.stopped else None
+        steps = _steps_compared(own or fits[0])
         by_steps.setdefault(steps, []).append((r, values, label))
     compared = {
         c.recording: replace(c, note=f"{notes[c.recording]} {c.note}".strip())
@@ -95,6 +94,13 @@ def compare_all(
     }
     progress.advance(len(recordings))
     return tuple(compared[r.name] for r in recordings)
+
+
+def _steps_compared(fitted: Fitted) -> int | None:
+    """Steps per sample of a comparison: twice those of the fit, which miss a quarter of what these
+    do. What was stopped is shown as its fit simulated it: nobody waits for more. None: linear."""
+    steps = fitted.residuals.predictor.steps
+    return steps if steps is None or fitted.fit.stopped else 2 * steps
 
 
 def _values_for(
