@@ -10,7 +10,7 @@ import pytest
 from flexgui.core.arm.build import ArmSpec, build_arm
 from flexgui.core.drives import build_drive
 from flexgui.core.identify import fit
-from flexgui.core.identify.defect_correction import corrected_minimum
+from flexgui.core.identify.defect_correction import corrected_minimum, with_enough_steps, with_steps
 from flexgui.core.identify.fit import Fitted, identify
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import Prepared, prepare
@@ -156,6 +156,24 @@ def one_step_per_sample(model: Model, recording: Recording) -> Residuals:
     experiments = [_prepared(model, recording)]
     unknowns = collect_unknowns(model, SPEC, [recording])
     return Residuals(Predictor(experiments, unknowns, steps=1), channel_weights(experiments, {}))
+
+
+LEFT = 0.1
+"""Of what noise leaves, rms: what twice the steps of a search may change."""
+
+
+def test_what_a_search_sees_is_what_noise_leaves_and_not_its_steps() -> None:
+    """Far from the minimum more is left, and fewer steps show it as well."""
+    model = with_modes(3)
+    one = one_step_per_sample(model, recorded(model, 1e-3))
+    start, truth = one.unknowns.parameters.vector(), np.array([TRUTH, TRUTH])
+    enough = with_enough_steps(one, truth)
+    steps = enough.predictor.steps
+    assert steps is not None
+    left, finer = enough(truth), with_steps(enough, 2 * steps)(truth)
+    assert np.linalg.norm(finer - left) < LEFT * np.linalg.norm(finer)
+    assert np.linalg.norm(one(truth) - finer) > np.linalg.norm(finer)
+    assert (with_enough_steps(one, start).predictor.steps or 0) < steps
 
 
 def test_a_stop_within_the_first_simulation_of_a_descent_leaves_its_start(
