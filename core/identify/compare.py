@@ -85,7 +85,7 @@ def compare_many(
             for k, (name, unit) in enumerate(e.channels)
         )
         error = predictor.errors.get(e.recording.name)
-        note = f"{steps} steps per sample." if steps else ""
+        note = f"Simulated with {steps} steps per sample." if steps else ""
         if error is not None:
             note = f"Simulation error {1e6 * error:.2g} µm or µrad rms."
         comparisons.append(

@@ -58,7 +58,7 @@ MOST_ROUNDS = 6
 """Most corrections and descents; two are usual."""
 
 STEP_SHARE = 0.1
-"""Of what a model leaves, rms: what twice as many steps may change of it in a search."""
+"""Largest change of the errors by twice as many steps in a search, over the errors, rms."""
 
 EXTRAPOLATED = 4.0
 """Times MOST_MOVE, by which extrapolated slopes may move the minimum: they leave at most half of
@@ -110,7 +110,8 @@ def with_enough_steps(residuals: Residuals, vector: np.ndarray) -> Residuals:
     many hardly change what is left at a `vector` (P,).
 
     With fewer the errors of the steps are what a descent sees: with three modes per link and one
-    step per millisecond they were ninety times what the noise left, and a fit took 75 iterations.
+    step per millisecond the cost was ninety times that of the noise, and a fit took 44 iterations
+    in place of two.
     """
     steps = residuals.predictor.steps or 1
     errors = errors_with(residuals, vector, steps)

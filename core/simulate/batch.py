@@ -94,13 +94,7 @@ def _chunks(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> list[tuple[
         groups.setdefault(_structure(job, packed[i]), []).append(i)
     chunks = []
     for members in groups.values():
-        tasks = [jobs[i].task for i in members]
-        # Those of one recording side by side: its edges are in the same samples.
-        place = {id(t.references): k for k, t in reversed(list(enumerate(tasks)))}
-        ordered = sorted(
-            members,
-            key=lambda i: (-len(jobs[i].task.time), place[id(jobs[i].task.references)]),
-        )
+        ordered = sorted(members, key=lambda i: -len(jobs[i].task.time))
         chunks += [tuple(ordered[at : at + LANES]) for at in range(0, len(ordered), LANES)]
     return chunks
 

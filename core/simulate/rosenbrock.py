@@ -80,7 +80,7 @@ COUPLINGS, WEIGHTS = stage_coefficients()
 
 
 def time_rates() -> np.ndarray:
-    """(4,) what the stages are of time, which is one more state: its rate is one."""
+    """(4,) the stages of time, as one more state whose rate is one."""
     rates = np.ones(STAGES)
     for i in range(1, STAGES):
         rates[i] += COUPLINGS[i, :i] @ rates[:i]
@@ -88,7 +88,8 @@ def time_rates() -> np.ndarray:
 
 
 DRIFTS = GAMMA * time_rates()
-"""Times what a signal that runs straight changes in a step: what W holds of time."""
+"""(4,) the share of a step's change of what a signal applies that enters each stage, where the
+signal runs straight between samples (Hairer and Wanner, section IV.7: non-autonomous problems)."""
 
 
 def implicit_parts(

@@ -14,6 +14,7 @@ from flexgui.core.results import Outcome
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.scenario_fits import MEAN_LABEL
+from flexgui.core.simulate.nonlinear import DEFAULT_TOLERANCE
 from flexgui.core.workbench import run_scenario
 from flexgui.sentences.identifiability import notes
 
@@ -155,3 +156,28 @@ def test_what_cannot_be_run_is_refused(change, words):
     document = {**scenario().model_dump(exclude_defaults=True), **change}
     with pytest.raises(InputError, match=rf"^Scenario 'small': (?!Scenario).*{words}"):
         run_scenario(Scenario.model_validate(document), folder=Path())
+
+
+TRUE_MODEL = """
+title = "as it is"
+[arm]
+preset = "paper"
+modes = 3
+[drive]
+gains = [60.0, 30.0]
+[model]
+level = "nonlinear"
+[identify]
+parameters = ["EI1"]
+refine = false
+generations = 0
+[[recordings]]
+name = "a"
+simulate = {theta2 = 1.2, seconds = 0.4, seed = 1}
+"""
+
+
+def test_a_model_that_no_descent_refines_is_simulated_as_exactly_as_its_recordings() -> None:
+    (found,) = run_scenario(parse_scenario(TRUE_MODEL, "true.toml")).comparisons
+    errors = {c.channel: float(np.sqrt(np.mean(c.residual**2))) for c in found.channels}
+    assert max(errors[name] for name in ("z1", "z2", "theta1", "theta2")) < DEFAULT_TOLERANCE
