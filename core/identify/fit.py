@@ -88,10 +88,8 @@ def _searched(
     """Search and refinement over the residuals' experiments."""
     predictor, unknowns = residuals.predictor, residuals.unknowns
     start = unknowns.parameters.vector()
-    short, expensive = (
-        first_samples_of(residuals, SEARCH_SAMPLES),
-        predictor.simulation_is_expensive,
-    )
+    expensive = predictor.simulation_is_expensive
+    short = first_samples_of(residuals, SEARCH_SAMPLES)
     searched, fast = None, short.population()
     if uses_evolution(fast, spec):
         short = with_enough_steps(short, start) if expensive else short
@@ -101,17 +99,17 @@ def _searched(
         starts = several_starts(residuals, start, spec)
     if expensive and spec.refine and len(unknowns):
         progress.advance(0, "starting with the first vibrations of each recording")
-        starts = starts_over_horizon(residuals, starts, lambda _: progress.stopped())
+        nearer = partial(starts_over_horizon, residuals, starts, lambda _: progress.stopped())
+        starts = _stoppable(nearer) or starts
+    if expensive:
+        residuals = _stoppable(partial(with_enough_steps, residuals, starts[0])) or residuals
     stopped = (searched is not None and searched.stopped) or progress.stopped()
     if not len(unknowns) or stopped or not spec.refine:
         best = starts[0]
         with use_progress(None):
-            if expensive and not stopped:
-                residuals = with_enough_steps(residuals, best)
             cost = float(np.sum(residuals(best) ** 2))
         fit, agreement = RefinedFit(best, cost, np.nan, False), ""
     else:
-        residuals = with_enough_steps(residuals, starts[0]) if expensive else residuals
         fit, agreement = refine_from_starts(residuals, starts, searched is not None, progress)
         if expensive and not progress.stopped():
             rough = fit
