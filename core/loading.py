@@ -55,7 +55,8 @@ def load_recordings(
     files = [r for r, spec in zip(loaded, scenario.recordings, strict=True) if spec.file]
     arm, drive = model.arm, model.drive
     held = drive.holds_joints(drive.law(arm, model.numbers().p, {}))
-    marked = with_beginnings(files, arm.joints, drive.reference_channels(arm), held)
+    weighs = any(arm.gravity) and arm.coordinates > arm.joints
+    marked = with_beginnings(files, arm.joints, drive.reference_channels(arm), held, weighs)
     by_name = {r.name: r for r in marked}
     return [by_name.get(r.name, r) for r in loaded]
 

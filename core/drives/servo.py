@@ -236,6 +236,10 @@ class FollowingServo:
         smooth = self.response(place, dt, max(self.hz, BEYOND * compared))
         return smooth, slopes(smooth, dt)
 
+    def is_smoothed(self, dt: float) -> bool:
+        """Whether joints that were recorded every `dt` s are followed without what is fast."""
+        return BEYOND * self.torque_hz < 0.5 / dt
+
     def motion(self, recording: Recording, arm: Arm) -> JointMotion:
         """The measured joints.
 

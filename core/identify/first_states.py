@@ -8,13 +8,14 @@ vibrations.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 import scipy
 
 from ..bounded_cache import BoundedCache
 from ..model import Model
+from ..simulate.motion import at_rest
 
 FREQUENCY_FACTOR = 2.0
 """Factor by which a frequency may be wrong at the start, a stiffness by four."""
@@ -85,3 +86,23 @@ def followed_first_state(model: Model, free: Collection[str], start: np.ndarray)
     out = start.copy()
     out[at] = found.following([name for name in found.names if name in free], start[at])
     return out
+
+
+CORRECTIONS = 12
+"""Of a bending by weight; each leaves a few per cent of what the one before left."""
+
+
+def bent_by_weight(
+    model: Model, place: np.ndarray, values: Mapping[str, float]
+) -> np.ndarray | None:
+    """(n - joints,) the coordinates beside the joints at which an arm is in equilibrium with its
+    joints held at `place` (joints,); None where it does not bend under a weight."""
+    n, joints, arm = model.arm.coordinates, model.arm.joints, model.compiled
+    if model.level != "nonlinear" or n == joints or not any(model.arm.gravity):
+        return None
+    p = model.numbers(values).p
+    q, still = at_rest(place, n)[:n], np.zeros(n)
+    compliance = np.linalg.pinv(arm.linear_matrices(q, p)[0][joints:, joints:])
+    for _ in range(CORRECTIONS):
+        q[joints:] += compliance @ arm.mass_and_force(q, still, p)[1][joints:]
+    return q[joints:]

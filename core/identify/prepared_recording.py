@@ -11,7 +11,7 @@ import numpy as np
 from ..drives.law import DriveLaw
 from ..drives.servo import Recorded, rates_along
 from ..errors import InputError
-from ..identify.first_states import START, followed_first_state
+from ..identify.first_states import START, bent_by_weight, followed_first_state
 from ..identify.prescribed_joint_forces import simulated_part
 from ..identify.prescribed_joint_motion import unknown_ends
 from ..identify.prescribed_joints import is_prescribed
@@ -22,7 +22,7 @@ from ..model import Model, Numbers
 from ..recording.channels import from_camera
 from ..recording.initial_motion import AT_ONCE
 from ..recording.inputs import input_signals
-from ..recording.recording import Recording, apply_logger_filter
+from ..recording.recording import Beginning, Recording, apply_logger_filter
 from ..sensors.sensor import Sensor
 from ..simulate.motion import Task, at_rest
 from ..trajectory import Trajectory
@@ -66,12 +66,16 @@ class Prepared:
         joints = self.model.arm.joints
         true = self.model.started(self.task.start[:joints], values)
         shifted = true - self.task.start[:joints]
+        hangs = self.recording.beginning is not Beginning.REST
+        sagging = bent_by_weight(self.model, true, values) if hangs else None
         task = self._followed_at(values)
-        if not moved and not np.any(shifted) and task is self.task:
+        if not moved and not np.any(shifted) and task is self.task and sagging is None:
             return self.task
         start, schedule = task.start.copy(), task.schedule
         if task is self.task:
             start[:joints] += shifted
+        if sagging is not None:
+            start[joints : self.model.arm.coordinates] = sagging
         if np.any(shifted):
             schedule = schedule.copy()
             schedule[:, :joints] += shifted

@@ -259,6 +259,8 @@ def _held_acceleration(
 ) -> np.ndarray:
     """(L + N, joints): instantaneous joint acceleration by the drive's torque."""
     joints, n = place.shape[1], model.arm.coordinates
+    if model.servo.is_smoothed(task.sample_time):
+        return np.zeros_like(place)
     torque = model.servo.jumps(numbers.law, task.references)
     if n == joints or not np.any(np.diff(torque, axis=0)) or not np.isfinite(torque).all():
         return np.zeros_like(place)

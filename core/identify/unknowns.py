@@ -134,7 +134,8 @@ def check_names(scenario: Scenario) -> None:
 def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
     """Whether the state in which a recording begins is estimated."""
     stated = spec.initial_state
-    return recording.beginning is not Beginning.REST if stated is None else stated
+    rests = recording.beginning in (Beginning.REST, Beginning.EQUILIBRIUM)
+    return not rests if stated is None else stated
 
 
 def with_first_states_of(

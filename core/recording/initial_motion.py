@@ -65,8 +65,9 @@ rest says something: .1 where references step, tens and more where they are smoo
 
 
 def with_beginnings(
-    recordings: Sequence[Recording], joints: int, references: Sequence[str], held: bool
-) -> list[Recording]:
+    recordings: Sequence[Recording], joints: int, references: Sequence[str], held: bool,
+    weighs: bool = False,
+) -> list[Recording]:  # fmt: skip
     """The recordings of one campaign, marked with what is known of the motion that each begins in.
 
     From rest all that an arm does comes from what drives it. So the next value of each channel is
@@ -76,7 +77,8 @@ def with_beginnings(
     (channels that drive them) were not recorded, the arm is taken to rest.
 
     `held`: whether the drive's feedback holds the joints. Under a torque encoders alone do not show
-    whether the links rest.
+    whether the links rest. `weighs`: whether links bend under their weight. Then they may hang or be
+    let go, and only a log that begins before its motion shows that nothing swings.
     """
     names = [f"theta{k + 1}" for k in range(joints)]
     able = [r for r in recordings if _complete(r, [*names, *references])]
@@ -96,8 +98,11 @@ def with_beginnings(
         still = _begins_still(place)
         moves = max(x, float(np.median(worse))) > WORSE and not still
         rests = (held or sensors) and (still or unlike <= FAMILIAR)
+        at_rest = Beginning.REST
+        if weighs:
+            at_rest = Beginning.EQUILIBRIUM if still else Beginning.UNKNOWN
         beginnings[r.name] = (
-            Beginning.MOTION if moves else Beginning.REST if rests else Beginning.UNKNOWN
+            Beginning.MOTION if moves else at_rest if rests else Beginning.UNKNOWN
         )
     return [replace(r, beginning=beginnings.get(r.name, r.beginning)) for r in recordings]
 
@@ -106,10 +111,18 @@ STILL = 0.01
 """Of a channel's whole range: by less it changes over the first samples of a log that begins
 before its motion."""
 
+NOISE_ALONE = 2.0
+"""Times the variance of white noise, seen in third differences, that the first samples have where
+nothing moves; what swings by a radian per sample has twenty-five times as much."""
+
 
 def _begins_still(places: np.ndarray) -> bool:
-    """Whether all channels (N, k) hardly change over the first 2 LAGS samples."""
-    return bool(np.all(np.ptp(places[: 2 * LAGS], axis=0) <= STILL * np.ptp(places, axis=0)))
+    """Whether all channels (N, k) show nothing but noise over the first 2 LAGS samples, or hardly
+    change."""
+    first = places[: 2 * LAGS]
+    noise = np.mean(np.diff(first, 3, axis=0) ** 2, axis=0) / 20.0
+    small = np.ptp(first, axis=0) <= STILL * np.ptp(places, axis=0)
+    return bool(np.all(small | (np.var(first, axis=0) <= NOISE_ALONE * noise)))
 
 
 def _sensors(recordings: Sequence[Recording]) -> list[str]:

@@ -45,6 +45,8 @@ class Beginning(StrEnum):
     """Its joints move."""
     UNKNOWN = "unknown"
     """Its joints seem to rest; nothing shows whether its links do."""
+    EQUILIBRIUM = "equilibrium"
+    """It rests, and its links hang as their weight bends them."""
 
 
 @dataclass(frozen=True)

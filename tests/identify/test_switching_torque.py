@@ -13,7 +13,11 @@ from flexgui.core.drives.servo import FollowingServo
 from flexgui.core.drives.torque import Torque
 from flexgui.core.identify.predictor import motion_of
 from flexgui.core.identify.prepared_recording import Prepared, prepare
-from flexgui.core.identify.prescribed_joint_motion import points_per_sample, sampling_warning
+from flexgui.core.identify.prescribed_joint_motion import (
+    points_per_sample,
+    prescribed_motion,
+    sampling_warning,
+)
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.noise.noise_floor import REFUTED, channel_floors
@@ -112,3 +116,15 @@ def test_what_the_model_leaves_refutes_a_noise_that_is_motion(turned: float) -> 
     assert found.source == "estimated"
     assert found.refuted is not None and found.refuted > REFUTED * found.noise
     assert found.noise == pytest.approx(rms(missing(e)), rel=ROUNDING)
+
+
+def test_a_smoothed_motion_has_no_jumps() -> None:
+    """The places have lost what is faster than the compared torques; a motion through them with the
+    jumps of a current that was logged, not held, swung a light link by radians."""
+    e = prepared(COUNT)
+    slow = replace(e.model.servo, torque_hz=20.0)
+    smooth = prepare(e.model.steered_by(slow), e.recording, e.outputs, PROCESSING)
+    motion = prescribed_motion(smooth.model, smooth.model.numbers(), smooth.task)
+    assert not motion.held.any()
+    assert rms(motion.speed) < 1.1 * rms(smooth.model.servo.motion(e.recording, LINK).speed)
+    assert prescribed_motion(e.model, e.model.numbers(), e.task).held.any()
