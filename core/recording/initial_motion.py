@@ -77,8 +77,8 @@ def with_beginnings(
     (channels that drive them) were not recorded, the arm is taken to rest.
 
     `held`: whether the drive's feedback holds the joints. Under a torque encoders alone do not show
-    whether the links rest. `weighs`: whether links bend under their weight. Then they may hang or be
-    let go, and only a log that begins before its motion shows that nothing swings.
+    whether the links rest. `weighs`: whether links bend under their weight. Then they may hang or
+    be let go, and only a log that begins before its motion shows that nothing swings.
     """
     names = [f"theta{k + 1}" for k in range(joints)]
     able = [r for r in recordings if _complete(r, [*names, *references])]
@@ -101,9 +101,7 @@ def with_beginnings(
         at_rest = Beginning.REST
         if weighs:
             at_rest = Beginning.EQUILIBRIUM if still else Beginning.UNKNOWN
-        beginnings[r.name] = (
-            Beginning.MOTION if moves else at_rest if rests else Beginning.UNKNOWN
-        )
+        beginnings[r.name] = Beginning.MOTION if moves else at_rest if rests else Beginning.UNKNOWN
     return [replace(r, beginning=beginnings.get(r.name, r.beginning)) for r in recordings]
 
 
