@@ -12,7 +12,6 @@ import numpy as np
 from ..diagnose.cost_minimum import converge
 from ..diagnose.fit_problem import (
     ANCHORED_ERROR,
-    MOST_SUBSTEPS,
     FitProblem,
     enough_substeps,
     parametrised,
@@ -22,7 +21,7 @@ from ..diagnose.refit import Refit, fit
 from ..effects.effect import Effect
 from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
-from ..identify.defect_correction import with_enough_steps
+from ..identify.defect_correction import MOST_STEPS, with_enough_steps
 from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.processing import Processing
 from ..identify.setup import measured_sensors
@@ -158,7 +157,7 @@ def substeps_for_directions(
     shared sensitivities little."""
     half = max(least // 2, 1)  # of the steps are what directions are taken with
     slopes = _slopes(data, effects, values, half)
-    while 2 * half < MOST_SUBSTEPS:
+    while 2 * half < MOST_STEPS:
         finer = _slopes(data, effects, values, 2 * half)
         if _least_cosine(slopes, finer) > LEAST_COSINE:
             break

@@ -12,7 +12,7 @@ from ..arm.arm import Structure
 from ..effects import with_included
 from ..effects.effect import Effect, Rig
 from ..effects.sizes import Sizes
-from ..identify.defect_correction import Anchor
+from ..identify.defect_correction import MOST_STEPS, Anchor
 from ..identify.predictor import Motion, MotionCache, Predictor
 from ..identify.prepared_recording import Prepared, make_task
 from ..identify.prescribed_joint_forces import steps_between_points
@@ -244,9 +244,6 @@ UNANCHORED_ERROR = 0.2
 part of the noise. With three times as much, the step error hid all that a further shape
 explained."""
 
-MOST_SUBSTEPS = 64
-"""Steps per sample: more would take minutes."""
-
 
 def enough_substeps(
     data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float],
@@ -260,7 +257,7 @@ def enough_substeps(
         return h.errors(h.vector)
 
     steps, coarse = least, errors_with(least)
-    while steps < MOST_SUBSTEPS:
+    while steps < MOST_STEPS:
         fine = errors_with(2 * steps)
         difference = [a - b for a, b in zip(coarse, fine, strict=True)]
         change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in difference]) ** 2)))

@@ -88,21 +88,20 @@ def followed_first_state(model: Model, free: Collection[str], start: np.ndarray)
     return out
 
 
-CORRECTIONS = 12
-"""Of a bending by weight; each leaves a few per cent of what the one before left."""
-
-
-def bent_by_weight(
-    model: Model, place: np.ndarray, values: Mapping[str, float]
-) -> np.ndarray | None:
+def bent_by_weight(model: Model, place: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
     """(n - joints,) the coordinates beside the joints at which an arm is in equilibrium with its
-    joints held at `place` (joints,); None where it does not bend under a weight."""
+    joints held at `place` (joints,); zero where it does not bend under a weight."""
     n, joints, arm = model.arm.coordinates, model.arm.joints, model.compiled
     if model.level != "nonlinear" or n == joints or not any(model.arm.gravity):
-        return None
+        return np.zeros(n - joints)
     p = model.numbers(values).p
     q, still = at_rest(place, n)[:n], np.zeros(n)
     compliance = np.linalg.pinv(arm.linear_matrices(q, p)[0][joints:, joints:])
-    for _ in range(CORRECTIONS):
-        q[joints:] += compliance @ arm.mass_and_force(q, still, p)[1][joints:]
-    return q[joints:]
+    last = np.inf
+    while True:
+        change = compliance @ arm.mass_and_force(q, still, p)[1][joints:]
+        size = float(np.abs(change).max())
+        if not size < last:  # a few per cent are left each time, until rounding is
+            return q[joints:]
+        q[joints:] += change
+        last = size

@@ -63,23 +63,19 @@ class Prepared:
     def task_at(self, values: Mapping[str, float]) -> Task:
         """The task with the initial deviations that the values state."""
         moved = [name for name in values if name.startswith(START)]
-        joints = self.model.arm.joints
+        joints, names = self.model.arm.joints, self.model.arm.coordinate_names
         true = self.model.started(self.task.start[:joints], values)
-        shifted = true - self.task.start[:joints]
-        hangs = self.recording.beginning is not Beginning.REST
-        sagging = bent_by_weight(self.model, true, values) if hangs else None
+        shifted, bent = true - self.task.start[:joints], np.zeros(0)
+        if self.recording.beginning is not Beginning.REST:
+            bent = bent_by_weight(self.model, true, values)
         task = self._followed_at(values)
-        if not moved and not np.any(shifted) and task is self.task and sagging is None:
+        if not moved and not np.any(shifted) and task is self.task and not bent.any():
             return self.task
-        start, schedule = task.start.copy(), task.schedule
+        start, schedule = task.start.copy(), task.schedule.copy()
         if task is self.task:
             start[:joints] += shifted
-        if sagging is not None:
-            start[joints : self.model.arm.coordinates] = sagging
-        if np.any(shifted):
-            schedule = schedule.copy()
-            schedule[:, :joints] += shifted
-        names = self.model.arm.coordinate_names
+        start[joints : joints + len(bent)] = bent
+        schedule[:, :joints] += shifted
         for first, prefix in ((0, START), (len(names), f"{START}d")):
             free = {name for name in names if prefix + name in values}
             own = np.array([values.get(prefix + name, 0.0) for name in names])

@@ -60,7 +60,6 @@ def prepared(beginning: Beginning, arm: Arm = BEAM) -> Prepared:
 def test_a_beam_sags_as_euler_and_bernoulli_say() -> None:
     model = Model(BEAM, Torque(), "nonlinear")
     bent = bent_by_weight(model, np.zeros(1), {})
-    assert bent is not None
     tip, _ = model.compiled.tip_place(np.array([0.0, *bent]), model.numbers().p)
     sag = MASS * G * LENGTH**3 / (8.0 * EI)
     assert tip[1] == pytest.approx(-sag, rel=EULER)
@@ -70,9 +69,7 @@ def test_a_beam_sags_as_euler_and_bernoulli_say() -> None:
 def test_nothing_pushes_a_bent_arm_back(place: float) -> None:
     model = Model(BEAM, Torque(), "nonlinear")
     p = model.numbers().p
-    found = bent_by_weight(model, np.array([place]), {})
-    assert found is not None
-    q = np.array([place, *found])
+    q = np.array([place, *bent_by_weight(model, np.array([place]), {})])
     straight, bent = (
         np.abs(model.compiled.mass_and_force(x, np.zeros_like(q), p)[1][1:]).max()
         for x in (np.array([place, 0.0, 0.0]), q)
