@@ -71,18 +71,18 @@ class Prepared:
         task = self._followed_at(values)
         if not moved and not np.any(shifted) and task is self.task and not bent.any():
             return self.task
-        start, schedule = task.start.copy(), task.schedule.copy()
+        start, schedule = task.start.copy(), task.schedule
         if task is self.task:
             start[:joints] += shifted
         start[joints : joints + len(bent)] = bent
-        schedule[:, :joints] += shifted
+        if np.any(shifted):
+            schedule = schedule + np.pad(shifted, (0, len(names) - joints))
         for first, prefix in ((0, START), (len(names), f"{START}d")):
             free = {name for name in names if prefix + name in values}
             own = np.array([values.get(prefix + name, 0.0) for name in names])
             start[first : first + len(names)] += followed_first_state(self.model, free, own)
         # Where the first state is estimated, rest is one value of it and no other way to begin.
-        before = None if moved else task.before
-        return replace(task, start=start, schedule=schedule, before=before)
+        return replace(task, start=start, schedule=schedule, before=None if moved else task.before)
 
     def _followed_at(self, values: Mapping[str, float]) -> Task:
         """The task with the motion that the virtual servo follows at these values."""
