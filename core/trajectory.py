@@ -55,4 +55,4 @@ class Trajectory:
         from .arm.evaluation import tip_path
 
         q, v = np.ascontiguousarray(self.q), np.ascontiguousarray(self.v)
-        return tip_path(self.compiled.tip, q, v, self.p)
+        return tip_path(self.compiled.addresses, q, v, self.p)

@@ -73,6 +73,12 @@ class ArmCatalogue:
     def __init__(self, arm: Arm) -> None:
         self.arm = arm
         self.base = slots.arm_vector(arm)
+        segments = arm.segments
+        self._section = np.array(
+            [[s.young_modulus or np.nan for s in segments], [s.width or np.nan for s in segments]]
+        )
+        self._centred = [k for k, s in enumerate(segments) if s.centre_of_mass is None]
+        self._uniform = [k for k, s in enumerate(segments) if s.inertia is None]
         self.entries: dict[str, _Entry] = {}
         for k, s in enumerate(arm.segments):
             self._add_segment(k, s)
@@ -91,10 +97,7 @@ class ArmCatalogue:
 
     def vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
         """p (S, 13 N + 5) for S vectors of `values` (S, names); the rest as in the arm."""
-        p = np.tile(self.base, (len(values), 1))
-        moduli = [s.young_modulus or np.nan for s in self.arm.segments]
-        widths = [s.width or np.nan for s in self.arm.segments]
-        section = np.tile(np.array([moduli, widths]), (len(values), 1, 1))
+        p, section = (np.repeat(x[None], len(values), axis=0) for x in (self.base, self._section))
         for i, name in enumerate(names):
             self.entries[name].write(p, section, values[:, i])
         self._spread_evenly(p, names)
@@ -103,13 +106,13 @@ class ArmCatalogue:
     def _spread_evenly(self, p: np.ndarray, names: Sequence[str]) -> None:
         """Lets centres and inertias that are neither stated nor among the names follow length and
         mass."""
-        for k, s in enumerate(self.arm.segments):
-            row = p[:, slots.PER_SEGMENT * k : slots.PER_SEGMENT * (k + 1)]
-            length = row[:, slots.LENGTH]
-            if s.centre_of_mass is None and f"xc{k + 1}" not in names:
-                row[:, slots.CENTRE_ALONG] = length / 2.0
-            if s.inertia is None and f"Jc{k + 1}" not in names:
-                row[:, slots.INERTIA] = row[:, slots.MASS] * length**2 / 12.0
+        each = (len(p), len(self.arm.segments), slots.PER_SEGMENT)
+        rows = p[:, : each[1] * each[2]].reshape(each)
+        centred = [k for k in self._centred if f"xc{k + 1}" not in names]
+        uniform = [k for k in self._uniform if f"Jc{k + 1}" not in names]
+        rows[:, centred, slots.CENTRE_ALONG] = rows[:, centred, slots.LENGTH] / 2.0
+        inertia = rows[:, :, slots.MASS] * rows[:, :, slots.LENGTH] ** 2 / 12.0
+        rows[:, uniform, slots.INERTIA] = inertia[:, uniform]
 
     def _add_segment(self, k: int, s: Segment) -> None:
         n = k + 1

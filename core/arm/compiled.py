@@ -42,8 +42,9 @@ class CompiledArm:
 
     @cached_property
     def addresses(self) -> np.ndarray:
-        """(2,) of `dynamics` and `linear`, for core.arm.signatures."""
-        return np.array([self.dynamics.address, self.linear.address], dtype=np.int64)
+        """(3,) of `dynamics`, `tip` and `linear`, for core.arm.signatures."""
+        functions = (self.dynamics, self.tip, self.linear)
+        return np.array([function.address for function in functions], dtype=np.int64)
 
     def mass_matrix(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
         """M (n, n) at q (n,) with the numbers p (np,)."""
@@ -55,26 +56,27 @@ class CompiledArm:
         """M(q) (n, n) and F(q, v) (n,) without the drive; q and v = q' (n,), p (np,)."""
         from ..arm.evaluation import call_dynamics
 
-        return call_dynamics(self.dynamics, *_floats(q, v, p))
+        return call_dynamics(self.addresses, *_floats(q, v, p))
 
     def tip_place(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """z (2,) in m and dz/dq (2, n) at q (n,) with the numbers p (np,)."""
         from ..arm.evaluation import call_tip
 
-        return call_tip(self.tip, *_floats(q, p))
+        return call_tip(self.addresses, *_floats(q, p))
 
     def tip_places(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
         """z (N, 2, S) in m along S motions q (N, n, S), each with its own numbers p (S, np)."""
         from ..arm.evaluation import tip_places
 
-        return tip_places(self.tip, *_floats(q, p))
+        return tip_places(self.addresses, *_floats(q, p))
 
     def linear_matrices(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """K = -dF/dq and D = -dF/dq' (n, n) of the straight arm at the joint positions in q (n,);
-        p (np,)."""
+        p (np,). Of S places q (S, n) with p (S, np) each, (S, n, n)."""
         from ..arm.evaluation import call_linear
 
-        return call_linear(self.linear, *_floats(q, p))
+        K, D = call_linear(self.addresses, *_floats(np.atleast_2d(q), np.atleast_2d(p)))
+        return (K, D) if q.ndim > 1 else (K[0], D[0])
 
 
 def _floats(*arrays: np.ndarray) -> list[np.ndarray]:
@@ -132,6 +134,12 @@ class WideArm:
     tip: Any
     solvers: tuple[Any, ...]
     """`factor`, `substitute`, `solve_positive`, `multiply`, `subtract` of core.arm.solvers."""
+
+    @cached_property
+    def addresses(self) -> np.ndarray:
+        """(7,) of `dynamics`, `tip` and the `solvers`, for core.arm.signatures."""
+        functions = (self.dynamics, self.tip, *self.solvers)
+        return np.array([function.address for function in functions], dtype=np.int64)
 
 
 @cache

@@ -4,40 +4,50 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm.signatures import DYNAMICS, LINEAR, TIP, cube, kernel, matrix, vector
+from ..arm.signatures import (
+    addresses,
+    cube,
+    dynamics_at,
+    kernel,
+    linear_at,
+    matrix,
+    tip_at,
+    vector,
+)
 from ..compiler import types
 
 
-@kernel(types.Tuple((matrix, vector))(DYNAMICS, vector, vector, vector))
-def call_dynamics(function, q, v, p):  # type: ignore[no-untyped-def]
+@kernel(types.Tuple((matrix, vector))(addresses, vector, vector, vector))
+def call_dynamics(arm, q, v, p):  # type: ignore[no-untyped-def]
     """M (n, n) and F (n,)."""
     n = q.size
     M, f = np.empty(n * n), np.empty(n)
-    function(q, v, p, M, f)
+    dynamics_at(arm[0])(q, v, p, M, f)
     return M.reshape((n, n)), f
 
 
-@kernel(types.Tuple((vector, matrix))(TIP, vector, vector))
-def call_tip(function, q, p):  # type: ignore[no-untyped-def]
+@kernel(types.Tuple((vector, matrix))(addresses, vector, vector))
+def call_tip(arm, q, p):  # type: ignore[no-untyped-def]
     """z (2,) and dz/dq (2, n)."""
     z, J = np.empty(2), np.empty(2 * q.size)
-    function(q, p, z, J)
+    tip_at(arm[1])(q, p, z, J)
     return z, J.reshape((2, q.size))
 
 
-@kernel(types.Tuple((matrix, matrix))(LINEAR, vector, vector))
-def call_linear(function, q, p):  # type: ignore[no-untyped-def]
-    """K and D (n, n)."""
-    n = q.size
-    K, D = np.empty(n * n), np.empty(n * n)
-    function(q, p, K, D)
-    return K.reshape((n, n)), D.reshape((n, n))
+@kernel(types.Tuple((cube, cube))(addresses, matrix, matrix))
+def call_linear(arm, q, p):  # type: ignore[no-untyped-def]
+    """K and D (S, n, n) at S places q (S, n) with p (S, np) each."""
+    (S, n), linear = q.shape, linear_at(arm[2])
+    K, D = np.empty((S, n * n)), np.empty((S, n * n))
+    for s in range(S):
+        linear(q[s], p[s], K[s], D[s])
+    return K.reshape((S, n, n)), D.reshape((S, n, n))
 
 
-@kernel(types.Tuple((matrix, matrix))(TIP, matrix, matrix, vector))
-def tip_path(tip, q, v, p):  # type: ignore[no-untyped-def]
+@kernel(types.Tuple((matrix, matrix))(addresses, matrix, matrix, vector))
+def tip_path(arm, q, v, p):  # type: ignore[no-untyped-def]
     """z and z' (N, 2) along a motion q, v (N, n)."""
-    N, n = q.shape
+    (N, n), tip = q.shape, tip_at(arm[1])
     places, speeds = np.empty((N, 2)), np.zeros((N, 2))
     z, J = np.empty(2), np.empty(2 * n)
     for t in range(N):
@@ -49,10 +59,10 @@ def tip_path(tip, q, v, p):  # type: ignore[no-untyped-def]
     return places, speeds
 
 
-@kernel(cube(TIP, cube, matrix))
-def tip_places(tip, q, p):  # type: ignore[no-untyped-def]
+@kernel(cube(addresses, cube, matrix))
+def tip_places(arm, q, p):  # type: ignore[no-untyped-def]
     """z (N, 2, S) along S motions q (N, n, S), each with its own p (S, np)."""
-    N, n, S = q.shape
+    (N, n, S), tip = q.shape, tip_at(arm[1])
     places = np.empty((N, 2, S))
     z, J, coordinates = np.empty(2), np.empty(2 * n), np.empty(n)
     for t in range(N):

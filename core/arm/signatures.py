@@ -27,8 +27,6 @@ def filling(numbers: types.Array, count: int) -> types.FunctionType:
     return types.FunctionType(types.void(*[numbers] * count))
 
 
-DYNAMICS, TIP, LINEAR = filling(vector, 5), filling(vector, 4), filling(vector, 4)
-
 OPTIONS: dict[str, Any] = {
     "cache": True,
     "nogil": True,
@@ -74,8 +72,8 @@ def kernel(signature: Any) -> Callable[[Callable[..., Any]], Kernel]:
 def _function_of(kind: Any) -> Any:
     @intrinsic
     def function_at(typingctx, address):  # type: ignore[no-untyped-def]
-        """The C function of a fixed type at an address (int64): Numba takes ten microseconds to
-        recognise one among the arguments of a call from Python, as long as a whole cost may."""
+        """The C function of a fixed type at an address (int64): Numba takes forty microseconds
+        to recognise one among the arguments of a call from Python, as long as a whole cost may."""
 
         def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
             empty = ir.Constant(context.get_value_type(kind), None)
@@ -87,5 +85,15 @@ def _function_of(kind: Any) -> Any:
     return function_at
 
 
-dynamics_at = _function_of(DYNAMICS)
-linear_at = _function_of(LINEAR)
+dynamics_at = _function_of(filling(vector, 5))
+tip_at = _function_of(filling(vector, 4))
+linear_at = _function_of(filling(vector, 4))
+"""Of `core.arm.compiled.CompiledArm.addresses`, in this order."""
+
+wide_dynamics_at = _function_of(filling(matrix, 5))
+wide_tip_at = _function_of(filling(matrix, 4))
+solver_at = _function_of(filling(matrix, 2))
+product_at = _function_of(filling(matrix, 3))
+"""Of `core.arm.compiled.WideArm.addresses`: after dynamics and tip, three solvers, two products."""
+
+addresses = types.int64[::1]

@@ -54,14 +54,14 @@ class StraightArm:
         """Per phasor: angle at rest, and (real, imaginary) coefficient of each coordinate."""
         slopes = []
         for f in place:
-            along, across = f.along.subs(self._at_rest), f.across.subs(self._at_rest)
+            along, across = f.along.xreplace(self._at_rest), f.across.xreplace(self._at_rest)
             row = []
             for q in self.symbols.q:
                 turn = sp.diff(f.angle, q)
-                real = sp.diff(f.along, q).subs(self._at_rest) - turn * across
-                imag = sp.diff(f.across, q).subs(self._at_rest) + turn * along
+                real = sp.diff(f.along, q).xreplace(self._at_rest) - turn * across
+                imag = sp.diff(f.across, q).xreplace(self._at_rest) + turn * along
                 row.append((sp.expand(real), sp.expand(imag)))
-            slopes.append((f.angle.subs(self._at_rest), row))
+            slopes.append((f.angle.xreplace(self._at_rest), row))
         return slopes
 
     def _add_mass(
@@ -131,16 +131,16 @@ class StraightArm:
         n = len(q)
         total = sp.zeros(n, n)
         for f in place:
-            angle = f.angle.subs(self._at_rest)
+            angle = f.angle.xreplace(self._at_rest)
             c, s = sp.cos(angle), sp.sin(angle)
             on_along, on_across = g1 * c + g2 * s, g2 * c - g1 * s
             turn = [sp.diff(f.angle, qi) for qi in q]
             w = (f.along, f.across)
-            d = [[sp.diff(wi, qi).subs(self._at_rest) for qi in q] for wi in w]
-            w0 = [wi.subs(self._at_rest) for wi in w]
+            d = [[sp.diff(wi, qi).xreplace(self._at_rest) for qi in q] for wi in w]
+            w0 = [wi.xreplace(self._at_rest) for wi in w]
             for i in range(n):
                 for j in range(i, n):
-                    d2 = [sp.diff(wi, q[i], q[j]).subs(self._at_rest) for wi in w]
+                    d2 = [sp.diff(wi, q[i], q[j]).xreplace(self._at_rest) for wi in w]
                     tt = turn[i] * turn[j]
                     a = d2[0] - tt * w0[0] - turn[i] * d[1][j] - turn[j] * d[1][i]
                     b = d2[1] - tt * w0[1] + turn[i] * d[0][j] + turn[j] * d[0][i]

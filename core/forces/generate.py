@@ -171,8 +171,8 @@ def _text(law: ForceLaw, head: str, printer: _Printer, read: str, write: str) ->
         if symbols[i] in used
     ]
     new = dict(zip(_all(law), _renamed(law, _all(law)), strict=True))
-    lines += [f"{name} = {printer.doprint(e.subs(new))}" for name, e in shared]
-    lines += [write.format(i, printer.doprint(e.subs(new))) for i, e in enumerate(reduced)]
+    lines += [f"{name} = {printer.doprint(e.xreplace(new))}" for name, e in shared]
+    lines += [write.format(i, printer.doprint(e.xreplace(new))) for i, e in enumerate(reduced)]
     return head + "".join(f"    {line}\n" for line in lines)
 
 

@@ -63,7 +63,7 @@ class Prepared:
     def task_at(self, values: Mapping[str, float]) -> Task:
         """The task with the initial deviations that the values state."""
         moved = [name for name in values if name.startswith(START)]
-        joints, names = self.model.arm.joints, self.model.arm.coordinate_names
+        joints = self.model.arm.joints
         true = self.model.started(self.task.start[:joints], values)
         shifted, bent = true - self.task.start[:joints], np.zeros(0)
         if self.recording.beginning is not Beginning.REST:
@@ -71,13 +71,13 @@ class Prepared:
         task = self._followed_at(values)
         if not moved and not np.any(shifted) and task is self.task and not bent.any():
             return self.task
-        start, schedule = task.start.copy(), task.schedule
+        start, schedule, names = task.start.copy(), task.schedule, self.model.arm.coordinate_names
         if task is self.task:
             start[:joints] += shifted
         start[joints : joints + len(bent)] = bent
         if np.any(shifted):
             schedule = schedule + np.pad(shifted, (0, len(names) - joints))
-        for first, prefix in ((0, START), (len(names), f"{START}d")):
+        for first, prefix in ((0, START), (len(names), f"{START}d")) if moved else ():
             free = {name for name in names if prefix + name in values}
             own = np.array([values.get(prefix + name, 0.0) for name in names])
             start[first : first + len(names)] += followed_first_state(self.model, free, own)

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from ..arm.arm import Structure
-from ..arm.signatures import DYNAMICS, kernel, matrix, vector
+from ..arm.signatures import addresses, dynamics_at, kernel, matrix, vector
 from ..arm.slots import weighing
 from ..bounded_cache import BoundedCache
 from ..drives.servo import FollowingServo
@@ -270,7 +270,7 @@ def _held_acceleration(
     acceleration = _ACCELERATIONS.get(
         key,
         lambda: _instant_acceleration(
-            model.compiled.dynamics, q, numbers.p, np.ascontiguousarray(torque)
+            model.compiled.addresses, q, numbers.p, np.ascontiguousarray(torque)
         ),
     )
     if not np.isfinite(acceleration).all():  # sizes so far off that no mass matrix is left
@@ -299,10 +299,10 @@ def _integrated(
     return np.vstack([nothing, np.cumsum(steps, axis=0)]), speed
 
 
-@kernel(matrix(DYNAMICS, matrix, vector, matrix))
-def _instant_acceleration(dynamics, q, p, torque):  # type: ignore[no-untyped-def]
+@kernel(matrix(addresses, matrix, vector, matrix))
+def _instant_acceleration(arm, q, p, torque):  # type: ignore[no-untyped-def]
     """(N, nj) instantaneous accelerations by torques (N, nj) at positions q (N, n)."""
-    N, n = q.shape
+    (N, n), dynamics = q.shape, dynamics_at(arm[0])
     nj = torque.shape[1]
     M, f, still = np.empty(n * n), np.empty(n), np.zeros(n)
     accelerations = np.empty((N, nj))

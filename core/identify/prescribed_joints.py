@@ -22,7 +22,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ..arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
+from ..arm.signatures import addresses, dynamics_at, kernel, matrix, tip_at, vector
 from ..arm.slots import HUB_INERTIA, slot
 from ..compiler import types
 from ..drives.law import static_law
@@ -125,7 +125,7 @@ def _with_torque(
     packed = numbers.packed(model.arm.coordinates).packed()
     inputs = _finer_inputs(task, motion)
     signals = np.zeros((len(q), 0)) if inputs is None else np.ascontiguousarray(inputs)
-    M, f = _equations(compiled.dynamics, compiled.tip, q, v, numbers.p, packed, signals, joints)
+    M, f = _equations(compiled.addresses, q, v, numbers.p, packed, signals, joints)
     # A triangle over two samples is made of the same over two points of the finer grid.
     weights = (finer - np.abs(np.arange(1 - finer, finer))) / finer**2
     averaged = scipy.ndimage.convolve1d(f + chord_error(f), weights, axis=0, mode="nearest")[
@@ -139,13 +139,11 @@ def _with_torque(
 
 
 @kernel(
-    types.Tuple((matrix, matrix))(
-        DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS, matrix, types.int64
-    )
+    types.Tuple((matrix, matrix))(addresses, matrix, matrix, vector, ELEMENTS, matrix, types.int64)
 )
-def _equations(dynamics, tip, q, v, p, packed, inputs, joints):  # type: ignore[no-untyped-def]
+def _equations(arm, q, v, p, packed, inputs, joints):  # type: ignore[no-untyped-def]
     """M (N, n n) and f (N, n) with the elements' forces, along q, v (N, n) and inputs (N, k)."""
-    N, n = q.shape
+    (N, n), dynamics, tip = q.shape, dynamics_at(arm[0]), tip_at(arm[1])
     elements = (
         packed[0], packed[1], packed[2], packed[3], packed[4].copy(), packed[5].copy(), packed[6],
         packed[7], packed[8],

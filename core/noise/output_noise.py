@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..bounded_cache import BoundedCache
 from ..identify.predictor import Motion
 from ..identify.prepared_recording import Prepared
 from ..identify.setup import Setup
@@ -276,6 +277,16 @@ MOST_RECORDINGS = 16
 """Recordings used: the encoder is the same in all, and each needs enough samples in a row."""
 
 
+class _Bound(NamedTuple):
+    value: float | None
+    recordings: Sequence[Recording]
+    """Kept, so that their identities stay theirs."""
+
+
+_BOUNDS = BoundedCache[_Bound](64)
+"""No model changes them, and a noise is estimated again with every better model."""
+
+
 def white_noise_bound(
     recordings: Sequence[Recording], name: str, others: Sequence[str]
 ) -> float | None:
@@ -289,10 +300,15 @@ def white_noise_bound(
     usable = usable[:MOST_RECORDINGS]
     if not usable:
         return None
-    bounds = [_noise_bound(usable, name, others, 1)]
-    if len(usable) > 1:
-        bounds += [_noise_bound([r], name, others, len(usable)) for r in usable]
-    return min((x for x in bounds if x is not None), default=None)
+
+    def least_bound() -> _Bound:
+        bounds = [_noise_bound(usable, name, others, 1)]
+        if len(usable) > 1:
+            bounds += [_noise_bound([r], name, others, len(usable)) for r in usable]
+        return _Bound(min((x for x in bounds if x is not None), default=None), usable)
+
+    key = (*map(id, usable), name, *others)
+    return _BOUNDS.get(key, least_bound).value
 
 
 def _noise_bound(
@@ -308,10 +324,12 @@ def _noise_bound(
     if free < FEWEST_PER_COLUMN * lags.shape[1]:
         return None
     scales = np.maximum(np.linalg.norm(predictors, axis=0), 1e-300)
-    base, sizes, _ = np.linalg.svd(predictors / scales, full_matrices=False)
-    base = base[:, sizes > 1e-12 * sizes[0]]
+    # The singular vectors by way of the small triangle.
+    orthogonal, triangle = np.linalg.qr(predictors / scales)
+    base, sizes, _ = np.linalg.svd(triangle)
+    base = orthogonal @ base[:, sizes > 1e-12 * sizes[0]]
     unexplained = lags - base @ (base.T @ lags)
-    combination = unexplained @ np.linalg.svd(unexplained, full_matrices=False)[2][-1]
+    combination = unexplained @ np.linalg.svd(np.linalg.qr(unexplained, "r"))[2][-1]
     # The median is not moved by the few instants at which a dry friction turns.
     middle = float(np.median(np.abs(combination))) / NORMAL_MAD
     level = min(float(np.sqrt(np.mean(combination**2))), middle) * np.sqrt(len(combination) / free)

@@ -257,7 +257,8 @@ def estimate_noise(pieces: Sequence[np.ndarray], angle_limit: float = np.pi) -> 
         if below.sum() < FEWEST_ORDINATES:
             break
         ratio = float(
-            np.mean(s.power[below] * _inverse_spectrum(coefficient, s.angle[below])) / innovation
+            np.mean(s.power[below] * _inverse_spectrum(coefficient, np.cos(s.angle[below])))
+            / innovation
         )
         band = MOST_POWER_RATIO + 3.0 / np.sqrt(below.sum())
         if not 1.0 / band < ratio < band:
@@ -281,7 +282,8 @@ def with_ar_coefficient(
     if chosen.sum() < FEWEST_ORDINATES or not variance:
         return stated
     angle, power = s.angle[chosen], s.power[chosen]
-    ratios = [(1.0 - a * a) * variance / _inverse_spectrum(a, angle) for a in AR_COEFFICIENTS]
+    cosine = np.cos(angle)
+    ratios = [(1.0 - a * a) * variance / _inverse_spectrum(a, cosine) for a in AR_COEFFICIENTS]
     misfits = [float(np.sum(np.log(level) + power / level)) for level in ratios]
     white = len(power) * (np.log(np.mean(power)) + 1.0)
     best = int(np.argmin(misfits))
@@ -310,9 +312,9 @@ def without_lines(s: Spectrum) -> Spectrum:
     return Spectrum(s.angle, np.minimum(s.power, LINE_CUT * median / np.log(2.0)))
 
 
-def _inverse_spectrum(coefficient: float, angle: np.ndarray) -> np.ndarray:
-    """Inverse spectrum of an autoregression with unit innovation."""
-    return np.asarray(1.0 + coefficient**2 - 2.0 * coefficient * np.cos(angle))
+def _inverse_spectrum(coefficient: float, cosine: np.ndarray) -> np.ndarray:
+    """Inverse spectrum of an autoregression with unit innovation, at the cosines of the angles."""
+    return np.asarray((1.0 + coefficient**2) - 2.0 * coefficient * cosine)
 
 
 def _fit_spectrum(s: Spectrum, low: float, high: float) -> tuple[float, float]:
@@ -323,11 +325,10 @@ def _fit_spectrum(s: Spectrum, low: float, high: float) -> tuple[float, float]:
     """
     chosen = (s.angle > low) & (s.angle < high)
     angle, power = s.angle[chosen], s.power[chosen]
-    shapes = [_inverse_spectrum(coefficient, angle) for coefficient in AR_COEFFICIENTS]
-    innovations = [max(float(np.mean(power * shape)), 1e-300) for shape in shapes]
-    misfits = [
-        len(power) * float(np.log(innovation) - np.mean(np.log(shape)))
-        for innovation, shape in zip(innovations, shapes, strict=True)
-    ]
-    likely = np.flatnonzero(np.array(misfits) < min(misfits) + LIKELIHOOD_MARGIN)
-    return float(AR_COEFFICIENTS[likely[0]]), innovations[likely[0]]
+    cosine = np.cos(angle)
+    shapes = [_inverse_spectrum(coefficient, cosine) for coefficient in AR_COEFFICIENTS]
+    innovations = np.array([max(power @ shape / len(power), 1e-300) for shape in shapes])
+    logs = np.array([np.log(shape).mean() for shape in shapes])
+    misfits = len(power) * (np.log(innovations) - logs)
+    likely = np.flatnonzero(misfits < misfits.min() + LIKELIHOOD_MARGIN)
+    return float(AR_COEFFICIENTS[likely[0]]), float(innovations[likely[0]])

@@ -15,7 +15,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
+from ..arm.signatures import (
+    OPTIONS,
+    addresses,
+    cube,
+    dynamics_at,
+    kernel,
+    linear_at,
+    matrix,
+    vector,
+)
 from ..compiler import int64, njit, types
 from ..lanes.functions import INLINE
 from ..lanes.rows import dot1, dot4, dot8, dot12, put_rows
@@ -106,7 +115,7 @@ def follow(tall, state_vectors, d, m, nx, nr, ny, refs, shares, z, y, out, s, st
 
 @kernel(
     types.void(
-        types.int64[::1], matrix, LAWS, cube, cube, matrix, types.float64, types.int64[::1],
+        addresses, matrix, LAWS, cube, cube, matrix, types.float64, types.int64[::1],
         types.boolean, matrix, vector, vector, cube, int64, int64,
     ),
 )  # fmt: skip
@@ -115,12 +124,12 @@ def followed(  # type: ignore[no-untyped-def]
 ):
     """Outputs of the systems first..last-1 along one motion, to out (T, ny, last - first).
 
-    arm (2,): the addresses of its dynamics and linear functions.
+    arm (3,): the addresses of its functions.
     p (S, np), laws, C (S, ny, N), D (S, ny, nr), x0 (S, N) of all S systems; nodes (d, n)
     postures, shares (T, d) flat, h in s, keep (nx,) the states that matter, refs
     (T + 1, nr) flat.
     """
-    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[1])
+    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[2])
     d, n, nr, ny, nx = nodes.shape[0], nodes.shape[1], laws[0].shape[2], C.shape[1], keep.size
     m = nr if hold else 2 * nr
     na = m + nx

@@ -148,13 +148,13 @@ def simulate_lanes(
     laws = [job.numbers.law for job in jobs]
     drives, limits = law_lanes(laws), fill_lanes([law.limit for law in laws])
     dt = fill_lanes([np.array(job.task.sample_time) for job in jobs])
-    arms = [job.model.compiled.linear_matrices(job.task.start[:n], job.numbers.p) for job in jobs]
-    K, D = (fill_lanes(matrices) for matrices in zip(*arms, strict=True))
-    arm = compile_wide_arm(Structure.of(first.model.arm))
+    places = fill_lanes([job.task.start[:n] for job in jobs])
+    p = fill_lanes([job.numbers.p for job in jobs])
+    K, D = first.model.compiled.linear_matrices(places, p)
     parts = tuple(map(_wide, implicit_parts(K, D, drives, dt / substeps)))
     inputs = len(first.numbers.inputs)
     law = tuple(map(_wide, (*drive_matrices(drives, inputs), limits)))
-    p, elements = _side_by_side([job.numbers.p for job in jobs]), _elements(jobs, packed)
+    arm, elements = compile_wide_arm(Structure.of(first.model.arm)), _elements(jobs, packed)
     samples = max(len(job.task.time) for job in jobs)
     signals = interleave([job.task.signals for job in jobs], samples)
     state = _side_by_side([full_start(job.task, job.numbers) for job in jobs])
@@ -162,7 +162,7 @@ def simulate_lanes(
     torques, growth = np.empty((samples, limits.shape[1], LANES)), np.ones((1, LANES))
     for rows in stretches(samples, substeps):
         integrate(
-            arm.dynamics, arm.tip, (n, *arm.solvers), p, law, parts, elements,
+            arm.addresses, n, _wide(p), law, parts, elements,
             signals[rows].reshape(-1, LANES), inputs + laws[0].straight, state, _wide(dt), substeps,
             bool(np.isfinite(limits).any()), states[rows].reshape(-1, LANES),
             torques[rows].reshape(-1, LANES), growth,

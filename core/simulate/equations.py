@@ -82,7 +82,7 @@ def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, sp.Expr]:
 def _shown(place: tuple[Phasor, ...], absent: dict[sp.Symbol, sp.Expr]) -> tuple[Phasor, ...]:
     """The phasors with what the arm does not have left out."""
     return tuple(
-        Phasor(f.angle.subs(absent), f.along.subs(absent), f.across.subs(absent)) for f in place
+        Phasor(*(part.xreplace(absent) for part in (f.angle, f.along, f.across))) for f in place
     )
 
 
@@ -107,7 +107,7 @@ def _kinematics(kinematics: Kinematics, absent: dict[sp.Symbol, sp.Expr]) -> lis
     shown = [rf"\varphi_{{{i + 1}}} &= {s.latex(a)}" for i, a in enumerate(angles)]
     names = {symbol: rf"\varphi_{{{i + 1}}}" for i, symbol in enumerate(angles.values())}
     rows = [
-        rf"z_{i + 1} &= {sp.latex(row.subs(absent), symbol_names=s.latex_names | names)}"
+        rf"z_{i + 1} &= {sp.latex(row.xreplace(absent), symbol_names=s.latex_names | names)}"
         for i, row in enumerate(z)
     ]
     body = r" \\ ".join(shown + rows)
@@ -154,7 +154,7 @@ def _energies(
     spring = springs(kinematics)
     if spring != 0:
         equations.append(Equation("Elastic joints and base", rf"V_s = {s.latex(spring)}"))
-    loss = dissipation(kinematics).subs(absent)
+    loss = dissipation(kinematics).xreplace(absent)
     if loss != 0:
         equations.append(Equation("Dissipation", rf"R = {s.latex(loss)}", "Kelvin-Voigt beams."))
     return equations
@@ -213,9 +213,9 @@ def _lpv_form(
     straight, instead = straight_arm(structure), dict(absent)
     s = straight.symbols
     terms = {
-        b.subs(instead): m
+        b.xreplace(instead): m
         for b, m in straight.mass_terms.items()
-        if any(entry.subs(instead) != 0 for entry in m)
+        if any(entry.xreplace(instead) != 0 for entry in m)
     }
     pieces = [rf"M_{{{i}}}" + ("" if b == 1 else rf"\, {s.latex(b)}") for i, b in enumerate(terms)]
     equations = [
@@ -230,7 +230,7 @@ def _lpv_form(
     ]
     if len(s.q) <= LARGEST_MATRIX:
         for i, (basis, matrix) in enumerate(terms.items()):
-            shown = matrix.subs(instead).applyfunc(sp.factor)
+            shown = matrix.xreplace(instead).applyfunc(sp.factor)
             role = "constant part" if basis == 1 else f"multiplies {basis}"
             equations.append(Equation(f"M{i}, {role}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
         stiffness = stiffness_matrix(straight.kinematics)

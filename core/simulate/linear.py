@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arm.signatures import DYNAMICS, LINEAR, cube, kernel, matrix, vector
+from ..arm.signatures import addresses, cube, dynamics_at, kernel, linear_at, matrix, vector
 from ..compiler import njit, types
 from ..drives.law import DriveLaw
 from ..forces.element import linear_matrices
@@ -56,12 +56,12 @@ def advance(F, nx, ny, m, z, t, refs, nr, out):  # type: ignore[no-untyped-def]
 
 @kernel(
     types.void(
-        DYNAMICS, LINEAR, matrix, LAWS, cube, cube, cube, types.boolean, vector,
+        addresses, matrix, LAWS, cube, cube, cube, types.boolean, vector,
         types.int64[::1], types.boolean, matrix, vector, vector,
     ),
 )  # fmt: skip
 def respond_lanes(  # type: ignore[no-untyped-def]
-    dynamics, linear, p, laws, C, D, schedule, varying, h, keep, hold, x0, refs, out
+    arm, p, laws, C, D, schedule, varying, h, keep, hold, x0, refs, out
 ):
     """Response of LANES experiments, one exponential per sample where the model is `varying`.
 
@@ -70,6 +70,7 @@ def respond_lanes(  # type: ignore[no-untyped-def]
     not `varying`; h (LANES,) sample times in s; keep (nx,) the states that matter; x0
     (LANES, N); refs (T + 1, nr, LANES) and out (T, ny, LANES) flat.
     """
+    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[2])
     n, nr, ns = schedule.shape[2], laws[0].shape[2], laws[3].shape[2]
     ny, nx = C.shape[1], keep.size
     m = nr if hold else 2 * nr
@@ -171,7 +172,7 @@ def _respond_lanes(
     schedule = joint_schedule(tasks)
     out = aligned.py_func(length * (2 * n + joints)).reshape(length, -1, LANES)
     respond_lanes(
-        model.compiled.dynamics, model.compiled.linear, fill_lanes([x.p for x in numbers]),
+        model.compiled.addresses, fill_lanes([x.p for x in numbers]),
         law_lanes(moving), fill_lanes(rows), fill_lanes(direct), schedule, len(schedule) > 1,
         fill_lanes([np.array(task.sample_time) for task in tasks]),
         np.arange(states), not laws[0].interpolate,

@@ -16,7 +16,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
+from ..arm.signatures import (
+    OPTIONS,
+    addresses,
+    cube,
+    dynamics_at,
+    kernel,
+    linear_at,
+    matrix,
+    vector,
+)
 from ..compiler import int64, njit, types
 from ..lanes.algebra import copy, write
 from ..lanes.rows import apply, compare
@@ -191,7 +200,7 @@ def lanes_of(x):  # type: ignore[no-untyped-def]
 
 @kernel(
     types.void(
-        types.int64[::1], cube, POPULATION, types.float64[:, :, :, ::1],
+        addresses, cube, POPULATION, types.float64[:, :, :, ::1],
         types.float64[:, :, :, ::1], matrix, vector, types.int64[::1], types.boolean, cube, vector,
         types.int64[::1], types.int64[:, ::1], int64, vector, vector, matrix, matrix, int64, int64,
     ),
@@ -202,7 +211,7 @@ def piecewise(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """The passes first..last-1 of LANES systems each; the only entry from Python.
 
-    arm (2,): the addresses of its dynamics and linear functions.
+    arm (3,): the addresses of its functions.
     p (passes, LANES, np), laws, C (passes, LANES, ny, N), D (passes, LANES, ny, nr) and x0
     (passes, LANES, N) belong to the passes, the rest to all of them: postures (LANES, n), h
     (LANES,) in s, keep (nx,) the states that matter, refs (T + 1, nr, LANES) flat; pieces
@@ -211,7 +220,7 @@ def piecewise(  # type: ignore[no-untyped-def]
     out (passes, T ny LANES), as `mode` says.
     """
     R, P, V, S, Fs, Fq, Fv, Fr = laws
-    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[1])
+    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[2])
     n, nr = postures.shape[1], R.shape[3]
     ny, nx = C.shape[2], keep.size
     m = nr if hold else 2 * nr

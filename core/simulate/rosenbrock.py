@@ -26,7 +26,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arm.signatures import filling, kernel, matrix
+from ..arm.signatures import (
+    addresses,
+    kernel,
+    matrix,
+    product_at,
+    solver_at,
+    wide_dynamics_at,
+    wide_tip_at,
+)
 from ..compiler import int64, njit, types
 from ..lanes.algebra import add_product, add_rows, combine, copy, multiply, read, write
 from ..lanes.functions import INLINE
@@ -146,33 +154,35 @@ def solve_stage(  # type: ignore[no-untyped-def]
 
 @kernel(
     types.void(
-        filling(matrix, 5), filling(matrix, 4),
-        types.Tuple((int64, *[filling(matrix, count) for count in (2, 2, 2, 3, 3)])),
-        matrix, types.UniTuple(matrix, 4), types.UniTuple(matrix, 6), WIDE_ELEMENTS, matrix, int64,
-        matrix, matrix, int64, types.boolean, matrix, matrix, matrix,
+        addresses, int64, matrix, types.UniTuple(matrix, 4), types.UniTuple(matrix, 6),
+        WIDE_ELEMENTS, matrix, int64, matrix, matrix, int64, types.boolean, matrix, matrix, matrix,
     )
 )  # fmt: skip
 def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
-    dynamics, tip, solvers, p, law, parts, packed, r, straight, y, dt, substeps, limited, states,
-    torques, growth,
+    arm, n, p, law, parts, packed, r, straight, y, dt, substeps, limited, states, torques, growth
 ):  # fmt: skip
     """Fills states (N (2 n + ns + nw),) and drive torques (N nj,) at the N samples from the start
     y, which becomes the end. Returns (1,): by how much a pivot shrank at most, see
     core.arm.solvers.factor.
 
-    Each number stands for LANES arms, and matrices lie row by row. `solvers` is the number n of
-    coordinates with the functions of core.arm.solvers; p (np,); `law` is `drive_matrices` with the
-    limits (nj,), `parts` is `implicit_parts`; r (N nr,), of each row the first `straight` run
-    straight between samples, the others are held, and the first may be inputs of the elements; dt
-    (1,) in s; `limited` says whether any drive has a limit.
+    Each number stands for LANES arms, and matrices lie row by row. `arm` (7,) are the addresses of
+    its functions for n coordinates (core.arm.compiled.WideArm); p (np,); `law` is `drive_matrices`
+    with the limits (nj,), `parts` is `implicit_parts`; r (N nr,), of each row the first `straight`
+    run straight between samples, the others are held, and the first may be inputs of the elements;
+    dt (1,) in s; `limited` says whether any drive has a limit.
     """
-    addresses, firsts, states_of, values_of, _, _, tips, bristles, loads = packed
+    dynamics, tip = wide_dynamics_at(arm[0]), wide_tip_at(arm[1])
+    solvers = (
+        n, solver_at(arm[2]), solver_at(arm[3]), solver_at(arm[4]), product_at(arm[5]),
+        product_at(arm[6]),
+    )  # fmt: skip
+    laws, firsts, states_of, values_of, _, _, tips, bristles, loads = packed
     # The tip's directions and loads are written here, and other threads may run the same model.
     directions, values = packed[4].copy(), packed[5].copy()
     elements = (
-        addresses, firsts, states_of, values_of, directions, values, tips, bristles, loads
+        laws, firsts, states_of, values_of, directions, values, tips, bristles, loads
     )  # fmt: skip
-    n, joints, nw = solvers[0], law[3].shape[0], states_of[-1]
+    joints, nw = law[3].shape[0], states_of[-1]
     K, Q, length = firsts[-1], bristles.size, y.shape[0]
     ns, samples = length - 2 * n - nw, torques.shape[0] // joints
     nr = r.shape[0] // samples
