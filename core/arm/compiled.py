@@ -83,6 +83,7 @@ def _floats(*arrays: np.ndarray) -> list[np.ndarray]:
     return [np.ascontiguousarray(a, dtype=float) for a in arrays]
 
 
+@cache
 def _key(structure: Structure) -> str:
     """Changes with the structure and with the code that derives its equations."""
     import numba
