@@ -93,10 +93,10 @@ def explained_by(
         return Explained(0.0, np.zeros(0))
     A, b = projected[np.ix_(at, at)], projected[at, -1]
     if len(at) == 1:
-        size = max(float(A[0, 0]), NO_OUTPUT)
-        x = float(b[0]) / size if A[0, 0] > NO_OUTPUT else 0.0
-        x = max(x, 0.0) if one_sided[0] else x
-        return Explained(x * x * size, np.array([x]))
+        size = float(A[0, 0])
+        factor = float(b[0]) / size if size > NO_OUTPUT else 0.0
+        factor = max(factor, 0.0) if one_sided[0] else factor
+        return Explained(factor**2 * size, np.array([factor]))
     nonzero = np.diag(A) > NO_OUTPUT
     d = np.where(nonzero, np.sqrt(np.maximum(np.diag(A), NO_OUTPUT)), np.inf)
     normal = A / np.outer(d, d) + 1e-12 * np.eye(len(at))
