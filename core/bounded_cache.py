@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import Generic, TypeVar
 
+import numpy as np
+
 V = TypeVar("V")
+
+
+def digest(*arrays: np.ndarray) -> bytes:
+    """A key that stands for the numbers of these arrays, so that a cache need not keep them."""
+    hasher = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        hasher.update(np.ascontiguousarray(array).tobytes())
+    return hasher.digest()
 
 
 class BoundedCache(Generic[V]):

@@ -85,15 +85,44 @@ def _function_of(kind: Any) -> Any:
     return function_at
 
 
-dynamics_at = _function_of(filling(vector, 5))
-tip_at = _function_of(filling(vector, 4))
-linear_at = _function_of(filling(vector, 4))
-"""Of `core.arm.compiled.CompiledArm.addresses`, in this order."""
-
-wide_dynamics_at = _function_of(filling(matrix, 5))
-wide_tip_at = _function_of(filling(matrix, 4))
-solver_at = _function_of(filling(matrix, 2))
-product_at = _function_of(filling(matrix, 3))
-"""Of `core.arm.compiled.WideArm.addresses`: after dynamics and tip, three solvers, two products."""
+_filling_4, _filling_5 = (_function_of(filling(vector, count)) for count in (4, 5))
+_wide_2, _wide_3, _wide_4, _wide_5 = (_function_of(filling(matrix, n)) for n in (2, 3, 4, 5))
 
 addresses = types.int64[::1]
+"""Of an arm's functions: core.arm.compiled.CompiledArm.addresses, WideArm.addresses."""
+
+
+@njit(**OPTIONS)
+def dynamics_of(arm):  # type: ignore[no-untyped-def]
+    """`dynamics` of a CompiledArm, by its addresses."""
+    return _filling_5(arm[0])
+
+
+@njit(**OPTIONS)
+def tip_of(arm):  # type: ignore[no-untyped-def]
+    """Its `tip`."""
+    return _filling_4(arm[1])
+
+
+@njit(**OPTIONS)
+def linear_of(arm):  # type: ignore[no-untyped-def]
+    """Its `linear`."""
+    return _filling_4(arm[2])
+
+
+@njit(**OPTIONS)
+def wide_dynamics_of(arm):  # type: ignore[no-untyped-def]
+    """`dynamics` of a WideArm, by its addresses."""
+    return _wide_5(arm[0])
+
+
+@njit(**OPTIONS)
+def wide_tip_of(arm):  # type: ignore[no-untyped-def]
+    """Its `tip`."""
+    return _wide_4(arm[1])
+
+
+@njit(**OPTIONS)
+def solvers_of(arm, n):  # type: ignore[no-untyped-def]
+    """n, its number of coordinates, and its `solvers`."""
+    return n, _wide_2(arm[2]), _wide_2(arm[3]), _wide_2(arm[4]), _wide_3(arm[5]), _wide_3(arm[6])

@@ -92,7 +92,7 @@ def explained_by(
     if not at:
         return Explained(0.0, np.zeros(0))
     A, b = projected[np.ix_(at, at)], projected[at, -1]
-    if len(at) == 1:
+    if len(at) == 1:  # most questions are of one column, and need no solver
         size = float(A[0, 0])
         factor = float(b[0]) / size if size > NO_OUTPUT else 0.0
         factor = max(factor, 0.0) if one_sided[0] else factor

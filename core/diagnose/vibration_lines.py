@@ -56,12 +56,6 @@ class UnexplainedLine:
     line: Line
 
 
-def line_of(x: np.ndarray, dt: float) -> Line | None:
-    """The most significant line of x (N,), `dt` s apart; None for short signals."""
-    lines = lines_of(x, dt)
-    return max(lines, key=lambda line: -line.chance) if lines else None
-
-
 def lines_of(x: np.ndarray, dt: float) -> list[Line]:
     """All local peaks of x (N,), `dt` s apart, with their chances, by frequency."""
     N = len(x)

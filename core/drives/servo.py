@@ -7,7 +7,6 @@ With a perfect model the servo has nothing to do.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -17,7 +16,7 @@ import numpy as np
 import scipy
 
 from ..arm.arm import Arm
-from ..bounded_cache import BoundedCache
+from ..bounded_cache import BoundedCache, digest
 from ..drives.law import DriveLaw, static_law
 from ..errors import InputError
 from ..recording.initial_motion import begins_at_rest
@@ -249,9 +248,8 @@ class FollowingServo:
         place = np.column_stack([recording[f"theta{k + 1}"] for k in range(arm.joints)])
         dt, may_rest = recording.sample_time, recording.beginning is not Beginning.MOTION
         hz = BEYOND * self.torque_hz
-        digest = hashlib.blake2b(place.tobytes(), digest_size=16).digest()
         return _MOTIONS.get(
-            (digest, place.shape, dt, may_rest, hz),
+            (digest(place), place.shape, dt, may_rest, hz),
             lambda: JointMotion.measured(place, dt, may_rest, hz),
         )
 

@@ -62,11 +62,6 @@ class ElementArrays:
     bristles: np.ndarray
     loads: np.ndarray
 
-    @property
-    def state_count(self) -> int:
-        """States of all elements together."""
-        return int(self.states[-1])
-
     def packed(self) -> tuple[np.ndarray, ...]:
         """The arrays in the order in which compiled code for one arm takes them."""
         from ..forces.compiled import compile_law

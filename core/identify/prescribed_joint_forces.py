@@ -16,7 +16,7 @@ import scipy
 
 from ..arm.arm import Structure
 from ..arm.signatures import OPTIONS, kernel, matrix, vector
-from ..bounded_cache import BoundedCache
+from ..bounded_cache import BoundedCache, digest
 from ..compiler import njit, types
 from ..drives.law import law_arrays
 from ..drives.servo import averaged
@@ -111,7 +111,7 @@ def _joint_motion(model: Model, simulated: Numbers, motion: Trajectory) -> np.nd
         if not is_prescribed(model, simulated):
             return _spline_between(np.hstack([place, speed]))
         dt, servo = float(motion.time[1] - motion.time[0]), model.servo
-        key = hashlib.blake2b(place.tobytes(), digest_size=16).digest(), dt, servo.hz, servo.band_hz
+        key = digest(place), dt, servo.hz, servo.band_hz
         return _JOINT_MOTIONS.get(
             key, lambda: _spline_between(np.hstack(servo.seen_by_friction(place, dt)))
         )

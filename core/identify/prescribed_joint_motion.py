@@ -10,16 +10,15 @@ finer grid (`points_per_sample`) by a spline of higher degree.
 
 from __future__ import annotations
 
-import hashlib
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 
 from ..arm.arm import Structure
-from ..arm.signatures import addresses, dynamics_at, kernel, matrix, vector
+from ..arm.signatures import addresses, dynamics_of, kernel, matrix, vector
 from ..arm.slots import weighing
-from ..bounded_cache import BoundedCache
+from ..bounded_cache import BoundedCache, digest
 from ..drives.servo import FollowingServo
 from ..identify.first_states import FREQUENCY_FACTOR
 from ..lanes.algebra import factor_positive, substitute_positive
@@ -170,15 +169,8 @@ def _new_motion(
         return not_finite
     at_once = _held_acceleration(model, numbers, task, whole, lead)
     dt = task.sample_time
-    key = _digest(whole, at_once), lead, finer, dt
+    key = digest(whole, at_once), lead, finer, dt
     return _MOTIONS.get(key, lambda: _motion_through(whole, at_once, lead, finer, dt))
-
-
-def _digest(*arrays: np.ndarray) -> bytes:
-    hasher = hashlib.blake2b(digest_size=16)
-    for array in arrays:
-        hasher.update(np.ascontiguousarray(array).tobytes())
-    return hasher.digest()
 
 
 CAPACITY = 64 * 2**20
@@ -266,7 +258,7 @@ def _held_acceleration(
         return np.zeros_like(place)
     q = np.zeros((len(torque), n))
     q[:, :joints] = place[lead:]
-    key = Structure.of(model.arm), _digest(weighing(numbers.p, joints), torque, place[lead:])
+    key = Structure.of(model.arm), digest(weighing(numbers.p, joints), torque, place[lead:])
     acceleration = _ACCELERATIONS.get(
         key,
         lambda: _instant_acceleration(
@@ -302,7 +294,7 @@ def _integrated(
 @kernel(matrix(addresses, matrix, vector, matrix))
 def _instant_acceleration(arm, q, p, torque):  # type: ignore[no-untyped-def]
     """(N, nj) instantaneous accelerations by torques (N, nj) at positions q (N, n)."""
-    (N, n), dynamics = q.shape, dynamics_at(arm[0])
+    (N, n), dynamics = q.shape, dynamics_of(arm)
     nj = torque.shape[1]
     M, f, still = np.empty(n * n), np.empty(n), np.zeros(n)
     accelerations = np.empty((N, nj))

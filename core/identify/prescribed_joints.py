@@ -22,7 +22,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ..arm.signatures import addresses, dynamics_at, kernel, matrix, tip_at, vector
+from ..arm.signatures import addresses, dynamics_of, kernel, matrix, tip_of, vector
 from ..arm.slots import HUB_INERTIA, slot
 from ..compiler import types
 from ..drives.law import static_law
@@ -143,7 +143,7 @@ def _with_torque(
 )
 def _equations(arm, q, v, p, packed, inputs, joints):  # type: ignore[no-untyped-def]
     """M (N, n n) and f (N, n) with the elements' forces, along q, v (N, n) and inputs (N, k)."""
-    (N, n), dynamics, tip = q.shape, dynamics_at(arm[0]), tip_at(arm[1])
+    (N, n), dynamics, tip = q.shape, dynamics_of(arm), tip_of(arm)
     elements = (
         packed[0], packed[1], packed[2], packed[3], packed[4].copy(), packed[5].copy(), packed[6],
         packed[7], packed[8],

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bounded_cache import BoundedCache
+from ..bounded_cache import BoundedCache, digest
 from ..identify.predictor import Motion
 from ..identify.prepared_recording import Prepared
 from ..identify.setup import Setup
@@ -277,13 +277,7 @@ MOST_RECORDINGS = 16
 """Recordings used: the encoder is the same in all, and each needs enough samples in a row."""
 
 
-class _Bound(NamedTuple):
-    value: float | None
-    recordings: Sequence[Recording]
-    """Kept, so that their identities stay theirs."""
-
-
-_BOUNDS = BoundedCache[_Bound](64)
+_BOUNDS = BoundedCache[float | None](64)
 """No model changes them, and a noise is estimated again with every better model."""
 
 
@@ -301,14 +295,14 @@ def white_noise_bound(
     if not usable:
         return None
 
-    def least_bound() -> _Bound:
+    def least_bound() -> float | None:
         bounds = [_noise_bound(usable, name, others, 1)]
         if len(usable) > 1:
             bounds += [_noise_bound([r], name, others, len(usable)) for r in usable]
-        return _Bound(min((x for x in bounds if x is not None), default=None), usable)
+        return min((x for x in bounds if x is not None), default=None)
 
-    key = (*map(id, usable), name, *others)
-    return _BOUNDS.get(key, least_bound).value
+    used = [r[n][:MOST_NOISE_SAMPLES] for r in usable for n in (name, *others)]
+    return _BOUNDS.get((*map(len, used), digest(*used)), least_bound)
 
 
 def _noise_bound(

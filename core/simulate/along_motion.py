@@ -19,9 +19,9 @@ from ..arm.signatures import (
     OPTIONS,
     addresses,
     cube,
-    dynamics_at,
+    dynamics_of,
     kernel,
-    linear_at,
+    linear_of,
     matrix,
     vector,
 )
@@ -129,7 +129,7 @@ def followed(  # type: ignore[no-untyped-def]
     postures, shares (T, d) flat, h in s, keep (nx,) the states that matter, refs
     (T + 1, nr) flat.
     """
-    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[2])
+    dynamics, linear = dynamics_of(arm), linear_of(arm)
     d, n, nr, ny, nx = nodes.shape[0], nodes.shape[1], laws[0].shape[2], C.shape[1], keep.size
     m = nr if hold else 2 * nr
     na = m + nx

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arm.signatures import addresses, cube, dynamics_at, kernel, linear_at, matrix, vector
+from ..arm.signatures import addresses, cube, dynamics_of, kernel, linear_of, matrix, vector
 from ..compiler import njit, types
-from ..drives.law import DriveLaw
+from ..drives.law import DriveLaw, law_arrays
 from ..forces.element import linear_matrices
 from ..lanes.functions import INLINE
 from ..lanes.rows import apply
@@ -70,7 +70,7 @@ def respond_lanes(  # type: ignore[no-untyped-def]
     not `varying`; h (LANES,) sample times in s; keep (nx,) the states that matter; x0
     (LANES, N); refs (T + 1, nr, LANES) and out (T, ny, LANES) flat.
     """
-    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[2])
+    dynamics, linear = dynamics_of(arm), linear_of(arm)
     n, nr, ns = schedule.shape[2], laws[0].shape[2], laws[3].shape[2]
     ny, nx = C.shape[1], keep.size
     m = nr if hold else 2 * nr
@@ -101,8 +101,7 @@ def respond_lanes(  # type: ignore[no-untyped-def]
 
 def law_lanes(laws: Sequence[DriveLaw]) -> tuple[np.ndarray, ...]:
     """The laws of up to LANES experiments, in the order of LAWS."""
-    names = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
-    return tuple(fill_lanes([getattr(law, name) for law in laws]) for name in names)
+    return tuple(map(fill_lanes, zip(*[law_arrays(law)[:8] for law in laws], strict=True)))
 
 
 def with_forces(numbers: Numbers, task: Task) -> DriveLaw:

@@ -20,9 +20,9 @@ from ..arm.signatures import (
     OPTIONS,
     addresses,
     cube,
-    dynamics_at,
+    dynamics_of,
     kernel,
-    linear_at,
+    linear_of,
     matrix,
     vector,
 )
@@ -220,7 +220,7 @@ def piecewise(  # type: ignore[no-untyped-def]
     out (passes, T ny LANES), as `mode` says.
     """
     R, P, V, S, Fs, Fq, Fv, Fr = laws
-    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[2])
+    dynamics, linear = dynamics_of(arm), linear_of(arm)
     n, nr = postures.shape[1], R.shape[3]
     ny, nx = C.shape[2], keep.size
     m = nr if hold else 2 * nr

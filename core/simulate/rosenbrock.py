@@ -26,15 +26,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arm.signatures import (
-    addresses,
-    kernel,
-    matrix,
-    product_at,
-    solver_at,
-    wide_dynamics_at,
-    wide_tip_at,
-)
+from ..arm.signatures import addresses, kernel, matrix, solvers_of, wide_dynamics_of, wide_tip_of
 from ..compiler import int64, njit, types
 from ..lanes.algebra import add_product, add_rows, combine, copy, multiply, read, write
 from ..lanes.functions import INLINE
@@ -162,7 +154,7 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     arm, n, p, law, parts, packed, r, straight, y, dt, substeps, limited, states, torques, growth
 ):  # fmt: skip
     """Fills states (N (2 n + ns + nw),) and drive torques (N nj,) at the N samples from the start
-    y, which becomes the end. Returns (1,): by how much a pivot shrank at most, see
+    y, which becomes the end, and `growth` (1,): by how much a pivot shrank at most, see
     core.arm.solvers.factor.
 
     Each number stands for LANES arms, and matrices lie row by row. `arm` (7,) are the addresses of
@@ -171,11 +163,7 @@ def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     run straight between samples, the others are held, and the first may be inputs of the elements;
     dt (1,) in s; `limited` says whether any drive has a limit.
     """
-    dynamics, tip = wide_dynamics_at(arm[0]), wide_tip_at(arm[1])
-    solvers = (
-        n, solver_at(arm[2]), solver_at(arm[3]), solver_at(arm[4]), product_at(arm[5]),
-        product_at(arm[6]),
-    )  # fmt: skip
+    dynamics, tip, solvers = wide_dynamics_of(arm), wide_tip_of(arm), solvers_of(arm, n)
     laws, firsts, states_of, values_of, _, _, tips, bristles, loads = packed
     # The tip's directions and loads are written here, and other threads may run the same model.
     directions, values = packed[4].copy(), packed[5].copy()

@@ -114,8 +114,7 @@ def test_stiffness_and_damping_are_the_slopes_of_the_force(name: str) -> None:
 def test_stiffness_does_not_depend_on_the_joints_without_gravity(name: str) -> None:
     arm = loaded(ARMS[name])
     p, code = arm_vector(arm), compiled(arm)
-    some = [
-        code.linear_matrices(straight(random_state(arm, s)[0][: arm.joints], arm), p)
-        for s in range(3)
-    ]
+    places = [straight(random_state(arm, s)[0][: arm.joints], arm) for s in range(3)]
+    some = [code.linear_matrices(q, p) for q in places]
+    some += zip(*code.linear_matrices(np.array(places), np.array([p] * 3)), strict=True)
     assert all(np.array_equal(some[0][0], K) and np.array_equal(some[0][1], D) for K, D in some)

@@ -54,9 +54,7 @@ PUBLIC = {"compare_as_given", "to_casadi", "to_control", "to_dataframe", "to_sci
 FOR_TESTS = {
     "dissipative": "what the energy test of every effect looks at",
     "iterations": "how many steps a descent took",
-    "line_of": "flexgui.core.diagnose",
     "pids": "the processes of an executor, to end one",
-    "state_count": "states of all elements",
     "whitened_reduction": "flexgui.core.diagnose",
 }
 """Name -> what tests look at there. It must only shrink."""
