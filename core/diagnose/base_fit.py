@@ -10,18 +10,13 @@ from typing import Any
 import numpy as np
 
 from ..diagnose.cost_minimum import converge
-from ..diagnose.fit_problem import (
-    ANCHORED_ERROR,
-    FitProblem,
-    enough_substeps,
-    parametrised,
-)
+from ..diagnose.fit_problem import FitProblem, enough_substeps, parametrised
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.refit import Refit, fit
 from ..effects.effect import Effect
 from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
-from ..identify.defect_correction import MOST_STEPS, with_enough_steps
+from ..identify.defect_correction import with_enough_steps
 from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.processing import Processing
 from ..identify.setup import measured_sensors
@@ -105,10 +100,7 @@ def fit_base(
     sizes = sizes_of([m for m, _, _ in motions])
     data = replace(data, sizes=sizes).in_floors(floors)
     values = {**model.effect_values, **rough.parametrised.values()}
-    few = enough_substeps(data, effects, values, ANCHORED_ERROR)
-    few = substeps_for_directions(data, effects, values, few)
-    steps = enough_substeps(data, effects, values, least=few)
-    data = replace(data, substeps=steps, anchored_substeps=few)
+    data = replace(data, substeps=enough_substeps(data, effects, values))
     data, base = converge(data, parametrised(data, effects, values), None, stopped)
     return BaseFit(data, base)
 
@@ -141,47 +133,6 @@ def full_equations(model: Model) -> Model:
     """The model with the full equations."""
     bare = None if model.bare is None else model.bare.at_level("nonlinear")
     return replace(model.at_level("nonlinear"), bare=bare)
-
-
-LEAST_COSINE = 0.9
-"""Least cosine between an unknown's sensitivity with some steps and with twice as many. A step
-along a direction this far off still takes eight tenths (its square) of the possible reduction. With
-a link at half the sampling rate, one step per sample and a cosine of -0.2, a stiffness stopped 8
-per cent off and a soft base was named."""
-
-
-def substeps_for_directions(
-    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float], least: int
-) -> int:
-    """Steps per sample, from `least` on, for reliable descent directions: twice as many change the
-    shared sensitivities little."""
-    half = max(least // 2, 1)  # of the steps are what directions are taken with
-    slopes = _slopes(data, effects, values, half)
-    while 2 * half < MOST_STEPS:
-        finer = _slopes(data, effects, values, 2 * half)
-        if _least_cosine(slopes, finer) > LEAST_COSINE:
-            break
-        half, slopes = 2 * half, finer
-    return max(least, 2 * half) if half > 1 else least
-
-
-def _slopes(
-    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float], steps: int
-) -> list[np.ndarray]:
-    """Sensitivity (N,) to each shared unknown, with so many steps per sample."""
-    h = parametrised(replace(data, substeps=steps), effects, values)
-    shared = [k for k, u in enumerate(h.unknowns.items) if u.recording is None]
-    if not shared:
-        return []
-    sensitivities = h.residuals.sensitivities(h.vector, central=False, only=shared)
-    return [np.concatenate([S[:, :, k].ravel() for S in sensitivities]) for k in shared]
-
-
-def _least_cosine(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> float:
-    """Least cosine of pairs of non-zero vectors (N,); one if there are none."""
-    sizes = [np.linalg.norm(a) * np.linalg.norm(b) for a, b in zip(first, second, strict=True)]
-    cosines = [a @ b / s for a, b, s in zip(first, second, sizes, strict=True) if s > 0.0]
-    return float(min(cosines, default=1.0))
 
 
 TRIAL_ITERATIONS = 4

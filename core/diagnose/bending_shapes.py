@@ -12,19 +12,13 @@ from dataclasses import replace
 
 from ..arm.arm import Arm
 from ..arm.segment import MAX_MODES
-from ..diagnose.base_fit import substeps_for_directions
 from ..diagnose.cost_minimum import converge
 from ..diagnose.evidence import LEAST_SHARE, RELEVANT, TIE
-from ..diagnose.fit_problem import (
-    UNANCHORED_ERROR,
-    FitProblem,
-    enough_substeps,
-    parametrised,
-)
+from ..diagnose.fit_problem import FitProblem, enough_substeps, parametrised
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.gram_matrix import explained_by, gram_matrix
 from ..diagnose.linear_screen import remainders_of
-from ..diagnose.refit import fit, with_whitened_cost
+from ..diagnose.refit import COMPARED_SUBSTEPS, fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, nominal_values
 from ..least_squares import cost_of
 from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
@@ -121,10 +115,9 @@ def data_with_modes(data: FitProblem, modes: tuple[int, ...], model: FittedModel
     """The same recordings for an arm with so many shapes per segment, in steps that are fine
     enough for the effects and values of a model."""
     other = data.of_arm(replace(data.bare, arm=arm_with_modes(data.bare.arm, modes)))
-    values = _values(model)
-    steps = enough_substeps(other, model.effects, values, UNANCHORED_ERROR)
-    steps = substeps_for_directions(other, model.effects, values, steps)
-    return replace(other, substeps=steps, anchored_substeps=steps)
+    # No anchor corrects them, so they take the steps of errors that are compared.
+    steps = COMPARED_SUBSTEPS * enough_substeps(other, model.effects, _values(model))
+    return replace(other, substeps=steps)
 
 
 def arm_with_modes(arm: Arm, modes: tuple[int, ...]) -> Arm:

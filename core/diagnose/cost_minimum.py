@@ -33,7 +33,8 @@ from ..noise.output_noise import simulate_noise
 from ..noise.whitening import Whitener
 
 SAME = 0.05
-"""In noise floors, rms: a smaller change by more steps is negligible."""
+"""In noise floors, or in what the model leaves if that is more, rms: a smaller change by more steps
+is negligible."""
 
 
 def anchor_at(data: FitProblem, h: ParametrisedModel) -> tuple[FitProblem, list[np.ndarray]]:
@@ -49,7 +50,7 @@ def anchor_at(data: FitProblem, h: ParametrisedModel) -> tuple[FitProblem, list[
     errors, finer = errors_with_each(h.residuals, h.vector, (steps, 2 * steps))
     while steps < MOST_STEPS:
         change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])
-        if change < SAME**2 * data.count:
+        if change < SAME**2 * max(cost_of(finer), data.count):
             break
         steps, errors, finer = (2 * steps, finer, errors_with(h.residuals, h.vector, 4 * steps))
     anchor = Anchor(replace(h.residuals, anchor=None), h.vector, extrapolated(errors, finer))

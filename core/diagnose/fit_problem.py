@@ -12,7 +12,7 @@ from ..arm.arm import Structure
 from ..effects import with_included
 from ..effects.effect import Effect, Rig
 from ..effects.sizes import Sizes
-from ..identify.defect_correction import MOST_STEPS, Anchor
+from ..identify.defect_correction import Anchor, with_enough_steps
 from ..identify.predictor import Motion, MotionCache, Predictor
 from ..identify.prepared_recording import Prepared, make_task
 from ..identify.prescribed_joint_forces import steps_between_points
@@ -38,9 +38,8 @@ class FitProblem:
     fixed: Mapping[str, float]
     sizes: Sizes
     substeps: int | None
-    """Integration steps per sample in the search; None: not known yet."""
-    anchored_substeps: int | None = None
-    """The same for arms whose step error the anchor corrects; None: as many."""
+    """Integration steps per sample in the search, half of them for arms whose step error the anchor
+    corrects; None: not known yet."""
     result_substeps: int | None = None
     """Steps per sample beyond which nothing changes: for results that are stated."""
     per_recording: tuple[str, ...] = ()
@@ -148,8 +147,10 @@ class ParametrisedModel:
         return self.half_substeps.residuals.sensitivities(vector, central=False)
 
     def exact_slopes(self, vector: np.ndarray) -> list[np.ndarray]:
-        """The same derivatives at a `vector` (P,), with all steps."""
-        return self.residuals.sensitivities(vector, central=False)
+        """The same derivatives at a `vector` (P,), with twice the steps."""
+        predictor = self.residuals.predictor
+        finer = predictor if predictor.steps is None else predictor.with_steps(2 * predictor.steps)
+        return replace(self.residuals, predictor=finer).sensitivities(vector, central=False)
 
     def slopes_reusing(
         self, vector: np.ndarray, reused: Mapping[str, tuple[np.ndarray, ...]]
@@ -224,47 +225,27 @@ def parametrised(
 
 
 def _search_substeps(data: FitProblem, model: Model) -> int:
-    """Steps per sample of the search for a model's arm."""
+    """Steps per sample of the search for a model's arm. The anchor does not know the step error of
+    an arm with other vibrations."""
     assert data.substeps is not None
     anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
-    return data.anchored_substeps if anchored and data.anchored_substeps else data.substeps
+    return max(data.substeps // 2, 1) if anchored else data.substeps
 
 
 SEARCH_ERROR = 0.6
-"""In noise floors, rms: largest step error in the search. `Anchor` corrects it and leaves about a
-tenth (measured with friction, elastic joints, lag and damping)."""
-
-ANCHORED_ERROR = 2.4
-"""The same if the anchor is of the same arm. Compared errors use twice as many steps
-(core.diagnose.refit.COMPARED_SUBSTEPS), which miss a quarter. The anchor does not know the step
-error of an arm with other vibrations."""
-
-UNANCHORED_ERROR = 0.2
-"""The same for arms with other bending shapes, which no anchor corrects: squared, it is no relevant
-part of the noise. With three times as much, the step error hid all that a further shape
-explained."""
+"""In noise floors, rms: a smaller step error in the search is negligible. `Anchor` corrects it and
+leaves about a tenth (measured with friction, elastic joints, lag and damping)."""
 
 
 def enough_substeps(
-    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float],
-    tolerance: float = SEARCH_ERROR, least: int = 1,
-) -> int:  # fmt: skip
-    """Steps per sample, from `least` on, such that twice as many change the outputs by less than
-    `tolerance` noise floors, rms."""
-
-    def errors_with(steps: int) -> list[np.ndarray]:
-        h = parametrised(replace(data, substeps=steps), effects, values)
-        return h.errors(h.vector)
-
-    steps, coarse = least, errors_with(least)
-    while steps < MOST_STEPS:
-        fine = errors_with(2 * steps)
-        difference = [a - b for a, b in zip(coarse, fine, strict=True)]
-        change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in difference]) ** 2)))
-        if change < tolerance:
-            break
-        steps, coarse = 2 * steps, fine
-    return steps
+    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float]
+) -> int:
+    """Steps per sample, such that twice as many change the outputs by less than SEARCH_ERROR, or by
+    a small share of what the model leaves."""
+    h = parametrised(replace(data, substeps=1, anchor=None), effects, values)
+    enough = with_enough_steps(h.residuals, h.vector, SEARCH_ERROR**2 * data.count)
+    assert enough.predictor.steps is not None and h.substeps is not None
+    return enough.predictor.steps // h.substeps
 
 
 def with_values(

@@ -17,7 +17,7 @@ from ..diagnose import progress_messages as messages
 from ..diagnose.acceptance import PROMISING_SHARE, ModelCheck, Round, model_check
 from ..diagnose.bending_shapes import resolved
 from ..diagnose.evidence import RELEVANT, explains_without_noise
-from ..diagnose.fit_problem import ANCHORED_ERROR, FitProblem, enough_substeps, with_shared_motions
+from ..diagnose.fit_problem import FitProblem, enough_substeps, with_shared_motions
 from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.linear_screen import Screen, screen
 from ..diagnose.memo import Memo, ModelRound
@@ -114,12 +114,14 @@ class Search:
         last = path[-1]
         self.progress.stage(messages.NOISE)
         seen = last.model.against(last.model.data.in_floors(floors))
-        return (*path[:-1], last._replace(model=self._finer(seen)))
+        return (*path[:-1], last._replace(model=seen))
 
     def _ready(self, path: tuple[Move, ...]) -> tuple[Move, ...]:
-        """The path for the next move. Where added effects leave more than noise, its last model is
-        seen against its own noise, if the error may be noise, and has the bending shapes it needs.
+        """The path for the next move. Its last model has steps that are fine enough. Where added
+        effects leave more than noise, it is seen against its own noise, if the error may be noise,
+        and has the bending shapes it needs.
         """
+        path = (*path[:-1], path[-1]._replace(model=self._finer(path[-1].model)))
         model = path[-1].model
         data, errors = model.data, model.refit.errors
         if not self.added(model) or within_noise(data, errors):
@@ -139,14 +141,13 @@ class Search:
         return resolved(model, self.memo.modes, self.progress.stopped, self.memo.shapes)
 
     def _finer(self, model: FittedModel) -> FittedModel:
-        """The model with steps that are fine enough for its noise; as it is where they are."""
+        """The model with steps that are fine enough for what it leaves; as it is where they are."""
         data, values = model.data, model.refit.parametrised.values()
         values = {**model.refit.parametrised.model.effect_values, **values}
-        steps = enough_substeps(replace(data, anchor=None), model.effects, values)
+        steps = enough_substeps(data, model.effects, values)
         if data.substeps is not None and steps <= data.substeps:
             return model
-        few = enough_substeps(replace(data, anchor=None), model.effects, values, ANCHORED_ERROR)
-        finer = replace(data, substeps=steps, anchored_substeps=few)
+        finer = replace(data, substeps=steps)
         return fit_model(finer, model.effects, values, self.progress.stopped)
 
     def _without_moves_left(self, path: tuple[Move, ...]) -> Found:

@@ -105,9 +105,12 @@ def with_steps(residuals: Residuals, steps: int) -> Residuals:
     return replace(residuals, predictor=residuals.predictor.with_steps(steps), anchor=None)
 
 
-def with_enough_steps(residuals: Residuals, vector: np.ndarray) -> Residuals:
+def with_enough_steps(
+    residuals: Residuals, vector: np.ndarray, negligible: float = 0.0
+) -> Residuals:
     """The residuals with so many steps per sample, at least as many as they have, that twice as
-    many hardly change what is left at a `vector` (P,).
+    many hardly change what is left at a `vector` (P,), or change it by a `negligible` sum of
+    squares.
 
     With fewer the errors of the steps are what a descent sees: with three modes per link and one
     step per millisecond the cost was ninety times that of the noise, and a fit took 44 iterations
@@ -118,7 +121,7 @@ def with_enough_steps(residuals: Residuals, vector: np.ndarray) -> Residuals:
     while 2 * steps <= MOST_STEPS:
         finer = errors_with(residuals, vector, 2 * steps)
         change = cost_of([a - b for a, b in zip(errors, finer, strict=True)])
-        if change < STEP_SHARE**2 * cost_of(finer):
+        if change < max(STEP_SHARE**2 * cost_of(finer), negligible):
             break
         steps, errors = 2 * steps, finer
     return with_steps(residuals, steps)
