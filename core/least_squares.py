@@ -102,10 +102,36 @@ def normal_equations(blocks: Blocks, slopes: Slopes) -> tuple[np.ndarray, np.nda
     P = slopes[0].shape[-1]
     A, b = np.zeros((P, P)), np.zeros(P)
     for r, S in zip(blocks, slopes, strict=True):
-        flat = S.reshape(r.size, P)  # a model may have no unknown but one, and that is held
-        A += flat.T @ flat
-        b += flat.T @ r.ravel()
+        own, flat = moving_columns(S)
+        A[np.ix_(own, own)] += flat.T @ flat
+        b[own] += flat.T @ r.ravel()
     return A, b
+
+
+def zero_slopes(shape: tuple[int, ...], P: int) -> np.ndarray:
+    """(*shape, P) zeros. A column lies in one piece: with gaps it would take longer to fill, and
+    columns that stay zero take no memory."""
+    return np.moveaxis(np.zeros((P, *shape)), 0, -1)
+
+
+def moving_columns(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which columns of S (..., P) are not zero, and these (rows, p). A recording's errors do not
+    depend on the first states of the others: of hundreds of recordings most columns are zero."""
+    own = np.flatnonzero(S.any(axis=tuple(range(S.ndim - 1))))
+    kept = S if len(own) == S.shape[-1] else S[..., own]
+    return own, kept.reshape(-1, len(own)) if len(own) else np.zeros((kept[..., :1].size, 0))
+
+
+def triangular(slopes: Slopes) -> np.ndarray:
+    """(R, P) with the singular values and directions of all slopes (..., P) together, of few rows:
+    the triangles of their QR factors."""
+    P, parts = slopes[0].shape[-1], list[np.ndarray]()
+    for S in slopes:
+        own, flat = moving_columns(S)
+        factor = np.linalg.qr(flat, mode="r")
+        parts.append(np.zeros((len(factor), P)))
+        parts[-1][:, own] = factor
+    return np.vstack(parts)
 
 
 def levenberg_marquardt(

@@ -8,6 +8,7 @@ import sys
 import threading
 
 import pytest
+from threadpoolctl import threadpool_info
 
 from flexgui.core import processors
 from flexgui.core.errors import InputError
@@ -84,13 +85,20 @@ def test_a_number_that_cannot_be_is_one_sentence(count: object) -> None:
         processors.at_most(count).__enter__()  # type: ignore[arg-type]
 
 
+def algebra_threads() -> list[int]:
+    """Threads of each library of linear algebra that is loaded."""
+    return [x["num_threads"] for x in threadpool_info() if x["user_api"] == "blas"]
+
+
 def test_searches_at_once_leave_the_interpreter_as_they_found_it() -> None:
-    before = sys.getswitchinterval()
+    before, threads = sys.getswitchinterval(), algebra_threads()
     first, second = processors.fast_thread_switching(), processors.fast_thread_switching()
     first.__enter__()
     second.__enter__()
     assert sys.getswitchinterval() == pytest.approx(processors.SWITCH_INTERVAL)
     first.__exit__(None, None, None)  # the second still runs
     assert sys.getswitchinterval() == pytest.approx(processors.SWITCH_INTERVAL)
+    assert set(algebra_threads()) == {1}
     second.__exit__(None, None, None)
     assert sys.getswitchinterval() == pytest.approx(before)
+    assert algebra_threads() == threads

@@ -18,7 +18,7 @@ from ..effects.effect import Effect
 from ..identify import identifiability
 from ..identify.compare import compare_many
 from ..identify.estimates import derived_estimates
-from ..least_squares import SEEN, as_finite
+from ..least_squares import SEEN, as_finite, triangular
 from ..results import Estimate, RecordingComparison
 from ..results.comparison import DIAGNOSIS_FIT
 
@@ -31,7 +31,7 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     if not len(unknowns):
         return ()
     sensitivities = [as_finite(S) for S in h.residuals.sensitivities(x)]
-    jacobian = h.residuals.vector(sensitivities)
+    jacobian = triangular(sensitivities)
     _, _, null = identifiability.analyse(unknowns, x, jacobian)
     identified = identifiability.identified(null, len(unknowns))
     shared = [i for i, u in enumerate(unknowns.items) if u.recording is None]

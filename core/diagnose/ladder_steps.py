@@ -18,6 +18,7 @@ from ..least_squares import (
     levenberg_marquardt,
     normal_equations,
     pseudo_inverse,
+    triangular,
     with_prior,
 )
 from ..model import Model
@@ -177,7 +178,7 @@ def _identified(refit: Refit) -> np.ndarray:
     h, slopes = refit.parametrised, refit.descended.slopes
     if not len(h.vector):
         return np.zeros(0, dtype=bool)
-    jacobian = h.residuals.vector([as_finite(S) for S in slopes])
+    jacobian = triangular([as_finite(S) for S in slopes])
     _, _, null = analyse(h.unknowns, h.vector, jacobian, SEEN**0.5)
     return identified(null, len(h.vector))
 

@@ -25,8 +25,10 @@ from ..least_squares import (
     as_finite,
     cost_of,
     levenberg_marquardt,
+    moving_columns,
     normal_equations,
     pseudo_inverse,
+    zero_slopes,
 )
 
 if TYPE_CHECKING:
@@ -209,13 +211,25 @@ def _along_fine_slopes(
     coarse, better = on_all_cores(slopes_with, (steps, 2 * steps))
     while True:
         plain, end = (
-            minimum_along(S, fine, vector, limits) for S in (better, extrapolated(coarse, better))
+            minimum_along(S, fine, vector, limits)
+            for S in (better, _extrapolated_slopes(coarse, better))
         )
         moved = _length(end.vector - plain.vector, end)
         if moved < EXTRAPOLATED * MOST_MOVE or 4 * steps > MOST_STEPS:
             return steps, end
         steps *= 2
         coarse, better = better, slopes_with(2 * steps)
+
+
+def _extrapolated_slopes(
+    coarse: Sequence[np.ndarray], fine: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """The same of slopes (M, k, P), of which many columns may be zero."""
+    slopes = [zero_slopes(S.shape[:-1], S.shape[-1]) for S in fine]
+    for S, pair in zip(slopes, zip(coarse, fine, strict=True), strict=True):
+        own, _ = moving_columns(pair[1])
+        (S[..., own],) = extrapolated(*([x[..., own]] for x in pair))
+    return slopes
 
 
 def minimum_along(

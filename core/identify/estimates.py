@@ -15,7 +15,13 @@ from ..identify.refinement import RefinedFit
 from ..identify.residuals import Residuals
 from ..identify.uncertainty import covariance
 from ..identify.unknowns import Unknowns
-from ..least_squares import BoundsAndPrior, bounds_and_prior, normal_equations, pseudo_inverse
+from ..least_squares import (
+    BoundsAndPrior,
+    bounds_and_prior,
+    normal_equations,
+    pseudo_inverse,
+    triangular,
+)
 from ..model import Model
 from ..results import Estimate, Fit, Generation
 
@@ -44,7 +50,7 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     blocks = residuals.blocks(vector)
     squares = sum(float(np.sum(b * b)) for b in blocks)
     sensitivities = list(refined.slopes) or residuals.sensitivities(vector)
-    jacobian = residuals.vector(sensitivities) if P else np.zeros((1, 0))
+    jacobian = triangular(sensitivities) if P else np.zeros((1, 0))
     rank, _, null = (
         identifiability.analyse(unknowns, vector, jacobian) if P else (0, None, np.zeros((0, 0)))
     )

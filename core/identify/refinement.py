@@ -26,6 +26,7 @@ from ..least_squares import (
     bounds_and_prior,
     cost_of,
     levenberg_marquardt,
+    normal_equations,
 )
 from ..progress import StoppedError
 from ..recording.decimation import first_part
@@ -103,9 +104,10 @@ def scaled_limits(
 
 def fit_at(residuals: Residuals, descended: Descended) -> RefinedFit:
     """The fit at the end of a descent."""
-    r, J = residuals.vector(descended.blocks), residuals.vector(descended.slopes) * residuals.scales
-    size = np.linalg.norm(J) * np.linalg.norm(r)
-    gradient = float(np.linalg.norm(J.T @ r) / size) if size > 0.0 else 0.0
+    A, b = normal_equations(descended.blocks, descended.slopes)
+    scales = residuals.scales
+    size = np.sqrt(np.diag(A) @ scales**2 * cost_of(descended.blocks))
+    gradient = float(np.linalg.norm(b * scales) / size) if size > 0.0 else 0.0
     return RefinedFit(descended.vector, descended.cost, gradient, descended.ended)
 
 

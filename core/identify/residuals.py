@@ -15,6 +15,7 @@ from ..identify.population_cost import PopulationCost
 from ..identify.predictor import Predictor, Request
 from ..identify.prepared_recording import Prepared
 from ..identify.unknowns import Unknowns, is_neutral
+from ..least_squares import zero_slopes
 from ..progress import Compared, use_progress
 from ..results import ChannelComparison, RecordingComparison
 
@@ -167,9 +168,7 @@ class Residuals:
     ) -> list[np.ndarray]:
         """d(residual)/d(vector) per recording, (M_i, k, P), by differences; zero for entries
         that are not among `only`, where that is given."""
-        shapes = [e.measured.shape for e in self.experiments]
-        # A column per unknown lies in one piece: written with gaps it took longer to fill.
-        slopes = [np.moveaxis(np.zeros((len(vector), *shape)), 0, -1) for shape in shapes]
+        slopes = [zero_slopes(e.measured.shape, len(vector)) for e in self.experiments]
         columns = range(len(vector)) if only is None else only
         which = {j: self._concerned(j) for j in columns}
         for j, i, change in self._changes(vector, which, central):

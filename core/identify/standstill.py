@@ -7,7 +7,6 @@ such a torque adds to them, for every model alike. No sample is lost, only a few
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -37,29 +36,68 @@ class Standstill:
     """(M, k) bool"""
 
     @cached_property
-    def bases(self) -> tuple[np.ndarray, ...]:
-        """Per output (M, d) orthonormal; no columns where nothing stands still, or without a
-        servo."""
-        bases = [np.zeros((len(self.counted), 0)) for _ in self.kinds]
+    def _projections(self) -> dict[int, _Projection]:
+        """Output -> the projection on what friction at standstill adds to it."""
         torques = [i for i, kind in enumerate(self.kinds) if kind == TORQUE]
-        if self.steering is None or not torques:
-            return tuple(bases)
+        if self.steering is None:
+            return {}
         N, dt = len(self.recording.time), self.recording.sample_time
         hz = self.steering.torque_hz
         hz = hz if np.isfinite(hz) else self.steering.hz
+        projections = {}
         for k, i in enumerate(torques):
-            stretches = standstills(self.recording[f"theta{k + 1}"], dt, hz)
-            if stretches:
-                torque = self.steering.response(_polynomials(stretches, N, hz * dt), dt)
+            bases = []
+            for at in standstills(self.recording[f"theta{k + 1}"], dt, hz):
+                torque = self.steering.response(_polynomials(at, N, hz * dt), dt)
                 seen = self.processing.apply(torque, dt, [TORQUE] * len(torque.T))
-                bases[i] = scipy.linalg.orth(np.where(self.counted[:, [i]], seen, 0.0))
-        return tuple(bases)
+                bases.append(_local_basis(np.where(self.counted[:, [i]], seen, 0.0)))
+            if bases:
+                projections[i] = _Projection.on(scipy.sparse.hstack(bases, format="csc"))
+        return projections
 
     def removed_from(self, error: np.ndarray) -> np.ndarray:
         """(M, k): an `error` (M, k), zero where nothing counts, without its part that unknown
         friction at standstill explains."""
-        parts = [basis @ (basis.T @ x) for basis, x in zip(self.bases, error.T, strict=True)]
-        return error - np.column_stack(parts) if parts else error
+        if not self._projections:
+            return error
+        left = error.copy()
+        for i, projection in self._projections.items():
+            left[:, i] -= projection.of(error[:, i])
+        return left
+
+
+@dataclass(frozen=True)
+class _Projection:
+    """The projection on the columns of a basis (M, d) whose columns are short and hardly overlap:
+    sparse, for a recording may stand still hundreds of times."""
+
+    basis: scipy.sparse.csc_matrix
+    factors: scipy.sparse.linalg.SuperLU
+    """Of its normal equations (d, d)."""
+
+    @classmethod
+    def on(cls, basis: scipy.sparse.csc_matrix) -> _Projection:
+        normal = basis.T @ basis + DAMPING * scipy.sparse.identity(basis.shape[1])
+        return cls(basis, scipy.sparse.linalg.splu(normal.tocsc()))
+
+    def of(self, x: np.ndarray) -> np.ndarray:
+        """The part of x (M,) along the basis."""
+        return np.asarray(self.basis @ self.factors.solve(self.basis.T @ x))
+
+
+NEGLIGIBLE = 1e-9
+"""Of a filter's largest answer: what is smaller has died out."""
+
+DAMPING = 1e-12
+"""On normal equations of unit vectors: of two that are the same one is left."""
+
+
+def _local_basis(columns: np.ndarray) -> scipy.sparse.csc_matrix:
+    """(M, d) orthonormal basis of columns (M, c) that have died out at most rows."""
+    rows = np.flatnonzero(np.abs(columns).max(axis=1) > NEGLIGIBLE * np.abs(columns).max())
+    inner = scipy.linalg.orth(columns[rows])
+    at = np.repeat(rows, inner.shape[1]), np.tile(np.arange(inner.shape[1]), len(rows))
+    return scipy.sparse.csc_matrix((inner.ravel(), at), (len(columns), inner.shape[1]))
 
 
 def standstills(place: np.ndarray, dt: float, hz: float) -> list[slice]:
@@ -91,14 +129,12 @@ def standstills(place: np.ndarray, dt: float, hz: float) -> list[slice]:
     return [at for at in stretches if (at.stop - at.start) * dt * hz >= 1.0]
 
 
-def _polynomials(stretches: Sequence[slice], N: int, shown: float) -> np.ndarray:
-    """(N, d): in each stretch polynomials from a level and a trend on, of which a band of `shown`
+def _polynomials(at: slice, N: int, shown: float) -> np.ndarray:
+    """(N, d): in a stretch polynomials from a level and a trend on, of which a band of `shown`
     periods per sample shows no more."""
-    columns = []
-    for at in stretches:
-        count = at.stop - at.start
-        # Evenly spaced samples determine no polynomial of much more than their root.
-        degree = min(int(np.ceil(count * shown)), int(np.sqrt(count)))
-        columns.append(np.zeros((N, degree + 1)))
-        columns[-1][at] = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, count), degree)
-    return np.hstack(columns)
+    count = at.stop - at.start
+    # Evenly spaced samples determine no polynomial of much more than their root.
+    degree = min(int(np.ceil(count * shown)), int(np.sqrt(count)))
+    columns = np.zeros((N, degree + 1))
+    columns[at] = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, count), degree)
+    return columns

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from ..errors import InputError
-from ..least_squares import pseudo_inverse
+from ..least_squares import moving_columns, pseudo_inverse
 
 QUIET_LAGS = 5
 """Correlations in a row that must be small before the window is cut (Politis' K_n)."""
@@ -42,9 +42,11 @@ def covariance(
     P = sensitivities[0].shape[2]
     information, meat = np.zeros((P, P)), np.zeros((P, P))
     for S, r, counts in zip(sensitivities, residuals, counted, strict=True):
-        flat = S.reshape(-1, P)
-        information += flat.T @ flat
-        meat += score_covariance(S, autocovariance((r, counts)))
+        own, flat = moving_columns(S)
+        both = np.ix_(own, own)
+        information[both] += flat.T @ flat
+        each = flat.reshape(*r.shape, len(own))
+        meat[both] += score_covariance(each, autocovariance((r, counts)))
     count = sum(int(counts.sum()) for counts in counted)
     prior = np.diag(np.broadcast_to((level / np.asarray(known)) ** 2, P))
     inverse = pseudo_inverse(information + prior, relative)

@@ -154,10 +154,11 @@ def _first_errors(
     if len(A) < FEWEST_PER_COLUMN * A.shape[1]:
         return _first_errors(places, driving, lags // 2) if lags > 3 else None
     scales = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-    base, sizes, axes = np.linalg.svd(A / scales, full_matrices=False)
+    orthogonal, triangle = np.linalg.qr(A / scales)
+    turned, sizes, axes = np.linalg.svd(triangle)
     # Directions below the last digits of files say nothing.
     sizes = np.maximum(sizes, 1e-7 * sizes[0])
-    weights = (axes.T / sizes) @ (base.T @ B)
+    weights = (axes.T / sizes) @ (turned.T @ (orthogonal.T @ B))
     left = A / scales @ weights - B
     usual = np.sqrt(np.sum(left**2, axis=0) / (len(A) - A.shape[1]))
     errors, leverages = [], []

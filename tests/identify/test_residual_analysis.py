@@ -10,7 +10,6 @@ from scipy.signal import lfilter
 from flexgui.core.errors import InputError
 from flexgui.core.identify.processing import filtered
 from flexgui.core.identify.repeatability import FEWEST_RUNS, repeatability
-from flexgui.core.identify.standstill import standstills
 from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from flexgui.core.residual_analysis import residual_analysis
 from flexgui.core.results import ChannelComparison, Estimate, InputSignal, RecordingComparison
@@ -102,28 +101,6 @@ def test_where_samples_are_missing_there_is_no_response() -> None:
 
 def test_too_few_samples_have_no_correlation() -> None:
     assert residual_analysis([recording(noise(50, 1))]).correlations == ()
-
-
-DT, N, HZ = 1e-3, 3000, 100.0
-"""s, samples, and the highest compared frequency"""
-NOISE = 1e-5
-"""rad"""
-
-
-def swing(rest: int) -> np.ndarray:
-    """(N,) rad of a joint that turns round in its middle, and rests there for so many samples."""
-    time = DT * np.clip(np.abs(np.arange(N) - N // 2) - rest // 2, 0, None)
-    noise = NOISE * np.random.default_rng(4).standard_normal(N)
-    return np.asarray(np.cos(4.0 * time) + noise)
-
-
-def test_a_joint_that_rests_before_it_turns_round_stands_still_then() -> None:
-    (found,) = standstills(swing(60), DT, HZ)
-    assert abs(found.start - (N // 2 - 30)) < 10 and abs(found.stop - (N // 2 + 30)) < 10
-
-
-def test_a_joint_that_turns_round_at_once_does_not_stand_still() -> None:
-    assert standstills(swing(0), DT, HZ) == []
 
 
 INTERVAL = 2e-3
