@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..diagnose.cost_minimum import converge
-from ..diagnose.fit_problem import FitProblem, enough_substeps, parametrised
+from ..diagnose.fit_problem import FitProblem, parametrised
 from ..diagnose.ladder_steps import ValidationFit, fit_validation
 from ..diagnose.refit import Refit, fit
+from ..diagnose.step_choice import with_enough_substeps
 from ..effects.effect import Effect
 from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
@@ -100,7 +101,7 @@ def fit_base(
     sizes = sizes_of([m for m, _, _ in motions])
     data = replace(data, sizes=sizes).in_floors(floors)
     values = {**model.effect_values, **rough.parametrised.values()}
-    data = replace(data, substeps=enough_substeps(data, effects, values))
+    data = with_enough_substeps(data, effects, values)
     data, base = converge(data, parametrised(data, effects, values), None, stopped)
     return BaseFit(data, base)
 

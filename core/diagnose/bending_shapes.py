@@ -14,12 +14,13 @@ from ..arm.arm import Arm
 from ..arm.segment import MAX_MODES
 from ..diagnose.cost_minimum import converge
 from ..diagnose.evidence import LEAST_SHARE, RELEVANT, TIE
-from ..diagnose.fit_problem import FitProblem, enough_substeps, parametrised
+from ..diagnose.fit_problem import FitProblem, parametrised
 from ..diagnose.fitted_model import FittedModel
 from ..diagnose.gram_matrix import explained_by, gram_matrix
 from ..diagnose.linear_screen import remainders_of
 from ..diagnose.refit import COMPARED_SUBSTEPS, fit, with_whitened_cost
 from ..diagnose.refit_starts import ROUGH_ITERATIONS, nominal_values
+from ..diagnose.step_choice import with_enough_substeps
 from ..least_squares import cost_of
 from ..noise.whitening import fit_whitener, no_whitening, whitened_rows
 
@@ -116,8 +117,7 @@ def data_with_modes(data: FitProblem, modes: tuple[int, ...], model: FittedModel
     enough for the effects and values of a model."""
     other = data.of_arm(replace(data.bare, arm=arm_with_modes(data.bare.arm, modes)))
     # No anchor corrects them, so they take the steps of errors that are compared.
-    steps = COMPARED_SUBSTEPS * enough_substeps(other, model.effects, _values(model))
-    return replace(other, substeps=steps)
+    return with_enough_substeps(other, model.effects, _values(model), COMPARED_SUBSTEPS)
 
 
 def arm_with_modes(arm: Arm, modes: tuple[int, ...]) -> Arm:

@@ -12,7 +12,7 @@ from ..arm.arm import Structure
 from ..effects import with_included
 from ..effects.effect import Effect, Rig
 from ..effects.sizes import Sizes
-from ..identify.defect_correction import Anchor, with_enough_steps
+from ..identify.defect_correction import Anchor
 from ..identify.predictor import Motion, MotionCache, Predictor
 from ..identify.prepared_recording import Prepared, make_task
 from ..identify.prescribed_joint_forces import steps_between_points
@@ -38,8 +38,9 @@ class FitProblem:
     fixed: Mapping[str, float]
     sizes: Sizes
     substeps: int | None
-    """Integration steps per sample in the search, half of them for arms whose step error the anchor
-    corrects; None: not known yet."""
+    """Integration steps per sample in the search; None: not known yet."""
+    anchored_substeps: int | None = None
+    """The same for arms whose step error the anchor corrects; None: as many."""
     result_substeps: int | None = None
     """Steps per sample beyond which nothing changes: for results that are stated."""
     per_recording: tuple[str, ...] = ()
@@ -147,10 +148,8 @@ class ParametrisedModel:
         return self.half_substeps.residuals.sensitivities(vector, central=False)
 
     def exact_slopes(self, vector: np.ndarray) -> list[np.ndarray]:
-        """The same derivatives at a `vector` (P,), with twice the steps."""
-        predictor = self.residuals.predictor
-        finer = predictor if predictor.steps is None else predictor.with_steps(2 * predictor.steps)
-        return replace(self.residuals, predictor=finer).sensitivities(vector, central=False)
+        """The same derivatives at a `vector` (P,), with all steps."""
+        return self.residuals.sensitivities(vector, central=False)
 
     def slopes_reusing(
         self, vector: np.ndarray, reused: Mapping[str, tuple[np.ndarray, ...]]
@@ -229,23 +228,7 @@ def _search_substeps(data: FitProblem, model: Model) -> int:
     an arm with other vibrations."""
     assert data.substeps is not None
     anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
-    return max(data.substeps // 2, 1) if anchored else data.substeps
-
-
-SEARCH_ERROR = 0.6
-"""In noise floors, rms: a smaller step error in the search is negligible. `Anchor` corrects it and
-leaves about a tenth (measured with friction, elastic joints, lag and damping)."""
-
-
-def enough_substeps(
-    data: FitProblem, effects: Sequence[Effect], values: Mapping[str, float]
-) -> int:
-    """Steps per sample, such that twice as many change the outputs by less than SEARCH_ERROR, or by
-    a small share of what the model leaves."""
-    h = parametrised(replace(data, substeps=1, anchor=None), effects, values)
-    enough = with_enough_steps(h.residuals, h.vector, SEARCH_ERROR**2 * data.count)
-    assert enough.predictor.steps is not None and h.substeps is not None
-    return enough.predictor.steps // h.substeps
+    return data.anchored_substeps if anchored and data.anchored_substeps else data.substeps
 
 
 def with_values(

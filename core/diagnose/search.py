@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..diagnose import progress_messages as messages
 from ..diagnose.acceptance import PROMISING_SHARE, ModelCheck, Round, model_check
 from ..diagnose.bending_shapes import resolved
 from ..diagnose.evidence import RELEVANT, explains_without_noise
-from ..diagnose.fit_problem import FitProblem, enough_substeps, with_shared_motions
+from ..diagnose.fit_problem import FitProblem, with_shared_motions
 from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.linear_screen import Screen, screen
 from ..diagnose.memo import Memo, ModelRound
@@ -29,6 +29,7 @@ from ..diagnose.remaining_error import remaining_error, within_noise
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects, with_stated_sizes
 from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
 from ..diagnose.search_round import applicable, search_round
+from ..diagnose.step_choice import enough_substeps, with_enough_substeps
 from ..effects.effect import Effect
 from ..least_squares import cost_of
 from ..noise.noise_floor import Floor
@@ -147,7 +148,7 @@ class Search:
         steps = enough_substeps(data, model.effects, values)
         if data.substeps is not None and steps <= data.substeps:
             return model
-        finer = replace(data, substeps=steps)
+        finer = with_enough_substeps(data, model.effects, values)
         return fit_model(finer, model.effects, values, self.progress.stopped)
 
     def _without_moves_left(self, path: tuple[Move, ...]) -> Found:

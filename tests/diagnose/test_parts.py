@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,8 +9,9 @@ from hypothesis import strategies as st
 
 from flexgui.core.arm.arm import Arm, Segment
 from flexgui.core.diagnose.cost_minimum import converge
-from flexgui.core.diagnose.fit_problem import FitProblem, enough_substeps, parametrised
+from flexgui.core.diagnose.fit_problem import FitProblem, parametrised
 from flexgui.core.diagnose.gram_matrix import explained_by, gram_matrix
+from flexgui.core.diagnose.step_choice import with_enough_substeps
 from flexgui.core.drives.velocity_loop import VelocityLoop
 from flexgui.core.effects.sizes import typical
 from flexgui.core.identify.prepared_recording import prepare
@@ -177,8 +176,8 @@ def data(EI: float) -> FitProblem:
 @pytest.mark.parametrize("swings", SWINGS)
 def test_a_stiffness_is_found_however_fast_its_link_vibrates(swings: str, share: float) -> None:
     of, EI = data(SWINGS[swings]), SWINGS[swings]
-    steps = enough_substeps(of, (), {"EI1": share * EI})
-    start = parametrised(replace(of, substeps=steps), (), {"EI1": share * EI})
-    _, found = converge(replace(of, substeps=steps), start, None, lambda: False)
+    of = with_enough_substeps(of, (), {"EI1": share * EI})
+    start = parametrised(of, (), {"EI1": share * EI})
+    _, found = converge(of, start, None, lambda: False)
     assert found.parametrised.values()["EI1"] == pytest.approx(EI, rel=ENOUGH)
     assert found.cost < LEFT
