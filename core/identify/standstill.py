@@ -77,7 +77,9 @@ class _Projection:
 
     @classmethod
     def on(cls, basis: scipy.sparse.csc_matrix) -> _Projection:
-        normal = basis.T @ basis + DAMPING * scipy.sparse.identity(basis.shape[1])
+        # Of two columns that are nearly the same one is left.
+        damping = np.sqrt(EPSILON) * scipy.sparse.identity(basis.shape[1])
+        normal = basis.T @ basis + damping
         return cls(basis, scipy.sparse.linalg.splu(normal.tocsc()))
 
     def of(self, x: np.ndarray) -> np.ndarray:
@@ -85,16 +87,13 @@ class _Projection:
         return np.asarray(self.basis @ self.factors.solve(self.basis.T @ x))
 
 
-NEGLIGIBLE = 1e-9
-"""Of a filter's largest answer: what is smaller has died out."""
-
-DAMPING = 1e-12
-"""On normal equations of unit vectors: of two that are the same one is left."""
+EPSILON = float(np.finfo(float).eps)
+"""Rounding of a number of order one."""
 
 
 def _local_basis(columns: np.ndarray) -> scipy.sparse.csc_matrix:
     """(M, d) orthonormal basis of columns (M, c) that have died out at most rows."""
-    rows = np.flatnonzero(np.abs(columns).max(axis=1) > NEGLIGIBLE * np.abs(columns).max())
+    rows = np.flatnonzero(np.abs(columns).max(axis=1) > EPSILON * np.abs(columns).max())
     inner = scipy.linalg.orth(columns[rows])
     at = np.repeat(rows, inner.shape[1]), np.tile(np.arange(inner.shape[1]), len(rows))
     return scipy.sparse.csc_matrix((inner.ravel(), at), (len(columns), inner.shape[1]))

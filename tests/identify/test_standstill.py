@@ -36,8 +36,8 @@ def test_a_joint_that_turns_round_at_once_does_not_stand_still() -> None:
 RESTS = (slice(700, 800), slice(850, 950), slice(2000, 2300))
 """Samples: the answers of the first two, which a servo filters, overlap."""
 SERVO = FollowingServo(Torque(), 60.0, (0.3,))
-ROUNDING = 1e-8
-"""Of a force of one or two: answers of the filter below 1e-9 count as none."""
+ROUNDING = 1e-6
+"""Of a force of one or two: the square root of the rounding, by which the projection is damped."""
 COUNTED = np.ones((N, 1), dtype=bool)
 COUNTED[750:760] = False
 
