@@ -8,6 +8,7 @@ the simulations, where a factorisation of the whole Jacobian would cost more tha
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -119,7 +120,7 @@ def moving_columns(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     depend on the first states of the others: of hundreds of recordings most columns are zero."""
     own = np.flatnonzero(S.any(axis=tuple(range(S.ndim - 1))))
     kept = S if len(own) == S.shape[-1] else S[..., own]
-    return own, kept.reshape(-1, len(own)) if len(own) else np.zeros((kept[..., :1].size, 0))
+    return own, kept.reshape(math.prod(S.shape[:-1]), len(own))
 
 
 def triangular(slopes: Slopes) -> np.ndarray:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from .diagnose.base_fit import compared_outputs, full_equations
-from .identify.predictor import Predictor
+from .identify.compare import predictor_of
 from .identify.prepared_recording import prepare
 from .identify.processing import Processing
-from .identify.unknowns import Unknowns
 from .model import Model
 from .noise.noise_floor import channel_floors
 from .recording.recording import Recording
@@ -51,9 +51,10 @@ def choose_level(
     exact = [prepare(full, r, outputs, processing) for r in chosen]
     straight = full.at_level("lpv")
     linear = [prepare(straight, r, outputs, processing) for r in chosen]
-    simulated = Predictor(exact, Unknowns(()))
+    b = predictor_of(linear).predict(np.zeros(0))
+    # In steps that hardly change what the linear model misses.
+    simulated = predictor_of([replace(e, measured=y) for e, y in zip(exact, b, strict=True)])
     a = simulated.predict(np.zeros(0))
-    b = Predictor(linear, Unknowns(())).predict(np.zeros(0))
     errors = [np.where(e.counted, e.measured - y, 0.0) for e, y in zip(exact, a, strict=True)]
     motions = simulated.trajectories([(np.zeros(0), range(len(exact)))])[0]
     floors = channel_floors(exact, errors, motions, stated, fidelity)

@@ -96,11 +96,11 @@ def compare_all(
     return tuple(compared[r.name] for r in recordings)
 
 
-def _steps_compared(fitted: Fitted) -> int | None:
+def _steps_compared(fitted: Fitted) -> int:
     """Steps per sample of a comparison: twice those of the fit, which miss a quarter of what these
-    do. What was stopped is shown as its fit simulated it: nobody waits for more. None: linear."""
+    do. What was stopped is shown as its fit simulated it: nobody waits for more."""
     steps = fitted.residuals.predictor.steps
-    return steps if steps is None or fitted.fit.stopped else 2 * steps
+    return steps if fitted.fit.stopped else 2 * steps
 
 
 def _values_for(

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ..challenge.challenge_rig import KINDS, STDS
+from ..identify.defect_correction import with_enough_steps
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
@@ -50,7 +51,8 @@ class Detectability:
         prepared = [prepare(self.base, r, outputs, Processing()) for r in self.recordings]
         weights = [np.array([1.0 / STDS[n] for n, _ in e.channels]) for e in prepared]
         residuals = Residuals(Predictor(prepared, unknowns, {}), weights)
-        slopes = residuals.sensitivities(unknowns.parameters.vector())
+        at = unknowns.parameters.vector()
+        slopes = with_enough_steps(residuals, at).sensitivities(at)
         S = np.concatenate([s.reshape(-1, s.shape[-1]) for s in slopes])
         S = S / np.maximum(np.linalg.norm(S, axis=0), 1e-300)
         U, s, _ = np.linalg.svd(S, full_matrices=False)

@@ -45,8 +45,7 @@ def anchor_at(data: FitProblem, h: ParametrisedModel) -> tuple[FitProblem, list[
     of a noise floor is significant: it gave a complete model p-values of 1e-9.
     """
     dt = max(e.recording.sample_time for e in data.experiments)
-    assert data.substeps is not None
-    steps = max(data.result_substeps or 0, steps_between_points(h.model, dt, 2 * data.substeps))
+    steps = max(data.result_substeps, steps_between_points(h.model, dt, 2 * data.substeps))
     errors, finer = errors_with_each(h.residuals, h.vector, (steps, 2 * steps))
     while steps < MOST_STEPS:
         change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])

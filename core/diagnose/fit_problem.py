@@ -37,12 +37,13 @@ class FitProblem:
     floors: Mapping[str, float]
     fixed: Mapping[str, float]
     sizes: Sizes
-    substeps: int | None
-    """Integration steps per sample in the search; None: not known yet."""
+    substeps: int
+    """Integration steps per sample in the search."""
     anchored_substeps: int | None = None
     """The same for arms whose step error the anchor corrects; None: as many."""
-    result_substeps: int | None = None
-    """Steps per sample beyond which nothing changes: for results that are stated."""
+    result_substeps: int = 1
+    """Steps per sample beyond which nothing changes, as far as known: for results that are stated.
+    """
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes belong to these recordings alone."""
     anchor: Anchor | None = None
@@ -83,7 +84,7 @@ class FitProblem:
         return replace(
             self, bare=bare, experiments=tuple(for_model(e, bare) for e in self.experiments),
             nuisance=with_first_states_of(self.nuisance, bare, fastest), anchor=None,
-            motion_cache=MotionCache(), result_substeps=None,
+            motion_cache=MotionCache(), result_substeps=1,
         )  # fmt: skip
 
     def in_floors(self, floors: Mapping[str, Floor]) -> FitProblem:
@@ -130,8 +131,8 @@ class ParametrisedModel:
         return bounds_and_prior(self.unknowns.parameters)
 
     @property
-    def substeps(self) -> int | None:
-        """Integration steps per sample; None: not known yet."""
+    def substeps(self) -> int:
+        """Integration steps per sample."""
         return self.residuals.predictor.steps
 
     def errors(self, vector: np.ndarray) -> list[np.ndarray]:
@@ -168,8 +169,6 @@ class ParametrisedModel:
     def half_substeps(self) -> ParametrisedModel:
         """The model with half the steps per sample."""
         predictor = self.residuals.predictor
-        if predictor.steps is None:
-            return self
         predictor = predictor.with_steps(max(predictor.steps // 2, 1))
         return replace(self, residuals=replace(self.residuals, predictor=predictor))
 
@@ -211,11 +210,9 @@ def parametrised(
     items = tuple(_with_start(u, values) for u in dict.fromkeys((*nuisance, *own)))
     unknowns = Unknowns(items)
     experiments = [for_model(e, model) for e in data.experiments]
-    steps = None
-    if data.substeps is not None:
-        dt = max(e.recording.sample_time for e in data.experiments)
-        steps = steps_between_points(model, dt, _search_substeps(data, model))
-        steps = max(int(steps * refine), 1)
+    dt = max(e.recording.sample_time for e in data.experiments)
+    steps = steps_between_points(model, dt, _search_substeps(data, model))
+    steps = max(int(steps * refine), 1)
     predictor = Predictor(
         experiments, unknowns, data.fixed, steps=steps, motion_cache=data.motion_cache
     )
@@ -226,7 +223,6 @@ def parametrised(
 def _search_substeps(data: FitProblem, model: Model) -> int:
     """Steps per sample of the search for a model's arm. The anchor does not know the step error of
     an arm with other vibrations."""
-    assert data.substeps is not None
     anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
     return data.anchored_substeps if anchored and data.anchored_substeps else data.substeps
 
@@ -249,8 +245,6 @@ def with_values(
 def with_shared_motions(data: FitProblem, h: ParametrisedModel) -> FitProblem:
     """The data with the motions of a model, with its steps and half of them, for models
     compared with it."""
-    if h.substeps is None:
-        return data
     fine, coarse = (x.residuals.predictor.simulated_at(h.vector) for x in (h, h.half_substeps))
     return replace(
         data, motion_cache=MotionCache({**fine.motions, **coarse.motions}, fine.recordings)
@@ -259,9 +253,18 @@ def with_shared_motions(data: FitProblem, h: ParametrisedModel) -> FitProblem:
 
 def for_model(experiment: Prepared, model: Model) -> Prepared:
     """The recording, prepared for another model."""
-    if experiment.model is model:
+    before = experiment.model
+    if before is model:
         return experiment
-    return replace(experiment, model=model, task=make_task(model, experiment.recording))
+    same = before.active_steering is model.active_steering and _driven(before) == _driven(model)
+    task = experiment.task if same else make_task(model, experiment.recording)
+    return replace(experiment, model=model, task=task)
+
+
+def _driven(model: Model) -> tuple[object, ...]:
+    """What the task of a recording depends on, beside what moves the joints."""
+    arm = model.arm
+    return Structure.of(arm), tuple(arm.gravity), model.numbers().law.states, model.inputs
 
 
 def undetectable_parameters(data: FitProblem, effects: Sequence[Effect]) -> dict[str, float]:

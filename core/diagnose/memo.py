@@ -58,9 +58,7 @@ class Memo:
     """Models with other bending shapes."""
     titles: Counter[str] = field(default_factory=Counter)
     """How many rounds had a title: no two stages in turn have the same."""
-    validated: dict[tuple[int, int | None], tuple[Refit, ValidationFit]] = field(
-        default_factory=dict
-    )
+    validated: dict[tuple[int, int], tuple[Refit, ValidationFit]] = field(default_factory=dict)
 
     def validation_fit(self, model: FittedModel) -> ValidationFit | None:
         """The model on the validation recordings; None without any."""

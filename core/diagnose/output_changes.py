@@ -108,16 +108,14 @@ class BaseErrors:
     from them. Both are simulated equally coarsely, so that the error of the steps cancels."""
 
     base: ParametrisedModel
-    by_substeps: dict[int | None, list[np.ndarray]] = field(default_factory=dict)
+    by_substeps: dict[int, list[np.ndarray]] = field(default_factory=dict)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def at(self, steps: int | None) -> list[np.ndarray]:
+    def at(self, steps: int) -> list[np.ndarray]:
         """Errors with so many steps per sample."""
         with self.lock:
             if steps not in self.by_substeps:
-                residuals = replace(self.base.residuals, anchor=None)
-                if steps is not None:
-                    residuals = with_steps(residuals, steps)
+                residuals = with_steps(self.base.residuals, steps)
                 self.by_substeps[steps] = residuals.blocks(self.base.vector)
             return self.by_substeps[steps]
 

@@ -146,7 +146,7 @@ class Search:
         data, values = model.data, model.refit.parametrised.values()
         values = {**model.refit.parametrised.model.effect_values, **values}
         steps = enough_substeps(data, model.effects, values)
-        if data.substeps is not None and steps <= data.substeps:
+        if steps <= data.substeps:
             return model
         finer = with_enough_substeps(data, model.effects, values)
         return fit_model(finer, model.effects, values, self.progress.stopped)

@@ -40,7 +40,6 @@ def enough_substeps(
     a small share of what the model leaves."""
     h = parametrised(replace(data, substeps=1, anchor=None), effects, values)
     enough = with_enough_steps(h.residuals, h.vector, SEARCH_ERROR**2 * data.count)
-    assert enough.predictor.steps is not None and h.substeps is not None
     return enough.predictor.steps // h.substeps
 
 

@@ -64,8 +64,8 @@ def expected(h: ParametrisedModel, errors: Autocovariance, within: float = np.in
     """Of an experiment to come: the fitted model on it, with the errors of the recordings there
     are. More steps may change what it shows of any unknown by a share `within`: a vibration that
     few steps damp shows little."""
-    shown = _with_steps(h, errors, h.substeps)
-    steps = h.substeps or 1
+    steps = h.substeps
+    shown = _with_steps(h, errors, steps)
     while np.isfinite(within) and steps < MOST_STEPS:
         steps, coarse = 2 * steps, shown
         shown = _with_steps(h, errors, steps)
@@ -75,9 +75,6 @@ def expected(h: ParametrisedModel, errors: Autocovariance, within: float = np.in
     return shown
 
 
-def _with_steps(h: ParametrisedModel, errors: Autocovariance, steps: int | None) -> Information:
-    residuals = h.residuals
-    if steps is not None:
-        residuals = with_steps(residuals, steps)
-    slopes = residuals.sensitivities(h.vector, central=False)
+def _with_steps(h: ParametrisedModel, errors: Autocovariance, steps: int) -> Information:
+    slopes = with_steps(h.residuals, steps).sensitivities(h.vector, central=False)
     return information(h.unknowns.labels, slopes, [errors] * len(slopes))

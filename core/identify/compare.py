@@ -9,9 +9,11 @@ import numpy as np
 from ..arm.chord import deflection_rows
 from ..arm.joints import joint
 from ..errors import InputError
+from ..identify.defect_correction import with_enough_steps
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.processing import TORQUE, Processing
+from ..identify.residuals import Residuals, channel_weights
 from ..identify.unknowns import Unknowns
 from ..loading import joint_units
 from ..model import Model
@@ -46,6 +48,19 @@ def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]
     return shown
 
 
+def predictor_of(
+    experiments: Sequence[Prepared], values: Mapping[str, float] | None = None,
+    own: Mapping[str, Mapping[str, float]] | None = None, steps: int | None = None,
+) -> Predictor:  # fmt: skip
+    """What predicts recordings at some values, `own` for each by name, with so many `steps` per
+    sample; None: that twice as many hardly change what is left of them."""
+    predictor = Predictor(experiments, Unknowns(()), values or {}, steps=steps or 1, own=own or {})
+    if steps is not None or not predictor.simulation_is_expensive:
+        return predictor
+    residuals = Residuals(predictor, channel_weights(experiments, {}))
+    return with_enough_steps(residuals, np.zeros(0)).predictor
+
+
 def compare(
     model: Model, recording: Recording, fitted: Sequence[Sensor], processing: Processing,
     values: Mapping[str, float], fit_label: str, steps: int | None = None,
@@ -61,12 +76,12 @@ def compare_many(
 ) -> list[RecordingComparison]:  # fmt: skip
     """Recordings at the parameter values given with each, simulated side by side. `chosen`:
     (recording, values, label of their fit); `fitted`: the outputs that were fitted; `steps` per
-    sample of one plain pass, None: as many as the simulation's tolerance needs."""
+    sample, None: as many as what is left needs."""
     experiments = [
         prepare(model, r, visible_outputs(model, r, fitted), processing) for r, _, _ in chosen
     ]
     own = {r.name: values for r, values, _ in chosen}
-    predictor = Predictor(experiments, Unknowns(()), steps=steps, own=own)
+    predictor = predictor_of(experiments, {}, own, steps)
     motions = predictor.trajectories([(np.zeros(0), range(len(experiments)))])[0]
     comparisons = []
     for e, motion, (_, _, label) in zip(experiments, motions, chosen, strict=True):
@@ -84,10 +99,9 @@ def compare_many(
             )  # fmt: skip
             for k, (name, unit) in enumerate(e.channels)
         )
-        error = predictor.errors.get(e.recording.name)
-        note = f"Simulated with {steps} steps per sample." if steps else ""
-        if error is not None:
-            note = f"Simulation error {1e6 * error:.2g} µm or µrad rms."
+        note = ""
+        if predictor.simulation_is_expensive:
+            note = f"Simulated with {predictor.steps} steps per sample."
         comparisons.append(
             RecordingComparison(
                 recording=e.recording.name,

@@ -118,12 +118,12 @@ def with_enough_steps(
     step per millisecond the cost was ninety times that of the noise, and a fit took 44 iterations
     in place of two.
     """
-    steps = residuals.predictor.steps or 1
+    steps = residuals.predictor.steps
     errors = errors_with(residuals, vector, steps)
     while 2 * steps <= MOST_STEPS:
         finer = errors_with(residuals, vector, 2 * steps)
         change = cost_of([a - b for a, b in zip(errors, finer, strict=True)])
-        if change < max(STEP_SHARE**2 * cost_of(finer), negligible):
+        if np.isfinite(change) and change <= max(STEP_SHARE**2 * cost_of(finer), negligible):
             break
         steps, errors = 2 * steps, finer
     return with_steps(residuals, steps)
@@ -156,7 +156,7 @@ def corrected_minimum(
     near a vector (P,), a minimum with these steps, that many steps would give. `slopes`: (M, k, P)
     per recording near there; `limits` and what is known a priori in units of the residuals."""
     coarse = replace(residuals, anchor=None)
-    fewest = of_slopes = max((coarse.predictor.steps or 1) // 2, 1)
+    fewest = of_slopes = max(coarse.predictor.steps // 2, 1)
     for _ in range(MOST_ROUNDS):
         fewest, fine, is_near = _fine_errors(coarse, vector, slopes, fewest)
         corrected = replace(coarse, anchor=Anchor(coarse, vector, fine))

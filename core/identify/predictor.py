@@ -17,7 +17,6 @@ from ..identify.prescribed_joints import (
     is_prescribed,
     prescribed_job,
 )
-from ..identify.processing import TORQUE
 from ..identify.unknowns import Unknowns
 from ..model import Model, Numbers
 from ..processors import thread_pool, workers
@@ -26,19 +25,10 @@ from ..recording.recording import Recording
 from ..simulate.batch import Job, run_many
 from ..simulate.linear import respond
 from ..simulate.motion import Task
-from ..simulate.nonlinear import simulate_many
 from ..trajectory import Trajectory
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-
-FIT_TOLERANCE = 3e-6
-"""m or rad, rms: simulation error where the steps are sought, a tenth of a good camera's noise. The
-estimated error is stated with the result."""
-
-TORQUE_TOLERANCE = 0.005
-"""Share of the torque's rms, if a servo's torque is compared: the best models of real rigs miss
-several per cent."""
 
 KEPT_MOTIONS = 3
 """Motions kept per recording: base, and the two sides of a difference."""
@@ -55,7 +45,7 @@ Request = tuple[np.ndarray, Sequence[int]]
 
 Motion = tuple[Trajectory, Numbers, dict[str, float]]
 
-Key = tuple[int, int | None, bytes]
+Key = tuple[int, int, bytes]
 """Key of a motion: identity of its recording, steps per sample, digest of all else."""
 
 
@@ -111,11 +101,8 @@ class Predictor:
     experiments: Sequence[Prepared]
     unknowns: Unknowns
     fixed: Mapping[str, float] = field(default_factory=dict)
-    steps: int | None = None
-    """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis fixes
-    them: friction and limits have edges, where extrapolation fails."""
-    errors: dict[str, float] = field(default_factory=dict, init=False)
-    """Estimated rms simulation error per recording in m or rad, non-linear level only."""
+    steps: int = 1
+    """Steps per sample, at the non-linear level."""
     motion_cache: MotionCache = field(default_factory=MotionCache)
     own: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Recording -> values that hold for it alone."""
@@ -219,16 +206,7 @@ class Predictor:
         if all(m.is_given for m in moving):
             return [fully_prescribed_motion(*m.parts) for m in moving]
         jobs = [job_of(*m.parts) for m in moving]
-        if self.steps is not None:
-            return run_many(jobs, self.steps, workers())
-        torque_compared = first.model.steering is not None and any(
-            output.kind == TORQUE for output in first.outputs
-        )
-        share = TORQUE_TOLERANCE if torque_compared else np.inf
-        results = simulate_many(jobs, FIT_TOLERANCE, share, workers())
-        for m, x in zip(moving, results, strict=True):
-            self.errors[m.experiment.recording.name] = x.error
-        return [result.trajectory for result in results]
+        return run_many(jobs, self.steps, workers())
 
     def simulated_at(self, vector: np.ndarray) -> MotionCache:
         """The motions at a vector (P,)."""
@@ -246,7 +224,7 @@ def simulate_together(pairs: Sequence[tuple[Predictor, np.ndarray]]) -> None:
     groups: dict[int, list[tuple[Predictor, Key, Job]]] = {}
     for predictor, vector in pairs:
         for key, moving in predictor.missing_at(vector).items():
-            if predictor.steps and moving.experiment.model.level != "lpv" and not moving.is_given:
+            if moving.experiment.model.level != "lpv" and not moving.is_given:
                 group = groups.setdefault(predictor.steps, [])
                 group.append((predictor, key, job_of(*moving.parts)))
     for steps, group in groups.items():

@@ -108,7 +108,7 @@ class Residuals:
     def blocks_of(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
         """The blocks at each of several vectors, simulated together."""
         errors = self._blocks([(vector, range(len(self.experiments))) for vector in vectors])
-        if self.anchor is None or self.predictor.steps is None:
+        if self.anchor is None:
             return errors
         missed = self.anchor.correction(self.predictor.steps)
         return [[a + b for a, b in zip(blocks, missed, strict=True)] for blocks in errors]

@@ -10,10 +10,9 @@ import numpy as np
 
 from ..arm.slots import STIFFNESS, slot
 from ..errors import InputError
-from ..identify.predictor import Predictor
+from ..identify.compare import predictor_of
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import Processing
-from ..identify.unknowns import Unknowns
 from ..model import Model
 from ..montecarlo.settings import PRIOR, StudySettings, settings_of
 from ..recording.recording import Recording
@@ -93,7 +92,7 @@ class Rig:
     ) -> list[np.ndarray]:
         """ydot (N, 2) of each recording."""
         experiments = [self.prepared(r, model) for r in recordings]
-        return Predictor(experiments, Unknowns(()), values).predict(np.zeros(0))
+        return predictor_of(experiments, values).predict(np.zeros(0))
 
     def stiffness(self, values: dict[str, float]) -> list[float]:
         """EI in N m² of each segment that bends; one number where all always are the same."""

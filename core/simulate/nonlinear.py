@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..model import Model, Numbers
 from ..processors import workers
-from ..simulate.batch import Job, finished, passes, run_many
+from ..simulate.batch import Job, finished, passes, run
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
@@ -63,13 +62,6 @@ def difference(a: Trajectory, b: Trajectory) -> float:
     return worst if np.isfinite(worst) else np.inf
 
 
-def torque_difference(a: Trajectory, b: Trajectory) -> float:
-    """Root mean square difference of the torques over the torque's own rms."""
-    size = float(np.sqrt(np.mean(b.torque**2)))
-    apart = float(np.sqrt(np.mean((a.torque - b.torque) ** 2)))
-    return apart / size if size > 0.0 else 0.0
-
-
 def _gain(before: float, after: float, numbers: Numbers) -> float:
     """By how much twice the steps reduce the error, from two differences; what is safe where one is
     missing."""
@@ -82,49 +74,20 @@ def _gain(before: float, after: float, numbers: Numbers) -> float:
 def simulate_within(
     model: Model, numbers: Numbers, task: Task, tolerance: float = DEFAULT_TOLERANCE
 ) -> Simulated:
-    """`simulate_many` of one, to a `tolerance` in m (rad), rms."""
-    return simulate_many([Job(model, numbers, task)], tolerance, workers=workers())[0]
+    """The motion within a `tolerance` in m (rad), rms, in steps that are doubled until then.
 
-
-def simulate_many(
-    jobs: Sequence[Job], tolerance: float, torque_tolerance: float = np.inf, workers: int = 1
-) -> list[Simulated]:
-    """Doubles the steps of each job until its motion is within the `tolerance` in m (rad), rms.
-
-    The motion is extrapolated; its error follows from the last change and what twice the steps
-    gained.
-    `torque_tolerance` is a share of the torque's rms: a stiff servo turns a tiny error of place
-    into a large one of torque.
+    It is extrapolated; its error follows from the last change and what twice the steps gained.
     """
-    limits = [job.numbers.law.limit for job in jobs]
-    steps = 4 * FEWEST_SUBSTEPS
-    first, second, fine = _finished_passes(jobs, (steps // 4, steps // 2, steps), workers)
-    before = list(map(extrapolated, first, second, limits))
-    after = list(map(extrapolated, second, fine, limits))
-    simulated: dict[int, Simulated] = {}
-    changes = [np.nan] * len(jobs)
+    job, limit, steps = Job(model, numbers, task), numbers.law.limit, 4 * FEWEST_SUBSTEPS
+    chosen = (steps // 4, steps // 2, steps)
+    first, second, fine = (finished(job, x) for (x,) in passes([job], chosen, workers()))
+    before, after = extrapolated(first, second, limit), extrapolated(second, fine, limit)
+    change = np.nan
     while True:
-        for i in set(range(len(jobs))) - set(simulated):
-            last, changes[i] = changes[i], difference(before[i], after[i])
-            error = changes[i] / (_gain(last, changes[i], jobs[i].numbers) - 1.0)
-            good = error <= tolerance
-            good = good and torque_difference(before[i], after[i]) <= torque_tolerance
-            if good or steps >= MOST_SUBSTEPS:
-                simulated[i] = Simulated(after[i], steps, error)
-        left = [i for i in range(len(jobs)) if i not in simulated]
-        if not left:
-            return [simulated[i] for i in range(len(jobs))]
+        last, change = change, difference(before, after)
+        error = change / (_gain(last, change, numbers) - 1.0)
+        if error <= tolerance or steps >= MOST_SUBSTEPS:
+            return Simulated(after, steps, error)
         steps *= 2
-        for i, finer in zip(left, run_many([jobs[i] for i in left], steps, workers), strict=True):
-            before[i], after[i] = after[i], extrapolated(fine[i], finer, limits[i])
-            fine[i] = finer
-
-
-def _finished_passes(
-    jobs: Sequence[Job], steps: Sequence[int], workers: int
-) -> list[list[Trajectory]]:
-    """The motions of all jobs for each number of steps per sample, side by side."""
-    return [
-        [finished(job, motion) for job, motion in zip(jobs, motions, strict=True)]
-        for motions in passes(jobs, steps, workers)
-    ]
+        finer = run(model, numbers, task, steps)
+        before, after, fine = after, extrapolated(fine, finer, limit), finer

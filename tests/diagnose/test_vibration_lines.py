@@ -66,7 +66,7 @@ def fitted(model: Model, e: Prepared) -> ParametrisedModel:
     """A model at its own values, as something that was fitted."""
     ones = (np.ones(len(e.channels)),)
     bare = model.bare or model
-    data = FitProblem(bare, (e,), (), ones, {}, {}, typical(PAPER), None)
+    data = FitProblem(bare, (e,), (), ones, {}, {}, typical(PAPER), 1)
     return parametrised(data, model.effects, model.effect_values)
 
 
