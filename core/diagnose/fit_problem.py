@@ -39,8 +39,8 @@ class FitProblem:
     sizes: Sizes
     substeps: int
     """Integration steps per sample in the search."""
-    anchored_substeps: int | None = None
-    """The same for arms whose step error the anchor corrects; None: as many."""
+    anchored_substeps: int = 1
+    """The same for arms whose step error the anchor corrects."""
     result_substeps: int = 1
     """Steps per sample beyond which nothing changes, as far as known: for results that are stated.
     """
@@ -224,7 +224,7 @@ def _search_substeps(data: FitProblem, model: Model) -> int:
     """Steps per sample of the search for a model's arm. The anchor does not know the step error of
     an arm with other vibrations."""
     anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
-    return data.anchored_substeps if anchored and data.anchored_substeps else data.substeps
+    return data.anchored_substeps if anchored else data.substeps
 
 
 def with_values(
