@@ -13,11 +13,12 @@ from ..identify import identifiability
 from ..identify.identifiability import INVOLVED, relative_scales
 from ..identify.refinement import RefinedFit
 from ..identify.residuals import Residuals
-from ..identify.uncertainty import covariance
+from ..identify.uncertainty import covariance, not_finite
 from ..identify.unknowns import Unknowns
 from ..least_squares import (
     BoundsAndPrior,
     bounds_and_prior,
+    cost_of,
     normal_equations,
     pseudo_inverse,
     triangular,
@@ -48,7 +49,9 @@ def summarise_fit(label: str, result: SearchResult) -> Fit:
     recordings = tuple(e.recording.name for e in residuals.experiments)
     P = len(unknowns)
     blocks = residuals.blocks(vector)
-    squares = sum(float(np.sum(b * b)) for b in blocks)
+    squares = cost_of(blocks)
+    if not np.isfinite(squares):
+        raise not_finite("errors of the model")
     sensitivities = list(refined.slopes) or residuals.sensitivities(vector)
     jacobian = triangular(sensitivities) if P else np.zeros((1, 0))
     rank, _, null = (

@@ -149,7 +149,7 @@ def uses_evolution(fast: PopulationCost | None, spec: IdentifySpec) -> bool:
     with a hundredth of the simulations."""
     if "generations" in spec.model_fields_set:
         return spec.generations > 0
-    return fast is not None
+    return fast is not None and fast.is_cheap
 
 
 STARTS = 8

@@ -78,6 +78,12 @@ class PopulationCost:
             each()
         return np.asarray(sums_by_recording.sum(axis=0))
 
+    @property
+    def is_cheap(self) -> bool:
+        """Whether members differ in the arm's numbers alone, which are computed for all at once:
+        where drives, outputs or first states differ as well, this takes longer than to simulate."""
+        return not (self.outputs.numbers.rows_vary or self.outputs.numbers.starts_vary)
+
     def _untouched(self, vectors: np.ndarray) -> bool:
         """Whether no gain and no offset changes an output."""
         if not (self._touching or self._fixed_touch):

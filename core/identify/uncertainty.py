@@ -104,10 +104,7 @@ def score_covariance(S: np.ndarray, errors: Autocovariance) -> np.ndarray:
     are not finite."""
     total = _tapered(S, errors.gamma, flat_top(errors.width))
     if not np.isfinite(total).all():
-        raise InputError(
-            "The sensitivities are not finite; look for a measured value or a reference that is "
-            "far too large."
-        )
+        raise not_finite("sensitivities")
     d = np.sqrt(np.maximum(np.abs(np.diag(total)), 1e-300))
     if np.linalg.eigvalsh(total / np.outer(d, d)).min(initial=0.0) >= -ROUNDING:
         return total
@@ -116,6 +113,15 @@ def score_covariance(S: np.ndarray, errors: Autocovariance) -> np.ndarray:
     total = _tapered(S, errors.gamma, triangle(errors.width))
     values, vectors = np.linalg.eigh(total)
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
+
+
+def not_finite(what: str) -> InputError:
+    """What is said of `what` a model gives at its best, where that is no number or far from all
+    that a rig could show."""
+    return InputError(
+        f"The {what} are not finite; look for a measured value or a reference that is far too "
+        f"large."
+    )
 
 
 ROUNDING = 1e-9
