@@ -39,14 +39,8 @@ MOST_STEPS = 64
 
 MOST_MOVE = 0.01
 """Squared move of the parameters by twice the steps, in standard deviations, in any direction: a
-tenth of one adds half a per cent to it."""
-
-ROUGH_MOVE = 1.0
-"""The same as long as the minimum is some standard deviations away."""
-
-EDGE_RATIO = 0.3
-"""Between a quarter and a half: the ratio of step errors of smooth motions and of those with
-edges."""
+tenth of one adds half a per cent to it. As far as the minimum is away, a tenth of the way is enough.
+"""
 
 LAST_REDUCTION = 0.1
 """Reduction of the squared error, in mean squares of the residual, below which the last descent
@@ -183,10 +177,10 @@ def _fine_errors(
     runs = errors_with_each(residuals, vector, (steps, 2 * steps, 4 * steps))
     while True:
         coarse, better = (extrapolated(*pair) for pair in (runs[:2], runs[1:]))
-        is_near = _moved(better, slopes, better) < MOST_DESCENT**2
-        most = MOST_MOVE if is_near else ROUGH_MOVE
+        away = _moved(better, slopes, better)
+        most = MOST_MOVE * max(away, 1.0)
         if _remaining_move(runs, coarse, better, slopes) < most or 4 * steps >= MOST_STEPS:
-            return steps, better, is_near
+            return steps, better, away < MOST_DESCENT**2
         steps *= 2
         runs = [*runs[1:], errors_with(residuals, vector, 4 * steps)]
 
@@ -257,14 +251,16 @@ def _remaining_move(
     `runs`: errors (M, k) with some steps, twice and four times as many, whose first two are
     extrapolated to `coarse`, the last two to `better`.
 
-    Where half the step leaves a quarter, as of a smooth motion, the extrapolated is of fourth order
-    and its next change a sixteenth of the last one: a fifteenth is left. Edges leave all of it.
+    Half the step leaves a share of the error: a quarter of a smooth motion's, half where there are
+    edges. Of the extrapolated errors the next change is the square of that share, and what all
+    further ones add up to is left: a fifteenth and a third of the last change.
     """
     first, second, last = (
         _moved([a - b for a, b in zip(*pair, strict=True)], slopes, better)
         for pair in ((runs[0], runs[1]), (runs[1], runs[2]), (coarse, better))
     )
-    return last / 15.0**2 if second < EDGE_RATIO**2 * first else last
+    square = min(second / first, 0.5) if first > 0.0 else 0.0
+    return last * (square / (1.0 - square)) ** 2
 
 
 def _moved(
