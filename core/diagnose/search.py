@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..diagnose import progress_messages as messages
@@ -29,7 +29,7 @@ from ..diagnose.remaining_error import remaining_error, within_noise
 from ..diagnose.removal_and_exchange import best_exchange, needed_effects, with_stated_sizes
 from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
 from ..diagnose.search_round import applicable, search_round
-from ..diagnose.step_choice import enough_substeps, with_enough_substeps
+from ..diagnose.step_choice import enough_substeps
 from ..effects.effect import Effect
 from ..least_squares import cost_of
 from ..noise.noise_floor import Floor
@@ -145,10 +145,10 @@ class Search:
         """The model with steps that are fine enough for what it leaves; as it is where they are."""
         data, values = model.data, model.refit.parametrised.values()
         values = {**model.refit.parametrised.model.effect_values, **values}
-        # Of models with an anchor half of them are enough.
-        if enough_substeps(data, model.effects, values) // 2 <= data.anchored_substeps:
+        steps = enough_substeps(data, model.effects, values)
+        if steps // 2 <= data.anchored_substeps:  # enough where an anchor corrects them
             return model
-        finer = with_enough_substeps(data, model.effects, values)
+        finer = replace(data, substeps=steps, anchored_substeps=steps // 2)
         return fit_model(finer, model.effects, values, self.progress.stopped)
 
     def _without_moves_left(self, path: tuple[Move, ...]) -> Found:

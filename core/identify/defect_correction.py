@@ -39,7 +39,7 @@ MOST_STEPS = 64
 
 MOST_MOVE = 0.01
 """Squared move of the parameters by twice the steps, in standard deviations, in any direction: a
-tenth of one adds half a per cent to it. As far as the minimum is away, a tenth of the way is enough.
+tenth of one adds half a per cent to it. As far as the minimum is away, a tenth of the way will do.
 """
 
 LAST_REDUCTION = 0.1
