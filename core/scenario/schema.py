@@ -91,7 +91,7 @@ class IdentifySpec(Settings):
     population: Annotated[Whole, Field(ge=5, le=10_000)] = 30
     """Members of the differential evolution."""
     generations: Annotated[Whole, Field(le=1_000_000)] = 60
-    """0: refinement only."""
+    """0: refinement only. Left out, the evolution runs where a whole population is cheap."""
     weights: dict[str, Positive] = Field(default_factory=dict)
     """Channel -> weight of its residual relative to the others'."""
     refine: Switch = True
