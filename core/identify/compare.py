@@ -83,7 +83,8 @@ def compare_many(
     own = {r.name: values for r, values, _ in chosen}
     predictor = predictor_of(experiments, {}, own, steps)
     motions = predictor.trajectories([(np.zeros(0), range(len(experiments)))])[0]
-    comparisons = []
+    simulated = f"Simulated with {predictor.steps} steps per sample."
+    note, comparisons = simulated if predictor.simulation_is_expensive else "", []
     for e, motion, (_, _, label) in zip(experiments, motions, chosen, strict=True):
         predicted = e.processed(e.readings(*motion))
         count = sum(len(s.channels(model.arm)) for s in e.outputs if s in fitted)
@@ -99,9 +100,6 @@ def compare_many(
             )  # fmt: skip
             for k, (name, unit) in enumerate(e.channels)
         )
-        note = ""
-        if predictor.simulation_is_expensive:
-            note = f"Simulated with {predictor.steps} steps per sample."
         comparisons.append(
             RecordingComparison(
                 recording=e.recording.name,

@@ -7,6 +7,7 @@ such a torque adds to them, for every model alike. No sample is lost, only a few
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +19,9 @@ from ..identify.processing import TORQUE, Processing
 from ..recording.recording import Recording
 from ..recording.velocity import ZeroPhaseLowPass
 from ..recording.visible_band import visible_band
+
+Projection = Callable[[np.ndarray], np.ndarray]
+"""(M,) -> its part (M,) in some space."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ class Standstill:
     """(M, k) bool"""
 
     @cached_property
-    def _projections(self) -> dict[int, _Projection]:
+    def _projections(self) -> dict[int, Projection]:
         """Output -> the projection on what friction at standstill adds to it."""
         torques = [i for i, kind in enumerate(self.kinds) if kind == TORQUE]
         if self.steering is None:
@@ -52,7 +56,7 @@ class Standstill:
                 seen = self.processing.apply(torque, dt, [TORQUE] * len(torque.T))
                 bases.append(_local_basis(np.where(self.counted[:, [i]], seen, 0.0)))
             if bases:
-                projections[i] = _Projection.on(scipy.sparse.hstack(bases, format="csc"))
+                projections[i] = _projection(scipy.sparse.hstack(bases, format="csc"))
         return projections
 
     def removed_from(self, error: np.ndarray) -> np.ndarray:
@@ -62,33 +66,21 @@ class Standstill:
             return error
         left = error.copy()
         for i, projection in self._projections.items():
-            left[:, i] -= projection.of(error[:, i])
+            left[:, i] -= projection(error[:, i])
         return left
-
-
-@dataclass(frozen=True)
-class _Projection:
-    """The projection on the columns of a basis (M, d) whose columns are short and hardly overlap:
-    sparse, for a recording may stand still hundreds of times."""
-
-    basis: scipy.sparse.csc_matrix
-    factors: scipy.sparse.linalg.SuperLU
-    """Of its normal equations (d, d)."""
-
-    @classmethod
-    def on(cls, basis: scipy.sparse.csc_matrix) -> _Projection:
-        # Of two columns that are nearly the same one is left.
-        damping = np.sqrt(EPSILON) * scipy.sparse.identity(basis.shape[1])
-        normal = basis.T @ basis + damping
-        return cls(basis, scipy.sparse.linalg.splu(normal.tocsc()))
-
-    def of(self, x: np.ndarray) -> np.ndarray:
-        """The part of x (M,) along the basis."""
-        return np.asarray(self.basis @ self.factors.solve(self.basis.T @ x))
 
 
 EPSILON = float(np.finfo(float).eps)
 """Rounding of a number of order one."""
+
+
+def _projection(basis: scipy.sparse.csc_matrix) -> Projection:
+    """The projection on the columns of a basis (M, d) that are short and hardly overlap: sparse,
+    for a recording may stand still hundreds of times."""
+    # Of two columns that are nearly the same one is left.
+    damping = np.sqrt(EPSILON) * scipy.sparse.identity(basis.shape[1])
+    factors = scipy.sparse.linalg.splu((basis.T @ basis + damping).tocsc())
+    return lambda x: basis @ factors.solve(basis.T @ x)
 
 
 def _local_basis(columns: np.ndarray) -> scipy.sparse.csc_matrix:

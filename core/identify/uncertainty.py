@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from ..errors import InputError
-from ..least_squares import moving_columns, pseudo_inverse
+from ..least_squares import moving_columns, normal_equations, pseudo_inverse
 
 QUIET_LAGS = 5
 """Correlations in a row that must be small before the window is cut (Politis' K_n)."""
@@ -40,13 +40,11 @@ def covariance(
     of what is known a priori, infinite where nothing is; `level`: rms of the noise in the
     residuals' unit."""
     P = sensitivities[0].shape[2]
-    information, meat = np.zeros((P, P)), np.zeros((P, P))
+    meat, (information, _) = np.zeros((P, P)), normal_equations(residuals, sensitivities)
     for S, r, counts in zip(sensitivities, residuals, counted, strict=True):
         own, flat = moving_columns(S)
-        both = np.ix_(own, own)
-        information[both] += flat.T @ flat
         each = flat.reshape(*r.shape, len(own))
-        meat[both] += score_covariance(each, autocovariance((r, counts)))
+        meat[np.ix_(own, own)] += score_covariance(each, autocovariance((r, counts)))
     count = sum(int(counts.sum()) for counts in counted)
     prior = np.diag(np.broadcast_to((level / np.asarray(known)) ** 2, P))
     inverse = pseudo_inverse(information + prior, relative)

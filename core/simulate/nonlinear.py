@@ -12,7 +12,6 @@ from ..simulate.batch import Job, finished, passes, run
 from ..simulate.motion import Task
 from ..trajectory import Trajectory
 
-FEWEST_SUBSTEPS = 1
 MOST_SUBSTEPS = 512
 DEFAULT_TOLERANCE = 1e-6
 """m (rad), rms: below the noise of any camera or encoder that the recordings come from."""
@@ -78,9 +77,8 @@ def simulate_within(
 
     It is extrapolated; its error follows from the last change and what twice the steps gained.
     """
-    job, limit, steps = Job(model, numbers, task), numbers.law.limit, 4 * FEWEST_SUBSTEPS
-    chosen = (steps // 4, steps // 2, steps)
-    first, second, fine = (finished(job, x) for (x,) in passes([job], chosen, workers()))
+    job, limit, steps = Job(model, numbers, task), numbers.law.limit, 4
+    first, second, fine = (finished(job, x) for (x,) in passes([job], (1, 2, steps), workers()))
     before, after = extrapolated(first, second, limit), extrapolated(second, fine, limit)
     change = np.nan
     while True:
