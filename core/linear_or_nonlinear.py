@@ -11,6 +11,7 @@ from .diagnose.base_fit import compared_outputs, full_equations
 from .identify.compare import predictor_of
 from .identify.prepared_recording import prepare
 from .identify.processing import Processing
+from .identify.unknown_gains import gain_starts
 from .model import Model
 from .noise.noise_floor import channel_floors
 from .recording.recording import Recording
@@ -51,9 +52,11 @@ def choose_level(
     exact = [prepare(full, r, outputs, processing) for r in chosen]
     straight = full.at_level("lpv")
     linear = [prepare(straight, r, outputs, processing) for r in chosen]
-    b = predictor_of(linear).predict(np.zeros(0))
+    gains = gain_starts(full, outputs, chosen)
+    b = predictor_of(linear, gains).predict(np.zeros(0))
     # In steps that hardly change what the linear model misses.
-    simulated = predictor_of([replace(e, measured=y) for e, y in zip(exact, b, strict=True)])
+    as_linear = [replace(e, measured=y) for e, y in zip(exact, b, strict=True)]
+    simulated = predictor_of(as_linear, gains)
     a = simulated.predict(np.zeros(0))
     errors = [np.where(e.counted, e.measured - y, 0.0) for e, y in zip(exact, a, strict=True)]
     motions = simulated.trajectories([(np.zeros(0), range(len(exact)))])[0]

@@ -10,9 +10,10 @@ import numpy as np
 from .arm.build import build_arm
 from .identify.compare import compare_many
 from .identify.fit import Fitted, identify
+from .identify.fit_unknowns import unknowns_with_starts
 from .identify.prepared_recording import prepare
 from .identify.setup import Setup, make_setup
-from .identify.unknowns import Unknowns, fixed_values, unknowns_with_starts
+from .identify.unknowns import Unknowns, fixed_values
 from .progress import Progress, Silent
 from .recording.recording import Recording
 from .results import RecordingComparison, Variant

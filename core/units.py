@@ -14,13 +14,18 @@ if TYPE_CHECKING:
 
 
 _HEADER = re.compile(r"^(?P<name>[^\[\]]*)\[(?P<unit>[^\[\]]*)\]$")
-_ALLOWED = re.compile(r"[A-Za-zµμΩ°²³·%/*^()\-. 1-9]{1,40}")
+_ALLOWED = re.compile(r"[A-Za-zµμΩε°²³·%/*^()\-. 1-9]{1,40}")
 """Letters, signs and single digits: no unit needs more, and a tower of powers takes for ever."""
 _SPELLINGS = (
     (re.compile(r"\b([mkMuµ]?N)\s*[.·]?\s*m\b"), r"\1*m"),  # pint reads 'Nm' as 'number metre'
     (re.compile(r"\brev\b"), "revolution"),
     (re.compile(r"\bOhm\b"), "ohm"),
+    (re.compile(r"^([mµμun]?)(ε|strain)$"), r"\1m/m"),
+    (re.compile(r"^microstrain$"), "um/m"),
+    (re.compile(r"\bs2\b"), "s^2"),
 )
+STANDARD_GRAVITY = 9.80665
+"""m/s²"""
 _TOWER = re.compile(r"[1-9]{2}|(\*\*|\^)[^*^/]*(\*\*|\^)")
 
 
@@ -42,6 +47,8 @@ def factor_to_si(unit: str, si_units: Sequence[str]) -> float:
     """
     if not unit or unit in si_units:
         return 1.0
+    if unit == "g" and "m/s²" in si_units:
+        return STANDARD_GRAVITY  # of an accelerometer, not the gram
     factor, root = _root(unit)
     for si_unit in si_units:
         si_factor, si_root = _root(si_unit)

@@ -21,6 +21,7 @@ from .errors import InputError
 from .identify.compare import compare_many
 from .identify.fit import Fitted
 from .identify.setup import Setup, make_setup
+from .identify.unknown_gains import gain_starts
 from .information_criteria import added_up
 from .linear_or_nonlinear import AUTO, choose_level
 from .loading import load_recordings
@@ -183,7 +184,8 @@ def compare_at(
     recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
     model, _ = model_at_level(scenario, model, scenario.identify, recordings)
     setup = make_setup(model, scenario.identify, recordings)
-    all_values = {**scenario.identify.start, **values}
+    gains = gain_starts(setup.model, setup.outputs, recordings, values)
+    all_values = {**gains, **scenario.identify.start, **values}
     progress.stage("Comparing the model with the measurements", len(recordings))
     chosen = [(r, all_values, AS_STATED) for r in recordings]
     comparisons = compare_many(setup.model, chosen, setup.outputs, setup.processing)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, field_validator
 
+from ..arm.mount import Mount
 from ..arm.segment import Segment
 from ..validation import Bounded, Positive, Stated
 
@@ -40,6 +41,8 @@ class Arm(Stated):
     """None: the base does not turn."""
     name: str = "arm"
     """For display."""
+    mounts: Annotated[tuple[tuple[str, Mount], ...], Field(exclude=True)] = ()
+    """Channel -> where its sensor sits, as `[sensors]` states it."""
 
     @field_validator("segments")
     @classmethod

@@ -75,7 +75,8 @@ def build_arm(spec: ArmSpec, base: Arm | None = None, label: str = "[arm]") -> A
         _changed(t, o) for t, o in zip(tables, _spread(spec, len(tables), label), strict=True)
     ]
     segments = tuple(_segment(table, k, label) for k, table in enumerate(tables))
-    stated = {name: getattr(spec, name) for name in Arm.model_fields if name != "segments"}
+    names = ArmSpec.model_fields.keys() & Arm.model_fields.keys() - {"segments"}
+    stated = {name: getattr(spec, name) for name in sorted(names)}
     own = {name: value for name, value in stated.items() if value is not None}
     return validated(Arm, {**dict(below or {}), **own, "segments": segments}, label)
 

@@ -22,6 +22,13 @@ def slope(v: Sequence[sp.Symbol], x: sp.Expr) -> sp.Expr:
     return sp.Add(*[exponent(i) * vi * x ** (exponent(i) - 1) for i, vi in enumerate(v)])
 
 
+def curvature(v: Sequence[sp.Symbol], x: sp.Expr) -> sp.Expr:
+    """delta''(x)."""
+    powers = [exponent(i) for i in range(len(v))]
+    terms = zip(powers, v, strict=True)
+    return sp.Add(*[a * (a - 1) * vi * x ** (a - 2) for a, vi in terms])
+
+
 def foreshortening(v: Sequence[sp.Symbol], x: sp.Expr) -> sp.Expr:
     """u(x) = -1/2 int_0^x delta'^2, to second order (-2/3 x^3 v^2 for one mode)."""
     terms = []

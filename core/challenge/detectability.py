@@ -17,7 +17,7 @@ from ..identify.predictor import Predictor
 from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
 from ..identify.residuals import Residuals
-from ..identify.unknowns import unknowns_with_starts
+from ..identify.fit_unknowns import unknowns_with_starts
 from ..model import Model
 from ..recording.recording import Recording
 from ..recording.spec import SimulateSpec

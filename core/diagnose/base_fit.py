@@ -18,10 +18,11 @@ from ..effects.effect import Effect
 from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
 from ..identify.defect_correction import with_enough_steps
+from ..identify.fit_unknowns import unknowns_with_starts
 from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.processing import Processing
 from ..identify.setup import measured_sensors
-from ..identify.unknowns import Unknown, Unknowns, fixed_values, unknowns_with_starts
+from ..identify.unknowns import Unknown, Unknowns, fixed_values
 from ..least_squares import MOST_ITERATIONS
 from ..model import Model
 from ..noise.noise_floor import channel_floors

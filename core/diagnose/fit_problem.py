@@ -17,6 +17,7 @@ from ..identify.predictor import Motion, MotionCache, Predictor
 from ..identify.prepared_recording import Prepared, make_task
 from ..identify.prescribed_joint_forces import steps_between_points
 from ..identify.residuals import Residuals
+from ..identify.unknown_gains import gains_of
 from ..identify.unknowns import Unknown, Unknowns, with_first_states_of
 from ..least_squares import BoundsAndPrior, bounds_and_prior
 from ..model import Model
@@ -112,8 +113,10 @@ class FitProblem:
         """The rig: what these recordings can show."""
         kinds = tuple(s.kind for s in self.experiments[0].outputs)
         servo = self.bare.steering is not None
-        model = self.bare
-        return Rig(model.arm, model.drive, model.level, kinds, servo, self.stated_rig)
+        model, names = self.bare, {u.parameter.name for u in self.nuisance}
+        gains = gains_of(model, self.experiments[0].outputs)
+        estimated = frozenset(channel for channel, gain in gains.items() if gain.name in names)
+        return Rig(model.arm, model.drive, model.level, kinds, servo, self.stated_rig, estimated)
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,10 @@ class Drive(Stated):
         """Columns of a recording that drive the arm, in the order of DriveLaw's references."""
         raise NotImplementedError
 
+    def scales(self, arm: Arm) -> dict[str, str]:
+        """Column that drives the arm -> the parameter that multiplies it, where one does."""
+        return {}
+
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The law for an arm with numbers p (13 N + 5,) and the drive's parameters in `values`."""
         raise NotImplementedError

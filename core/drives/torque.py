@@ -41,6 +41,10 @@ class Torque(Drive):
         letter = "u" if self.torque_constants is None else "i"
         return tuple(f"{letter}{k + 1}" for k in range(arm.joints))
 
+    def scales(self, arm: Arm) -> dict[str, str]:
+        names = self.reference_channels(arm)
+        return {name: f"kt{k + 1}" for k, name in enumerate(names)}
+
     def latex(self) -> str:
         if self.torque_constants:
             return r"u_k = i_k \, k_{t,k}"

@@ -41,6 +41,8 @@ class Rig:
     """Whether a virtual servo holds the joints on the encoders (torque rigs)."""
     stated: Mapping[str, str] = field(default_factory=dict)
     """What is known of it a priori: key of a statement in `[rig]` -> the statement in words."""
+    estimated_gains: frozenset[str] = frozenset()
+    """Channels whose gain is estimated anyhow."""
 
     @property
     def camera(self) -> bool:

@@ -14,10 +14,15 @@ from ..arm.arm import Arm
 from ..drives.drive import Drive
 from ..effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
 from ..effects.sizes import Sizes
-from ..recording.channels import channel_number
 from ..sensors import sensors
+from ..sensors.link_sensor import SECOND
 
 TORQUE = "torque"
+
+TRAILING = f"123{SECOND}"
+"""What may end a channel's name: the number of its joint, and the mark of a second sensor."""
+NUMBERS = ("1", "2", "3", *(f"{k}{SECOND}" for k in "123"))
+"""In the order of a sensor's channels."""
 
 
 class ChannelEffect(Effect):
@@ -39,7 +44,7 @@ class ChannelEffect(Effect):
                 separate=True,
                 ruled_out_by=self.exact_by.get(kind, ""),
             )
-            for name, (kind, channel) in self._names(arm).items()
+            for name, (kind, channel, _) in self._names(arm).items()
         )
 
     def not_applicable(self, rig: Rig) -> str:
@@ -59,17 +64,18 @@ class ChannelEffect(Effect):
         """(k,) the values of a kind of sensor's channels in their order; (0,) where it has none."""
         sensor = sensors()[kind]
         stem = self.letter + (sensor.letter or kind)
-        names = [] if sensor.from_camera else [f"{stem}{k}" for k in "123456789"]
+        names = [] if sensor.from_camera else [f"{stem}{k}" for k in NUMBERS]
         return np.array([values[name] for name in names if name in values], dtype=float)
 
-    def _names(self, arm: Arm) -> dict[str, tuple[str, str]]:
-        """Name of a parameter -> kind of sensor, words for the channel."""
+    def _names(self, arm: Arm) -> dict[str, tuple[str, str, str]]:
+        """Name of a parameter -> kind of sensor, words for the channel, the channel."""
         names = {}
         for kind, sensor in sensors().items():
             if sensor.from_camera or not sensor.defined_on(arm):
                 continue
             for channel in sensor.channels(arm):
-                number = channel_number(channel.name)
+                number = channel.name[len(channel.name.rstrip(TRAILING)) :]
                 label = f"{sensor.called or sensor.title} {number}"
-                names[f"{self.letter}{sensor.letter or kind}{number}"] = kind, label
+                name = f"{self.letter}{sensor.letter or kind}{number}"
+                names[name] = kind, label, channel.name
         return names

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..effects.effect import EffectParameter, Values
+from ..effects.effect import EffectParameter, Rig, Values
 from ..effects.per_channel import ChannelEffect
 from ..effects.per_joint import sized
 from ..effects.sizes import Sizes
@@ -43,6 +43,7 @@ class SensorGain(ChannelEffect):
     letter = "g"
     exact_by = {
         "deflection": "gauges_calibrated",
+        "strain": "gauges_calibrated",
         "encoder": "encoders_calibrated",
         "link_encoder": "encoders_calibrated",
     }
@@ -50,6 +51,10 @@ class SensorGain(ChannelEffect):
     def parameter(self, name: str, channel: str, sizes: Sizes) -> EffectParameter:
         title = f"error of the scale of {channel}"
         return sized(name, START_GAIN_ERROR, "", title, lower=LEAST, upper=MOST)
+
+    def shown(self, name: str, rig: Rig) -> bool:
+        """A gain that is estimated anyhow has no error."""
+        return super().shown(name, rig) and self._names(rig.arm)[name][2] not in rig.estimated_gains
 
     def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
         scale = self._scale("encoder", values)

@@ -14,6 +14,7 @@ from ..identify.estimates import first_estimate_text
 from ..identify.population_cost import PopulationCost
 from ..identify.refinement import RefinedFit, refine
 from ..identify.residuals import Residuals
+from ..identify.unknown_gains import with_best_gains
 from ..least_squares import bounds_and_prior
 from ..progress import Progress, StoppedError
 from ..results import Generation
@@ -174,8 +175,9 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
     tried = np.tile(start, (STARTS, 1))
     tried[:, moved] *= SPREAD ** (2.0 * points - 1.0)
     p = residuals.unknowns.parameters
-    tried = np.clip(tried, p.lower(), p.upper())
-    costs = with_steps(residuals, 1).costs(tried)  # which is best, few steps show as well
+    rough = with_steps(residuals, 1)  # which is best, few steps show as well
+    tried = with_best_gains(rough, np.clip(tried, p.lower(), p.upper()))
+    costs = rough.costs(tried)
     return [start, tried[int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))]]
 
 

@@ -16,7 +16,6 @@ from ..results.identification import labelled
 from ..scenario.schema import IdentifySpec, Scenario
 from ..scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
 from ..sensors import sensors
-from ..sensors.sensor import Sensor
 from ..sentences import did_you_mean
 from ..validation import naming_scenario
 
@@ -96,30 +95,6 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
     return Unknowns(tuple(items))
 
 
-INITIAL_JOINT_BOUND = 0.05
-"""rad (m): largest error of an encoder's first sample."""
-
-
-def unknowns_with_starts(
-    model: Model, spec: IdentifySpec, recordings: Sequence[Recording], outputs: Sequence[Sensor]
-) -> Unknowns:
-    """What a fit estimates: what [identify] asks for and, where a drive holds the joints and the
-    outputs show places, the place of each joint at the first sample of a recording that begins at
-    rest. The encoder's first reading is no better than any other, and every later place has its
-    error."""
-    unknowns = collect_unknowns(model, spec, recordings)
-    resting = [r for r in recordings if not starts_unknown(spec, r)]
-    if model.steering is not None or not any(s.drifts for s in outputs):
-        return unknowns
-    own = [
-        Unknown(replace(p, lower=-INITIAL_JOINT_BOUND, upper=INITIAL_JOINT_BOUND), r.name, False)
-        for p in (_start(model, f"theta{k + 1}") for k in range(model.arm.joints))
-        for r in resting
-    ]
-    stated = set(unknowns.labels)
-    return Unknowns((*unknowns.items, *(item for item in own if item.label not in stated)))
-
-
 @naming_scenario
 def check_names(scenario: Scenario) -> None:
     """InputError for an unknown parameter, effect or channel, before any recording is read."""
@@ -148,7 +123,7 @@ def with_first_states_of(
     moving = dict.fromkeys(u.recording for u in items if u.parameter.name.startswith(rates))
     known = {(u.recording, u.parameter.name): u for u in items}
     states = [
-        known.get((r, name)) or Unknown(_start(model, name.removeprefix(START)), r, False)
+        known.get((r, name)) or Unknown(start_parameter(model, name.removeprefix(START)), r, False)
         for r in moving for name in names
     ]  # fmt: skip
     others = [
@@ -180,7 +155,7 @@ def _parameter(model: Model, name: str, recordings: Sequence[Recording]) -> Para
         if name.startswith(prefix):
             return make(model, name.removeprefix(prefix), recordings)
     if name.startswith(START):
-        return _start(model, name.removeprefix(START))
+        return start_parameter(model, name.removeprefix(START))
     return model.parameter(name)
 
 
@@ -213,7 +188,19 @@ def _gain(model: Model, channel: str, recordings: Sequence[Recording]) -> Parame
     return Parameter(GAIN + channel, 1.0, "", 0.1, 10.0, symbol, f"gain of {channel}")
 
 
-def _start(model: Model, coordinate: str) -> Parameter:
+def gain_parameter(model: Model, name: str, value: float, unit: str) -> Parameter:
+    """A gain that nobody states, about a first estimate in its `unit`; one of a drive keeps its
+    sign."""
+    if name.startswith(GAIN):
+        plain, size = _gain(model, name.removeprefix(GAIN), ()), abs(value)
+        return replace(
+            plain, value=value, unit=unit, lower=-WIDE * size, upper=WIDE * size, scale=size
+        )
+    low, high = sorted((value / WIDE, value * WIDE))
+    return replace(model.parameter(name), value=value, lower=low, upper=high, scale=abs(value))
+
+
+def start_parameter(model: Model, coordinate: str) -> Parameter:
     """Difference of an initial coordinate or rate from the encoders (zero bending)."""
     bare = coordinate.removeprefix("d") if coordinate.startswith("d") else coordinate
     if bare not in model.arm.coordinate_names:

@@ -96,6 +96,7 @@ def _load(
         role=spec.role,
         counted=counted,
         logger_filters=spec.logger_filters,
+        unknown_gains=spec.unknown_gains,
         camera=spec.camera_in_base_frame,
         source=table.source,
         warnings=tuple(warnings),

@@ -69,6 +69,8 @@ class Recording:
     """(N,) bool per channel: False where the user masked it. Channels not listed count whole."""
     logger_filters: Mapping[str, LoggerFilter] = field(default_factory=dict)
     """Channel -> the low-pass that it has passed in the rig."""
+    unknown_gains: tuple[str, ...] = ()
+    """Channels in a unit that nobody knows: counts, or the current of an unknown motor."""
     camera: CameraPose = CameraPose()
     """Where the camera stood."""
     source: str = ""

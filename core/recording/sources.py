@@ -16,7 +16,7 @@ import scipy
 
 from ..errors import InputError
 from ..recording.channels import channel_kind, is_channel
-from ..recording.spec import RecordingSpec
+from ..recording.spec import UNKNOWN, RecordingSpec
 from ..recording.table import Table, is_number, number
 from ..sentences import did_you_mean, few
 from ..units import factor_to_si, is_unit, parse_header
@@ -54,7 +54,9 @@ def find_sources(table: Table, spec: RecordingSpec, units: Mapping[str, str]) ->
     for channel, column in spec.columns.items():
         header = _mapped_header(table, channel, column.name)
         unit = parse_header(column.name)[1] or parse_header(header)[1]
-        factor = column.factor * _unit_factor(table, header, unit, channel, units)
+        known = column.gain != UNKNOWN
+        in_si = _unit_factor(table, header, unit, channel, units) if known else 1.0
+        factor = column.factor * in_si
         sources[channel] = Source(header, factor)
     taken = {source.header for source in sources.values()}
     mapped = set(sources)
@@ -155,8 +157,12 @@ SPELLINGS: dict[str, tuple[str, ...]] = {
     "voltage": ("voltage", "volt", "volts", "v", "vm", "um", "spannung"),
     "camera": ("cam", "camera", "tip", "ee", "effector", "marker", "mocap", "tcp", "z", "x", "y"),
     "deflection": (
-        "deflection", "defl", "strain", "gauge", "bend", "bending", "dms", "flex", "alpha",
+        "deflection", "defl", "strain", "gauge", "bend", "bending", "dms", "flex", "alpha", "eps",
+        "microstrain",
     ),
+    "strain": ("strain", "gauge", "dms", "eps", "microstrain"),
+    "acceleration": ("acceleration", "accelerometer", "accel", "acc"),
+    "gyro": ("gyro", "gyroscope"),
     "link": ("link", "load", "arm", "output", "second", "secondary"),
     "known": ("pulse", "pulses", "known", "extra", "disturbance", "external"),
 }  # fmt: skip
@@ -175,6 +181,9 @@ MEANS: dict[str, tuple[str, ...]] = {
     "z#": ("camera",),
     "deflection#": ("deflection",),
     "link_theta#": ("link", "position"),
+    "strain#": ("deflection", "strain"),
+    "acceleration#": ("acceleration",),
+    "gyro#": ("gyro",),
 }
 """Pattern of a channel -> the kinds of word that its heading should have."""
 
@@ -192,6 +201,9 @@ UNIT_SPELLINGS = {
 FITS, HALF, WRONG, NUMBERED, MISNUMBERED = 4.0, 1.5, -3.0, 2.0, -4.0
 """Scores: each kind of word that is there, one of two, one that belongs to another channel, the
 right number and a wrong one. One wrong word weighs more than a number that fits."""
+UNIT_FITS, MORE_WORDS = 1.0, -0.1
+"""Scores of a unit that the channel may have, and of each word that it does not need: they decide
+where two channels fit."""
 LEAST_SCORE = 2.0
 """Score below which nothing is guessed: a number alone says nothing."""
 
@@ -258,11 +270,23 @@ def _score(channel: str, header: str, values: np.ndarray, first: int) -> float:
         return WRONG
     score = FITS if matching == len(wants) else HALF * matching
     # 'q1_cmd' names a position and a reference: the second word excludes the plain encoder.
-    apart = {"reference", "speed", "time", "torque", "current", "voltage", "deflection", "known"}
+    apart = {"reference", "speed", "time", "torque", "current", "voltage", "deflection", "known",
+             "acceleration", "gyro"}  # fmt: skip
     score += WRONG * len((has & apart) - set(wants)) + WRONG * (
         "link" in has and "link" not in wants
     )
+    score += _units(channel, parse_header(header)[1]) + MORE_WORDS * len(has - set(wants))
     return score + _numbers(channel, parts, first)
+
+
+def _units(channel: str, unit: str) -> float:
+    if not unit:
+        return 0.0
+    try:
+        factor_to_si(unit, channel_kind(channel).units)
+    except InputError:
+        return WRONG
+    return UNIT_FITS
 
 
 def _numbers(channel: str, parts: Sequence[str], first: int) -> float:

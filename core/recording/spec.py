@@ -44,20 +44,24 @@ Interval = Annotated[tuple[Real, Real], AfterValidator(_rising)]
 Channel = Annotated[str, AfterValidator(_channel)]
 
 
+UNKNOWN = "unknown"
+"""A gain that is estimated."""
+
+
 class ColumnSpec(Settings):
     """The column of the file that holds a channel: SI value = gain sign value in SI."""
 
     name: Words
     """The file's name, which may end in a unit: `q1 [deg]`."""
-    gain: Real = 1.0
-    """Factor on the file's value."""
+    gain: Real | Literal["unknown"] = 1.0
+    """Factor on the file's value; "unknown": it is estimated, whatever unit the file states."""
     sign: Literal[1, -1] = 1
     """-1 where the rig's positive direction is the opposite one."""
 
     @property
     def factor(self) -> float:
         """The factor of a column: gain and sign."""
-        return self.gain * self.sign
+        return self.sign * (1.0 if self.gain == UNKNOWN else self.gain)
 
 
 def _column(value: Any) -> Any:
@@ -233,6 +237,11 @@ class RecordingSpec(Settings):
     def files(self) -> tuple[str, ...]:
         """All files that it reads; a scenario that is not trusted makes none of them trusted."""
         return tuple(name for name in (self.file, self.played) if name is not None)
+
+    @property
+    def unknown_gains(self) -> tuple[str, ...]:
+        """Channels whose gain is to be estimated."""
+        return tuple(name for name, column in self.columns.items() if column.gain == UNKNOWN)
 
     @property
     def logger_filters(self) -> dict[str, LoggerFilter]:

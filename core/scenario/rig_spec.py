@@ -13,8 +13,9 @@ from pydantic import (
     model_validator,
 )
 
+from ..arm.mount import Mount
 from ..recording.spec import Interval, NonNegative, Positive, Real, Settings, Switch, Words
-from ..sensors import sensors
+from ..sensors import mounted_channels, sensors
 from ..validation import gathered
 
 MOST_OWN = 20
@@ -170,23 +171,27 @@ class SensorsSpec(Settings):
     further: dict[str, NonNegative] = Field(default_factory=dict)
     """Noise of further sensors, under the key that the sensor's class names; in the file they
     are keys beside the others."""
+    mounts: dict[str, Mount] = Field(default_factory=dict)
+    """Channel of a link's sensor -> where it sits; in the file a table of the channel's name."""
 
     @model_validator(mode="before")
     @classmethod
     def _gather_further(cls, data: Any) -> Any:
         named = {sensor.noise for sensor in sensors().values()} - {"", *cls.model_fields}
-        return gathered(data, lambda key: key in named, "further")
+        with_noise = gathered(data, lambda key: key in named, "further")
+        return gathered(with_noise, lambda key: key in mounted_channels(), "mounts")
 
     @model_serializer(mode="wrap")
     def _flat(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         table: dict[str, Any] = handler(self)
-        return {**table, **table.pop("further", {})}
+        return {**table, **table.pop("further", {}), **table.pop("mounts", {})}
 
     @classmethod
     def known_settings(cls) -> list[str]:
         """Keys of `[sensors]`."""
         named = sorted({sensor.noise for sensor in sensors().values()} - {"", *cls.model_fields})
-        return [name for name in cls.model_fields if name != "further"] + named
+        plain = [name for name in cls.model_fields if name not in ("further", "mounts")]
+        return [*plain, *named, *mounted_channels()]
 
     def noise_of(self, setting: str) -> float | None:
         """The standard deviation that a setting states, SI; None where it states none."""

@@ -13,7 +13,14 @@ from ..effects.effect import Effect, EffectParameter
 from ..effects.sizes import typical
 from ..errors import InputError
 from ..model import LEVELS, Model
-from ..scenario.rig_spec import EffectParameterSpec, EffectSpec, ModelSpec, OwnSpec
+from ..recording.channels import channel_number
+from ..scenario.rig_spec import (
+    EffectParameterSpec,
+    EffectSpec,
+    ModelSpec,
+    OwnSpec,
+    SensorsSpec,
+)
 from ..scenario.schema import DiagnoseSpec, IdentifySpec, Scenario
 from ..sentences import did_you_mean
 from ..validation import finite_number, naming_scenario
@@ -30,8 +37,25 @@ def base_model(scenario: Scenario) -> Model:
 def bare_model(scenario: Scenario, arm: Arm) -> Model:
     """Without them, on any arm; a level that is left open is that of the full equations."""
     drive = build_drive(scenario.drive.kind, scenario.drive.options)
+    arm = _with_mounts(arm, scenario.sensors)
     level = scenario.model.level
     return Model(arm, drive, level if level in LEVELS else "nonlinear")
+
+
+def _with_mounts(arm: Arm, stated: SensorsSpec) -> Arm:
+    """The arm with the places of its sensors; InputError for one that is on no link of it."""
+    for channel, mount in stated.mounts.items():
+        k = int(channel_number(channel)) - 1
+        where = f"[sensors.{channel}]"
+        if k >= arm.joints:
+            raise InputError(f"{where} is on link {k + 1}; the arm has {arm.joints} links.")
+        length = arm.segments[k].length
+        if mount.place is not None and mount.place > length:
+            raise InputError(
+                f"{where} place is {mount.place:g} m from the joint; link {k + 1} is {length:g} m "
+                f"long."
+            )
+    return arm.model_copy(update={"mounts": tuple(stated.mounts.items())})
 
 
 WHERE = "[model] effects"

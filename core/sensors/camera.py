@@ -13,6 +13,7 @@ from ..sensors.sensor import Channel, OutputRows, Sensor, rows_of
 
 if TYPE_CHECKING:
     from ..arm.compiled import CompiledArm
+    from ..simulate.posture import Posture
     from ..trajectory import Trajectory
 
 
@@ -33,6 +34,11 @@ class Camera(Sensor):
 
     def measure(self, trajectory: Trajectory) -> np.ndarray:
         return trajectory.tip()[0]
+
+    def linearised(self, at: Posture) -> tuple[np.ndarray, np.ndarray]:
+        C = np.zeros((2, at.states))
+        C[:, : at.model.arm.coordinates] = at.model.compiled.tip_place(at.q, at.numbers.p)[1]
+        return C, np.zeros((2, at.numbers.law.references))
 
     def linear_rows(
         self, recording: Recording, arm: Arm, p: np.ndarray, law: DriveLaw

@@ -1,4 +1,4 @@
-"""Strain gauges at the roots, read as the chord angle of the link's tip."""
+"""Deflection of the links' ends, as an angle."""
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from ..trajectory import Trajectory
 
 
 class LinkDeflection(Sensor):
-    """delta(l)/l of each bending segment, relative to its root."""
+    """Chord angle delta(l)/l of each bending segment's end, relative to its root. A gauge at the
+    root shows the bending moment there instead: that is `strain`."""
 
     kind = "deflection"
     title = "link deflection"

@@ -36,6 +36,9 @@ class LinkEncoder(Sensor):
         ChannelKind("link_theta#", "123", ("rad", "m"), "link-side position", sparse=True),
     )
 
+    def is_stated(self, arm: Arm) -> bool:
+        return any(arm.elastic)  # else it is a sensor that is there already
+
     def channels(self, arm: Arm) -> tuple[Channel, ...]:
         units = [joint(s.joint).coordinate_unit for s in arm.segments]
         return tuple(Channel(f"link_theta{k + 1}", unit) for k, unit in enumerate(units))

@@ -14,6 +14,7 @@ from ..recording.recording import Recording
 
 if TYPE_CHECKING:
     from ..arm.compiled import CompiledArm
+    from ..simulate.posture import Posture
     from ..trajectory import Trajectory
 
 
@@ -67,6 +68,18 @@ class Sensor(ABC):
     def __init_subclass__(cls) -> None:
         add_channels(cls.columns)
 
+    each_alone: bool = False
+    """Whether a recording may have some of its channels only."""
+
+    def is_stated(self, arm: Arm) -> bool:
+        """Whether the arm is known to have it, so that what lists a linear model's outputs names
+        it."""
+        return not self.optional
+
+    def gain_unit(self, arm: Arm, channel: str) -> str | None:
+        """The unit of a channel's gain where it is not known; None where it is."""
+        return None
+
     def defined_on(self, arm: Arm) -> bool:
         """Whether the arm can have this sensor."""
         return True
@@ -84,12 +97,24 @@ class Sensor(ABC):
         in the state."""
         return None
 
+    def linearised(self, at: Posture) -> tuple[np.ndarray, np.ndarray] | None:
+        """C (k, nx) and D (k, nr) of the linear model at a posture: y = C x + D r, from what the
+        sensor reads there; None where it has no such slopes."""
+        rows = self.rows(at.model.arm, at.numbers.p, at.numbers.law)
+        return None if rows is None else (np.hstack([rows.Q, rows.V, rows.S]), rows.R)
+
     def check(self, arm: Arm, recording: Recording) -> None:  # noqa: B027 (most need no check)
         """InputError where this output is not defined for the arm or the recording."""
 
     def measured(self, recording: Recording, arm: Arm) -> np.ndarray:
         """(N, k) of a recording; NaN is 'no sample'."""
-        return np.column_stack([recording[c.name] for c in self.channels(arm)])
+        lacking = np.full(len(recording.time), np.nan)
+        return np.column_stack(
+            [
+                lacking if self.each_alone and not recording.has(name) else recording[name]
+                for name, _ in self.channels(arm)
+            ]
+        )
 
     def measure_like(self, recording: Recording, trajectory: Trajectory) -> np.ndarray:
         """(N, k) of a model's motion, by the same route as `measured` takes for the recording."""
@@ -115,8 +140,8 @@ class Sensor(ABC):
 
     def direct(self, recording: Recording, arm: Arm) -> bool:
         """Whether the recording holds the channels themselves, not something they come from."""
-        names = [c.name for c in self.channels(arm)]
-        return bool(names) and recording.has(*names)
+        have = [recording.has(c.name) for c in self.channels(arm)]
+        return any(have) if self.each_alone else bool(have) and all(have)
 
     def available(self, recording: Recording, arm: Arm) -> bool:
         """Whether the recording holds this output or what it comes from."""

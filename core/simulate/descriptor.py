@@ -134,8 +134,8 @@ def _outputs(model: Model, numbers: Numbers) -> tuple[tuple[str, ...], np.ndarra
     for kind, sensor in sensors().items():
         if kind in ("y", "ydot") and not model.arm.two_revolute:
             continue
-        if sensor.optional and not any(model.arm.elastic):
-            continue  # then it is a sensor that is there already
+        if not sensor.is_stated(model.arm):
+            continue
         rows = sensor.rows(model.arm, numbers.p, numbers.law)
         if rows is not None:
             names += [channel.name for channel in sensor.channels(model.arm)]

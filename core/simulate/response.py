@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arm.joints import joint
+from ..errors import InputError
 from ..model import Model
 from ..recording.channels import channel_kind, joint_of
 from ..sensors import sensor
@@ -84,17 +85,14 @@ def default_output(model: Model) -> str:
 
 
 def linear_output(at: Posture, kind: str) -> LinearOutput:
-    """An output of the linear model; of the tip camera, its linearisation at the posture."""
-    arm, law = at.model.arm, at.numbers.law
+    """An output of the linear model; of the tip camera and of accelerometers, the linearisation at
+    the posture. InputError where a sensor has none."""
     source = sensor(kind)
-    ports = tuple(Port(channel.name, channel.unit) for channel in source.channels(arm))
-    rows = source.rows(arm, at.numbers.p, law)
-    if rows is not None:
-        return LinearOutput(ports, np.hstack([rows.Q, rows.V, rows.S]), rows.R)
-    slope = at.model.compiled.tip_place(at.q, at.numbers.p)[1]
-    C = np.zeros((len(ports), at.states))
-    C[:, : arm.coordinates] = slope
-    return LinearOutput(ports, C, np.zeros((len(ports), law.references)))
+    ports = tuple(Port(channel.name, channel.unit) for channel in source.channels(at.model.arm))
+    slopes = source.linearised(at)
+    if slopes is None:
+        raise InputError(f"The {source.title} have no linear model.")
+    return LinearOutput(ports, *slopes)
 
 
 def references(at: Posture) -> tuple[Port, ...]:

@@ -119,7 +119,7 @@ def _linear_sensors(model: Model, numbers: Numbers) -> list[Sensor]:
     motion = Trajectory(arm, model.compiled, numbers.p, np.arange(samples) * 1.0, q, v, torque)
     found = []
     for sensor in sensors().values():
-        if not sensor.defined_on(arm) or (sensor.optional and not any(arm.elastic)):
+        if not sensor.defined_on(arm) or not sensor.is_stated(arm):
             continue
         rows = sensor.rows(arm, numbers.p, numbers.law)
         if rows is not None and len(rows.Q):

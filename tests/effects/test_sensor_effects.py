@@ -15,7 +15,7 @@ from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.processing import Processing
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
-from flexgui.core.sensors import sensor
+from flexgui.core.sensors import sensor, sensors
 from flexgui.core.simulate.experiment import simulate_recording
 from flexgui.core.simulate.nonlinear import simulate_within
 from tests.effects.helpers import experiment
@@ -215,12 +215,13 @@ def test_only_what_the_rig_compares_can_be_late_or_scaled(kind, where, letters):
     assert not one.not_applicable(where)
     names = [k.parameter.name for k in one.parameters(PAPER, where.drive, typical(PAPER))]
     assert {name[1] for name in names if one.shown(name, where)} == set(letters)
-    assert len(names) == 8  # two joints: encoders, gauges, torques, encoders on the links
+    own = [one for one in sensors().values() if not one.from_camera]
+    assert len(names) == sum(len(s.channels(PAPER)) for s in own if s.defined_on(PAPER))
 
 
 def test_a_rigid_segment_has_no_gauge():
     names = [k.parameter.name for k in effect("sensor_gain").parameters(SLIDE, Torque(), None)]
-    assert names == ["ge1", "gl1", "gu1"]
+    assert sorted(names) == ["ga1", "ge1", "gl1", "gu1", "gw1"]
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ def test_only_the_stated_channel_is_estimated(kind, name):
 
 @pytest.mark.parametrize(("kind", "letter"), [("sensor_delay", "t"), ("sensor_gain", "g")])
 def test_where_none_is_stated_all_channels_are_estimated(kind, letter):
-    names = [f"{letter}{own}{k}" for own in "eglu" for k in (1, 2)]
+    names = [f"{letter}{own}{k}" for own in "aegluws" for k in (1, 2)]
     assert sorted(estimated(id=kind)) == sorted(["EI1", *names])
 
 

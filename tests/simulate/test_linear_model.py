@@ -40,11 +40,11 @@ CASCADE = build_drive("cascade", OPTIONS["cascade"])
 
 LINEAR_OUTPUTS = [
     (kind, name)
-    for kind in sorted(set(sensors()) - {"z"})
+    for kind in sorted(set(sensors()) - {"z", "acceleration"})
     for name in ("1-1", "3-3", "0-2-1", "slide")
     if kind not in ("y", "ydot") or ARMS[name].two_revolute
 ]
-"""All but the camera, which is not linear in the state."""
+"""All but those that are not linear in the state."""
 
 
 def largest_miss(A: np.ndarray, slope: np.ndarray) -> float:

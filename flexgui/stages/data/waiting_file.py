@@ -17,6 +17,7 @@ from flexgui.core.recording.channels import (
 )
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.schema import Scenario
+from flexgui.core.sensors import sensors
 from flexgui.core.units import parse_header
 from flexgui.sentences.written import channel_symbol
 from flexgui.session.scenario_edits import apply_edits, cached_model
@@ -226,7 +227,7 @@ def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
     bends = [f"deflection{k + 1}" for k, modes in enumerate(arm.modes) if modes]
     turns = any(segment.joint == "revolute" for segment in arm.segments)
     camera = ("z1", "z2") if turns else ()  # a slide's encoder says all that a camera could
-    links = [c for c in waiting.offered if c.startswith("link_theta")]
+    links = [c.name for s in sensors().values() if s.optional for c in s.channels(arm)]
     more = (*bends, *links, *camera)
     channels |= set(more)
     return tuple(c for c in waiting.offered if c in channels and c[:-1] not in derived)
