@@ -16,8 +16,8 @@ from scipy.stats import chi2
 
 from .errors import InputError
 from .identify.fit import Fitted
-from .identify.setup import Setup
 from .identify.fit_unknowns import unknowns_with_starts
+from .identify.setup import Setup
 from .identify.unknowns import Unknowns, fixed_values
 from .progress import Progress, Unseen
 from .recording.recording import Recording

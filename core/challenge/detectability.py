@@ -13,11 +13,11 @@ import numpy as np
 
 from ..challenge.challenge_rig import KINDS, STDS
 from ..identify.defect_correction import with_enough_steps
+from ..identify.fit_unknowns import unknowns_with_starts
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import prepare
 from ..identify.processing import Processing
 from ..identify.residuals import Residuals
-from ..identify.fit_unknowns import unknowns_with_starts
 from ..model import Model
 from ..recording.recording import Recording
 from ..recording.spec import SimulateSpec

@@ -77,7 +77,7 @@ def diagnose(
     added, stopped = last.effects[len(stated) :], progress.stopped()
     steps = climbed.steps(memo)
     floors = current_floors(last, options)
-    unsure = tuple(doubts(last.data, steps[-1].errors, floors, lambda: search.explains_more(last)))
+    unsure = tuple(doubts(last.data, steps[-1].errors, floors))
     more = bool(proposed or added or (stopped and base_error.above))
     verdict = _verdict(more, base_error, unsure)
     final = _verdict(bool(proposed), remaining, unsure) if options.adds and not stopped else None

@@ -118,15 +118,6 @@ def assess_refit(
     )  # fmt: skip
 
 
-def explains_without_noise(s: ScreenedCandidate, base: Refit, count: int, tried: int) -> bool:
-    """Whether a candidate, of so many `tried`, is certain by the screen and explains a sufficient
-    share of all that the base leaves: that needs no noise level, as its score is of whitened
-    errors."""
-    sure = s.p_value * tried < SIGNIFICANCE
-    strong = s.score - s.degrees_of_freedom * float(np.log(count)) > TIE
-    return sure and strong and s.cost_reduction >= LEAST_SHARE * base.cost
-
-
 def certain(w: RefittedCandidate) -> bool:
     """Whether a candidate is significant and relevant."""
     return w.p_value < SIGNIFICANCE and w.delta_bic > TIE and w.explained >= RELEVANT

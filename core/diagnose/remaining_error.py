@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..noise.noise_floor import REFUTED, Floor, spreads, squares_by_channel
+from ..noise.noise_floor import Floor, spreads, squares_by_channel
 from ..results import (
     ABOVE,
     ABOVE_IN_ONE,
@@ -19,6 +19,10 @@ from ..results import (
 
 if TYPE_CHECKING:
     from ..diagnose.fit_problem import FitProblem, ParametrisedModel
+
+
+FARTHEST = 2.0
+"""Floors: an error on unseen recordings that is larger is no noise."""
 
 
 def within_noise(data: FitProblem, errors: Sequence[np.ndarray]) -> bool:
@@ -60,28 +64,23 @@ def remaining_error(
 
 
 def doubts(
-    data: FitProblem, by_channel: Sequence[ChannelError], floors: Mapping[str, Floor],
-    explains_more: Callable[[], bool],
-) -> Iterator[Doubt]:  # fmt: skip
+    data: FitProblem, by_channel: Sequence[ChannelError], floors: Mapping[str, Floor]
+) -> Iterator[Doubt]:
     """Why the errors of a model, within the noise, do not show that nothing is missing. `floors`:
-    of the noise as that model shows it; `explains_more`: whether a candidate explains a part of
-    what it leaves, whatever the noise is.
+    of the noise as that model shows it.
 
-    A noise floor is worth what it can refute: not one that the model's own error refutes while
-    something explains this error, or one above all that a channel shows. And unseen recordings
-    have the last word; they may be noisier than those that were fitted by the factor within which
-    an estimate is known.
+    A noise floor is worth what it can refute: not one that the model's own error refutes, or one
+    above all that a channel shows. And unseen recordings have the last word.
     """
     spread = spreads(data.experiments)
-    unknown = any(f.refuted is not None for f in floors.values()) and explains_more()
     for e in by_channel:
         refuted = floors[e.channel].refuted
-        if unknown and refuted is not None:
+        if refuted is not None:
             yield Doubt(DoubtReason.REFUTED_NOISE, e.channel, e.unit, refuted, e.rms)
         elif e.floor > ABOVE_IN_ONE * spread[e.channel]:
             reason = DoubtReason.FLOOR_ABOVE_SPREAD
             yield Doubt(reason, e.channel, e.unit, e.floor, spread[e.channel])
-        if e.validation_rms > REFUTED * max(e.floor, e.rms):
+        if e.validation_rms > FARTHEST * e.floor:
             yield Doubt(DoubtReason.UNSEEN, e.channel, e.unit, e.floor, e.validation_rms)
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from ..diagnose import progress_messages as messages
 from ..diagnose.acceptance import PROMISING_SHARE, ModelCheck, Round, model_check
 from ..diagnose.bending_shapes import resolved
-from ..diagnose.evidence import RELEVANT, explains_without_noise
+from ..diagnose.evidence import RELEVANT
 from ..diagnose.fit_problem import FitProblem, with_shared_motions
 from ..diagnose.fitted_model import FittedModel, fit_model
 from ..diagnose.linear_screen import Screen, screen
@@ -280,12 +280,6 @@ class Search:
         candidates = applicable(data, model.effects, self.options.candidates)
         h, stopped = model.refit.parametrised, self.progress.stopped
         return screen(data, h, model.effects, candidates, lambda _: stopped()), data
-
-    def explains_more(self, model: FittedModel) -> bool:
-        """Whether a candidate explains a part of what a model leaves, whatever the noise is."""
-        screened, data = self._screened(model)
-        base, each = model.refit, screened.candidates
-        return any(explains_without_noise(s, base, data.count, len(each)) for s in each)
 
     def _unseen(self, data: FitProblem, refit: Refit) -> float | None:
         """Squared error per sample on recordings that no fit uses; None without any."""

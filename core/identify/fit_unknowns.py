@@ -1,4 +1,4 @@
-"""All that a fit estimates: what a scenario asks for, and what its rig and recordings leave open."""
+"""All that a fit estimates: what a scenario asks for, and what rig and recordings leave open."""
 
 from __future__ import annotations
 

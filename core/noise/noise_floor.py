@@ -14,12 +14,12 @@ import numpy as np
 
 from ..identify.predictor import Motion
 from ..identify.prepared_recording import Prepared
-from ..noise.output_noise import output_noise
+from ..noise.output_noise import output_noise, own_noise
 from ..noise.repeated_motions import repeated_groups, unrepeated_rms
 from ..noise.sensor_noise import ESTIMATED
 from ..results import ABOVE_IN_ONE
 
-REPETITION = "repetition"
+REPETITION, COLUMN = "repetition", "column"
 
 UNCERTAINTY = 1.5
 """Factor within which an estimated noise is the true one (tests/noise/test_noise_floor.py).
@@ -37,7 +37,7 @@ class Floor:
     """rms below which an error says nothing: noise and modelling tolerance."""
     noise: float
     source: str
-    """Source of the noise: repetition, stated or estimated."""
+    """Source of the noise: repetition, stated, estimated, or what the column alone shows."""
     uncertainty: float = 1.0
     """Factor within which it is known."""
     ratios: tuple[float, ...] = ()
@@ -56,27 +56,37 @@ def channel_floors(
     `errors` (M, k) per recording, measured minus model, of the fitted `motions`; `stated` standard
     deviations by column, as the sensor writes them; `fidelity`: relative modelling tolerance, as a
     share of a channel's spread. A residual refutes estimated noise that is more than REFUTED times
-    as large.
+    as large. Then the noise is what the channel's own columns show, if that explains the residual;
+    else it is not known.
     """
     repeated_noise = unrepeated_rms(repeated_groups(experiments), experiments, errors)
     drawn = output_noise(experiments, motions, stated, excluded=repeated_noise)
     residual_rms = channel_rms(experiments, errors)
+    too_large = {
+        n for n, x in drawn.items()
+        if n not in repeated_noise and x.source == ESTIMATED
+        and x.least > REFUTED * residual_rms.get(n, np.inf)
+    }  # fmt: skip
+    shown = own_noise(experiments, motions, stated) if too_large else {}
     floors = {}
     for name, spread in spreads(experiments).items():
         equal = (1.0,) * len(experiments)
         repeated = repeated_noise.get(name)
-        noise, source, ratios, least = (
+        noise, source, ratios, _ = (
             drawn[name] if repeated is None else (repeated, REPETITION, equal, repeated)
         )
-        allowance = fidelity * spread
-        left = residual_rms[name]
-        too_large = source == ESTIMATED and least > REFUTED * left
-        # Within the modelling tolerance nothing can be missing, whatever the noise is.
-        refuted = noise if too_large and left > allowance else None
-        noise = left if too_large else noise
+        allowance, refuted = fidelity * spread, None
+        if name in too_large:
+            left = residual_rms[name]
+            if left <= REFUTED * shown[name] and shown[name] <= REFUTED * left:
+                noise, source = shown[name], COLUMN
+            else:
+                # Within the modelling tolerance nothing can be missing, whatever the noise is.
+                refuted = noise if left > allowance else None
+                noise = left
         value = float(np.hypot(noise, allowance)) or 1e-12
         in_recordings = [float(np.hypot(noise * ratio, allowance)) / value for ratio in ratios]
-        factor = UNCERTAINTY if source == ESTIMATED else 1.0
+        factor = UNCERTAINTY if source in (ESTIMATED, COLUMN) else 1.0
         floors[name] = Floor(
             value, noise, source, factor, equal if ratios == equal else tuple(in_recordings),
             refuted,

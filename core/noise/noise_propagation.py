@@ -205,6 +205,16 @@ class NoisePath:
                 samples.append(column[counted & np.isfinite(column)])
         return drawn
 
+    def own_noise(self, column_noise: Mapping[str, ColumnNoise], number: int) -> list[np.ndarray]:
+        """Draws (M, k) of the noise that the channels' own columns bring into the outputs, not
+        through the motion."""
+        rng = np.random.default_rng([DRAWS_SEED, number])
+        through = self.places if self.servo_driven else []
+        own = {n: x for n, x in column_noise.items() if n not in through}
+        smooth = {n: self.noise_free(n) for n in own}
+        plain = self._measured(self.recording)
+        return [self._measured(self._noisy(own, smooth, rng)) - plain for _ in range(DRAWS)]
+
     def draws(
         self, column_noise: Mapping[str, ColumnNoise], number: int, least: int = 1
     ) -> Iterator[np.ndarray]:
@@ -256,12 +266,16 @@ class NoisePath:
                 channels[name] = channels[name] + own
         return replace(self.recording, channels=channels)
 
+    def _measured(self, recording: Recording) -> np.ndarray:
+        """(M, k): the outputs of a recording, processed."""
+        e = self.experiment
+        columns = [measured_outputs(e.model, recording, s)[0] for s in e.outputs]
+        return np.asarray(replace(e, recording=recording).processed(np.hstack(columns)))
+
     def _simulated_difference(self, recording: Recording) -> np.ndarray:
         """(M, k): measurement, minus the model's answer if a virtual servo prescribes the
         motion."""
-        e = self.experiment
-        columns = [measured_outputs(e.model, recording, s)[0] for s in e.outputs]
-        measured = replace(e, recording=recording).processed(np.hstack(columns))
+        e, measured = self.experiment, self._measured(recording)
         if not self.servo_driven:
             return measured
         again = replace(e, recording=recording, task=make_task(e.model, recording))

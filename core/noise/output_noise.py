@@ -92,6 +92,21 @@ def output_noise(
     return noises
 
 
+def own_noise(
+    experiments: Sequence[Prepared], motions: Sequence[Motion], stated: Mapping[str, float]
+) -> dict[str, float]:
+    """channel -> rms of the noise that its own columns show: their unpredictable part and their
+    steps. What encoders shake through a virtual servo comes on top."""
+    paths = [NoisePath(e, *m) for e, m in zip(experiments, motions, strict=True)]
+    drawn: dict[str, list[np.ndarray]] = {}
+    for i, (path, columns) in enumerate(zip(paths, _column_noise(paths, stated), strict=True)):
+        e = path.experiment
+        for noise in path.own_noise(columns, i):
+            for k, (name, _) in enumerate(e.channels):
+                drawn.setdefault(name, []).append(noise[e.counted[:, k], k])
+    return {name: _rms(np.concatenate(parts)) for name, parts in drawn.items()}
+
+
 def simulate_noise(
     experiments: Sequence[Prepared], motions: Sequence[Motion], stated: Mapping[str, float],
     least: int = 1,

@@ -77,8 +77,8 @@ CHANNEL_KINDS = (
     ),
     ChannelKind("ydot#", "12", ("rad/s",), "its velocity", Role.RIGID, sparse=True, camera=True),
     ChannelKind(
-        "deflection#", "123", ("rad", ""), "link deflection (chord angle of its end)", Role.DEFLECTION,
-        sparse=True,
+        "deflection#", "123", ("rad", ""), "link deflection (chord angle of its end)",
+        Role.DEFLECTION, sparse=True,
     ),
     FURTHER,
 )  # fmt: skip

@@ -43,9 +43,7 @@ class Acceleration(LinkSensor):
         dt = float(time[-1] - time[0]) / (len(time) - 1)
         return self._read(trajectory.arm, trajectory.p, trajectory.q, trajectory.v, dt)
 
-    def _read(
-        self, arm: Arm, p: np.ndarray, q: np.ndarray, v: np.ndarray, dt: float
-    ) -> np.ndarray:
+    def _read(self, arm: Arm, p: np.ndarray, q: np.ndarray, v: np.ndarray, dt: float) -> np.ndarray:
         motion = Motion(q, v, slopes(v, dt))
         return np.column_stack(
             [normal_acceleration(arm, p, motion, k, x) for k, x, _ in self.places(arm, p)]

@@ -23,6 +23,7 @@ SOURCES = {
     "repetition": "repeated motion",
     "stated": "stated noise",
     "estimated": "the sensor's high frequencies",
+    "column": "what the channel alone shows",
 }
 """Where a floor's noise comes from, in words."""
 

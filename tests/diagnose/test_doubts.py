@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexgui.core.diagnose.remaining_error import doubts
-from flexgui.core.noise.noise_floor import REFUTED, UNCERTAINTY, Floor, spreads
+from flexgui.core.diagnose.remaining_error import FARTHEST, doubts
+from flexgui.core.noise.noise_floor import UNCERTAINTY, Floor, spreads
 from flexgui.core.results import ABOVE_IN_ONE, ChannelError, Diagnosis, DoubtReason
 from flexgui.core.scenario.schema import Scenario
 from flexgui.sentences.verdict import card_words, verdict_paragraphs
@@ -34,28 +34,24 @@ def test_an_error_within_the_floor_shows_something_if_floor_and_unseen_data_allo
     spread = spreads(data.experiments)["z1"]
     error = ChannelError("z1", "m", rms * spread, floor * spread, unseen * spread)
     known = {"z1": Floor(floor * spread, floor * spread, "estimated", UNCERTAINTY)}
-    reasons = {d.reason for d in doubts(data, [error], known, lambda: True)}
+    reasons = {d.reason for d in doubts(data, [error], known)}
     wanted = {DoubtReason.FLOOR_ABOVE_SPREAD} if floor > ABOVE_IN_ONE else set()
-    wanted |= {DoubtReason.UNSEEN} if unseen > REFUTED * max(floor, rms) else set()
+    wanted |= {DoubtReason.UNSEEN} if unseen > FARTHEST * floor else set()
     assert reasons == wanted
 
 
 def test_without_unseen_recordings_nothing_is_said_of_them() -> None:
     data = bare().data
     error = ChannelError("z1", "m", 1e-5, 1e-5)
-    assert not list(doubts(data, [error], {"z1": Floor(1e-5, 1e-5, "stated")}, lambda: True))
+    assert not list(doubts(data, [error], {"z1": Floor(1e-5, 1e-5, "stated")}))
 
 
-@pytest.mark.parametrize("explains_more", [False, True])
-def test_a_noise_that_is_not_known_matters_where_something_explains_what_is_left(
-    explains_more: bool,
-) -> None:
+def test_a_noise_that_the_model_refutes_is_not_known() -> None:
     data = bare().data
     spread = spreads(data.experiments)["z1"]
     error = ChannelError("z1", "m", 0.2 * spread, 0.2 * spread)
     known = {"z1": Floor(0.2 * spread, 0.2 * spread, "estimated", UNCERTAINTY, refuted=spread)}
-    found = [d.reason for d in doubts(data, [error], known, lambda: explains_more)]
-    assert found == [DoubtReason.REFUTED_NOISE] * explains_more
+    assert [d.reason for d in doubts(data, [error], known)] == [DoubtReason.REFUTED_NOISE]
 
 
 @pytest.mark.parametrize(("share", "refuted"), [(0.4, True), (0.7, False), (1.0, False)])

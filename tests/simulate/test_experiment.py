@@ -64,7 +64,7 @@ def test_another_sensor_beside_it_leaves_a_sensor_its_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     model, spec = looped(PAPER), SimulateSpec(**{**LINEAR, "seconds": 0.5})
-    levels = NoiseLevels({kind: 1e-4 for kind in sensors()})
+    levels = NoiseLevels(dict.fromkeys(sensors(), 0.0001))
     everything = simulate_recording(model, spec, "r", noise=levels)
     for kind in sensors():
         alone = {kind: sensors()[kind]}

@@ -2,8 +2,9 @@
 
 The yardstick of every change of the method. What a version of `core` has answered is kept in
 `reports/`, so a second call goes on where the first one stopped; a changed `core` begins anew.
-Three more sets are run alike: `--set rigs` has forty rigs with recorded torques, `--set long` every
-effect in seven recordings of 3,000 samples, `--set cuts` recordings that begin in mid-motion.
+Four more sets are run alike: `--set rigs` has forty rigs with recorded torques, `--set long` every
+effect in seven recordings of 3,000 samples, `--set cuts` recordings that begin in mid-motion, and
+`--set hz` thirty arms with gauges and currents at 100 Hz.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from typing import Any
 
 import flexgui.core
 from flexgui.core.resumable.journal import Journal
-from tests.programs.sample import cases, cut_recordings, forty_rigs, long_recordings
+from tests.programs.sample import cases, cut_recordings, forty_rigs, hundred_hz, long_recordings
 from tests.programs.sample.cases import Case
 from tests.programs.sample.judge import line, summary
 
@@ -33,6 +34,7 @@ SETS = {
     "rigs": forty_rigs.cases,
     "long": long_recordings.cases,
     "cuts": cut_recordings.cases,
+    "hz": hundred_hz.cases,
 }
 REFERENCE = CASES / "reference.jsonl"
 WORKERS = 2

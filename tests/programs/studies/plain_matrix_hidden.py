@@ -36,9 +36,9 @@ from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.core.effects.effect import Effect, EffectParameter, Rig
 from flexgui.core.effects.sizes import Sizes, sizes_of
 from flexgui.core.identify.defect_correction import Anchor
+from flexgui.core.identify.fit_unknowns import unknowns_with_starts
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.setup import Setup, make_setup
-from flexgui.core.identify.fit_unknowns import unknowns_with_starts
 from flexgui.core.model import Model
 from flexgui.core.noise.whitening import no_whitening
 from flexgui.core.recording.recording import Recording

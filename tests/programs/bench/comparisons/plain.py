@@ -7,11 +7,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from flexgui.core.identify.fit_unknowns import unknowns_with_starts
 from flexgui.core.identify.predictor import Predictor
 from flexgui.core.identify.prepared_recording import prepare
 from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.setup import make_setup
-from flexgui.core.identify.fit_unknowns import unknowns_with_starts
 from flexgui.core.identify.unknowns import fixed_values
 from flexgui.core.progress import Silent
 from flexgui.core.results.identification import labelled
