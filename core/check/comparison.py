@@ -22,13 +22,14 @@ from ..identify.setup import Setup, make_setup
 from ..identify.unknowns import Unknown, Unknowns, collect_unknowns
 from ..model import Model
 from ..recording.clock import JITTER
-from ..recording.initial_motion import standstill
 from ..recording.recording import Recording
 from ..scenario.schema import IdentifySpec
 from ..sensors import sensor
 
 COMPARED_SECONDS = 2.0
 """Of motion that are compared: periods enough of a slow arm, and soon simulated."""
+MOVES = 0.01
+"""Of its range: what a joint has left when the motion begins."""
 LEAD = 40
 """Samples before the motion that are compared too."""
 COMPARED_STEP = 1e-3
@@ -238,6 +239,7 @@ def first_moves(measured: MeasuredRecording, faults: Sequence[ColumnFault]) -> R
     for fault in faults:
         whole = fault.corrected(whole)
     q = np.column_stack([whole[n] for n in joints])
-    first = max(standstill(q) - LEAD, 0)
+    away = np.max(np.abs(q - q[0]) / (np.ptp(q, axis=0) + 1e-300), axis=1)
+    first = max(int(np.argmax(away > MOVES)) - LEAD, 0)
     every = max(int(COMPARED_STEP / measured.step + JITTER), 1)
     return whole.rows(slice(first, first + LEAD + int(COMPARED_SECONDS / measured.step), every))

@@ -24,13 +24,7 @@ import numpy as np
 from ..arm.arm import Structure
 from ..diagnose.fit_problem import FitProblem, ParametrisedModel, parameter_names, parametrised
 from ..effects.effect import Effect
-from ..identify.refinement import (
-    FEWEST_PER_UNKNOWN,
-    HORIZON_TOLERANCE,
-    HORIZONS,
-    first_parts,
-    share_of_motion,
-)
+from ..identify.refinement import FEWEST_PER_UNKNOWN, HORIZON_TOLERANCE, HORIZONS, first_parts
 from ..lanes.wide import LANES
 from ..least_squares import (
     as_finite,
@@ -286,7 +280,7 @@ def _informative_share(data: FitProblem, base: ParametrisedModel, unknowns: int)
     for share in HORIZONS:
         cost, count = 0.0, 0
         for e, r in zip(data.experiments, errors, strict=True):
-            part = slice(0, int(np.ceil(share_of_motion(e, share) * len(r))))
+            part = slice(0, int(np.ceil(share * len(r))))
             cost += float(np.sum(np.square(r[part])))
             count += int(e.counted[part].sum())
         shown = count >= FEWEST_PER_UNKNOWN * unknowns and cost > count + LEAST_ERROR * unknowns

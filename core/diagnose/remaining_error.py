@@ -80,7 +80,8 @@ def doubts(
         elif e.floor > ABOVE_IN_ONE * spread[e.channel]:
             reason = DoubtReason.FLOOR_ABOVE_SPREAD
             yield Doubt(reason, e.channel, e.unit, e.floor, spread[e.channel])
-        if e.validation_rms > FARTHEST * e.floor:
+        # Idealised laws of the model's effects may miss a stated share.
+        if e.validation_rms > FARTHEST * e.floor * np.sqrt(1.0 + data.law_errors.get(e.channel, 0)):
             yield Doubt(DoubtReason.UNSEEN, e.channel, e.unit, e.floor, e.validation_rms)
 
 

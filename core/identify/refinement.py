@@ -30,7 +30,6 @@ from ..least_squares import (
 )
 from ..progress import StoppedError
 from ..recording.decimation import first_part
-from ..recording.initial_motion import standstill
 
 MOST_ITERATIONS = 60
 """Most iterations of a descent; most end after ten."""
@@ -138,8 +137,8 @@ class _WatchedResiduals:
 
 
 HORIZONS = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
-"""Shares of each recording's motion. A stiffness error of 30 % puts a vibration out of phase after
-three periods; recordings have some dozens."""
+"""Shares of each recording. A stiffness error of 30 % puts a vibration out of phase after three
+periods; recordings have some dozens."""
 
 FEWEST_PER_UNKNOWN = 8
 """Counted samples per unknown, below which a first part is too short."""
@@ -203,24 +202,12 @@ def _with_experiments(residuals: Residuals, experiments: Sequence[Prepared]) -> 
 
 
 def first_parts(experiments: Sequence[Prepared], share: float) -> list[Prepared]:
-    """The first `share` of each recording's motion, prepared; empty if nothing of one counts."""
+    """The first `share` of each recording, prepared; empty if nothing of one counts."""
     parts = []
     for e in experiments:
-        samples = len(e.recording.time)
-        part = first_part(e.recording, int(np.ceil(share_of_motion(e, share) * samples)))
+        part = first_part(e.recording, int(np.ceil(share * len(e.recording.time))))
         try:
             parts.append(prepare(e.model, part, e.outputs, e.processing))
         except InputError:
             return []
     return parts
-
-
-def share_of_motion(e: Prepared, share: float) -> float:
-    """Share of a recording that ends with the first `share` of its motion: nothing is learnt from
-    joints that stand still."""
-    names = [f"theta{k + 1}" for k in range(e.model.arm.joints)]
-    if not e.recording.has(*names):
-        return share
-    place = np.column_stack([e.recording[name] for name in names])
-    still = standstill(place) / len(place)
-    return still + share * (1.0 - still)

@@ -40,18 +40,6 @@ def begins_at_rest(place: np.ndarray) -> bool:
     return bool(np.sum(fast) <= SLOW_START * np.sum(steps.max(axis=0)))
 
 
-MOVES = 0.01
-"""Of its range: what a joint has left when the motion begins."""
-
-
-def standstill(place: np.ndarray) -> int:
-    """Samples before positions `place` (N, k) leave where they begin."""
-    if not len(place) or not np.isfinite(place).all():
-        return 0
-    away = np.abs(place - place[0]) > MOVES * np.ptp(place, axis=0)
-    return int(np.argmax(away.any(axis=1)))
-
-
 LAGS = 16
 """Samples of all signals that predict the next place of a joint: an arm of three joints with two
 modes each has 18 states, and the other joints' samples hold them as well."""

@@ -184,7 +184,8 @@ class SensorsSpec(Settings):
     @model_serializer(mode="wrap")
     def _flat(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         table: dict[str, Any] = handler(self)
-        return {**table, **table.pop("further", {}), **table.pop("mounts", {})}
+        nested = {**table.pop("further", {}), **table.pop("mounts", {})}
+        return {**table, **nested}
 
     @classmethod
     def known_settings(cls) -> list[str]:

@@ -20,6 +20,7 @@ OPTIONS = {
     "velocity_loop": {"gains": [60.0, 30.0], "limits": [50.0, 20.0]},
     "torque": {"torque_constants": [1.5, 0.8]},
     "cascade": {"position_gains": [10.0, 8.0], "velocity_gains": [40.0, 20.0]},
+    "compensator": {"gains": [300.0, 150.0], "zeros": [10.0, 12.0], "poles": [40.0, 50.0]},
     "state_feedback": {
         "gains": [[50.0, 8.0, 3.0, 0.5], [30.0, 5.0, 2.0, 0.2]],
         "torque_constants": [1.5, 0.8],

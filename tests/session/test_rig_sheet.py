@@ -248,3 +248,25 @@ def test_a_title_follows_the_files_and_leaves_a_persons_own(session: Session) ->
     assert session.document.change(set_value(("title",), "Mine"))
     assert session.recordings.upload("run_3.csv", content).result()
     assert session.document.scenario.title == "Mine"
+
+
+LOOPED = {
+    "title": "gauges", "arm": {"preset": "paper"},
+    "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]},
+}  # fmt: skip
+GAUGES = {"strain1": {"name": "eps", "gain": 1e-6}}
+
+
+def test_where_a_recorded_gauge_sits_is_stated_in_the_sheet() -> None:
+    before = Scenario.model_validate(
+        {**LOOPED, "recordings": [{"name": "r", "file": "r.csv", "columns": GAUGES}]}
+    )
+    keys = {row.key(0) for row in sheet_rows(before)}
+    assert {"sensors.strain_noise.0", "sensors.strain1.place.0"} <= keys
+    assert not {"sensors.gyro_noise.0", "sensors.gyro1.place.0"} & keys
+    entries = {"sensors.strain1.distance.0": "1.5", "sensors.strain_noise.0": "2"}
+    document = before.model_dump(exclude_unset=True)
+    sheet_edit(before, entries)(document)
+    after = Scenario.model_validate(document).sensors
+    assert after.mounts["strain1"].distance == pytest.approx(1.5e-3)
+    assert after.noise_of("strain_noise") == pytest.approx(2e-6)

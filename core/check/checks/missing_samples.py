@@ -7,12 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...check.case import Case
+from ...check.comparison import MOVES
 from ...check.finding import RESAMPLE_LINE, Check, Finding
 from ...check.measured_recording import MeasuredRecording
 from ...check.signals import LONGEST_CONSTANT_RUN, OF_SPREAD, breaks_off
 from ...noise.sensor_noise import common_quantisation_step
 from ...recording.channels import DRIVES, Role, is_reference, joint_of, role_of
-from ...recording.initial_motion import MOVES
 from ...recording.resampling import GAP
 from ...recording.spec import GapsSpec
 

@@ -9,10 +9,12 @@ from typing import Any, NamedTuple
 
 from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.build import ArmSpec, build_arm
+from flexgui.core.arm.mount import Mount
 from flexgui.core.drives.drive import drive_classes
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.sensors import sensors
+from flexgui.core.sensors.link_sensor import LinkSensor
 from flexgui.session.scenario_edits import Edit, ScenarioDict, with_lists
 from flexgui.stages.data.rigs import CONSTANTS, begin_again, to_estimate
 
@@ -53,8 +55,14 @@ LINK = (
 GRAVITY = Quantity("gravity", "Gravity along x, y", "m/s²", hint="0, 0: the arm lies flat.")
 LIMITS = Quantity("limits", "Largest torque", "N m", hint="Where the amplifier saturates. Empty: "
                   "never.")  # fmt: skip
-NOISE_UNITS = {"m": ("mm", 1e-3), "rad": ("mrad", 1e-3)}
+NOISE_UNITS = {"m": ("mm", 1e-3), "rad": ("mrad", 1e-3), "": ("µm/m", 1e-6)}
 """SI unit of a sensor -> the unit in which its noise is a usual number."""
+
+
+PLACE = Quantity("place", "place", "m", hint="From the link's joint. Empty: a gauge is at the root, "
+                 "other sensors are at the end.")  # fmt: skip
+DISTANCE = Quantity("distance", "from neutral fibre", "mm", 1e-3, hint="Half the thickness, with a "
+                    "sign. Empty: unknown, so the gauge's scale is estimated.")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -62,7 +70,7 @@ class SheetRow:
     """One quantity with its values."""
 
     table: str
-    """Where the setting stands in the scenario: arm, segments, drive or sensors."""
+    """Where the setting stands in the scenario: arm, segments, drive, sensors or one of these."""
     quantity: Quantity
     values: tuple[Value, ...]
 
@@ -84,6 +92,7 @@ def sheet_rows(scenario: Scenario) -> tuple[SheetRow, ...]:
         SheetRow("arm", GRAVITY, tuple(arm.gravity)),
         *_drive_rows(scenario, arm),
         *_sensor_rows(scenario, arm),
+        *_mount_rows(scenario, arm),
     )
 
 
@@ -114,13 +123,36 @@ def _sensor_rows(scenario: Scenario, arm: Arm) -> list[SheetRow]:
         channels = sensor.channels(arm) if sensor.noise and sensor.defined_on(arm) else ()
         if not channels:
             continue
-        if noise is None and (sensor.optional or not sensor.primary):
+        rare = sensor.optional or not sensor.primary
+        if noise is None and rare and not _recorded(scenario, [c.name for c in channels]):
             continue
         si = channels[0].unit
         unit, factor = NOISE_UNITS.get(si, (si, 1.0))
         quantity = Quantity(sensor.noise, f"Noise, {sensor.title}", unit, factor, NOISE_HINT)
         rows.append(SheetRow("sensors", quantity, (None if noise is None else noise / factor,)))
     return rows
+
+
+def _mount_rows(scenario: Scenario, arm: Arm) -> list[SheetRow]:
+    """Where recorded sensors sit on their links."""
+    rows = []
+    for sensor in sensors().values():
+        if not isinstance(sensor, LinkSensor):
+            continue
+        for name in _recorded(scenario, [c.name for c in sensor.channels(arm)]):
+            mount = scenario.sensors.mounts.get(name, Mount())
+            for each in (PLACE, DISTANCE)[: 2 if sensor.on_bending_links else 1]:
+                value = getattr(mount, each.setting)
+                own = each._replace(label=f"{name}, {each.label}")
+                shown = None if value is None else value / each.factor
+                rows.append(SheetRow(f"sensors.{name}", own, (shown,)))
+    return rows
+
+
+def _recorded(scenario: Scenario, names: Sequence[str]) -> list[str]:
+    """Those of some channels that a recording's columns or `[sensors]` name."""
+    known = {n for r in scenario.recordings for n in r.columns} | scenario.sensors.mounts.keys()
+    return [name for name in names if name in known]
 
 
 NOISE_HINT = "Standard deviation. Empty: it is estimated from the recordings."
@@ -145,7 +177,10 @@ def sheet_edit(scenario: Scenario, texts: Mapping[str, str]) -> Edit:
             document["arm"] = _with_segments(spec, _segments(arm, links))
         for row, values in changes.items():
             if row.table != "segments" and values != row.values:
-                _put(document.setdefault(row.table, {}), row, values)
+                table = document
+                for part in row.table.split("."):
+                    table = table.setdefault(part, {})
+                _put(table, row, values)
         _choose_parameters(document, arm)
 
     return edit
@@ -234,7 +269,7 @@ def _put(table: ScenarioDict, row: SheetRow, values: tuple[Value, ...]) -> None:
     if not stated:
         table.pop(setting, None)
     else:
-        table[setting] = stated[0] if row.table == "sensors" else stated
+        table[setting] = stated[0] if row.table.startswith("sensors") else stated
 
 
 def _choose_parameters(document: ScenarioDict, before: Arm) -> None:
