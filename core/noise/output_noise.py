@@ -241,7 +241,8 @@ def _servo_encoder_noise(
     paths: Sequence[NoisePath], wanted: Collection[str], stated: Mapping[str, float]
 ) -> dict[str, ColumnNoise]:
     """column -> noise of the encoders that a virtual servo follows, from their spectra above the
-    motion. The torque fed back predicts them, so only their own spectra help."""
+    motion, and at most what their own past and the other encoders do not predict. Links that are
+    hardly damped vibrate above any motion; a torque that is fed back would predict noise too."""
     driven = [r for r in paths if r.servo_driven and r.experiment.model.drive.torque_known]
     noises = {}
     for name in dict.fromkeys(n for r in driven for n in r.places if n in wanted):
@@ -253,6 +254,9 @@ def _servo_encoder_noise(
         band = visible_band([(r.recording[name], r.recording.sample_time) for r in recorded])
         own_level = _noise_by_column_alone(recorded, name, quantum)
         level = own_level if band is None or band.whole else min(band.noise, own_level)
+        others = [n for n in recorded[0].places if n != name]
+        most = white_noise_bound([r.recording for r in recorded], name, others)
+        level = level if most is None else min(level, most)
         noises[name] = _without_quantisation(ColumnNoise(level, source=ESTIMATED), quantum)
     return noises
 

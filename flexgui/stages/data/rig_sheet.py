@@ -59,8 +59,8 @@ NOISE_UNITS = {"m": ("mm", 1e-3), "rad": ("mrad", 1e-3), "": ("µm/m", 1e-6)}
 """SI unit of a sensor -> the unit in which its noise is a usual number."""
 
 
-PLACE = Quantity("place", "place", "m", hint="From the link's joint. Empty: a gauge is at the root, "
-                 "other sensors are at the end.")  # fmt: skip
+PLACE = Quantity("place", "place", "m", hint="From the link's joint. Empty: a gauge is at the "
+                 "root, other sensors are at the end.")  # fmt: skip
 DISTANCE = Quantity("distance", "from neutral fibre", "mm", 1e-3, hint="Half the thickness, with a "
                     "sign. Empty: unknown, so the gauge's scale is estimated.")  # fmt: skip
 
