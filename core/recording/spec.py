@@ -61,7 +61,7 @@ class ColumnSpec(Settings):
     @property
     def factor(self) -> float:
         """The factor of a column: gain and sign."""
-        return self.sign * (1.0 if self.gain == UNKNOWN else self.gain)
+        return self.sign * (self.gain if isinstance(self.gain, float) else 1.0)
 
 
 def _column(value: Any) -> Any:
