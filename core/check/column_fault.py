@@ -9,12 +9,12 @@ from itertools import combinations
 import numpy as np
 
 from ..model import Model
-from ..recording.channels import Role, channel_kind, is_reference, joint_of, role_of
+from ..recording.channels import FURTHER, Role, channel_kind, is_reference, joint_of, role_of
 from ..recording.recording import Recording
 
 DEGREES, MILLI = 180.0 / np.pi, 1000.0
-FAMILIES = ("theta#", "z#", "u#", "i#", "deflection#", "dtheta#_ref", "theta#_ref", "i#_ref")
-"""Channels of files; all others are computed."""
+NOT_MEASURED = (Role.TIME, Role.RIGID, Role.KNOWN_TORQUE)
+"""Of channels that are computed or no part of the model's answer."""
 RATES = (0.1, 0.2, 0.25, 0.4, 0.5, 2.0, 2.5, 4.0, 5.0, 10.0)
 """Wrong sample times are slips of rates: 1 and 2 kHz, 100 and 250 Hz, a decimal."""
 TIME = "t"
@@ -87,8 +87,9 @@ class ColumnFault:
 
 
 def columns(recording: Recording) -> list[str]:
-    """The channels that a file holds."""
-    return [n for n in recording.channels if channel_kind(n).pattern in FAMILIES]
+    """The channels of a file that a model drives with, or answers."""
+    kinds = {n: channel_kind(n) for n in recording.channels}
+    return [n for n, kind in kinds.items() if kind.role not in NOT_MEASURED and kind != FURTHER]
 
 
 def usual_faults(recording: Recording, model: Model) -> Iterator[ColumnFault]:

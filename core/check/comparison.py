@@ -19,6 +19,7 @@ from ..identify.predictor import Motion, Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import TORQUE
 from ..identify.setup import Setup, make_setup
+from ..identify.unknown_gains import unknown_gains
 from ..identify.unknowns import Unknown, Unknowns, collect_unknowns
 from ..model import Model
 from ..recording.clock import JITTER
@@ -168,13 +169,15 @@ class Comparison:
         measured = np.where(e.counted, e.measured, np.nan)
         free = self._free_terms(e)
         shown = {} if levels is None else self.noise
+        scaled = unknown_gains(e.model, e.outputs, [e.recording])
         noise = {n: float(np.linalg.norm(gains * levels)) for n, gains in shown.items()}
         compared = []
         for i, (name, _) in enumerate(e.channels):
             at = rows[name]
             if _moves(measured[at, i]):
                 time, both = e.time[at], (measured[at, i], y[at, i])
-                compared.append(Equation(name, time, *both, free[i], noise.get(name, 0.0)))
+                noisy = noise.get(name, 0.0)
+                compared.append(Equation(name, time, *both, free[i], noisy, name in scaled))
         return Answer((*compared, *tip_equations(motion[0], e, tips, self.zeros)))
 
     def _free_terms(self, e: Prepared) -> list[int]:
@@ -235,6 +238,7 @@ def first_moves(measured: MeasuredRecording, faults: Sequence[ColumnFault]) -> R
     whole = Recording(
         measured.name, measured.grid, channels, counted=counted,
         logger_filters=measured.logger_filters, camera=measured.camera,
+        unknown_gains=measured.unknown_gains,
     )  # fmt: skip
     for fault in faults:
         whole = fault.corrected(whole)

@@ -34,6 +34,8 @@ class MeasuredRecording:
     """Channel -> (N,) True where the scenario says that the samples count."""
     logger_filters: Mapping[str, LoggerFilter] = field(default_factory=dict)
     """Channel -> the low-pass that it has passed in the rig."""
+    unknown_gains: tuple[str, ...] = ()
+    """Channels in a unit that nobody knows."""
     camera: CameraPose = CameraPose()
     """Its delay; its channels are in the base's frame."""
     model: Model | None = None

@@ -172,6 +172,7 @@ def _read(
     recording = MeasuredRecording(
         spec.name, spec.role, raw.time, channels, raw.headers,
         logger_filters=spec.logger_filters, camera=spec.camera_in_base_frame, model=model,
+        unknown_gains=spec.unknown_gains,
     )  # fmt: skip
     if spec.time_shift:
         for name in [n for n in channels if from_camera(n)]:

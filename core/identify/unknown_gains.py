@@ -107,7 +107,7 @@ def _factors(experiments: Sequence[Prepared], predicted: Sequence[np.ndarray]) -
 
 
 def with_best_gains(residuals: Residuals, vectors: np.ndarray) -> np.ndarray:
-    """Vectors (S, P) with the gains among their entries regressed anew, each by its own model."""
+    """Vectors (S, P) with the gains among their entries regressed again, each by its own model."""
     items, e = residuals.unknowns.items, residuals.experiments[0]
     gains = gains_of(e.model, e.outputs)
     places = {u.parameter.name: i for i, u in enumerate(items) if u.recording is None}
