@@ -11,6 +11,7 @@ from .arm.build import build_arm
 from .identify.compare import compare_many
 from .identify.fit import Fitted, identify
 from .identify.fit_unknowns import unknowns_with_starts
+from .identify.loop_rate import FASTER_LOOP
 from .identify.prepared_recording import prepare
 from .identify.setup import Setup, make_setup
 from .identify.unknowns import Unknowns, fixed_values
@@ -61,6 +62,16 @@ def fit_group(
     experiments = [prepare(model, r, setup.outputs, setup.processing) for r in group]
     label = group[0].name if named or len(group) == 1 else "all recordings"
     return identify(label, experiments, unknowns, spec, fixed_here, progress)
+
+
+def setup_of_fits(setup: Setup, fits: Sequence[Fitted]) -> Setup:
+    """The setup with the virtual servo of the fits, where all agree on it, and a note on its
+    loop."""
+    first, *others = [f.residuals.experiments[0].model.steering for f in fits]
+    if first is None or first == setup.model.steering or any(other != first for other in others):
+        return setup
+    model = setup.model.steered_by(first)
+    return replace(setup, model=model, notes=(*setup.notes, FASTER_LOOP))
 
 
 def shared_by_fits(fits: Sequence[Fitted]) -> dict[str, float]:
@@ -149,6 +160,7 @@ def compared_variant(
     identify_spec = _variant_spec(identify_spec, spec)
     setup = make_setup(model, identify_spec, chosen)
     fits = fit_all(setup, chosen, identify_spec, Silent())
+    setup = setup_of_fits(setup, fits)
     comparisons = compare_all(setup, chosen, fits, identify_spec, Silent())
     estimates = tuple(e for f in fits for e in f.fit.estimates)
     return Variant(spec.title, estimates, comparisons)

@@ -51,7 +51,7 @@ from .scenario.data_folder import Folder
 from .scenario.schema import IdentifySpec, Scenario
 from .scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
 from .scenario.stated_effects import diagnosis_wanted as diagnosis_wanted
-from .scenario_fits import compare_all, compared_variant, fit_all, shared_by_fits
+from .scenario_fits import compare_all, compared_variant, fit_all, setup_of_fits, shared_by_fits
 from .sentences import listed
 from .simulate.descriptor import descriptor, prepare_descriptor
 from .simulate.equations import equations, prepare_equations
@@ -100,6 +100,7 @@ def run_scenario(
         threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
     with clock.timed("identify"):
         fits = fit_all(setup, recordings, spec, progress)
+        setup = setup_of_fits(setup, fits)
     with clock.timed("compare"):
         progress.stage("Comparing the model with the measurements", len(recordings))
         comparisons = compare_all(setup, recordings, fits, spec, progress)

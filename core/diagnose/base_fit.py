@@ -19,6 +19,7 @@ from ..effects.sizes import sizes_of, typical
 from ..errors import InputError
 from ..identify.defect_correction import with_enough_steps
 from ..identify.fit_unknowns import unknowns_with_starts
+from ..identify.loop_rate import better_loop
 from ..identify.prepared_recording import Prepared, can_measure, prepare
 from ..identify.processing import Processing
 from ..identify.setup import measured_sensors
@@ -95,6 +96,11 @@ def fit_base(
     bounded = _fixed_and_bounded(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **bounded)
     rough = _fit_from_better_start(data, effects, model.effect_values, identified or {}, stopped)
+    servo = better_loop(rough.parametrised.residuals, rough.parametrised.vector)
+    if servo is not None:
+        data = data.of_arm(bare.steered_by(servo))
+        values = {**model.effect_values, **rough.parametrised.values()}
+        rough = fit(parametrised(data, effects, values), None, stopped, MOST_ITERATIONS)
     motions = rough.parametrised.motions()
     unweighted = [b / w for b, w in zip(rough.errors, weights, strict=True)]
     prepared = rough.parametrised.residuals.experiments

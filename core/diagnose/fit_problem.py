@@ -14,7 +14,7 @@ from ..effects.effect import Effect, Rig
 from ..effects.sizes import Sizes
 from ..identify.defect_correction import Anchor
 from ..identify.predictor import Motion, MotionCache, Predictor
-from ..identify.prepared_recording import Prepared, make_task
+from ..identify.prepared_recording import Prepared, for_model
 from ..identify.prescribed_joint_forces import steps_between_points
 from ..identify.residuals import Residuals
 from ..identify.unknown_gains import gains_of
@@ -78,7 +78,8 @@ class FitProblem:
         )
 
     def of_arm(self, bare: Model) -> FitProblem:
-        """The same recordings for a bare model with other bending shapes, without an anchor."""
+        """The same recordings for a bare model with other bending shapes or another servo, without
+        an anchor."""
         if bare is self.bare:
             return self
         fastest = min(e.recording.sample_time for e in self.experiments)
@@ -252,22 +253,6 @@ def with_shared_motions(data: FitProblem, h: ParametrisedModel) -> FitProblem:
     return replace(
         data, motion_cache=MotionCache({**fine.motions, **coarse.motions}, fine.recordings)
     )
-
-
-def for_model(experiment: Prepared, model: Model) -> Prepared:
-    """The recording, prepared for another model."""
-    before = experiment.model
-    if before is model:
-        return experiment
-    same = before.active_steering is model.active_steering and _driven(before) == _driven(model)
-    task = experiment.task if same else make_task(model, experiment.recording)
-    return replace(experiment, model=model, task=task)
-
-
-def _driven(model: Model) -> tuple[object, ...]:
-    """What the task of a recording depends on, beside what moves the joints."""
-    arm = model.arm
-    return Structure.of(arm), tuple(arm.gravity), model.numbers().law.states, model.inputs
 
 
 def undetectable_parameters(data: FitProblem, effects: Sequence[Effect]) -> dict[str, float]:

@@ -31,6 +31,7 @@ from ..diagnose.search_options import Options, RankingCallback, RemainingTrials
 from ..diagnose.search_round import applicable, search_round
 from ..diagnose.step_choice import enough_substeps
 from ..effects.effect import Effect
+from ..identify.loop_rate import better_loop
 from ..least_squares import cost_of
 from ..noise.noise_floor import Floor
 from ..progress import Progress
@@ -118,11 +119,12 @@ class Search:
         return (*path[:-1], last._replace(model=seen))
 
     def _ready(self, path: tuple[Move, ...]) -> tuple[Move, ...]:
-        """The path for the next move. Its last model has steps that are fine enough. Where added
-        effects leave more than noise, it is seen against its own noise, if the error may be noise,
-        and has the bending shapes it needs.
+        """The path for the next move. Its last model has steps that are fine enough, and the rate
+        of the rig's loop that its torques show. Where added effects leave more than noise, it is
+        seen against its own noise, if the error may be noise, and has the bending shapes it needs.
         """
-        path = (*path[:-1], path[-1]._replace(model=self._finer(path[-1].model)))
+        last = self._with_better_loop(self._finer(path[-1].model))
+        path = (*path[:-1], path[-1]._replace(model=last))
         model = path[-1].model
         data, errors = model.data, model.refit.errors
         if not self.added(model) or within_noise(data, errors):
@@ -150,6 +152,18 @@ class Search:
             return model
         finer = replace(data, substeps=steps, anchored_substeps=steps // 2)
         return fit_model(finer, model.effects, values, self.progress.stopped)
+
+    def _with_better_loop(self, model: FittedModel) -> FittedModel:
+        """The model with the rate of the rig's loop that leaves less error: an effect that was
+        missing may have hidden it."""
+        h = model.refit.parametrised
+        servo = better_loop(h.residuals, h.vector)
+        if servo is None:
+            return model
+        data = model.data.of_arm(model.data.bare.steered_by(servo))
+        values = {**h.model.effect_values, **h.values()}
+        other = fit_model(data, model.effects, values, self.progress.stopped)
+        return other if other.refit.cost < model.refit.cost else model
 
     def _without_moves_left(self, path: tuple[Move, ...]) -> Found:
         """The path with moves until none improves the model."""

@@ -178,6 +178,9 @@ class FollowingServo:
     """Hz beyond which nothing is compared, so that no vibration need be followed there."""
     torque_hz: float = np.inf
     """Hz beyond which no torque is compared, of which friction along the joints is a part."""
+    faster_loop: bool = False
+    """Whether the rig's loop runs faster than its recording, so that a recorded torque is that of
+    its instant; else it is held until the next sample."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The drive's own feedback acts on the measured joints, the servo on the difference; p
@@ -214,12 +217,18 @@ class FollowingServo:
         """(N, 2 nr + 2 joints)"""
         signals = self.base.signals(recording, arm)
         motion = self.motion(recording, arm)
-        return np.hstack([signals, hold_mean(signals), motion.place, motion.speed])
+        return np.hstack([signals, self._at_samples(signals), motion.place, motion.speed])
+
+    def _at_samples(self, signals: np.ndarray) -> np.ndarray:
+        """(N, nr): recorded signals (N, nr) as what is smooth sees them at the samples."""
+        return signals if self.faster_loop else hold_mean(signals)
 
     def jumps(self, law: DriveLaw, references: np.ndarray) -> np.ndarray:
         """(N, joints): torque that the drive holds from each sample to the next, of references
         (N, 2 nr + 2 joints) and the servo's law; what its feedback adds is smooth."""
         nr = (law.references - 2 * len(law.R)) // 2
+        if self.faster_loop:
+            return np.zeros((len(references), len(law.R)))
         return np.asarray(references[:, :nr] @ law.R[:, nr : 2 * nr].T)
 
     def seen_by_friction(self, place: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
@@ -268,12 +277,13 @@ class FollowingServo:
     def recorded(self, recording: Recording, arm: Arm) -> Recorded:
         """What was measured of drive and joints."""
         signals, motion = self.base.signals(recording, arm), self.motion(recording, arm)
-        return Recorded(hold_mean(signals), motion.place, motion.speed)
+        return Recorded(self._at_samples(signals), motion.place, motion.speed)
 
     def recorded_around(self, recording: Recording, arm: Arm) -> Recorded:
         """The same, averaged around each sample as the torque along a prescribed motion is."""
         signals, motion = self.base.signals(recording, arm), self.motion(recording, arm)
-        return Recorded(hold_mean(signals), *motion.around)
+        around = averaged(signals) if self.faster_loop else hold_mean(signals)
+        return Recorded(around, *motion.around)
 
     def recorded_torque(self, measured: Recorded, arm: Arm, own: DriveLaw) -> np.ndarray:
         """(N, joints): what the drive itself, with its law, applied along the measured motion."""

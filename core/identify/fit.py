@@ -12,6 +12,7 @@ import numpy as np
 from ..identify.defect_correction import corrected_minimum, with_enough_steps
 from ..identify.estimates import SearchResult, summarise_fit
 from ..identify.fit_starts import refine_from_starts, search, several_starts, uses_evolution
+from ..identify.loop_rate import better_loop, with_servo
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import Prepared
 from ..identify.refinement import (
@@ -112,6 +113,10 @@ def _searched(
     else:
         fit, agreement = refine_from_starts(residuals, starts, searched is not None, progress)
         if expensive and not progress.stopped():
+            servo = _stoppable(partial(better_loop, residuals, fit.vector))
+            if servo is not None:
+                residuals = with_servo(residuals, servo)
+                fit = refine_from_starts(residuals, [fit.vector], False, progress)[0]
             rough = fit
             exact = _stoppable(lambda: _with_corrected_steps(residuals, rough, progress.stopped))
             residuals, fit = exact or (residuals, rough)

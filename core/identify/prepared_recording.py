@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..arm.arm import Structure
 from ..drives.law import DriveLaw
 from ..drives.servo import Recorded, rates_along
 from ..errors import InputError
@@ -257,6 +258,24 @@ def prepare(
         )
     still = Standstill(model.steering, recording, processing, kinds, counts)
     return Prepared(model, recording, tuple(outputs), processing, task, processed, counts, still)
+
+
+def for_model(experiment: Prepared, model: Model) -> Prepared:
+    """The recording, prepared for another model."""
+    before = experiment.model
+    if before is model:
+        return experiment
+    if before.steering != model.steering:
+        return prepare(model, experiment.recording, experiment.outputs, experiment.processing)
+    same = before.active_steering is model.active_steering and _driven(before) == _driven(model)
+    task = experiment.task if same else make_task(model, experiment.recording)
+    return replace(experiment, model=model, task=task)
+
+
+def _driven(model: Model) -> tuple[object, ...]:
+    """What the task of a recording depends on, beside what moves the joints."""
+    arm = model.arm
+    return Structure.of(arm), tuple(arm.gravity), model.numbers().law.states, model.inputs
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:

@@ -1,0 +1,45 @@
+"""Whether a rig's loop runs faster than its recording: what its torques show.
+
+A loop at the recording's rate holds each torque that it records until the next sample. A logger
+that keeps one sample in ten writes the torque of its instant: half a sample of the recording
+earlier. At 100 Hz that looks like a delay of 5 ms, or like viscous friction. Nobody states it, and
+it costs no parameter, so the smaller error decides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..drives.servo import FollowingServo
+from ..identify.predictor import MotionCache
+from ..identify.prepared_recording import for_model
+from ..identify.processing import TORQUE
+from ..identify.residuals import Residuals
+from ..least_squares import cost_of
+
+FASTER_LOOP = (
+    "The rig's loop runs faster than its recording: with torques as those of their instants, and "
+    "not held until the next sample, the model is nearer."
+)
+
+
+def better_loop(residuals: Residuals, vector: np.ndarray) -> FollowingServo | None:
+    """The virtual servo for the other rate of the loop, where it leaves less error at a `vector`
+    (P,); None where it does not, and where no torque is compared."""
+    servo = residuals.experiments[0].model.steering
+    if servo is None or TORQUE not in residuals.experiments[0].kinds:
+        return None
+    other = replace(servo, faster_loop=not servo.faster_loop)
+    before, after = (replace(r, anchor=None) for r in (residuals, with_servo(residuals, other)))
+    return other if cost_of(after.blocks(vector)) < cost_of(before.blocks(vector)) else None
+
+
+def with_servo(residuals: Residuals, servo: FollowingServo) -> Residuals:
+    """The same recordings and weights with another virtual servo."""
+    experiments = residuals.experiments
+    models = {id(e.model): e.model.steered_by(servo) for e in experiments}
+    others = [for_model(e, models[id(e.model)]) for e in experiments]
+    predictor = replace(residuals.predictor, experiments=others, motion_cache=MotionCache())
+    return replace(residuals, predictor=predictor, anchor=None)

@@ -1,0 +1,66 @@
+"""Torques are held from sample to sample, or are those of their instants in a faster loop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.segment import Segment
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.identify.loop_rate import better_loop, with_servo
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared_recording import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.residuals import Residuals
+from flexgui.core.identify.unknowns import Unknowns
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.nonlinear import simulate_within
+from tests.helpers import from_rest, rms
+
+LINK = Arm(segments=(Segment(length=0.46, mass=1.2, EI=20.0, hub_inertia=0.04, modes=1),))
+LOOP, SECONDS = 1e-3, 4.0
+RATIO = 10
+"""Samples of the loop per sample of its recording."""
+LEFT = 0.03
+"""Of the torque's rms, by the right rate: the straight lines between samples at 100 Hz."""
+HALF_SAMPLE_LATE = 0.06
+"""The same, at least, by the wrong rate: half a sample of sines of 1.1 and 3.3 Hz is 0.035 and
+0.104 of their sizes, less where the motion begins softly."""
+
+
+def residuals(ratio: int, faster_loop: bool) -> Residuals:
+    """Of a rig whose loop takes `ratio` samples for each recorded one."""
+    model, step = Model(LINK, Torque(), "nonlinear"), RATIO * LOOP / ratio
+    t = np.arange(round(SECONDS / step)) * step
+    soft = np.clip(t / 0.5, 0.0, 1.0) ** 3
+    torque = (soft * (np.sin(2 * np.pi * 1.1 * t) + np.sin(2 * np.pi * 3.3 * t)))[:, None]
+    task = from_rest(model, [0.0], torque, step)
+    place = simulate_within(model, model.numbers(), task, 1e-9).trajectory.joint_positions[:, 0]
+    kept = {"u1": torque[::ratio, 0], "theta1": place[::ratio]}
+    servo = FollowingServo(Torque(), 60.0, (0.12,), faster_loop=faster_loop)
+    e = prepare(
+        model.steered_by(servo), Recording("r", t[::ratio], kept), [sensor("torque")], Processing()
+    )
+    return Residuals(Predictor([e], Unknowns(()), steps=4), [np.ones(1)])
+
+
+@pytest.mark.parametrize("given", [False, True])
+@pytest.mark.parametrize(("ratio", "faster"), [(1, False), (RATIO, True)])
+def test_the_rate_of_the_loop_is_seen_in_the_torque(ratio: int, faster: bool, given: bool) -> None:
+    found, nothing = residuals(ratio, given), np.zeros(0)
+    servo = better_loop(found, nothing)
+    assert (servo is None) == (given == faster)
+    right, wrong = found, found
+    if servo is not None:
+        assert servo.faster_loop == faster
+        right = with_servo(found, servo)
+    else:
+        other = residuals(ratio, not given).experiments[0].model.servo
+        wrong = with_servo(found, other)
+    size = rms(found.experiments[0].measured)
+    assert rms(right(nothing)) < LEFT * size
+    assert rms(wrong(nothing)) > HALF_SAMPLE_LATE * size
