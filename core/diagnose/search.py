@@ -123,9 +123,8 @@ class Search:
         of the rig's loop that its torques show. Where added effects leave more than noise, it is
         seen against its own noise, if the error may be noise, and has the bending shapes it needs.
         """
-        last = self._with_better_loop(self._finer(path[-1].model))
-        path = (*path[:-1], path[-1]._replace(model=last))
-        model = path[-1].model
+        model = self._with_better_loop(self._finer(path[-1].model))
+        path = (*path[:-1], path[-1]._replace(model=model))
         data, errors = model.data, model.refit.errors
         if not self.added(model) or within_noise(data, errors):
             return path
