@@ -61,9 +61,9 @@ def summary(found: Mapping[str, Any]) -> Summary:
     """Against the manufacturer's model."""
     if "models" not in found:
         return []
-    ours, peer = (found["models"][name]["lqr"]["deflection2"] for name in (OURS, UNCOUPLED))
+    ours, peer = (found["models"][name]["lqr"]["strain2"] for name in (OURS, UNCOUPLED))
     return [(
-        "two-link bench, unseen recording: error of the second deflection", f"{ours:.2f}",
+        "two-link bench, unseen recording: error of the second strain", f"{ours:.2f}",
         f"{peer:.2f}, the manufacturer's model, identified", better(ours, peer),
     )]  # fmt: skip
 
@@ -73,12 +73,12 @@ def section(found: Mapping[str, Any]) -> str:
     texts = [
         "`steps` is the manufacturer's recording on its own bench; it is estimated. `lqr` is a "
         "university's on another bench of the same type with other friction; it is judged. The "
-        "table has the error of the links' deflections relative to their spread. A virtual servo "
+        "table has the error of the links' strains relative to their spread. A virtual servo "
         "follows the encoders."
     ]
     if "models" in found:
         rows = [[title, *_cells(each)] for title, each in found["models"].items()]
-        head = ("model", "steps δ1", "steps δ2", "lqr δ1", "lqr δ2")
+        head = ("model", "steps ε1", "steps ε2", "lqr ε1", "lqr ε2")
         texts.append(table(head, rows))
     if "ladder" in found:
         one = found["ladder"]
@@ -94,4 +94,4 @@ def section(found: Mapping[str, Any]) -> str:
 
 
 def _cells(each: Mapping[str, Mapping[str, float]]) -> list[str]:
-    return [f"{each[r][c]:.2f}" for r in ("steps", "lqr") for c in ("deflection1", "deflection2")]
+    return [f"{each[r][c]:.2f}" for r in ("steps", "lqr") for c in ("strain1", "strain2")]
