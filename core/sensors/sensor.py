@@ -61,7 +61,8 @@ class Sensor(ABC):
     called: str = ""
     """What stands before a channel's number in words; its title where empty."""
     optional: bool = False
-    """Whether few rigs have it: it is simulated only where `[sensors]` states its noise."""
+    """Whether few rigs have it: it is simulated only where `[sensors]` states its noise or its
+    place."""
     columns: ClassVar[tuple[ChannelKind, ...]] = ()
     """Columns of a recording that it brings, beside those in core.recording.channels."""
 

@@ -226,7 +226,7 @@ def read_sensors(
     for kind, sensor in sorted(sensors().items()):
         if not sensor.defined_on(trajectory.arm):
             continue
-        if sensor.optional and kind not in noise.by_output:
+        if sensor.optional and kind not in noise.by_output and not _mounted(sensor, trajectory.arm):
             continue
         values = np.array(sensor.measure(trajectory))
         values = np.array(model.sensed(kind, values, spec.sample_time, effect_values or {}))
@@ -237,6 +237,11 @@ def read_sensors(
         for k, channel in enumerate(sensor.channels(trajectory.arm)):
             channels[channel.name] = values[:, k]
     return channels
+
+
+def _mounted(sensor: Sensor, arm: Arm) -> bool:
+    """Whether a place is stated for one of its channels."""
+    return any(channel.name in dict(arm.mounts) for channel in sensor.channels(arm))
 
 
 def noise_stream(seed: int, kind: str) -> np.random.Generator:

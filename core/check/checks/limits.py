@@ -9,7 +9,9 @@ import numpy as np
 from ...check.case import Case
 from ...check.finding import Check, Finding
 from ...check.signals import limit_of
-from ...recording.channels import DRIVES, is_reference, role_of
+from ...recording.channels import DRIVES, Role, is_reference, role_of
+
+MOVES_A_JOINT = (*DRIVES, Role.VOLTAGE)
 
 
 class Clipped(Check):
@@ -20,7 +22,7 @@ class Clipped(Check):
     def find(self, case: Case) -> Iterable[Finding]:
         recording = case.recording
         for name in recording.channels:
-            if is_reference(name) or role_of(name) in DRIVES:
+            if is_reference(name) or role_of(name) in MOVES_A_JOINT:
                 continue
             limit = limit_of(recording.counted(name))
             if limit is not None:
@@ -35,13 +37,13 @@ to the next stands at its largest value as at any other, and nothing cuts it off
 
 
 class DriveSaturated(Check):
-    """Torque or current that stays at its largest value."""
+    """Torque, current or voltage that stays at its largest value."""
 
     kind = "drive_saturated"
 
     def find(self, case: Case) -> Iterable[Finding]:
         recording = case.recording
-        for name in recording.names("u#", "i#"):
+        for name in recording.names("u#", "i#", "voltage#"):
             limit = limit_of(recording.counted(name))
             if limit is not None and not _steps(recording.counted(name), limit[0]):
                 level, share = limit
