@@ -169,9 +169,12 @@ def _most_usual(fit: Fitted, steps: list[Step]) -> Step:
 
 
 def _factors(fit: Fitted) -> Iterator[ColumnFault]:
-    """Factors of single channels that the gains of the channels suggest, and those of gears."""
+    """Factors of single channels that the gains of the channels suggest, and those of gears; none
+    of a channel whose gain nobody knows."""
     gains = [(e.channel, e.gain) for e in fit.answer.equations]
     for name in columns(fit.recording):
+        if name in fit.recording.unknown_gains:
+            continue
         sizes = {g for n, g in gains if n == name} | {1.0 / g for _, g in gains if g}
         if role_of(name) is Role.PLACE:
             sizes |= set(FACTORS)

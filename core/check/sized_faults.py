@@ -94,8 +94,9 @@ def _trials(fit: Fitted) -> Iterator[tuple[Kind, Group, float]]:
     lags, growing = (tuple(k * step for k in LAGS), tuple(k / count for k in GROWING))
     shown = (Role.PLACE, Role.TIP) if "z1" in names else ()
     for group in groups:
-        kinds = [
-            SCALE, Kind(OFFSET, 1e-3, BENDING, roles=shown),
+        kinds = [] if {*group} & {*fit.recording.unknown_gains} else [SCALE]
+        kinds += [
+            Kind(OFFSET, 1e-3, BENDING, roles=shown),
             Kind(DELAY, 2.0 * step, LATE * step, lags),
         ]  # fmt: skip
         if not any(map(is_reference, group)):
