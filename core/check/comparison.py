@@ -15,6 +15,7 @@ from ..check.signals import quiet_noise
 from ..effects import effect
 from ..effects.sizes import typical
 from ..errors import InputError
+from ..identify.loop_rate import with_faster_loop
 from ..identify.predictor import Motion, Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import TORQUE
@@ -78,6 +79,7 @@ class Comparison:
         model, spec = model.at_level("nonlinear"), measured.identify or IdentifySpec()
         try:
             setup = _setup(model, spec, recording)
+            setup = replace(setup, model=with_faster_loop(setup.model))
             prepare(setup.model, recording, setup.outputs, setup.processing)
         except InputError:
             return None

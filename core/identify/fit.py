@@ -12,9 +12,9 @@ import numpy as np
 from ..identify.defect_correction import corrected_minimum, with_enough_steps
 from ..identify.estimates import SearchResult, summarise_fit
 from ..identify.fit_starts import refine_from_starts, search, several_starts, uses_evolution
-from ..identify.loop_rate import better_loop, with_servo
+from ..identify.loop_rate import better_loop, with_faster_loop, with_servo
 from ..identify.predictor import Predictor
-from ..identify.prepared_recording import Prepared
+from ..identify.prepared_recording import Prepared, for_model
 from ..identify.refinement import (
     SEARCH_SAMPLES,
     RefinedFit,
@@ -48,6 +48,8 @@ def identify(
 ) -> Fitted:  # fmt: skip
     """Minimise (13) over the experiments and estimate the uncertainty. If stopped, the best so
     far is described."""
+    models = {id(e.model): with_faster_loop(e.model) for e in experiments}
+    experiments = [for_model(e, models[id(e.model)]) for e in experiments]
     start, predictor = unknowns.parameters.vector(), Predictor(experiments, unknowns, fixed)
     if predictor.simulation_is_expensive:
         predictor = predictor.with_steps(1)

@@ -18,11 +18,21 @@ from ..identify.prepared_recording import for_model
 from ..identify.processing import TORQUE
 from ..identify.residuals import Residuals
 from ..least_squares import cost_of
+from ..model import Model
 
 FASTER_LOOP = (
     "The rig's loop runs faster than its recording: with torques as those of their instants, and "
     "not held until the next sample, the model is nearer."
 )
+
+
+def with_faster_loop(model: Model) -> Model:
+    """The model, its torques as those of their instants: the safer start. Where they are held, each
+    step of a noisy current shakes the links, by far too much while inertias are wrong."""
+    servo = model.steering
+    if servo is None or servo.faster_loop:
+        return model
+    return model.steered_by(replace(servo, faster_loop=True))
 
 
 def better_loop(residuals: Residuals, vector: np.ndarray) -> FollowingServo | None:

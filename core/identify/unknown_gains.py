@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..identify.first_states import START
+from ..identify.loop_rate import with_faster_loop
 from ..identify.predictor import Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import TORQUE, Processing
@@ -83,6 +84,7 @@ def gain_starts(
     gains = unknown_gains(model, outputs, recordings)
     if not gains:
         return {}
+    model = with_faster_loop(model)
     experiments = [prepare(model, r, outputs, Processing()) for r in recordings]
     predictor = Predictor(experiments, Unknowns(()), values or {})
     predicted = predictor.predict_many([(np.zeros(0), range(len(experiments)))])[0]
