@@ -36,6 +36,8 @@ EVERY = 10
 SLOWER = 10
 """Times, of a slow camera."""
 SLOW = ("unequal/nothing", "unequal/viscous_friction=0.05", "one/coulomb_friction=0.2")
+NOT_JUDGEABLE = "cannot_be_judged"
+"""Hidden in a rig that hardly moves: the verdict that is right there."""
 OUTSIDE = "outside"
 """Hidden, and no effect of the catalogue."""
 

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from tests.programs.mujoco.chain import Beam, Motor, Plant, mjcf
-from tests.programs.sample.cases import OUTSIDE, Case
+from tests.programs.sample.cases import NOT_JUDGEABLE, OUTSIDE, Case
 
 RIGS = 30
 HIDDEN = ("", "presliding_friction", "tip_payload", "viscous_friction", "hardly_moves", OUTSIDE)
@@ -249,7 +249,8 @@ def cases() -> dict[str, Case]:
     found = []
     for seed in range(RIGS):
         _, kind, truth = drawn(seed)
-        hidden = (kind,) if kind and kind != "hardly_moves" else ()
+        hidden = (kind,) if kind else ()
+        hidden = (NOT_JUDGEABLE,) if kind == "hardly_moves" else hidden
         name = f"hz/{seed}_{kind or 'nothing'}"
         found.append(Case(name, hidden, truth, partial(written, seed)))
     return {case.name: case for case in found}

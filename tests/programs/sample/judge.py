@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from flexgui.core.effects import effect
-from tests.programs.sample.cases import OUTSIDE, Case
+from tests.programs.sample.cases import NOT_JUDGEABLE, OUTSIDE, Case
 
 Record = Mapping[str, Any]
 
@@ -31,6 +31,8 @@ def is_right(case: Case, record: Record) -> bool:
     """Whether just what is hidden is named; outside the catalogue, that the verdict says so."""
     if "kept" not in record:
         return False
+    if NOT_JUDGEABLE in case.hidden:
+        return bool(record["final_verdict"] == NOT_JUDGEABLE)
     if OUTSIDE in case.hidden:
         return not record["kept"] and record["final_verdict"] == "unlisted"
     listed = record["final_verdict"] == "nothing_missing"
