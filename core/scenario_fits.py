@@ -65,10 +65,11 @@ def fit_group(
 
 
 def setup_of_fits(setup: Setup, fits: Sequence[Fitted]) -> Setup:
-    """The setup with the virtual servo of the fits, where all agree on it, and a note on its
-    loop."""
+    """The setup with the virtual servo of the fits, where all agree on it and were not stopped, and
+    a note on its loop."""
     first, *others = [f.residuals.experiments[0].model.steering for f in fits]
-    if first is None or first == setup.model.steering or any(other != first for other in others):
+    stopped = any(f.fit.stopped for f in fits)
+    if stopped or first in (None, setup.model.steering) or any(s != first for s in others):
         return setup
     model = setup.model.steered_by(first)
     return replace(setup, model=model, notes=(*setup.notes, FASTER_LOOP))

@@ -38,7 +38,7 @@ class Search:
         fall, answer = before - after, self.fit.answer
         heavier = fault.fault == "scale" and all(role_of(n) in DRIVES for n in fault.channels)
         forces = all(role_of(e.channel) in DRIVES for e in answer.equations) and fall < GROSS
-        return answer.worst > fall or (not fault.is_usual and (heavier or forces))
+        return not fault.is_usual and (heavier or forces or answer.worst > fall)
 
     def repeated(self, of: Comparison) -> Search | None:
         """The same faults in another recording of the rig, where they leave no more of it."""

@@ -15,7 +15,6 @@ from ..check.signals import quiet_noise
 from ..effects import effect
 from ..effects.sizes import typical
 from ..errors import InputError
-from ..identify.loop_rate import with_faster_loop
 from ..identify.predictor import Motion, Predictor
 from ..identify.prepared_recording import Prepared, prepare
 from ..identify.processing import TORQUE
@@ -79,7 +78,6 @@ class Comparison:
         model, spec = model.at_level("nonlinear"), measured.identify or IdentifySpec()
         try:
             setup = _setup(model, spec, recording)
-            setup = replace(setup, model=with_faster_loop(setup.model))
             prepare(setup.model, recording, setup.outputs, setup.processing)
         except InputError:
             return None
@@ -171,7 +169,7 @@ class Comparison:
         measured = np.where(e.counted, e.measured, np.nan)
         free = self._free_terms(e)
         shown = {} if levels is None else self.noise
-        scaled = unknown_gains(e.model, e.outputs, [e.recording])
+        unknown = unknown_gains(e.model, e.outputs, [e.recording])
         noise = {n: float(np.linalg.norm(gains * levels)) for n, gains in shown.items()}
         compared = []
         for i, (name, _) in enumerate(e.channels):
@@ -179,7 +177,7 @@ class Comparison:
             if _moves(measured[at, i]):
                 time, both = e.time[at], (measured[at, i], y[at, i])
                 noisy = noise.get(name, 0.0)
-                compared.append(Equation(name, time, *both, free[i], noisy, name in scaled))
+                compared.append(Equation(name, time, *both, free[i], noisy, name in unknown))
         return Answer((*compared, *tip_equations(motion[0], e, tips, self.zeros)))
 
     def _free_terms(self, e: Prepared) -> list[int]:

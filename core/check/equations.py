@@ -41,13 +41,13 @@ class Equation:
     its speed is controlled, so that it drifts."""
     tolerance: float = 0.0
     """rms of what no model explains."""
-    scaled: bool = False
+    free_gain: bool = False
     """Whether nobody knows its gain: then the best one counts."""
 
     @cached_property
     def error(self) -> np.ndarray:
         """(M,), zero where nothing counts; infinite where the motion is."""
-        if not self.scaled:
+        if not self.free_gain:
             return self._left(self.measured - self.modelled)
         return self._left(self.measured) - self.gain * self._left(self.modelled)
 

@@ -96,11 +96,11 @@ def fit_base(
     bounded = _fixed_and_bounded(model, spec, nuisance)
     data = replace(data, stated_rig=stated_rig or {}, **bounded)
     rough = _fit_from_better_start(data, effects, model.effect_values, identified or {}, stopped)
-    servo = better_loop(rough.parametrised.residuals, rough.parametrised.vector)
+    h = rough.parametrised
+    servo = better_loop(h.residuals, h.vector)
     if servo is not None:
-        data = data.of_arm(bare.steered_by(servo))
-        values = {**model.effect_values, **rough.parametrised.values()}
-        rough = fit(parametrised(data, effects, values), None, stopped, MOST_ITERATIONS)
+        data = data.for_bare(bare.steered_by(servo))
+        rough = fit(parametrised(data, effects, h.all_values()), None, stopped, MOST_ITERATIONS)
     motions = rough.parametrised.motions()
     unweighted = [b / w for b, w in zip(rough.errors, weights, strict=True)]
     prepared = rough.parametrised.residuals.experiments

@@ -73,7 +73,8 @@ def _reshaped(
 def _promises_more(model: FittedModel, data: FitProblem) -> bool:
     """Whether the shapes of `data` are worth a fit: by the linear estimate of what they explain,
     with all other parameters free."""
-    h, at = parametrised(data, model.effects, _values(model)), model.refit.parametrised
+    at = model.refit.parametrised
+    h = parametrised(data, model.effects, at.all_values())
     residual, slopes = list(model.refit.errors), list(model.refit.descended.slopes)
     change = [[a - b for a, b in zip(residual, h.errors(h.vector), strict=True)]]
     prior = at.limits.prior_measurements(at.vector)
@@ -95,7 +96,7 @@ def _needed(model: FittedModel, likelier: float) -> bool:
 def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> FittedModel | None:
     """The model with the shapes of `data`, fitted from the current and from the nominal values;
     None where its error stays larger."""
-    at = _values(model)
+    at = model.refit.parametrised.all_values()
     starts = [
         parametrised(data, model.effects, {**at, **other}) for other in ({}, nominal_values(data))
     ]
@@ -106,18 +107,13 @@ def _with_shapes(data: FitProblem, model: FittedModel, stopped: StopCheck) -> Fi
     return FittedModel(*converge(data, first.parametrised, None, stopped), model.effects)
 
 
-def _values(model: FittedModel) -> dict[str, float]:
-    """label -> value of a fitted model, with parameters of its effects that are not estimated."""
-    h = model.refit.parametrised
-    return {**h.model.effect_values, **h.values()}
-
-
 def data_with_modes(data: FitProblem, modes: tuple[int, ...], model: FittedModel) -> FitProblem:
     """The same recordings for an arm with so many shapes per segment, in steps that are fine
     enough for the effects and values of a model."""
-    other = data.of_arm(replace(data.bare, arm=arm_with_modes(data.bare.arm, modes)))
+    other = data.for_bare(replace(data.bare, arm=arm_with_modes(data.bare.arm, modes)))
     # No anchor corrects them, so they take the steps of errors that are compared.
-    return with_enough_substeps(other, model.effects, _values(model), COMPARED_SUBSTEPS)
+    values = model.refit.parametrised.all_values()
+    return with_enough_substeps(other, model.effects, values, COMPARED_SUBSTEPS)
 
 
 def arm_with_modes(arm: Arm, modes: tuple[int, ...]) -> Arm:

@@ -173,7 +173,7 @@ def law_error(data: FitProblem, refit: Refit) -> dict[str, float]:
         if not effect.idealised:
             continue
         others = [e for e in h.model.effects if e is not effect and effect.kind not in e.includes]
-        without = parametrised(data, others, {**h.model.effect_values, **h.values()})
+        without = parametrised(data, others, h.all_values())
         for name, rms in _change(data, without.errors(without.vector), refit.errors).items():
             missed[name] = missed.get(name, 0.0) + (effect.idealised * rms) ** 2
     return missed

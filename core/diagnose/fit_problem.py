@@ -77,7 +77,7 @@ class FitProblem:
             for e, times in zip(self.experiments, own, strict=True)
         )
 
-    def of_arm(self, bare: Model) -> FitProblem:
+    def for_bare(self, bare: Model) -> FitProblem:
         """The same recordings for a bare model with other bending shapes or another servo, without
         an anchor."""
         if bare is self.bare:
@@ -180,6 +180,10 @@ class ParametrisedModel:
         """label -> value."""
         return dict(zip(self.unknowns.labels, (float(v) for v in self.vector), strict=True))
 
+    def all_values(self) -> dict[str, float]:
+        """The same with the parameters of its effects that are not estimated."""
+        return {**self.model.effect_values, **self.values()}
+
     def motions(self) -> list[Motion]:
         """(motion, numbers, values) of each recording."""
         everything = range(len(self.residuals.experiments))
@@ -242,7 +246,7 @@ def with_values(
     # Not by the model's effects: one that ended at neutral has left it, its unknowns have not.
     nominal = {u.parameter.name for u in data.nuisance}
     own = tuple(u for u in h.unknowns.items if u.parameter.name not in nominal)
-    start = {**h.model.effect_values, **h.values(), **(values or {})}
+    start = {**h.all_values(), **(values or {})}
     return parametrised(data, h.model.effects, start, freed=own, refine=refine)
 
 

@@ -158,7 +158,7 @@ def _starts(
     motions = _error_responses(without, data)
     if not motions:
         return []
-    values = {**h.model.effect_values, **h.values()}
+    values = h.all_values()
     peaks = force_shape_peaks(
         JointForce(effect, h.model, values, tuple(sizes), shape), motions, MOST_STARTS
     )
@@ -173,7 +173,7 @@ def _without(
     neutral = {k.parameter.name: k.neutral for k in sizes}
     free = set(h.model.effect_parameters) - fixed
     own = [u for u in h.unknowns.items if u.parameter.name in free]
-    values = {**h.model.effect_values, **h.values(), **neutral}
+    values = {**h.all_values(), **neutral}
     return parametrised(data, h.model.effects, values, freed=own, refine=1)
 
 

@@ -165,7 +165,7 @@ def fit_validation(validation: FitProblem | None, refit: Refit) -> ValidationFit
     own = tuple(u for u in validation.nuisance if u.recording is not None)
     fixed = {**validation.fixed, **shared}
     fixed_data = replace(validation, nuisance=own, fixed=fixed, substeps=validation.result_substeps)
-    values = {**h.model.effect_values, **h.values()}
+    values = h.all_values()
     start = parametrised(fixed_data, h.model.effects, values, freed=refitted)
     descended = levenberg_marquardt(
         start.errors, start.slopes, start.vector, start.limits, most=VALIDATION_ITERATIONS

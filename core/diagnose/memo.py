@@ -65,7 +65,7 @@ class Memo:
         if self.validation is None:
             return None
         data, refit = model.data, model.refit
-        validation = self.validation.of_arm(data.bare)
+        validation = self.validation.for_bare(data.bare)
         key = id(refit), data.result_substeps
         if key not in self.validated:
             weights = validation.weights_at(data.floors)

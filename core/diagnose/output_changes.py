@@ -186,7 +186,7 @@ def _trial_model(
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
     changed = _included_neutral(base, data, trial) | dict(trial.values)
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
-    values = {**base.model.effect_values, **base.values(), **changed}
+    values = {**base.all_values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
     return parametrised(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,

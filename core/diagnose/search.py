@@ -144,8 +144,7 @@ class Search:
 
     def _finer(self, model: FittedModel) -> FittedModel:
         """The model with steps that are fine enough for what it leaves; as it is where they are."""
-        data, values = model.data, model.refit.parametrised.values()
-        values = {**model.refit.parametrised.model.effect_values, **values}
+        data, values = model.data, model.refit.parametrised.all_values()
         steps = enough_substeps(data, model.effects, values)
         if steps // 2 <= data.anchored_substeps:  # enough where an anchor corrects them
             return model
@@ -159,9 +158,8 @@ class Search:
         servo = better_loop(h.residuals, h.vector)
         if servo is None:
             return model
-        data = model.data.of_arm(model.data.bare.steered_by(servo))
-        values = {**h.model.effect_values, **h.values()}
-        other = fit_model(data, model.effects, values, self.progress.stopped)
+        data = model.data.for_bare(model.data.bare.steered_by(servo))
+        other = fit_model(data, model.effects, h.all_values(), self.progress.stopped)
         return other if other.refit.cost < model.refit.cost else model
 
     def _without_moves_left(self, path: tuple[Move, ...]) -> Found:

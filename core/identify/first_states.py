@@ -14,7 +14,9 @@ import numpy as np
 import scipy
 
 from ..bounded_cache import BoundedCache
+from ..errors import InputError
 from ..model import Model
+from ..recording.recording import Recording
 from ..simulate.motion import at_rest
 
 FREQUENCY_FACTOR = 2.0
@@ -105,3 +107,24 @@ def bent_by_weight(model: Model, place: np.ndarray, values: Mapping[str, float])
             return q[joints:]
         q[joints:] += change
         last = size
+
+
+def start_joints(model: Model, recording: Recording) -> np.ndarray:
+    """(joints,) at the first sample: from the encoders, else from the stated working point."""
+    joints = np.zeros(model.arm.joints)
+    for k in range(model.arm.joints):
+        name = f"theta{k + 1}"
+        if recording.has(name):
+            joints[k] = recording[name][0]
+        elif k == 1:
+            joints[k] = _stated_point(recording)
+    return joints
+
+
+def _stated_point(recording: Recording) -> float:
+    if recording.theta2 is None:
+        raise InputError(
+            f"Recording {recording.name} has neither a column theta2 nor a working point; "
+            f"add theta2 = ... (rad) under [[recordings]]."
+        )
+    return recording.theta2

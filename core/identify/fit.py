@@ -110,6 +110,8 @@ def _searched(
     if not len(unknowns) or stopped or not spec.refine:
         best = starts[0]
         with use_progress(None):
+            if expensive and not stopped and (servo := better_loop(residuals, best)) is not None:
+                residuals = with_servo(residuals, servo)
             cost = float(np.sum(residuals(best) ** 2))
         fit, agreement = RefinedFit(best, cost, np.nan, False), ""
     else:

@@ -21,8 +21,8 @@ from ..least_squares import cost_of
 from ..model import Model
 
 FASTER_LOOP = (
-    "The rig's loop runs faster than its recording: with torques as those of their instants, and "
-    "not held until the next sample, the model is nearer."
+    "The recorded torques fit better as values at their instants than as held until the next "
+    "sample: the rig's loop seems to run faster than its recording."
 )
 
 

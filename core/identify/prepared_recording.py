@@ -12,7 +12,7 @@ from ..arm.arm import Structure
 from ..drives.law import DriveLaw
 from ..drives.servo import Recorded, rates_along
 from ..errors import InputError
-from ..identify.first_states import START, bent_by_weight, followed_first_state
+from ..identify.first_states import START, bent_by_weight, followed_first_state, start_joints
 from ..identify.prescribed_joint_forces import simulated_part
 from ..identify.prescribed_joint_motion import unknown_ends
 from ..identify.prescribed_joints import is_prescribed
@@ -328,27 +328,6 @@ def make_task(model: Model, recording: Recording) -> Task:
         start[arm.coordinates : arm.coordinates + arm.joints] = motion.speed[0]
     inputs = input_signals(model.inputs, recording.time, recording.channels, recording.name)
     return Task(recording.time, references, start, joint_schedule(model, recording), before, inputs)
-
-
-def start_joints(model: Model, recording: Recording) -> np.ndarray:
-    """(joints,) at the first sample: from the encoders, else from the stated working point."""
-    joints = np.zeros(model.arm.joints)
-    for k in range(model.arm.joints):
-        name = f"theta{k + 1}"
-        if recording.has(name):
-            joints[k] = recording[name][0]
-        elif k == 1:
-            joints[k] = _stated_point(recording)
-    return joints
-
-
-def _stated_point(recording: Recording) -> float:
-    if recording.theta2 is None:
-        raise InputError(
-            f"Recording {recording.name} has neither a column theta2 nor a working point; "
-            f"add theta2 = ... (rad) under [[recordings]]."
-        )
-    return recording.theta2
 
 
 def joint_schedule(model: Model, recording: Recording) -> np.ndarray:

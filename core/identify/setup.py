@@ -9,7 +9,8 @@ import numpy as np
 
 from ..drives.servo import BEYOND, DEFAULT_HZ, FollowingServo
 from ..errors import InputError
-from ..identify.prepared_recording import can_measure, start_joints
+from ..identify.first_states import start_joints
+from ..identify.prepared_recording import can_measure
 from ..identify.prescribed_joint_motion import sampling_warning
 from ..identify.processing import TORQUE, Processing
 from ..identify.unknowns import starts_unknown

@@ -8,8 +8,9 @@ from math import gcd
 
 import numpy as np
 
+from ..identify.first_states import start_joints
 from ..identify.fit import Fitted
-from ..identify.prepared_recording import Prepared, start_joints
+from ..identify.prepared_recording import Prepared
 from ..identify.repeatability import repeatability
 from ..results import Estimate, Repeated
 

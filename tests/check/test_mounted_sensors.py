@@ -68,8 +68,5 @@ def test_a_gyroscope_in_degrees_is_named(recorded: Recording, tmp_path: Path) ->
 def test_of_a_gauge_with_an_unknown_gain_neither_sign_nor_unit_is_a_fault(
     recorded: Recording, tmp_path: Path, factor: float
 ) -> None:
-    spoilt, unknown = (
-        with_column(recorded, "strain1", factor),
-        {"name": "strain1", "gain": "unknown"},
-    )
-    assert faults(spoilt, tmp_path, strain1=unknown) == []
+    spoilt = with_column(recorded, "strain1", factor)
+    assert faults(spoilt, tmp_path, strain1={"name": "strain1", "gain": "unknown"}) == []

@@ -69,17 +69,17 @@ def test_a_refit_finds_the_friction_that_first_states_had_taken_up() -> None:
 def test_further_bending_shapes_have_first_states_of_their_own(modes: tuple[int, int]) -> None:
     data = cut().data
     arm: Arm = arm_with_modes(data.bare.arm, modes)
-    other = data.of_arm(replace(data.bare, arm=arm))
+    other = data.for_bare(replace(data.bare, arm=arm))
     free = [u.parameter.name for u in other.nuisance if u.recording is not None]
     assert sorted(free) == sorted(first_state_names(other.bare, 1e-3))
-    again = other.of_arm(data.bare)
+    again = other.for_bare(data.bare)
     assert {u.label for u in again.nuisance} == {u.label for u in data.nuisance}
 
 
 def arm_of(modes: int) -> Model:
     return (
         cut()
-        .data.of_arm(
+        .data.for_bare(
             replace(cut().data.bare, arm=arm_with_modes(cut().data.bare.arm, (modes, modes)))
         )
         .bare

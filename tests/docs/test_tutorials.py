@@ -11,11 +11,16 @@ from pathlib import Path
 
 import pytest
 
+from tests.workbench.test_real_rigs import data_folder
+
 ROOT = Path(__file__).resolve().parents[2]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
 README = ROOT / "README.md"
 BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?")
+
+RECORDED = {"real_arm": ("rigs/merit1.csv", "rigs/merit2.csv")}
+"""Tutorial -> recordings that it needs and that are not shipped."""
 
 NEAR = 2e-3
 """Relative: figures of another machine differ in their last digits."""
@@ -84,6 +89,7 @@ def test_every_command_is_one_of_python_or_flexgui_and_every_script_is_there(pag
 @pytest.mark.long
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 def test_a_tutorial_prints_what_it_states(page: Path, tmp_path: Path) -> None:
+    data_folder(*RECORDED.get(page.stem, ()))
     printed: list[str] = []
     for block in blocks(page):
         if block.title:

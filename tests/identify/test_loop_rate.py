@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,19 +50,18 @@ def residuals(ratio: int, faster_loop: bool) -> Residuals:
     return Residuals(Predictor([e], Unknowns(()), steps=4), [np.ones(1)])
 
 
-@pytest.mark.parametrize("given", [False, True])
 @pytest.mark.parametrize(("ratio", "faster"), [(1, False), (RATIO, True)])
-def test_the_rate_of_the_loop_is_seen_in_the_torque(ratio: int, faster: bool, given: bool) -> None:
-    found, nothing = residuals(ratio, given), np.zeros(0)
-    servo = better_loop(found, nothing)
-    assert (servo is None) == (given == faster)
-    right, wrong = found, found
-    if servo is not None:
-        assert servo.faster_loop == faster
-        right = with_servo(found, servo)
-    else:
-        other = residuals(ratio, not given).experiments[0].model.servo
-        wrong = with_servo(found, other)
-    size = rms(found.experiments[0].measured)
+def test_the_rate_of_the_loop_is_seen_in_the_torque(ratio: int, faster: bool) -> None:
+    right, wrong, nothing = residuals(ratio, faster), residuals(ratio, not faster), np.zeros(0)
+    size = rms(right.experiments[0].measured)
     assert rms(right(nothing)) < LEFT * size
     assert rms(wrong(nothing)) > HALF_SAMPLE_LATE * size
+    assert better_loop(right, nothing) is None
+    servo = better_loop(wrong, nothing)
+    assert servo is not None and servo.faster_loop == faster
+    assert with_servo(wrong, servo)(nothing) == pytest.approx(right(nothing))
+
+
+def test_what_no_torque_is_compared_with_shows_no_rate() -> None:
+    without = replace(residuals(1, True).experiments[0], outputs=(), measured=np.zeros((0, 0)))
+    assert better_loop(Residuals(Predictor([without], Unknowns(())), []), np.zeros(0)) is None

@@ -11,7 +11,8 @@ from ...check.finding import Check, Finding
 from ...check.signals import limit_of
 from ...recording.channels import DRIVES, Role, is_reference, role_of
 
-MOVES_A_JOINT = (*DRIVES, Role.VOLTAGE)
+COMMANDED = (*DRIVES, Role.VOLTAGE)
+"""What a motor is given; a limit of it is the drive's, and no sensor's."""
 
 
 class Clipped(Check):
@@ -22,7 +23,7 @@ class Clipped(Check):
     def find(self, case: Case) -> Iterable[Finding]:
         recording = case.recording
         for name in recording.channels:
-            if is_reference(name) or role_of(name) in MOVES_A_JOINT:
+            if is_reference(name) or role_of(name) in COMMANDED:
                 continue
             limit = limit_of(recording.counted(name))
             if limit is not None:

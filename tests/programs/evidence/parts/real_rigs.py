@@ -21,6 +21,7 @@ from flexgui.sentences.written import estimate_text
 from tests.programs.evidence.frame import table
 
 TITLE = "Real rigs, plainly stated"
+SCENARIOS = Path(__file__).resolve().parents[4] / "scenarios"
 ORDER = 3
 
 RIGID = """
@@ -51,44 +52,6 @@ strain2 = { place = 0.0, distance = -0.0673 }
 parameters = ["EI1", "EI2", "tau1", "tau2"]
 output = ["torque", "strain"]
 offsets = ["strain1", "strain2"]
-"""
-TUDOR = """
-[arm]
-gravity = [0.0, -9.81]
-
-[[arm.segments]]
-length = 0.44
-mass = 0.3
-tip_mass = 1.0
-EI = 20.0
-modes = 2
-
-[[arm.segments]]
-length = 0.41
-mass = 0.3
-EI = 20.0
-modes = 2
-
-[drive]
-kind = "torque"
-torque_constants = [10.0, 10.0]
-
-[sensors]
-strain1 = { place = 0.0 }
-strain2 = { place = 0.0 }
-
-[identify]
-parameters = ["EI1", "EI2", "tau1", "tau2", "Jh1", "Jh2"]
-offsets = ["strain1", "strain2"]
-"""
-TUDOR_COLUMNS = """
-[recordings.columns]
-theta1 = "q2"
-theta2 = "q3"
-i1 = { name = "I2", gain = "unknown" }
-i2 = { name = "I3", gain = "unknown" }
-strain1 = "eps21 [um/m]"
-strain2 = "eps31 [um/m]"
 """
 RULER = """
 [[arm.segments]]
@@ -147,6 +110,8 @@ class Rig:
     """TOML of what its owners state of the installation."""
     columns: Callable[[pd.DataFrame], pd.DataFrame] = lambda rows: rows
     """Of a file, as they are stated."""
+    shipped: str = ""
+    """File of the scenario that comes with the program, in place of a text."""
 
 
 RIGS = {
@@ -214,9 +179,9 @@ output = ["torque", "deflection"]
     ),
     "tudor": Rig(
         "TUDOR, two elastic links under gravity; gains and torque constants unknown",
-        TUDOR,
+        "",
         [("rigs/merit1.csv", "estimate"), ("rigs/merit2.csv", "validate")],
-        TUDOR_COLUMNS,
+        shipped="tudor.toml",
         known="first current R² .964 by regression on the strains; the second mostly friction",
     ),
     "ruler": Rig(
@@ -262,9 +227,11 @@ def diagnose(name: str, folder: Path) -> dict[str, Any]:
     """The verdict on one rig as plain values."""
     with TemporaryDirectory() as temporary:
         work = Path(temporary)
-        path = write_scenario(name, folder, work, "[diagnose]\nmax_effects = 4\n")
+        path = SCENARIOS / RIGS[name].shipped
+        if not RIGS[name].shipped:
+            path = write_scenario(name, folder, work, "[diagnose]\nmax_effects = 4\n")
         start = time.process_time()
-        found = run_scenario(read_scenario(path), folder=work).diagnosis
+        found = run_scenario(read_scenario(path), folder=path.parent, data_folder=folder).diagnosis
         seconds = time.process_time() - start
     assert found is not None
     return _plain(found) | {"seconds": seconds}
