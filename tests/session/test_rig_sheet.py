@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,19 +14,21 @@ import pytest
 from flexgui.core.arm.build import build_arm
 from flexgui.core.check.finding import Finding
 from flexgui.core.errors import InputError
-from flexgui.core.scenario.read import scenario_toml
+from flexgui.core.scenario.read import read_scenario, scenario_toml
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import demo_scenario
 from flexgui.page.scene_panel import exaggeration, measured_arm
 from flexgui.session.scenario_edits import apply_edits, cached_model, set_value
 from flexgui.session.session import Session
 from flexgui.stages.data.panel_recording import wording_of
-from flexgui.stages.data.panel_rig import estimated
+from flexgui.stages.data.panel_rig import estimated, tables
 from flexgui.stages.data.rig_sheet import is_stated, sheet_edit, sheet_rows, with_links
 from flexgui.stages.data.rigs import RIGS, rig_edit
 from flexgui.views.preview import finding_html, title_of
 from flexgui.views.sketch import sparkline
 from tests.session.helpers import bring, good_csv, until
+
+SUPPLIED = sorted((Path(__file__).resolve().parents[2] / "scenarios").glob("*.toml"))
 
 MINE = {
     "segments.length.0": "0,7", "segments.EI.0": "630", "segments.EI.1": "195",
@@ -46,6 +49,15 @@ def test_entries_of_all_parts_are_taken_in_their_units() -> None:
     assert arm.segments[0].hub_inertia == 0.08 and arm.gravity == (0.0, -9.81)
     assert tuple(made.drive.options["gains"]) == (80.0, 30.0)
     assert made.sensors.camera_noise == pytest.approx(5e-5)
+
+
+@pytest.mark.parametrize("path", SUPPLIED, ids=lambda path: path.stem)
+def test_every_supplied_scenario_has_a_sheet_with_all_its_rows(path: Path) -> None:
+    """Two real rigs, whose gauges have a stated place, left the page without its stage Data."""
+    rows = sheet_rows(read_scenario(path))
+    parts = tables(rows)
+    assert sorted(map(id, rows)) == sorted(id(row) for *_, part in parts for row in part)
+    assert all(len(row.values) == count for _, count, part in parts for row in part)
 
 
 def test_what_can_be_estimated_follows_and_its_bounds_lie_around_what_is_stated() -> None:

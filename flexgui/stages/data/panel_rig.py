@@ -80,8 +80,8 @@ def estimated(scenario: Scenario) -> str:
 
 def tables(rows: tuple[SheetRow, ...]) -> list[tuple[str, int, list[SheetRow]]]:
     """(what a column is of, columns, rows) of the sheet's parts that have equal columns."""
-    words = {"segments": "Link", "drive": "Joint", "arm": "", "sensors": ""}
+    words = {"segments": "Link", "drive": "Joint"}
     parts: dict[tuple[str, int], list[SheetRow]] = {}
     for row in rows:
-        parts.setdefault((words[row.table], len(row.values)), []).append(row)
+        parts.setdefault((words.get(row.table, ""), len(row.values)), []).append(row)
     return [(word, count, part) for (word, count), part in parts.items()]
