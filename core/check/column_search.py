@@ -63,7 +63,9 @@ def search(
 ) -> Search:  # fmt: skip
     """All faults that a recording's fit shows: those of a recording before, or else looked for;
     `sized`: also of any size."""
-    for known in earlier:
+    # Of searches with faults of the same kinds the first: each costs simulations.
+    distinct = {tuple((f.fault, f.channels) for f in s.faults): s for s in reversed(earlier)}
+    for known in reversed(distinct.values()):
         if again := known.repeated(of):
             return again
     fits = [fitted(of)]

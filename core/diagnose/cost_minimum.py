@@ -93,9 +93,9 @@ def _start_in_other_minimum(
     return other if lower else None
 
 
-NEAR = 0.05
-"""Share of a bound within which a nominal parameter has no influence: a beam ten times too stiff is
-rigid."""
+NEAR = 0.01
+"""Of the range between the bounds, in logarithms, next to a bound: there a nominal parameter has no
+influence, as a beam ten times too stiff is rigid."""
 
 
 def _start_off_bounds(
@@ -106,9 +106,10 @@ def _start_off_bounds(
     at, moved = h.values(), dict[str, float]()
     for u in data.nuisance:
         p, x = u.parameter, at.get(u.label, u.parameter.value)
-        near = x > (1.0 - NEAR) * p.upper or x < (1.0 + NEAR) * p.lower
-        if u.recording is None and p.positive and near:
-            moved[u.label] = p.value
+        if u.recording is None and p.positive:
+            share = np.log(x / p.lower) / np.log(p.upper / p.lower)
+            if not NEAR < share < 1.0 - NEAR:
+                moved[u.label] = p.value
     return with_values(data, h, moved, refine=1) if moved else None
 
 
@@ -206,12 +207,13 @@ def with_simulated_deviations(data: FitProblem, refit: Refit, stated: Mapping[st
 def _variances(
     data: FitProblem, refit: Refit, which: np.ndarray, stated: Mapping[str, float]
 ) -> np.ndarray:
-    """(p,) variances of the unknowns `which`: of (S'S)^-1 S'e over draws e, by recording. A
-    channel's draws are limited to its noise floor, in case the model showed less noise."""
+    """(p,) variances of the unknowns `which`: of (S'S + K)^-1 (S'e + k) over draws e, by recording,
+    and draws k of what is known a priori, with the covariance K. A channel's draws are limited to
+    its noise floor, in case the model showed less noise."""
     h = refit.parametrised
     slopes = [S[:, :, which].reshape(-1, len(which)) for S in refit.descended.slopes]
-    inverse = pseudo_inverse(np.asarray(sum(S.T @ S for S in slopes)))
-    meat = np.zeros_like(inverse)
+    meat = np.diag(h.limits.prior_measurements(h.vector)[1][which] ** 2)
+    inverse = pseudo_inverse(sum((S.T @ S for S in slopes), meat))
     experiments, motions = h.residuals.experiments, h.motions()
     drawn = [
         np.array([x * weights for x in draws])

@@ -78,8 +78,8 @@ def diagnose(
     steps = climbed.steps(memo)
     floors = current_floors(last, options)
     unsure = tuple(doubts(last.data, steps[-1].errors, floors))
-    more = bool(proposed or added or (stopped and base_error.above))
-    verdict = _verdict(more, base_error, unsure)
+    unfinished = stopped and not (proposed or added) and base_error.above
+    verdict = UNJUDGED if unfinished else _verdict(bool(proposed or added), base_error, unsure)
     final = _verdict(bool(proposed), remaining, unsure) if options.adds and not stopped else None
     have = {e.kind for e in with_included(last.effects)}
     reasons = not_applicable(last.data, options.candidates)

@@ -9,7 +9,9 @@ law is linear in its sizes there), and refits from the best shapes are compared.
 
 from __future__ import annotations
 
+import math
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -41,7 +43,7 @@ class ShapedChanges:
     """One per parameter, in the shape of its joint."""
     explained: Explained
     trial_count: float
-    """Sizes and shapes that were tried for each parameter."""
+    """Choices of sizes and shapes among which this one is the best."""
 
 
 def joint_number(name: str) -> str:
@@ -93,8 +95,9 @@ def best_force_shape(candidate: Effect, changes: Changes, w: np.ndarray) -> Shap
     for joint in places if len(places) > 1 else ():
         at = max([at, *({**at, joint: shape} for shape in shapes)], key=reduction)
     chosen, explained = taken(at)
-    sizes = len(mine) / max(len({changes[i].parameter for i in mine}) * len(shapes), 1)
-    return ShapedChanges(chosen, explained, sizes * float(len(shapes)) ** len(places))
+    sizes = Counter(changes[i].parameter for i in mine if changes[i].force_shape == shapes[0])
+    choices = math.prod(sizes.values()) * float(len(shapes)) ** len(places)
+    return ShapedChanges(chosen, explained, choices)
 
 
 def _best_per_parameter(mine: Sequence[int], changes: Changes, w: np.ndarray) -> list[int]:

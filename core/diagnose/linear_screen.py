@@ -40,7 +40,7 @@ class ScreenedCandidate:
     """Whitened score LM: chi-squared with `degrees_of_freedom` degrees if the effect is absent."""
     degrees_of_freedom: int
     trial_count: float
-    """Sizes and shapes that were tried for each parameter."""
+    """Choices of sizes and shapes among which this one is the best."""
     p_value: float
     """Corrected for the number of trials."""
     cost_reduction: float

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -107,6 +108,7 @@ class Predictor:
     own: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Recording -> values that hold for it alone."""
     _motions: OrderedDict[Key, Trajectory] = field(default_factory=OrderedDict, init=False)
+    _lock: threading.Lock = field(default_factory=threading.Lock, init=False, compare=False)
 
     @property
     def simulation_is_expensive(self) -> bool:
@@ -157,27 +159,29 @@ class Predictor:
     ) -> list[tuple[Key, Trajectory]]:  # fmt: skip
         """Motions with their keys, each simulated once: sensor effects and forces at prescribed
         joints change no motion."""
-        keys, new = self._missing(chosen, numbers, values)
-        self._motions.update(zip(new, self._run(list(new.values())), strict=True))
-        motions = [(key, self._motions[key]) for key in keys]
-        while len(self._motions) > len(chosen) + KEPT_MOTIONS * len(self.experiments):
-            self._motions.popitem(last=False)
-        return motions
+        moving = self._moving(chosen, numbers, values)
+        motions = self._known(moving)
+        new = {key: each for key, each in moving if key not in motions}
+        motions.update(zip(new, self._run(list(new.values())), strict=True))
+        self.keep(motions, len(chosen))
+        return [(key, motions[key]) for key, _ in moving]
 
-    def _missing(
+    def _moving(
         self, chosen: Sequence[Prepared], numbers: Sequence[Numbers],
         values: Sequence[Mapping[str, float]],
-    ) -> tuple[list[Key], dict[Key, Moving]]:  # fmt: skip
-        """Keys of the motions, and what is still to be simulated for them."""
-        moving = [
+    ) -> list[tuple[Key, Moving]]:  # fmt: skip
+        """What moves, with the keys of the motions."""
+        each = [
             Moving(e, prescribed_joint_forces.simulated_part(e.model, n), e.task_at(v))
             for e, n, v in zip(chosen, numbers, values, strict=True)
         ]
-        keys = [self._key(*each) for each in moving]
-        cached = self.motion_cache.motions
-        self._motions.update({key: cached[key] for key in keys if key in cached})
-        new = {k: each for k, each in zip(keys, moving, strict=True) if k not in self._motions}
-        return keys, new
+        return [(self._key(*moving), moving) for moving in each]
+
+    def _known(self, moving: Sequence[tuple[Key, Moving]]) -> dict[Key, Trajectory]:
+        """Motions that need no simulation."""
+        with self._lock:
+            known = {**self.motion_cache.motions, **self._motions}
+        return {key: known[key] for key, _ in moving if key in known}
 
     def _numbers_at(self, vector: np.ndarray) -> tuple[list[Numbers], list[dict[str, float]]]:
         """Numbers and values of all experiments at a vector (P,)."""
@@ -186,11 +190,17 @@ class Predictor:
 
     def missing_at(self, vector: np.ndarray) -> dict[Key, Moving]:
         """What is still to be simulated of all experiments at a vector (P,)."""
-        return self._missing(self.experiments, *self._numbers_at(vector))[1]
+        moving = self._moving(self.experiments, *self._numbers_at(vector))
+        known = self._known(moving)
+        return {key: each for key, each in moving if key not in known}
 
-    def keep(self, motions: Mapping[Key, Trajectory]) -> None:
-        """Take motions that were simulated elsewhere."""
-        self._motions.update(motions)
+    def keep(self, motions: Mapping[Key, Trajectory], most: int = 0) -> None:
+        """Take motions that were simulated, also elsewhere; of those before as many stay as a few
+        vectors need, and `most` of the new ones."""
+        with self._lock:
+            self._motions.update(motions)
+            while len(self._motions) > most + KEPT_MOTIONS * len(self.experiments):
+                self._motions.popitem(last=False)
 
     def _key(self, e: Prepared, numbers: Numbers, task: Task) -> Key:
         digest = prescribed_joint_forces.motion_digest(e.model, numbers, task, e.task)

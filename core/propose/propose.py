@@ -19,7 +19,7 @@ from ..diagnose.fitted_model import FittedModel
 from ..diagnose.ladder_steps import Noise, estimates
 from ..diagnose.memo import Memo
 from ..diagnose.next_experiment import next_experiments, possible_experiments
-from ..diagnose.refit import Refit
+from ..diagnose.refit import Refit, with_robust_covariance
 from ..diagnose.remaining_error import remaining_error
 from ..diagnose.removal_and_exchange import needed_effects
 from ..diagnose.search import Search
@@ -246,7 +246,7 @@ class _Proposing:
             close = close and not (noise and remaining_error(found.data, w.refit.errors).above)
             new = w.screened is not best.screened and id(w.screened) not in refused
             if close and new and len(chosen) < MOST_CARRIERS:
-                chosen.append((w, w.refit))
+                chosen.append((w, with_robust_covariance(w.refit)))
         return chosen
 
     def _law(

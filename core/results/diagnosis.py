@@ -244,6 +244,12 @@ class Diagnosis:
         return self.final_verdict or self.verdict
 
     @property
+    def unfinished(self) -> bool:
+        """Whether the search was stopped before it named anything, with an error above the
+        noise."""
+        return self.stopped and self.verdict == UNJUDGED and self.error_given.above
+
+    @property
     def ranking(self) -> tuple[RankedEffect, ...]:
         """That of the first round."""
         return self.rounds[0].ranking if self.rounds else ()

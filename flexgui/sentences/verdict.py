@@ -55,7 +55,7 @@ def verdict_paragraphs(diagnosis: Diagnosis) -> tuple[str, ...]:
         return diagnosis.words
     openings = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted, UNJUDGED: _unjudged}
     opening = openings[diagnosis.verdict]
-    if diagnosis.stopped and not _findings(diagnosis) and diagnosis.verdict != NOTHING:
+    if diagnosis.unfinished:
         opening = _unfinished
     paragraphs = [*opening(diagnosis), _ruled_out(diagnosis), _further_shapes(diagnosis)]
     if diagnosis.stopped and opening is not _unfinished:
@@ -88,6 +88,8 @@ def card_words(diagnosis: Diagnosis) -> tuple[str, str, str]:
         return MISSING, "Something is missing.", gist
     if diagnosis.verdict == UNLISTED:
         return UNLISTED, "The missing effect is not on the list.", ""
+    if diagnosis.unfinished:
+        return MISSING, "Something is missing.", STOPPED
     if diagnosis.verdict == UNJUDGED:
         return UNLISTED, OPEN, first_sentence(_doubts(diagnosis).partition(": ")[2].capitalize())
     if is_explained(diagnosis):

@@ -153,8 +153,9 @@ def _diagnose(session: Session) -> Card:
         return TO_FIND
     if version.added:
         return _added(session, version)
-    if version.diagnosis is not None and version.diagnosis.verdict in (NOTHING, UNJUDGED):
-        return Card(DONE, first_sentence(verdict_paragraphs(version.diagnosis)[0]), END)
+    found = version.diagnosis
+    if found is not None and found.verdict in (NOTHING, UNJUDGED) and not found.unfinished:
+        return Card(DONE, first_sentence(verdict_paragraphs(found)[0]), END)
     return Card(
         ADD,
         "What is it? explains an effect, and Show what it does in it. Press Add beside "

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from flexgui.core.check import column_search
+from flexgui.core.check.column_fault import ColumnFault
 from flexgui.core.check.comparison import Comparison
 from flexgui.core.check.equations import Equation
 from flexgui.core.check.finding import Finding
@@ -260,3 +264,24 @@ def test_a_torque_of_an_absurd_size_is_named_where_torques_drive(factor: float) 
     found = torque_driven().cases[1].recording
     said = said_of(moved(found, u1=factor * found.channels["u1"]))
     assert said == [("scale", "u1", pytest.approx(factor, rel=SIZE))]
+
+
+class Asked:
+    """A search of another recording, of which is remembered how often its faults were tried."""
+
+    tried = 0
+    faults = (ColumnFault("offset", ("theta1",), shift=0.01),)
+
+    def repeated(self, of: Comparison) -> None:
+        type(self).tried += 1
+
+
+def test_faults_of_the_recordings_before_are_tried_once_each(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each of R recordings tried those of all before it, two simulations each."""
+    monkeypatch.setattr(column_search, "fitted", lambda of: SimpleNamespace(answer=None))
+    monkeypatch.setattr(column_search, "stated_stiffness", lambda fit: [])
+    monkeypatch.setattr(column_search, "_next_step", lambda *_: None)
+    column_search.search(cast(Any, None), cast(Any, [Asked() for _ in range(20)]))
+    assert Asked.tried == 1

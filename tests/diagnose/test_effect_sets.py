@@ -327,3 +327,14 @@ def test_a_larger_model_that_leaves_more_is_refused_with_a_reason(
     told = [refusal.objection.reason for refusal in found.refusals]
     assert told == ([] if accepted else [Reason.UNSETTLED])
     assert (found.after.cost == begun.base.cost) != accepted
+
+
+def test_a_stiffness_in_the_middle_of_narrow_bounds_is_not_near_one() -> None:
+    data = bare().data
+    (nominal,) = [u for u in data.nuisance if u.parameter.name == "EI"]
+    value = nominal.parameter.value
+    narrow = replace(nominal.parameter, lower=0.96 * value, upper=1.04 * value)
+    others = tuple(u for u in data.nuisance if u is not nominal)
+    bounded = replace(data, nuisance=(*others, replace(nominal, parameter=narrow)))
+    h = parametrised(bounded, (), {**bare().base.parametrised.values(), "EI": value})
+    assert _start_off_bounds(bounded, h, NEVER) is None

@@ -182,3 +182,19 @@ def test_each_joint_has_its_own_shape() -> None:
     assert shape == {"nr1": 3.0, "nr2": 8.0}
     assert found.explained.cost_reduction >= (1.0 - LEFT) * float(np.sum(errors[0] ** 2))
     assert found.trial_count == len(ORDERS) ** 2
+
+
+def test_each_joint_of_several_sizes_is_one_choice_among_all_pairs() -> None:
+    """Six sizes at each of two joints counted as six choices."""
+    sizes = range(1, 7)
+    tried = [
+        OutputChange(
+            effect("backlash"), f"bl{joint}", {f"bl{joint}": float(size)},
+            {f"bl{joint}": float(size)}, True, True, (), (wave(joint, float(size)),),
+        )
+        for joint in (1, 2)
+        for size in sizes
+    ]  # fmt: skip
+    errors, slopes = [wave(1, 3.0) + wave(2, 5.0)], [np.zeros((ROWS, 2, 0))]
+    w = gram_matrix(errors, slopes, [c.blocks for c in tried], no_whitening).projected()
+    assert best_force_shape(effect("backlash"), tried, w).trial_count == len(sizes) ** 2

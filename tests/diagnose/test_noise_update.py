@@ -333,3 +333,21 @@ def test_a_channel_without_noise_stays_so() -> None:
     assert not without_responses(none, answers).any()
     one = np.where(np.arange(2) == 0, np.cos(9.0 * TIMES)[:, None], 0.0)
     assert np.isfinite(without_responses(one, answers)).all()
+
+
+HELD = 0.1
+"""Of what noise moves an estimate by without a prior that is ten times as sharp."""
+
+
+def test_noise_moves_an_estimate_less_that_a_prior_holds() -> None:
+    """The draws counted as if nothing were known."""
+    start = begun(0).base.parametrised
+    k = start.unknowns.labels.index("EI")
+    free = with_robust_covariance(begun(0).base)
+    known = 0.1 * float(np.sqrt(free.covariance[k, k]))
+    items = list(start.unknowns.items)
+    items[k] = replace(items[k], parameter=replace(items[k].parameter, prior_std=known))
+    sharp = replace(start, unknowns=replace(start.unknowns, items=tuple(items)))
+    before = with_robust_covariance(replace(free, parametrised=sharp))
+    loose, held = (with_simulated_deviations(begun(0).data, fit, {}) for fit in (free, before))
+    assert held.covariance[k, k] < HELD**2 * loose.covariance[k, k]

@@ -10,7 +10,7 @@ import pytest
 from flexgui.core.diagnose import search_round
 from flexgui.core.noise.output_noise import stated_noise
 from flexgui.core.progress import Silent
-from flexgui.core.results import Diagnosis, Outcome
+from flexgui.core.results import UNJUDGED, Diagnosis, Outcome
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.core.workbench import run_scenario
@@ -132,6 +132,7 @@ def test_a_stopped_diagnosis_says_so_leaves_the_fit_and_refits_nothing(
     assert outcome.diagnosis is not None
     assert outcome.diagnosis.stopped
     assert outcome.diagnosis.effects == ()
+    assert outcome.diagnosis.verdict == UNJUDGED  # no effect is named
 
 
 PAIR = '[diagnose]\ncandidates = ["coulomb_friction", "tip_payload"]\n'

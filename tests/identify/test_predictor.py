@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -107,3 +108,14 @@ def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
         assert all((id(motion) in given) == same for motion, _, _ in motions)
         for a, b in zip(known.predict(vector), predictor.predict(vector), strict=True):
             assert np.array_equal(a, b)
+
+
+def test_threads_that_share_a_predictor_get_what_each_asked_for(counting: Residuals) -> None:
+    """One thread dropped the motions that another one was about to read."""
+    predictor, start = counting.predictor, counting.unknowns.parameters.vector()
+    vectors = [start * (1.0 + 0.001 * k) for k in range(40)]
+    expected = [replace(predictor).predict(x) for x in vectors]
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(predictor.predict, vectors))
+    for a, b in zip(found, expected, strict=True):
+        assert all(np.array_equal(x, y) for x, y in zip(a, b, strict=True))

@@ -12,8 +12,11 @@ import numpy as np
 import pytest
 
 import flexgui as fg
+from flexgui.core.diagnose.ladder_steps import estimates
+from flexgui.core.diagnose.refit import Refit, robust_covariance
 from flexgui.core.diagnose.search_options import Options
 from flexgui.core.progress import Silent
+from flexgui.core.propose import propose as proposing
 from flexgui.core.propose.propose import propose, with_proposal
 from flexgui.core.results import (
     MISSING,
@@ -187,11 +190,20 @@ def along(law: ProposedLaw, motions: Sequence[Trajectory]) -> np.ndarray:
 
 
 @pytest.mark.long
-def test_laws_that_are_proposed_are_not_one_in_other_words() -> None:
+def test_laws_that_are_proposed_are_not_one_in_other_words(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Of viscous friction: a damping is no other law than a torque over the speed."""
     motions = [motion for motion, _, _ in bare().base.parametrised.motions()]
+    stated: list[Refit] = []
+    monkeypatch.setattr(
+        proposing, "estimates", lambda refit: stated.append(refit) or estimates(refit)
+    )
     found = propose(bare())
     assert found.laws and found.laws[0].target == "joint1"
+    assert len(stated) == len(found.laws)
+    for refit in stated:  # deviations of all laws hold for coloured noise
+        assert np.array_equal(refit.covariance, robust_covariance(refit), equal_nan=True)
     for one, other in combinations(found.laws, 2):
         if one.target == other.target:
             a, b = along(one, motions), along(other, motions)

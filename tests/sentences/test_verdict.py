@@ -149,7 +149,9 @@ CASES: dict[str, Diagnosis] = {
     "stopped before anything was found": replace(
         FOUND, final_verdict=None, rounds=FOUND.rounds[1:], steps=(GIVEN,), kept=()
     ),
-    "a ranking that was stopped": replace(RANKED_ONLY, stopped=True, proposed=()),
+    "a ranking that was stopped": replace(
+        RANKED_ONLY, verdict=UNJUDGED, stopped=True, proposed=()
+    ),
     "an effect without size": replace(
         FOUND, kept=(MODE,), steps=(GIVEN, step(MODE, 1.0, None)),
         rounds=(DiagnosisRound((ranked(MODE, 90.0, 800.0),), MODE),),

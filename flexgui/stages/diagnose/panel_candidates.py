@@ -113,7 +113,8 @@ def may_explain(findings: ModelFindings) -> bool:
     if any(ranked.tied_to for ranked in findings.ranking[:1]):
         return False
     if findings.diagnosis is not None:
-        return findings.diagnosis.verdict not in (NOTHING, UNJUDGED)
+        found = findings.diagnosis
+        return found.unfinished or found.verdict not in (NOTHING, UNJUDGED)
     return bool(findings.step.cost_per_sample > ABOVE**2)
 
 
